@@ -1,0 +1,64 @@
+"""The errors that the harness raises on purpose, one tree.
+
+Each carries the exit status with which the command line ends. The texts are
+one or two lines that name the option or file, the value, and what is allowed.
+"""
+
+from __future__ import annotations
+
+
+class HarnessError(Exception):
+    """Base of all errors that the harness raises on purpose."""
+
+    exit_status = 3
+
+
+class RequestError(HarnessError, ValueError):
+    """A request that cannot be met as it was put: bad option, value or file."""
+
+    exit_status = 2
+
+
+class EngineError(HarnessError, RuntimeError):
+    """An engine that could not be run, or died.
+
+    ``kind`` is one word for the row of a report.
+    """
+
+    kind = "engine error"
+
+
+class EngineMissingError(EngineError):
+    """An executable, library or package of the engine is not here."""
+
+    kind = "not found"
+
+
+class EngineCrashError(EngineError):
+    """The engine's process died (signal, abort, non-zero exit)."""
+
+    kind = "crashed"
+
+
+class EngineTimeoutError(EngineError):
+    """The engine did not finish in the time it was given."""
+
+    kind = "out of time"
+
+
+class EngineMemoryError(EngineError):
+    """The engine asked for more memory than it was given."""
+
+    kind = "out of memory"
+
+
+class EngineInputError(EngineError):
+    """The engine refused its input or lost an atom, and said so."""
+
+    kind = "refused"
+
+
+class EngineOutputError(EngineError):
+    """The engine ended without a complete, finite result."""
+
+    kind = "bad output"

@@ -1,0 +1,53 @@
+"""What every parameter object is: frozen, validated when made, in SI units."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic.fields import FieldInfo
+
+from harness.errors import RequestError
+
+
+class Parameters(BaseModel):
+    """Base of all parameter objects.
+
+    A field's description opens with its unit in brackets. Raise
+    :class:`~harness.errors.RequestError` for a value that is not allowed, in
+    one line that names the field, the value and the range.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    if not TYPE_CHECKING:  # the type checker shall see the fields, not **values
+
+        def __init__(self, **values: Any) -> None:
+            try:
+                super().__init__(**values)
+            except ValidationError as error:
+                raise RequestError(_one_line(type(self), error)) from None
+
+    def replace(self, **changes: Any) -> Any:  # noqa: ANN401 - same type as self
+        """Return a copy with ``changes``, validated again."""
+        return type(self)(**{**dict(self), **changes})
+
+
+def _one_line(kind: type[BaseModel], error: ValidationError) -> str:
+    """Say the first thing that is wrong with a field, in one line."""
+    first = error.errors(include_url=False)[0]
+    message = str(first["msg"]).removeprefix("Value error, ")
+    if not first["loc"]:
+        return message
+    name = str(first["loc"][0])
+    if first["type"] == "extra_forbidden":
+        return f"{name}: no such parameter of {kind.__name__} (it has {', '.join(kind.model_fields)})"
+    message = message.replace("Input should be", "must be")
+    message = message[0].lower() + message[1:]
+    return f"{name} = {first['input']!r}{_unit(kind.model_fields.get(name))}: {message}"
+
+
+def _unit(field: FieldInfo | None) -> str:
+    """Return the unit that opens the description of a field, with a space before it."""
+    description = (field.description if field else None) or ""
+    return f" {description[1 : description.index(']')]}" if description.startswith("[") else ""
