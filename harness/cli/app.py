@@ -1,0 +1,39 @@
+"""The commands of ``dem-harness``, gathered."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(
+    name="dem-harness",
+    no_args_is_help=True,
+    rich_markup_mode="markdown",
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+def _version(value: bool) -> None:
+    if value:
+        from harness import __version__
+
+        typer.echo(f"dem-harness {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """Check discrete element (DEM) codes against theory.
+
+    Two systems, the frictionless incline (critical angle 10.2078 deg) and the
+    tower hit by a dropped grain, in closed form, in our own solvers and in LAMMPS.
+
+    Exit status: 0 all verdicts hold; 1 a verdict failed; 2 the request was
+    wrong; 3 an engine could not be run or died.
+    """
