@@ -62,3 +62,15 @@ class EngineOutputError(EngineError):
     """The engine ended without a complete, finite result."""
 
     kind = "bad output"
+
+
+class EngineLostAtomsError(EngineInputError):
+    """The engine lost an atom: the run left its box."""
+
+    kind = "lost atoms"
+
+
+class EngineNaNError(EngineOutputError):
+    """The engine met or returned something that is not a number."""
+
+    kind = "NaN"

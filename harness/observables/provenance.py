@@ -1,0 +1,26 @@
+"""Who made a number: engine, version, how it was run, which script."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """Identify the engine behind a result.
+
+    ``how`` is ``in-process``, ``executable`` or the launcher that started it.
+    """
+
+    engine: str
+    engine_version: str
+    packages: tuple[str, ...] = ()
+    executable: str = ""
+    how: str = ""
+    script: str = ""
+    script_sha256: str = ""
+
+    def record(self) -> dict[str, Any]:
+        """Return the fields as a JSON-ready mapping."""
+        return {**asdict(self), "packages": list(self.packages)}
