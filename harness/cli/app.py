@@ -6,6 +6,12 @@ from typing import Annotated
 
 import typer
 
+from harness.cli.critical_angle import critical_angle
+from harness.cli.engines import engines
+from harness.cli.inputs import inputs
+from harness.cli.theory import theory
+from harness.cli.verify import verify
+
 app = typer.Typer(
     name="dem-harness",
     no_args_is_help=True,
@@ -37,3 +43,7 @@ def root(
     Exit status: 0 all verdicts hold; 1 a verdict failed; 2 the request was
     wrong; 3 an engine could not be run or died.
     """
+
+
+for command in (verify, theory, critical_angle, inputs, engines):
+    app.command()(command)

@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping
 from typing import Any
 
 
 def print_json(record: Mapping[str, Any]) -> None:
     """Print one JSON object, strict JSON: what is not finite becomes null."""
-    print(json.dumps(_finite(record), indent=2, ensure_ascii=False))
+    from harness.report.finite import finite
+
+    print(json.dumps(finite(record), indent=2, ensure_ascii=False))
 
 
-def _finite(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {key: _finite(item) for key, item in value.items()}
+def print_record(record: Mapping[str, Any]) -> None:
+    """Print a flat record as aligned lines, one a key; tables and long lists are left to JSON."""
+    shown = {key: value for key, value in record.items() if _is_short(value)}
+    width = max(len(key) for key in shown)
+    for key, value in shown.items():
+        text = f"{value:.8g}" if isinstance(value, float) else str(value)
+        print(f"{key:<{width}}  {text}")
+
+
+def _is_short(value: Any) -> bool:
     if isinstance(value, (list, tuple)):
-        return [_finite(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
+        return len(value) <= 2 and not any(isinstance(item, Mapping) for item in value)
+    return value is not None and value != "" and not isinstance(value, Mapping)

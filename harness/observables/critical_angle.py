@@ -29,11 +29,14 @@ class CriticalAngle:
     The uncertainty is that of the measurement at this stiffness and step
     (bracket or root, and where in a step the contacts begin). It does not
     contain the bias of a finite stiffness: that is what extrapolation is for.
+    ``mean_error_deg`` is the error of the value as a mean over where in a step
+    contacts begin; the uncertainty is the range a single run may fall in.
     ``monotone`` is false when an angle above a moving one was trapped.
     """
 
     value_deg: float
     uncertainty_deg: float
+    mean_error_deg: float
     method: str
     case: Incline
     provenance: Provenance

@@ -57,10 +57,14 @@ def critical_angle_by_passage(
     angles = root - np.array([_margin(run) for run in shifted]) / slope
     # the last correction uses a slope good to a few per cent: a tenth of it is uncertain
     root_error = 0.1 * abs(float(angles.mean()) - root)
+    half_range = float(np.ptp(angles)) / 2
     all_runs = [*runs, *shifted]
     return CriticalAngle(
         value_deg=float(angles.mean()),
-        uncertainty_deg=float(np.ptp(angles)) / 2 + root_error,
+        uncertainty_deg=half_range + root_error,
+        # the angle jumps once a step as the phase shifts: P even phases miss the mean of
+        # such a sawtooth by at most its half range over P
+        mean_error_deg=half_range / phases + root_error,
         method="passage",
         case=case,
         provenance=all_runs[-1].provenance,

@@ -103,9 +103,11 @@ def _result(runs: Sequence[InclineRun], case: Incline) -> CriticalAngle:
     note = "" if monotone else f"not monotone: trapped again up to {highest_trapped:.5g} deg"
     if undecided:
         note += f"{'; ' if note else ''}{len(undecided)} angles undecided within the time limit"
+    uncertainty = max(high.case.angle, rising[-1][1].case.angle) - value
     return CriticalAngle(
         value_deg=value,
-        uncertainty_deg=max(high.case.angle, rising[-1][1].case.angle) - value,
+        uncertainty_deg=uncertainty,
+        mean_error_deg=uncertainty,
         method="steady",
         case=case,
         provenance=runs[-1].provenance,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic.fields import FieldInfo
@@ -28,7 +28,7 @@ class Parameters(BaseModel):
             except ValidationError as error:
                 raise RequestError(_one_line(type(self), error)) from None
 
-    def replace(self, **changes: Any) -> Any:
+    def replace(self, **changes: Any) -> Self:
         """Return a copy with ``changes``, validated again."""
         return type(self)(**{**dict(self), **changes})
 

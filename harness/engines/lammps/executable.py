@@ -13,6 +13,7 @@ import shlex
 import shutil
 import signal
 import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Sequence
@@ -43,6 +44,8 @@ class Executable:
         self._limits = limits
         self._provenance = self._ask_for_help()
         self._folder = tempfile.TemporaryDirectory(prefix="dem-harness-")
+        if self._launcher:
+            self._check_launcher()
 
     def identify(self) -> Provenance:
         """Return version and packages as the executable's own help names them."""
@@ -72,7 +75,8 @@ class Executable:
         folder = Path(tempfile.mkdtemp(dir=self._folder.name))
         (folder / "batch.in").write_text(_batch(jobs, folder), encoding="utf-8")
         start = time.monotonic()
-        said, code, timed_out = self._execute(folder, self._limits.seconds * len(jobs))
+        quiet = ["-log", "none", "-screen", "none"]
+        said, code, timed_out = self._execute(folder, quiet, self._limits.seconds * len(jobs))
         share = (time.monotonic() - start) / len(jobs)
         done: list[Output | EngineError] = []
         for index, job in enumerate(jobs):
@@ -87,9 +91,32 @@ class Executable:
             done.append(Output(log, _text(folder / f"{index}.csv") if job.series else None, share))
         return done
 
-    def _execute(self, folder: Path, seconds: float) -> tuple[str, int, bool]:
-        """Run the batch under its limits; return what it said, its exit status, and if it hung."""
-        command = [*self._launcher, self._lmp, "-in", "batch.in", "-log", "none", "-screen", "none"]
+    def _check_launcher(self) -> None:
+        """Raise EngineMissingError unless the launcher starts one LAMMPS on all its ranks.
+
+        A launcher of another MPI library than LAMMPS's starts as many separate
+        LAMMPS as it has ranks, which would write over each other's files.
+        """
+        folder = Path(tempfile.mkdtemp(dir=self._folder.name))
+        (folder / "batch.in").write_text("print hello\n", encoding="utf-8")
+        said, code, timed_out = self._execute(folder, ["-log", "none"], HELP_SECONDS)
+        greetings = len(re.findall(r"^LAMMPS \(", said, re.MULTILINE))
+        if greetings == 1 and code == 0 and not timed_out:
+            return
+        launcher = shlex.join(self._launcher)
+        if greetings > 1:
+            raise EngineMissingError(
+                f"--mpirun {launcher!r} started {greetings} separate LAMMPS instead of one on all "
+                f"ranks: launcher and {self._lmp} belong to different MPI libraries"
+            )
+        reason = "it gave no answer" if timed_out else f"exit status {code}{_first_line(said)}"
+        raise EngineMissingError(f"--mpirun {launcher!r} does not run {self._lmp}: {reason}")
+
+    def _execute(
+        self, folder: Path, options: Sequence[str], seconds: float
+    ) -> tuple[str, int, bool]:
+        """Run ``batch.in`` under the limits; return its words, its exit status, and if it hung."""
+        command = [*self._launcher, self._lmp, "-in", "batch.in", *options]
         with (folder / "said").open("wb") as said:
             process = subprocess.Popen(
                 _with_memory_limit(command, self._limits.memory),
@@ -164,8 +191,12 @@ def _packages(text: str) -> tuple[str, ...]:
 
 
 def _find(option: str, name: str) -> str:
-    """Return the absolute path of a program; raise RequestError naming the option."""
-    path = shutil.which(name)
+    """Return the absolute path of a program, on PATH or beside this Python.
+
+    Raise RequestError naming the option.
+    """
+    beside = str(Path(sys.executable).parent)
+    path = shutil.which(name) or shutil.which(name, path=beside)
     if path is None:
         raise RequestError(
             f"--{option} {name!r}: no such executable; give a path, or a name found on PATH"

@@ -1,0 +1,22 @@
+"""``dem-harness engines``."""
+
+from __future__ import annotations
+
+from harness.cli.options import Json, Lmp, Mpirun
+
+
+def engines(lmp: Lmp = None, mpirun: Mpirun = None, json: Json = False) -> None:
+    """Which engines are here, in which version, how they are run, and why one is missing."""
+    from harness.cli.output import print_json
+    from harness.verbs.engines import engines as ask
+
+    found = ask(lmp=lmp, launcher=mpirun)
+    if json:
+        print_json({"engines": [status.record() for status in found]})
+        return
+    for status in found:
+        who = status.provenance
+        if who is None:
+            print(f"{status.engine:8} {status.how:12} missing: {status.reason}")
+        else:
+            print(f"{status.engine:8} {status.how:12} {who.engine_version:24} {who.executable}")

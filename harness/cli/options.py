@@ -1,0 +1,58 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Annotated
+
+import typer
+
+Json = Annotated[
+    bool, typer.Option("--json", help="Print one JSON object on stdout, and nothing else.")
+]
+
+EngineName = Annotated[
+    str, typer.Option("--engine", help="The engine to run.", rich_help_panel="Engine")
+]
+
+Lmp = Annotated[
+    str | None,
+    typer.Option(
+        "--lmp",
+        metavar="PATH",
+        help="A LAMMPS executable of your own. Without it, LAMMPS runs in-process.",
+        rich_help_panel="Engine",
+    ),
+]
+
+Mpirun = Annotated[
+    str | None,
+    typer.Option(
+        "--mpirun",
+        metavar="COMMAND",
+        help='An MPI launcher with its options, as in `--mpirun "mpirun -np 4"`.',
+        rich_help_panel="Engine",
+    ),
+]
+
+
+class Method(StrEnum):
+    """The two routes to the critical angle."""
+
+    PASSAGE = "passage"
+    STEADY = "steady"
+
+
+class Reading(StrEnum):
+    """The two readings of the source's shock."""
+
+    KEPT = "kept"
+    LOST = "lost"
+
+
+class ContactName(StrEnum):
+    """The contacts that have a name."""
+
+    SOURCE = "source"
+    CLIPPED = "clipped"
+    PLASTIC = "plastic"

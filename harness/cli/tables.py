@@ -1,0 +1,59 @@
+"""Tables for the terminal."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from harness.comparison.verdicts import Check
+    from harness.comparison.verification import Verification
+
+COLOURS = {"pass": "green", "fail": "bold red", "not tested": "yellow", "finding": "cyan"}
+
+
+def print_verification(found: Verification, folder: Path) -> None:
+    """Print the checks as one table a kind, the headline, and where the report is."""
+    from rich.console import Console
+    from rich.table import Table
+
+    from harness.comparison.verdicts import Kind
+
+    console = Console(width=None if Console().is_terminal else 120)
+    for kind in Kind:
+        rows = [check for check in found.checks if check.kind is kind]
+        if not rows:
+            continue
+        table = Table(title=str(kind), title_justify="left", title_style="bold")
+        table.add_column("check", overflow="fold")
+        for name in ("value", "expected", "difference", "tolerance"):
+            table.add_column(name, justify="right", no_wrap=True)
+        table.add_column("", no_wrap=True)
+        table.add_column("verdict", no_wrap=True)
+        for check in rows:
+            colour = COLOURS[check.verdict]
+            table.add_row(*_cells(check), f"[{colour}]{check.verdict}[/]")
+            if check.note and check.verdict in ("fail", "not tested"):
+                table.add_row(f"  {check.note}", *[""] * 6)
+        console.print(table)
+    console.print(*headline(found), sep="\n")
+    console.print(f"report: {folder / 'report.html'}", soft_wrap=True)
+
+
+def headline(found: Verification) -> list[str]:
+    """Return the two lines that matter: theory and LAMMPS, with its uncertainty."""
+    lines = [f"theory   {found.incline.closed_form_deg:.6f} deg (closed form)"]
+    if found.incline.extrapolated:
+        angle = found.incline.extrapolated
+        lines.append(
+            f"LAMMPS   {angle.value_deg:.6f} +- {angle.uncertainty_deg:.6f} deg "
+            "(plastic contact, step to zero, stiffness to infinity)"
+        )
+    return lines
+
+
+def _cells(check: Check) -> list[str]:
+    numbers = [f"{check.value:.7g}", f"{check.expected:.7g}", f"{check.difference:.2g}"]
+    width = "" if math.isnan(check.tolerance) else f"{check.tolerance:.2g}"
+    return [check.name, *numbers, width, check.unit]

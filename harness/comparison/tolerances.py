@@ -1,0 +1,54 @@
+"""The one table of tolerances: how much, and why it is what it is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """An absolute and a relative tolerance; a difference within their sum passes."""
+
+    unit: str
+    absolute: float
+    relative: float
+    reason: str
+
+    def width(self, expected: float) -> float:
+        """Return the tolerance about an expected value."""
+        return self.absolute + self.relative * abs(expected)
+
+
+TOLERANCES: dict[str, Tolerance] = {
+    "closed form": Tolerance(
+        "deg", 1e-9, 0.0, "two routes to the same formula in double precision: round-off only"
+    ),
+    "critical angle, extrapolated": Tolerance(
+        "deg",
+        3e-4,
+        0.0,
+        "plastic contact, step to zero and stiffness to infinity: the sum of the last "
+        "corrections that the ladder resolves",
+    ),
+    "two routes": Tolerance(
+        "deg", 0.0, 0.0, "passage and steady must agree within the sum of their uncertainties"
+    ),
+    "same script, two ways to run it": Tolerance(
+        "J", 0.0, 1e-12, "the same LAMMPS instructions: round-off of a different build at most"
+    ),
+    "scale invariance": Tolerance(
+        "deg",
+        1e-9,
+        0.0,
+        "only k d/(m g) enters: the same motion in other units, up to the round-off "
+        "of about 1e5 steps",
+    ),
+    "energy after each shock": Tolerance(
+        "m g d",
+        0.0,
+        0.0,
+        "the recursion holds for rigid spheres: a soft contact misses it by its overlap "
+        "and its duration, both bounded by 10 (v / omega d) at speed v",
+    ),
+}
+"""Keyed by what is compared. A zero width means that the check brings its own."""

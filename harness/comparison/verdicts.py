@@ -1,0 +1,118 @@
+"""Checks and their verdicts. Three kinds that are never mixed, and findings beside them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from enum import StrEnum
+from typing import Any
+
+from harness.comparison.tolerances import Tolerance
+from harness.errors import EngineError
+
+
+class Kind(StrEnum):
+    """What a value is held against."""
+
+    ANALYTIC = "analytic"
+    CROSS_CODE = "cross-code"
+    REGRESSION = "regression"
+    FINDING = "finding"
+
+
+class Verdict(StrEnum):
+    """What became of a check. A finding is reported, not judged."""
+
+    PASS = "pass"
+    FAIL = "fail"
+    NOT_TESTED = "not tested"
+    FINDING = "finding"
+
+
+@dataclass(frozen=True)
+class Check:
+    """One row of a report: a value, what it is held against, and the verdict.
+
+    ``difference`` is value - expected, always in full. ``why`` says where the
+    tolerance comes from, ``note`` what went wrong or what is to be seen.
+    """
+
+    name: str
+    kind: Kind
+    unit: str
+    value: float
+    expected: float
+    uncertainty: float
+    tolerance: float
+    verdict: Verdict
+    why: str = ""
+    note: str = ""
+    engine_died: bool = False
+
+    @property
+    def difference(self) -> float:
+        """Return value - expected."""
+        return self.value - self.expected
+
+    def record(self) -> dict[str, Any]:
+        """Return the row as a JSON-ready mapping."""
+        row = {**asdict(self), "difference": self.difference}
+        return {key: str(v) if isinstance(v, StrEnum) else v for key, v in row.items()}
+
+
+def judge(
+    name: str,
+    kind: Kind,
+    value: float,
+    expected: float,
+    tolerance: Tolerance,
+    *,
+    uncertainty: float = 0.0,
+    note: str = "",
+) -> Check:
+    """Return the check of a value against what is expected; NaN never passes."""
+    width = tolerance.width(expected)
+    holds = abs(value - expected) <= width
+    return Check(
+        name=name,
+        kind=kind,
+        unit=tolerance.unit,
+        value=value,
+        expected=expected,
+        uncertainty=uncertainty,
+        tolerance=width,
+        verdict=Verdict.PASS if holds else Verdict.FAIL,
+        why=tolerance.reason,
+        note=note,
+    )
+
+
+def judge_within_uncertainty(
+    name: str, kind: Kind, value: float, expected: float, uncertainty: float, unit: str, why: str
+) -> Check:
+    """Return the check that the stated uncertainty holds the expected value."""
+    holds = abs(value - expected) <= uncertainty
+    verdict = Verdict.PASS if holds else Verdict.FAIL
+    return Check(name, kind, unit, value, expected, uncertainty, uncertainty, verdict, why)
+
+
+def finding(
+    name: str, value: float, expected: float, unit: str, note: str, uncertainty: float = 0.0
+) -> Check:
+    """Return a row for a difference between models: shown, not judged."""
+    return Check(
+        name, Kind.FINDING, unit, value, expected, uncertainty, math.nan, Verdict.FINDING, "", note
+    )
+
+
+def failed_run(name: str, kind: Kind, error: EngineError, unit: str = "") -> Check:
+    """Return the row of a check whose engine died: a failure that says how."""
+    nan = math.nan
+    note = f"{error.kind}: {error}"
+    return Check(name, kind, unit, nan, nan, nan, nan, Verdict.FAIL, "", note, engine_died=True)
+
+
+def not_tested(name: str, kind: Kind, reason: str, unit: str = "") -> Check:
+    """Return the row of a check that could not be made, with the reason; never a pass."""
+    nan = math.nan
+    return Check(name, kind, unit, nan, nan, nan, nan, Verdict.NOT_TESTED, "", reason)

@@ -1,0 +1,63 @@
+"""Write a verification's folder: aside first, then renamed, so that none is half-written."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tempfile
+from pathlib import Path
+
+from harness.comparison.verification import Verification
+from harness.errors import RequestError
+from harness.report.finite import finite
+from harness.report.gallery import pictures
+from harness.report.page import html_page
+from harness.report.text import markdown
+
+
+def check_folder(folder: Path) -> None:
+    """Raise RequestError when a folder cannot take a report: it holds something, or is not ours."""
+    if folder.is_dir() and any(folder.iterdir()):
+        raise RequestError(f"--output {folder}: holds something already; name a new folder")
+    if folder.exists() and not folder.is_dir():
+        raise RequestError(f"--output {folder}: is a file; name a new folder")
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}."):
+            pass
+    except OSError as error:
+        raise RequestError(f"--output {folder}: cannot be written ({error.strerror})") from None
+
+
+def write(found: Verification, folder: Path) -> None:
+    """Write results.json, results.csv, report.md, report.html, figures and scripts into a folder.
+
+    Raise RequestError as :func:`check_folder` does.
+    """
+    check_folder(folder)
+    aside = Path(tempfile.mkdtemp(dir=folder.parent, prefix=f".{folder.name}."))
+    try:
+        _fill(found, aside)
+        aside.chmod(0o755)
+        if folder.is_dir():
+            folder.rmdir()
+        aside.rename(folder)
+    except BaseException:
+        shutil.rmtree(aside, ignore_errors=True)
+        raise
+
+
+def _fill(found: Verification, folder: Path) -> None:
+    shown = list(pictures(found))
+    (folder / "figures").mkdir()
+    for picture in shown:
+        (folder / "figures" / f"{picture.name}.svg").write_text(picture.svg, encoding="utf-8")
+        (folder / "figures" / f"{picture.name}.png").write_bytes(picture.png)
+    (folder / "scripts").mkdir()
+    for name, text in found.scripts.items():
+        (folder / "scripts" / name).write_text(text, encoding="utf-8")
+    record = json.dumps(finite(found.record()), indent=2, ensure_ascii=False)
+    (folder / "results.json").write_text(record + "\n", encoding="utf-8")
+    found.frame().to_csv(folder / "results.csv", index=False)
+    (folder / "report.md").write_text(markdown(found, shown), encoding="utf-8")
+    (folder / "report.html").write_text(html_page(found, shown), encoding="utf-8")

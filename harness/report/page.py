@@ -1,0 +1,35 @@
+"""The report as one self-contained HTML page."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+from importlib import resources
+
+from harness.comparison.verification import Verification
+from harness.report.gallery import Picture
+from harness.report.text import KINDS, contacts_explained, number, provenance
+
+
+def html_page(found: Verification, shown: Sequence[Picture]) -> str:
+    """Return the page; figures and style are inside it, so that it can be sent alone."""
+    from jinja2 import Environment, StrictUndefined
+
+    source = resources.files("harness.report").joinpath("templates", "report.html.j2")
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True)
+    environment.filters["number"] = number
+    template = environment.from_string(source.read_text(encoding="utf-8"))
+    groups = [(title, [c for c in found.checks if c.kind is kind]) for kind, title in KINDS.items()]
+    return template.render(
+        found=found,
+        groups=[(title, rows) for title, rows in groups if rows],
+        judged=[c for c in found.checks if c.verdict in ("pass", "fail")],
+        failed=[c for c in found.checks if c.verdict == "fail"],
+        contacts=contacts_explained(),
+        pictures=[(p, _data_uri(p.svg)) for p in shown],
+        provenance=provenance(found),
+    )
+
+
+def _data_uri(svg: str) -> str:
+    return "data:image/svg+xml;base64," + base64.b64encode(svg.encode()).decode()

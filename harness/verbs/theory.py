@@ -1,0 +1,83 @@
+"""The closed forms of the incline from shock, restitution or impulse ratio."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from harness.errors import RequestError
+from harness.theory.critical_angle import STATIC_ANGLE_DEG, critical_angle, no_flight_bound
+from harness.theory.energy_map import gain_per_crest, steady_energy, well_depth
+from harness.theory.shock import (
+    SHOCK_WITHOUT_REBOUND,
+    Reading,
+    shock_from_impulse_ratio,
+    shock_from_restitution,
+)
+
+
+@dataclass(frozen=True)
+class Theory:
+    """What the closed forms say; angles in degrees, energies in m g d at the critical angle."""
+
+    critical_angle_deg: float
+    shock: float
+    reading: str | None
+    static_angle_deg: float
+    no_flight_bound_deg: float | None
+    well_depth: float
+    gain_per_crest: float
+    steady_energy: float | None
+
+    def record(self) -> dict[str, Any]:
+        """Return the fields as a JSON-ready mapping."""
+        return asdict(self)
+
+
+def theory(
+    *,
+    shock: float | None = None,
+    restitution: float | None = None,
+    impulse_ratio: float | None = None,
+    reading: Reading | None = None,
+) -> Theory:
+    """Return the closed forms of the incline; at shock 1/4 (no rebound) without arguments.
+
+    At most one of the three may be given. ``reading`` says how a restitution or
+    an impulse ratio makes a shock: ``kept`` (energy after over before; default
+    for a restitution) or ``lost`` (from the velocity lost, as the source prints
+    it; default for an impulse ratio). Raise RequestError for more than one, for
+    a reading without use, and for values out of range.
+    """
+    given = {"shock": shock, "restitution": restitution, "impulse-ratio": impulse_ratio}
+    names = [name for name, value in given.items() if value is not None]
+    if len(names) > 1:
+        raise RequestError(f"--{' and --'.join(names)}: give one of them only")
+    if reading is not None and (not names or names == ["shock"]):
+        raise RequestError(
+            f"--reading {reading!r}: only with --restitution or --impulse-ratio, which it reads"
+        )
+    if restitution is not None:
+        reading = reading or "kept"
+        shock = shock_from_restitution(restitution, reading)
+    elif impulse_ratio is not None:
+        reading = reading or "lost"
+        shock = shock_from_impulse_ratio(impulse_ratio, reading)
+    elif shock is None:
+        shock = SHOCK_WITHOUT_REBOUND
+    return _at(shock, reading)
+
+
+def _at(shock: float, reading: Reading | None) -> Theory:
+    angle = critical_angle(shock)
+    grows = shock >= 1.0
+    return Theory(
+        critical_angle_deg=angle,
+        shock=shock,
+        reading=reading,
+        static_angle_deg=STATIC_ANGLE_DEG,
+        no_flight_bound_deg=None if grows else no_flight_bound(shock),
+        well_depth=well_depth(angle),
+        gain_per_crest=gain_per_crest(angle),
+        steady_energy=None if grows else steady_energy(angle, shock),
+    )

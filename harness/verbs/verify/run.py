@@ -1,0 +1,60 @@
+"""Run a verification from theory to verdicts."""
+
+from __future__ import annotations
+
+import platform
+import time
+from datetime import UTC, datetime
+
+from harness import __version__
+from harness.comparison.verdicts import Check, Kind, failed_run
+from harness.comparison.verification import InclineEvidence, Verification
+from harness.engines.contract import Engine
+from harness.engines.lammps.scripts import all_scripts
+from harness.engines.registry import open_engine
+from harness.errors import EngineError
+from harness.observables.provenance import Provenance
+from harness.theory.critical_angle import critical_angle
+from harness.verbs.progress import Progress, silent
+from harness.verbs.verify.incline_checks import incline_checks
+from harness.verbs.verify.levels import level as level_by_name
+from harness.verbs.verify.theory_checks import theory_checks
+
+
+def verify(
+    level: str = "default", *, engine: Engine | None = None, progress: Progress = silent
+) -> Verification:
+    """Hold LAMMPS against theory on the incline and return checks and evidence.
+
+    ``level`` is ``quick``, ``default`` or ``full``. An engine that fails leaves
+    rows that say so and status 3; the theory is checked all the same. Raise
+    RequestError for an unknown level. Write the report with
+    :func:`harness.report.write`.
+    """
+    chosen = level_by_name(level)
+    started, clock = datetime.now(UTC), time.monotonic()
+    evidence = InclineEvidence(closed_form_deg=critical_angle())
+    checks: list[Check] = theory_checks()
+    provenance: Provenance | None = None
+    own = engine is None
+    try:
+        engine = engine or open_engine()
+        provenance = engine.identify()
+        checks += incline_checks(engine, chosen, evidence, progress)
+    except EngineError as error:
+        checks.append(failed_run("incline: LAMMPS", Kind.CROSS_CODE, error))
+    finally:
+        if own and engine is not None:
+            engine.close()
+    return Verification(
+        level=chosen.name,
+        started=started.isoformat(timespec="seconds"),
+        seconds=time.monotonic() - clock,
+        platform=f"{platform.system()} {platform.machine()}, Python {platform.python_version()}",
+        harness_version=__version__,
+        provenance=provenance,
+        checks=tuple(checks),
+        incline=evidence,
+        scripts={script.name: script.text for script in all_scripts()},
+        engine_errors=tuple(check.note for check in checks if check.engine_died),
+    )
