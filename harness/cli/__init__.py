@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import sys
 
+INTERRUPTED = 130
+"""Exit status after Ctrl-C, by the shells' convention (128 + SIGINT)."""
+
 
 def main() -> None:
     """Run ``dem-harness``; end with the exit status of the design (0, 1, 2 or 3)."""
@@ -15,6 +18,7 @@ def main() -> None:
     except HarnessError as error:
         print(f"dem-harness: {error}", file=sys.stderr)
         sys.exit(error.exit_status)
-    except KeyboardInterrupt:
-        print("dem-harness: interrupted; nothing half-written is left", file=sys.stderr)
-        sys.exit(130)
+    except SystemExit as ending:
+        if ending.code == INTERRUPTED:
+            print("dem-harness: interrupted; nothing half-written is left", file=sys.stderr)
+        raise

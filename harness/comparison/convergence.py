@@ -126,7 +126,10 @@ def _observed_order(
         return np.asarray((offset + slope * h**order - y) / errors)
 
     best = minimize_scalar(
-        lambda order: float(np.sum(misses(order) ** 2)), bounds=ORDERS, method="bounded"
+        lambda order: float(np.sum(misses(order) ** 2)),
+        bounds=ORDERS,
+        method="bounded",
+        options={"xatol": 1e-10},
     )
     order = float(best.x)
     allowed = max(1.0, float(np.abs(misses(order)).max()))

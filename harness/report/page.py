@@ -8,7 +8,7 @@ from importlib import resources
 
 from harness.comparison.verification import Verification
 from harness.report.gallery import Picture
-from harness.report.text import KINDS, contacts_explained, number, provenance
+from harness.report.text import KINDS, angle_rows, contacts_explained, number, provenance
 
 
 def html_page(found: Verification, shown: Sequence[Picture]) -> str:
@@ -19,6 +19,7 @@ def html_page(found: Verification, shown: Sequence[Picture]) -> str:
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True)
     environment.filters["number"] = number
     template = environment.from_string(source.read_text(encoding="utf-8"))
+    steps, angles = angle_rows(found)
     groups = [(title, [c for c in found.checks if c.kind is kind]) for kind, title in KINDS.items()]
     return template.render(
         found=found,
@@ -26,6 +27,8 @@ def html_page(found: Verification, shown: Sequence[Picture]) -> str:
         judged=[c for c in found.checks if c.verdict in ("pass", "fail")],
         failed=[c for c in found.checks if c.verdict == "fail"],
         contacts=contacts_explained(),
+        steps=steps,
+        angles=angles,
         pictures=[(p, _data_uri(p.svg)) for p in shown],
         provenance=provenance(found),
     )

@@ -25,6 +25,11 @@ def markdown(found: Verification, shown: Sequence[Picture]) -> str:
         if rows:
             lines += [f"## {title}", "", *_table(rows), ""]
     lines += ["## The contacts", "", *(f"- {text}" for text in contacts_explained()), ""]
+    steps, angles = angle_rows(found)
+    if angles:
+        head = ["contact", "k (N/m)", *(f"{n:g} steps" for n in steps)]
+        lines += [f"| {' | '.join(head)} |", f"|---|{'--:|' * (len(head) - 1)}"]
+        lines += [f"| {c} | {k:.3g} | {' | '.join(cells)} |" for c, k, cells in angles] + [""]
     lines += ["## Figures", ""]
     for picture in shown:
         lines += [f"### {picture.title}", "", f"![{picture.title}](figures/{picture.name}.svg)", ""]
@@ -62,6 +67,22 @@ def contacts_explained() -> list[str]:
         "plastic (damping ratio 5, no tail): no tail and hardly a rebound (0.009); first order in "
         "the step, nearly first order in 1/k. This is the e = 0 of the theory.",
     ]
+
+
+def angle_rows(
+    found: Verification,
+) -> tuple[list[float], list[tuple[str, float, list[str]]]]:
+    """Return the steps per contact, and for each contact and stiffness the angles at them."""
+    every = [a for angles in found.incline.by_contact.values() for a in angles]
+    steps = sorted({a.case.steps_per_contact for a in every})
+    cells = {
+        (a.case.contact.name, a.case.stiffness, a.case.steps_per_contact): (
+            f"{a.value_deg:.4f} ± {a.uncertainty_deg:.1g}"
+        )
+        for a in every
+    }
+    keys = sorted({key[:2] for key in cells})
+    return steps, [(c, k, [cells.get((c, k, n), "") for n in steps]) for c, k in keys]
 
 
 def provenance(found: Verification) -> list[tuple[str, str]]:

@@ -1,0 +1,35 @@
+import json
+import subprocess
+import sys
+
+import pytest
+
+
+@pytest.fixture
+def harness(tmp_path):
+    """Run the command line in a process of its own, in an empty folder."""
+
+    def run(*arguments, status=0, timeout=120):
+        done = subprocess.run(
+            [sys.executable, "-m", "harness", *arguments],
+            capture_output=True,
+            text=True,
+            timeout=timeout,
+            cwd=tmp_path,
+            check=False,
+        )
+        assert done.returncode == status, done.stderr
+        assert "Traceback" not in done.stderr
+        return done
+
+    return run
+
+
+@pytest.fixture
+def answer(harness):
+    """Run a command with --json and return its object: nothing else is on stdout."""
+
+    def run(*arguments, status=0):
+        return json.loads(harness(*arguments, "--json", status=status).stdout)
+
+    return run

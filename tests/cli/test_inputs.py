@@ -1,0 +1,32 @@
+from pathlib import Path
+
+from harness.engines.lammps.scripts import all_scripts
+
+COMMITTED = Path(__file__).parents[2] / "inputs"
+
+
+def test_what_is_written_passes_the_check(harness, tmp_path):
+    harness("inputs", "--folder", "scripts")
+    harness("inputs", "--folder", "scripts", "--check")
+    assert {p.name for p in (tmp_path / "scripts").iterdir()} == {s.name for s in all_scripts()}
+
+
+def test_the_committed_ones_are_up_to_date(harness):
+    harness("inputs", "--folder", str(COMMITTED), "--check")
+
+
+def test_a_changed_or_missing_script_fails_the_check(answer, tmp_path):
+    answer("inputs", "--folder", "scripts")
+    changed, missing = sorted((tmp_path / "scripts").iterdir())[:2]
+    changed.write_text(changed.read_text().replace("index 10.2", "index 10.3"))
+    missing.unlink()
+    record = answer("inputs", "--folder", "scripts", "--check", status=1)
+    assert not record["up_to_date"]
+    assert "index 10.3" in record["outdated"][changed.name]
+    assert record["outdated"][missing.name] == "is missing"
+
+
+def test_bad_folders(harness, tmp_path):
+    (tmp_path / "file").write_text("")
+    assert "no such folder" in harness("inputs", "--folder", "none", "--check", status=2).stderr
+    assert "cannot be written" in harness("inputs", "--folder", "file", status=2).stderr

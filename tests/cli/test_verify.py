@@ -1,0 +1,75 @@
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+pytestmark = pytest.mark.live
+
+
+def test_quick(answer, tmp_path):
+    record = answer("verify", "--quick", "--output", "run")
+    assert record["status"] == 0
+    extrapolated = record["extrapolated"]
+    closed_form = record["closed_form_deg"]
+    assert abs(extrapolated["critical_angle_deg"] - closed_form) <= 3e-4
+    assert abs(extrapolated["critical_angle_deg"] - closed_form) <= extrapolated["uncertainty_deg"]
+    assert extrapolated["uncertainty_deg"] <= 6e-4
+    kinds = {check["kind"] for check in record["checks"]}
+    assert kinds == {"analytic", "cross-code", "finding"}
+    on_disk = json.loads((tmp_path / "run" / "results.json").read_text())
+    assert on_disk["checks"] == record["checks"]
+    assert (tmp_path / "run" / "report.html").stat().st_size < 5e6
+
+
+def test_requests_that_cannot_be_met(harness, tmp_path):
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "results.json").write_text("{}")
+    assert "--quick and --full" in harness("verify", "--quick", "--full", status=2).stderr
+    assert "holds something" in harness("verify", "--output", "full", status=2).stderr
+    (tmp_path / "file").write_text("")
+    assert "cannot be written" in harness("verify", "--output", "file/run", status=2).stderr
+
+
+def test_ctrl_c_leaves_nothing(tmp_path):
+    process = subprocess.Popen(
+        [sys.executable, "-m", "harness", "verify", "--output", "run"],
+        cwd=tmp_path,
+        stderr=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    time.sleep(4)
+    os.killpg(process.pid, signal.SIGINT)
+    _, said = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert "interrupted" in said
+    assert "Traceback" not in said
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_lammps_that_dies_leaves_a_report_and_status_3(harness, tmp_path):
+    fake = tmp_path / "lmp"
+    fake.write_text(
+        '#!/bin/sh\nif [ "$1" = "-h" ]; then\n'
+        'echo "Large-scale Atomic/Molecular Massively Parallel Simulator - 1 Jan 2030"\n'
+        'printf "Installed packages:\\n\\nGRANULAR MOLECULE\\n\\n"\nexit 0\nfi\nkill -SEGV $$\n'
+    )
+    fake.chmod(0o755)
+    harness("verify", "--quick", "--lmp", str(fake), "--output", "run", status=3)
+    record = json.loads((tmp_path / "run" / "results.json").read_text())
+    died = [check for check in record["checks"] if check["engine_died"]]
+    assert died
+    assert all("crashed" in check["note"] and "SIGSEGV" in check["note"] for check in died)
+    assert [
+        c for c in record["checks"] if c["name"].startswith("theory") and c["verdict"] == "pass"
+    ]
+
+
+def test_an_unwritable_engine_option_leaves_no_folder(harness, tmp_path):
+    harness("verify", "--quick", "--lmp", "/bin/true", "--output", "run", status=3)
+    assert list(tmp_path.iterdir()) == []

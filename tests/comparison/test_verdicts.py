@@ -1,0 +1,65 @@
+import math
+
+import pytest
+
+from harness.comparison.tolerances import TOLERANCES, Tolerance
+from harness.comparison.verdicts import (
+    Kind,
+    Verdict,
+    failed_run,
+    finding,
+    judge,
+    judge_within_uncertainty,
+    not_tested,
+)
+from harness.errors import EngineTimeoutError
+
+ABSOLUTE = Tolerance("deg", 1e-3, 0.0, "a test")
+
+
+@pytest.mark.parametrize(
+    ("value", "verdict"),
+    [
+        (10.0005, Verdict.PASS),
+        (9.9995, Verdict.PASS),
+        (10.0011, Verdict.FAIL),
+        (math.nan, Verdict.FAIL),
+        (math.inf, Verdict.FAIL),
+    ],
+)
+def test_judge(value, verdict):
+    assert judge("x", Kind.ANALYTIC, value, 10.0, ABSOLUTE).verdict is verdict
+
+
+def test_relative_tolerance_grows_with_what_is_expected():
+    relative = Tolerance("N", 0.0, 1e-3, "a test")
+    assert judge("x", Kind.CROSS_CODE, 1000.9, 1000.0, relative).verdict is Verdict.PASS
+    assert judge("x", Kind.CROSS_CODE, 1.9, 1.0, relative).verdict is Verdict.FAIL
+
+
+def test_the_difference_is_never_rounded_away():
+    check = judge("x", Kind.ANALYTIC, 1.0 + 2**-52, 1.0, ABSOLUTE)
+    assert check.difference == 2**-52
+    assert check.record()["difference"] == 2**-52
+
+
+def test_an_uncertainty_that_misses_the_expected_value_fails():
+    held = judge_within_uncertainty("x", Kind.ANALYTIC, 1.0, 1.1, 0.2, "deg", "why")
+    missed = judge_within_uncertainty("x", Kind.ANALYTIC, 1.0, 1.3, 0.2, "deg", "why")
+    assert held.verdict is Verdict.PASS
+    assert missed.verdict is Verdict.FAIL
+
+
+def test_rows_that_are_no_judgement_are_never_a_pass():
+    died = failed_run("x", Kind.CROSS_CODE, EngineTimeoutError("5 s"))
+    assert died.verdict is Verdict.FAIL
+    assert died.engine_died
+    assert died.note == "out of time: 5 s"
+    assert not_tested("x", Kind.CROSS_CODE, "no mpirun").verdict is Verdict.NOT_TESTED
+    assert finding("x", 1.0, 2.0, "deg", "differs").verdict is Verdict.FINDING
+
+
+def test_every_tolerance_says_why():
+    for name, tolerance in TOLERANCES.items():
+        assert len(tolerance.reason) > 20, name
+        assert tolerance.unit, name

@@ -1,0 +1,66 @@
+import numpy as np
+import pytest
+
+from harness.comparison.extrapolation import extrapolate
+from harness.comparison.tolerances import TOLERANCES
+from harness.comparison.verdicts import Kind, failed_run, finding, judge, not_tested
+from harness.comparison.verification import InclineEvidence, Recursion, Verification
+from harness.errors import EngineTimeoutError
+from harness.observables.critical_angle import CriticalAngle
+from harness.observables.incline import Crests, InclineRun, Motion, Trajectory
+from harness.observables.provenance import Provenance
+from harness.parameters.contact import CONTACTS, PLASTIC
+from harness.parameters.incline import Incline
+from harness.parameters.ladder import QUICK_LADDER
+
+ENGINE = Provenance("lammps", "1 Jan 2030", ("GRANULAR",), "/bin/lmp", "executable")
+
+
+def _angle(case):
+    value = 10.2 - 40 * case.static_overlap - 20 * case.static_overlap / case.steps_per_contact
+    return CriticalAngle(value, 1e-4, 1e-5, "passage", case, ENGINE)
+
+
+def _run(angle, motion):
+    time = np.linspace(0, 10, 200)
+    path = Trajectory(time, time, 0.9 + 0.1 * np.cos(time), 1 + 0 * time, np.sin(time))
+    crests = Crests(np.arange(3.0), np.array([0.1, 0.05, 0.02]))
+    case = Incline(angle=angle)
+    return InclineRun(case, motion, 0.01, True, crests, 10.0, 1000, 0.1, ENGINE, path)
+
+
+@pytest.fixture(scope="session")
+def verification():
+    """A verification with every kind of row and of evidence, made up."""
+    width = TOLERANCES["critical angle, extrapolated"]
+    angles = [_angle(case) for case in QUICK_LADDER.cases(Incline(contact=PLASTIC))]
+    by_contact = {
+        name: [_angle(Incline(contact=contact, steps_per_contact=n)) for n in (50.0, 100.0)]
+        for name, contact in CONTACTS.items()
+    }
+    runs = [_run(10.20, Motion.TRAPPED), _run(10.22, Motion.MOVES_ON)]
+    energies = np.array([0.12, 0.08, 0.06])
+    return Verification(
+        level="quick",
+        started="2030-01-01T00:00:00+00:00",
+        seconds=1.5,
+        platform="a test",
+        harness_version="0",
+        provenance=ENGINE,
+        checks=(
+            judge("angle <holds>", Kind.ANALYTIC, 10.2, 10.2001, width),
+            judge("angle | fails", Kind.ANALYTIC, 10.2, 10.3, width),
+            failed_run("a run that hung", Kind.CROSS_CODE, EngineTimeoutError("5 s")),
+            not_tested("no engine", Kind.CROSS_CODE, "not installed"),
+            finding("laws differ", 1.0, 2.0, "deg", "as they should"),
+        ),
+        incline=InclineEvidence(
+            closed_form_deg=10.2,
+            extrapolated=extrapolate(angles),
+            by_contact=by_contact,
+            motions=runs,
+            recursion=Recursion(runs[1], energies, energies + 1e-5),
+        ),
+        scripts={"incline-plastic.in": "run 0\n"},
+        engine_errors=("out of time: 5 s",),
+    )

@@ -1,0 +1,72 @@
+import html
+import json
+import re
+
+import pandas as pd
+import pytest
+
+from harness.errors import RequestError
+from harness.report import folder as report_folder
+from harness.report.folder import check_folder, write
+
+
+def test_the_folder_is_complete(verification, tmp_path):
+    target = tmp_path / "run"
+    write(verification, target)
+    record = json.loads((target / "results.json").read_text())
+    assert record["status"] == verification.status
+    assert len(record["checks"]) == len(verification.checks)
+    assert len(pd.read_csv(target / "results.csv")) == len(verification.checks)
+    for name in verification.scripts:
+        assert (target / "scripts" / name).read_text() == verification.scripts[name]
+    figures = {path.stem for path in (target / "figures").glob("*.svg")}
+    assert "critical-angle-extrapolation" in figures
+    assert figures == {path.stem for path in (target / "figures").glob("*.png")}
+    linked = re.findall(r"\(figures/(.+?)\.svg\)", (target / "report.md").read_text())
+    assert set(linked) == figures
+
+
+def test_the_page_is_self_contained(verification, tmp_path):
+    write(verification, tmp_path / "run")
+    page = (tmp_path / "run" / "report.html").read_text()
+    assert "http://" not in re.sub(r"data:image/svg\+xml;base64,[A-Za-z0-9+/=]+", "", page)
+    assert not re.search(r'src="(?!data:)', page)
+    for check in verification.checks:
+        assert html.escape(check.name) in page
+
+
+def test_figures_are_the_same_file_twice(verification, tmp_path):
+    write(verification, tmp_path / "one")
+    write(verification, tmp_path / "two")
+    for path in (tmp_path / "one" / "figures").iterdir():
+        assert path.read_bytes() == (tmp_path / "two" / "figures" / path.name).read_bytes()
+
+
+def test_a_folder_that_holds_something_is_refused_and_kept(verification, tmp_path):
+    (tmp_path / "kept.txt").write_text("mine")
+    with pytest.raises(RequestError, match="holds something already"):
+        write(verification, tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["kept.txt"]
+
+
+def test_a_file_is_refused(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(RequestError, match="is a file"):
+        check_folder(tmp_path / "file")
+
+
+def test_a_folder_that_cannot_be_made_is_refused(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(RequestError, match="cannot be written"):
+        check_folder(tmp_path / "file" / "below")
+
+
+@pytest.mark.parametrize("stop", [KeyboardInterrupt, OSError])
+def test_nothing_half_written_is_left(verification, tmp_path, monkeypatch, stop):
+    def interrupted(*_):
+        raise stop
+
+    monkeypatch.setattr(report_folder, "html_page", interrupted)
+    with pytest.raises(stop):
+        write(verification, tmp_path / "run")
+    assert list(tmp_path.iterdir()) == []
