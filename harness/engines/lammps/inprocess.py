@@ -60,8 +60,8 @@ class InProcess:
 
     def close(self) -> None:
         """End the workers and remove the temporary files."""
-        for _ in range(self._workers):
-            worker = self._slots.get()
+        workers = [self._slots.get() for _ in range(self._workers)]
+        for worker in workers:
             if worker is not None:
                 worker.end()
             self._slots.put(None)
