@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from harness.engines.lammps.jobs import Job, Limits, Output
-from harness.engines.lammps.read import LAST_RESULT, error_from_text
+from harness.engines.lammps.read import LAST_RESULT, error_from_text, version_in
 from harness.engines.parallel import side_by_side
 from harness.errors import (
     EngineCrashError,
@@ -123,7 +123,7 @@ class _Worker:
             )
         self.provenance = Provenance(
             engine="lammps",
-            engine_version=hello["version"],
+            engine_version=version_in(hello["greeting"]),
             packages=tuple(hello["packages"]),
             executable=_library(),
             how="in-process",

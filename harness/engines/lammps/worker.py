@@ -2,7 +2,8 @@
 
 Started as ``python -m harness.engines.lammps.worker MEMORY_BYTES``. It reads
 one order a line on stdin and writes one answer a line on stdout, both JSON.
-Whatever LAMMPS or MPI prints goes to stderr.
+Whatever LAMMPS or MPI prints goes to stderr. It imports as little as it can:
+a start is paid per core.
 """
 
 from __future__ import annotations
@@ -16,7 +17,6 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from harness.engines.lammps.library import open_lammps
-from harness.engines.lammps.read import version_in
 
 
 def main() -> None:
@@ -32,8 +32,8 @@ def main() -> None:
         _answer(answers, {"missing": str(error)})
         return
     instance.command("log none")
-    version = version_in(Path("hello.log").read_text(encoding="utf-8"))
-    _answer(answers, {"version": version, "packages": list(instance.installed_packages)})
+    greeting = Path("hello.log").read_text(encoding="utf-8")
+    _answer(answers, {"greeting": greeting, "packages": list(instance.installed_packages)})
     for line in sys.stdin:
         order = json.loads(line)
         try:
