@@ -1,3 +1,7 @@
-"""Check discrete element (DEM) codes against theory."""
+"""Check discrete element (DEM) codes against theory.
+
+The verbs of the command line are functions in :mod:`harness.verbs`, what they
+run is described by :mod:`harness.parameters`.
+"""
 
 __version__ = "0.1.0"

@@ -137,7 +137,7 @@ def _measure(
     case: Incline, engine: Engine, method: Method, tolerance: float | None, extrapolate: bool
 ) -> dict[str, Any]:
     from harness.cli.progress import progress_bars
-    from harness.verbs import critical_angle as verb
+    from harness.verbs import incline as verb
 
     if not extrapolate:
         return verb.critical_angle(

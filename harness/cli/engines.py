@@ -8,7 +8,7 @@ from harness.cli.options import Json, Lmp, Mpirun
 def engines(lmp: Lmp = None, mpirun: Mpirun = None, json: Json = False) -> None:
     """Which engines are here, in which version, how they are run, and why one is missing."""
     from harness.cli.output import print_json
-    from harness.verbs.engines import engines as ask
+    from harness.verbs.status import engines as ask
 
     found = ask(lmp=lmp, launcher=mpirun)
     if json:

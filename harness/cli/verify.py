@@ -43,7 +43,7 @@ def verify(
     from harness.engines.registry import open_engine
     from harness.errors import RequestError
     from harness.report.folder import check_folder, write
-    from harness.verbs.verify import verify as verify_with
+    from harness.verbs.verification import verify as verify_with
 
     if quick and full:
         raise RequestError("--quick and --full: give one of them only")

@@ -1,1 +1,42 @@
-"""What the command line can do, as functions."""
+"""What the command line can do, as functions; each is imported when it is first asked for.
+
+>>> from harness.verbs import theory
+>>> round(theory().critical_angle_deg, 4)
+10.2078
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+_HOMES = {
+    "critical_angle": "harness.verbs.incline",
+    "critical_angles": "harness.verbs.incline",
+    "engines": "harness.verbs.status",
+    "extrapolated_critical_angle": "harness.verbs.incline",
+    "inputs": "harness.verbs.scripts",
+    "outdated_inputs": "harness.verbs.scripts",
+    "theory": "harness.verbs.closed_forms",
+    "verify": "harness.verbs.verification",
+}
+
+if TYPE_CHECKING:
+    from harness.verbs.closed_forms import theory as theory
+    from harness.verbs.incline import critical_angle as critical_angle
+    from harness.verbs.incline import critical_angles as critical_angles
+    from harness.verbs.incline import extrapolated_critical_angle as extrapolated_critical_angle
+    from harness.verbs.scripts import inputs as inputs
+    from harness.verbs.scripts import outdated_inputs as outdated_inputs
+    from harness.verbs.status import engines as engines
+    from harness.verbs.verification import verify as verify
+
+__all__ = list(_HOMES)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(_HOMES[name]), name)
+    globals()[name] = value
+    return value

@@ -1,5 +1,5 @@
 """The main job: theory, LAMMPS on the incline, comparison."""
 
-from harness.verbs.verify.run import verify
+from harness.verbs.verification.run import verify
 
 __all__ = ["verify"]

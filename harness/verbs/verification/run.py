@@ -16,9 +16,9 @@ from harness.errors import EngineError
 from harness.observables.provenance import Provenance
 from harness.theory.critical_angle import critical_angle
 from harness.verbs.progress import Progress, silent
-from harness.verbs.verify.incline_checks import incline_checks
-from harness.verbs.verify.levels import level as level_by_name
-from harness.verbs.verify.theory_checks import theory_checks
+from harness.verbs.verification.incline_checks import incline_checks
+from harness.verbs.verification.levels import level as level_by_name
+from harness.verbs.verification.theory_checks import theory_checks
 
 
 def verify(

@@ -26,9 +26,9 @@ from harness.parameters.contact import PLASTIC, SOURCE
 from harness.parameters.incline import Incline
 from harness.theory import energy_map
 from harness.theory.shock import SHOCK_WITHOUT_REBOUND
-from harness.verbs.critical_angle import complete, critical_angle, critical_angles
+from harness.verbs.incline import complete, critical_angle, critical_angles
 from harness.verbs.progress import Progress
-from harness.verbs.verify.levels import SOURCE_CLIPPED, Level
+from harness.verbs.verification.levels import SOURCE_CLIPPED, Level
 
 ROUTES_CASE = Incline(contact=PLASTIC, stiffness=1e6, steps_per_contact=100.0)
 SOURCE_CASE = Incline(contact=SOURCE, stiffness=1e6, steps_per_contact=50.0)
