@@ -30,9 +30,7 @@ def growth(zeta, steps_per_contact):
             [0 * one, 0 * one, one],
         ]
     )
-    drift = np.block(
-        [[one, step * one, 0 * one], [0 * one, one, 0 * one], [0 * one, 0 * one, one]]
-    )
+    drift = np.block([[one, step * one, 0 * one], [0 * one, one, 0 * one], [0 * one, 0 * one, one]])
     force = np.block(
         [
             [one, 0 * one, 0 * one],

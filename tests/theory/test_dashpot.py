@@ -67,9 +67,7 @@ def test_clipping_never_lowers_the_restitution(zeta, other):
 
 @given(st.floats(1e-12, 1.0))
 def test_damping_ratio_inverts_the_unclipped_restitution(restitution):
-    assert restitution_unclipped(damping_ratio(restitution)) == pytest.approx(
-        restitution, rel=1e-9
-    )
+    assert restitution_unclipped(damping_ratio(restitution)) == pytest.approx(restitution, rel=1e-9)
 
 
 def test_ends_of_the_damping_ratio():
