@@ -96,5 +96,5 @@ def test_unknown_choice_is_named(field, allowed):
 
 
 def test_contact_without_damping_is_refused():
-    with pytest.raises(RequestError, match="needs a restitution .* or a damping ratio"):
+    with pytest.raises(RequestError, match=r"needs a restitution .* or a damping ratio"):
         Contact()
