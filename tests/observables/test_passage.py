@@ -78,7 +78,7 @@ def test_flight_at_the_crest_is_refused_with_the_other_method_named(synthetic):
 
 
 def test_error_of_the_engine_comes_through():
-    def measure(cases):
+    def measure(_):
         raise EngineCrashError("LAMMPS died")
 
     with pytest.raises(EngineCrashError):

@@ -117,7 +117,7 @@ def test_one_undecided_angle_is_stepped_around(synthetic):
     ],
 )
 def test_same_fate_at_every_angle_is_an_error(synthetic, motion, message):
-    engine = synthetic(fate=lambda angle: motion)
+    engine = synthetic(fate=lambda _: motion)
     with pytest.raises(EngineOutputError, match=message):
         critical_angle_by_steady_motion(engine.steady, CASE)
     assert {0.0, 30.0} & {case.angle for case in engine.cases}
