@@ -61,8 +61,8 @@ class InProcess:
 
     def close(self) -> None:
         """End the workers and remove the temporary files."""
-        # all of them first: what is put back is what a last-in-first-out queue hands out next
-        for worker in [self._slots.get() for _ in range(self._workers)]:
+        workers = [self._slots.get() for _ in range(self._workers)]
+        for worker in workers:
             if worker is not None:
                 worker.end()
             self._slots.put(None)
