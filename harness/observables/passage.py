@@ -43,6 +43,8 @@ def critical_angle_by_passage(
         if not 0.0 <= angle <= 30.0:
             raise EngineOutputError(f"no critical angle between 0 and 30 deg (search at {angle:g})")
         runs.extend(measure([case.replace(angle=float(angle))]))
+        if len(runs) == 2 and _margin(runs[0]) == _margin(runs[1]):
+            raise EngineOutputError("the energy margin has no root: it is the same at every angle")
         return _margin(runs[-1])
 
     found = root_scalar(

@@ -44,8 +44,8 @@ def critical_angle_by_steady_motion(
     to the highest trapped angle where the outcome is not monotone. Undecided
     runs belong to neither side: they widen the interval.
 
-    Raise EngineOutputError when the fate is the same at 0 and 30 deg, or when
-    nothing is decided.
+    Raise EngineOutputError when the fate is the same at 0 and 30 deg, when no
+    moving angle lies above a trapped one, or when nothing is decided.
     """
     runs = _scan(measure, case, window)
     parts = FINE_SCAN
@@ -94,6 +94,8 @@ def _inside_changes(runs: Sequence[InclineRun], width: float, parts: int) -> lis
 
 def _result(runs: Sequence[InclineRun], case: Incline) -> CriticalAngle:
     rising = [(a, b) for a, b in _changes(runs) if b.motion is Motion.MOVES_ON]
+    if not rising:
+        raise EngineOutputError("no angle from 0 to 30 deg kept moving above a trapped one")
     low, high = rising[0]
     value = (low.case.angle + high.case.angle) / 2
     highest_trapped = max(r.case.angle for r in runs if r.motion is Motion.TRAPPED)

@@ -46,10 +46,37 @@ def _one_line(kind: type[BaseModel], error: ValidationError) -> str:
         )
     message = message.replace("Input should be", "must be")
     message = message[0].lower() + message[1:]
+    if first["type"] in _OUT_OF_RANGE:
+        message = f"must be {_range(kind, name) or 'a finite number'}"
     return f"{name} = {first['input']!r}{_unit(kind.model_fields.get(name))}: {message}"
+
+
+_OUT_OF_RANGE = {
+    "finite_number",
+    "greater_than",
+    "greater_than_equal",
+    "less_than",
+    "less_than_equal",
+}
+
+_BOUNDS = {
+    "exclusiveMinimum": "greater than",
+    "minimum": "at least",
+    "exclusiveMaximum": "less than",
+    "maximum": "at most",
+}
+
+
+def _range(kind: type[BaseModel], name: str) -> str:
+    """Return the whole range allowed for a field, as in ``greater than 0 and at most 5``."""
+    schema = kind.model_json_schema()["properties"][name]
+    allowed = {**schema, **schema.get("anyOf", [{}])[0]}
+    bounds = [f"{words} {allowed[key]:.12g}" for key, words in _BOUNDS.items() if key in allowed]
+    return " and ".join(bounds)
 
 
 def _unit(field: FieldInfo | None) -> str:
     """Return the unit that opens the description of a field, with a space before it."""
     description = (field.description if field else None) or ""
-    return f" {description[1 : description.index(']')]}" if description.startswith("[") else ""
+    unit = description[1 : description.index("]")] if description.startswith("[") else "-"
+    return "" if unit == "-" else f" {unit}"

@@ -39,6 +39,11 @@ class Incline(Parameters):
 
     @model_validator(mode="after")
     def _is_sound(self) -> Incline:
+        if not 1e-99 < self.diameter * self.density ** (1 / 3) < 1e99:
+            raise ValueError(
+                f"diameter = {self.diameter:g} m with density = {self.density:g} kg/m3 gives a "
+                "mass that is beyond floating point: must be from about 1e-297 to 1e297 kg"
+            )
         if self.static_overlap > 0.01:
             raise ValueError(
                 f"stiffness = {self.stiffness:g} N/m is too soft: the grain's weight would press "

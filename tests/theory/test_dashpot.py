@@ -1,0 +1,82 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from harness.theory.dashpot import (
+    damping_ratio,
+    duration_clipped,
+    restitution_clipped,
+    restitution_unclipped,
+)
+
+
+def collide(zeta, ends):
+    """Integrate the contact until ``ends(x, v)`` falls to zero; return the duration and -v."""
+
+    def motion(_, state):
+        return [state[1], -state[0] - 2 * zeta * state[1]]
+
+    def event(_, state):
+        return ends(*state)
+
+    event.terminal, event.direction = True, -1.0
+    # a step past x = v = 0 so that the events do not fire at the first touch
+    early = 1e-9
+    start = [early, 1.0 - 2 * zeta * early]
+    run = solve_ivp(
+        motion, (early, 500.0), start, events=event, rtol=1e-11, atol=1e-13, method="DOP853"
+    )
+    assert run.status == 1
+    return run.t[-1], -run.y[1, -1]
+
+
+@pytest.mark.parametrize("zeta", [0.0, 0.05, 0.3, 0.6, 0.85])
+def test_unclipped_restitution_against_integration_until_the_overlap_is_gone(zeta):
+    _, restitution = collide(zeta, lambda x, _: x)
+    assert restitution_unclipped(zeta) == pytest.approx(restitution, rel=1e-5)
+
+
+@pytest.mark.parametrize("zeta", [0.0, 0.05, 0.3, 0.6, 0.9, 0.9999, 1.0, 1.0001, 1.5, 5.0])
+def test_clipped_restitution_and_duration_against_integration_until_the_force_is_gone(zeta):
+    duration, restitution = collide(zeta, lambda x, v: x + 2 * zeta * v)
+    assert duration_clipped(zeta) == pytest.approx(duration, rel=1e-6)
+    assert restitution_clipped(zeta) == pytest.approx(restitution, rel=1e-5)
+
+
+def test_critical_damping_clipped_leaves_a_rebound():
+    assert restitution_clipped(1.0) == pytest.approx(math.exp(-2), rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("nominal", "real"), [(0.5, 0.550), (0.2, 0.324), (0.05, 0.213), (1e-9, 0.1367)]
+)
+def test_clipping_raises_the_restitution_as_lammps_was_measured_to(nominal, real):
+    assert restitution_clipped(damping_ratio(nominal)) == pytest.approx(real, abs=0.0015)
+
+
+@given(st.floats(0.0, 0.999), st.floats(0.0, 3.0))
+def test_clipping_never_lowers_the_restitution(zeta, other):
+    assert restitution_clipped(zeta) >= restitution_unclipped(zeta)
+    low, high = sorted((zeta, other))
+    assert restitution_clipped(high) <= restitution_clipped(low) * (1 + 1e-9)
+
+
+@given(st.floats(1e-12, 1.0))
+def test_damping_ratio_inverts_the_unclipped_restitution(restitution):
+    assert restitution_unclipped(damping_ratio(restitution)) == pytest.approx(restitution, rel=1e-9)
+
+
+def test_ends_of_the_damping_ratio():
+    assert damping_ratio(0.0) == 1.0
+    assert damping_ratio(1.0) == 0.0
+    assert damping_ratio(1e-20) == pytest.approx(0.99768, abs=5e-6)
+    assert restitution_unclipped(1.0) == restitution_unclipped(5.0) == 0.0
+
+
+def test_duration_passes_smoothly_through_critical_damping():
+    around = np.array([duration_clipped(1.0 + shift) for shift in (-1e-6, 0.0, 1e-6)])
+    assert np.ptp(around) < 1e-5
