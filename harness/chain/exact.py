@@ -17,7 +17,7 @@ from harness.chain.compiled import compiled
 from harness.chain.complementarity import Flags, solve, substitute
 from harness.chain.events import ORDER, REACH, first_root, taylor_of_contacts
 from harness.chain.modes import decompose, project, state_at
-from harness.chain.record import Record, as_run, blank_record, write_sample
+from harness.chain.record import Record, as_run, blank_record, with_room, write_sample
 from harness.errors import RequestError
 from harness.observables.tower import TowerRun
 from harness.parameters.tower import Tower
@@ -83,7 +83,7 @@ def propagate(chain: Chain, record: Record, duration: float, samples: int) -> tu
             return record, -1
         highest = decompose(chain, closed, factor, shapes, frequency, first)
         project(chain, closed, shapes, frequency, first, amplitudes)
-        record = _with_room(record, rows)
+        record = with_room(record, rows)
         write_sample(record, rows, time, u, v, overlap, force, chain.mass, chain.gravity)
         rows += 1
         x[:], w[:] = u, v
@@ -102,7 +102,7 @@ def propagate(chain: Chain, record: Record, duration: float, samples: int) -> tu
                 at = _turn(
                     chain, closed, shapes, frequency, first, amplitudes, local, until, y, z
                 )
-                record = _with_room(record, rows)
+                record = with_room(record, rows)
                 _forces(y, factor, overlap, force)
                 write_sample(
                     record, rows, time + at, y, z, overlap, force, chain.mass, chain.gravity
@@ -112,7 +112,7 @@ def propagate(chain: Chain, record: Record, duration: float, samples: int) -> tu
                 sample += 1
                 at = sample * duration / samples - time
                 state_at(chain, closed, shapes, frequency, first, amplitudes, at, y, z)
-                record = _with_room(record, rows)
+                record = with_room(record, rows)
                 _forces(y, factor, overlap, force)
                 write_sample(
                     record, rows, time + at, y, z, overlap, force, chain.mass, chain.gravity
@@ -125,7 +125,7 @@ def propagate(chain: Chain, record: Record, duration: float, samples: int) -> tu
             break
         stuck = stuck + 1 if local == 0 else 0
         closed[changed] = not closed[changed]
-    record = _with_room(record, rows)
+    record = with_room(record, rows)
     _forces(u, factor, overlap, force)
     write_sample(record, rows, duration, u, v, overlap, force, chain.mass, chain.gravity)
     return record, rows + 1
@@ -176,15 +176,3 @@ def _forces(u: Floats, factor: Floats, overlap: Floats, force: Floats) -> None:
         overlap[i] = u[i] - u[i + 1]
     substitute(overlap, factor, force)
 
-
-@compiled
-def _with_room(record: Record, rows: int) -> Record:
-    """Return ``record`` with room for one more sample after ``rows``."""
-    if rows < record.rows.shape[0]:
-        return record
-    return Record(
-        np.concatenate((record.rows, np.empty_like(record.rows))),
-        np.concatenate((record.displacements, np.empty_like(record.displacements))),
-        np.concatenate((record.velocities, np.empty_like(record.velocities))),
-        np.concatenate((record.forces, np.empty_like(record.forces))),
-    )

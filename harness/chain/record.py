@@ -35,15 +35,34 @@ def blank_record(samples: int, particles: int, profiles: bool) -> Record:
 
 
 @compiled
+def with_room(record: Record, rows: int) -> Record:
+    """Return ``record`` with room for one more sample after ``rows``."""
+    if rows < record.rows.shape[0]:
+        return record
+    return Record(
+        np.concatenate((record.rows, np.empty_like(record.rows))),
+        np.concatenate((record.displacements, np.empty_like(record.displacements))),
+        np.concatenate((record.velocities, np.empty_like(record.velocities))),
+        np.concatenate((record.forces, np.empty_like(record.forces))),
+    )
+
+
+@compiled
+def chain_of_grain(force: Floats) -> int:
+    """Return how many contacts from the grain on carry a force (n,) [N]."""
+    contacts = 0
+    while contacts < force.size and force[contacts] > 0:
+        contacts += 1
+    return contacts
+
+
+@compiled
 def write_sample(
     record: Record, row: int, time: float,
     u: Floats, v: Floats, overlap: Floats, force: Floats, mass: Floats, gravity: Floats,
 ) -> None:  # fmt: skip
     """Write the state with its forces (n,) [N] to ``row``."""
     n = force.size
-    contacts = 0
-    while contacts < n and force[contacts] > 0:
-        contacts += 1
     kinetic = elastic = weight = momentum = 0.0
     for i in range(n):
         elastic += 0.5 * force[i] * overlap[i]
@@ -53,7 +72,7 @@ def write_sample(
         momentum += mass[i] * v[i]
     values = record.rows[row]
     values[0], values[1], values[2], values[3] = time, u[0], v[0], force[0]
-    values[4], values[5], values[6] = contacts, u[0] - u[n], v[0] - v[n]
+    values[4], values[5], values[6] = chain_of_grain(force), u[0] - u[n], v[0] - v[n]
     values[7], values[8], values[9], values[10] = kinetic, elastic, weight, momentum
     values[11] = force[n - 1]
     if record.forces.shape[0]:

@@ -15,7 +15,7 @@ import numpy as np
 from harness.chain.arrays import Chain, Floats, assemble
 from harness.chain.compiled import compiled
 from harness.chain.complementarity import factorise, solve
-from harness.chain.record import Record, as_run, blank_record, write_sample
+from harness.chain.record import Record, as_run, blank_record, chain_of_grain, with_room, write_sample
 from harness.chain.stability import chosen_step
 from harness.errors import RequestError
 from harness.observables.tower import TowerRun
@@ -60,7 +60,7 @@ def run(
     chain = assemble(tower)
     record = blank_record(steps // every + 2, tower.particles, profiles)
     limit = tower.height if longest_chain is None else longest_chain
-    rows = integrate(chain, record, h, steps, every, limit)
+    record, rows = integrate(chain, record, h, steps, every, limit)
     if rows < 0:
         raise _stopped(-rows, limit, h)
     return as_run(tower, "rk4", h, record, rows, chain)
@@ -78,11 +78,12 @@ def _stopped(found: int, limit: int, step: float) -> RequestError:
 @compiled
 def integrate(
     chain: Chain, record: Record, step: float, steps: int, every: int, longest: int
-) -> int:
-    """Advance ``chain`` in place, sampling every so many steps and at the end.
+) -> tuple[Record, int]:
+    """Advance ``chain`` in place; sample every so many steps, at the end, and ...
 
-    Return the number of samples; or minus the length of a chain of touching
-    contacts longer than ``longest``, or -1 where no contact set fits.
+    whenever the number of contacts in the grain's chain has changed. Return the
+    record and its rows; or minus the length of a chain of touching contacts
+    longer than ``longest``, or -1 where no contact set fits.
     """
     u, v, mass, gravity = chain.displacement, chain.velocity, chain.mass, chain.gravity
     mobility, diagonal, beside = chain.mobility, chain.diagonal, chain.beside
@@ -96,7 +97,7 @@ def integrate(
         closed[i], open_[i] = u[i] > u[i + 1], u[i] <= u[i + 1]
     found = factorise(closed, diagonal, beside, factor)
     pivot, forth, back = factor[0], factor[1], factor[2]
-    rows = 0
+    rows, contacts = 0, -1
     for count in range(steps + 1):
         for stage in range(4):
             shift = 0.0 if stage == 0 else 0.5 * step if stage < 3 else step
@@ -107,13 +108,16 @@ def integrate(
                 if _wrong(overlap, diagonal, beside, open_, force, tolerance):
                     found = solve(overlap, diagonal, beside, closed, factor, force, tolerance)
                     if found < 0 or found > longest:
-                        return -abs(found)
+                        return record, -abs(found)
                     for i in range(n):
                         open_[i] = not closed[i]
             else:
                 _press(overlap, stiffness, force)
             if stage == 0:
-                if count % every == 0 or count == steps:
+                touching = chain_of_grain(force)
+                if touching != contacts or count % every == 0 or count == steps:
+                    contacts = touching
+                    record = with_room(record, rows)
                     write_sample(record, rows, count * step, u, v, overlap, force, mass, gravity)
                     rows += 1
                 if count == steps:
@@ -122,7 +126,7 @@ def integrate(
                 _accelerate(force, mobility, gravity, a if stage == 0 else b if stage == 1 else c)
         if count < steps:
             _finish(u, v, a, b, c, force, mobility, gravity, step)
-    return rows
+    return record, rows
 
 
 @compiled

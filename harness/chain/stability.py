@@ -8,7 +8,7 @@ from harness.errors import RequestError
 from harness.parameters.tower import Tower
 
 RK4_IMAGINARY_LIMIT = 2 * math.sqrt(2)
-DEFAULT_STEPS_PER_CONTACT = 1000.0
+DEFAULT_STEPS_PER_CONTACT = 4000.0
 
 
 def highest_frequency(tower: Tower, longest_chain: int | None = None) -> float:
@@ -47,7 +47,7 @@ def chosen_step(
     steps_per_contact: float | None = None,
     longest_chain: int | None = None,
 ) -> float:
-    """Return the step [s]: as given, or 1000 per contact time pi sqrt(m/k).
+    """Return the step [s]: as given, or 4000 per contact time pi sqrt(m/k).
 
     Without a request it is at most half the largest stable one. Raise
     RequestError, naming the bound, for a step that is not positive or not stable.

@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from harness.cli.tower import tower
+
 app = typer.Typer(
     name="dem-harness",
     no_args_is_help=True,
@@ -37,3 +39,6 @@ def root(
     Exit status: 0 all verdicts hold; 1 a verdict failed; 2 the request was
     wrong; 3 an engine could not be run or died.
     """
+
+
+app.command()(tower)
