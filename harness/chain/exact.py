@@ -99,9 +99,7 @@ def propagate(chain: Chain, record: Record, duration: float, samples: int) -> tu
             before = w[0] - w[n]
             state_at(chain, closed, shapes, frequency, first, amplitudes, until, x, w)
             if before * (w[0] - w[n]) < 0:
-                at = _turn(
-                    chain, closed, shapes, frequency, first, amplitudes, local, until, y, z
-                )
+                at = _turn(chain, closed, shapes, frequency, first, amplitudes, local, until, y, z)
                 record = with_room(record, rows)
                 _forces(y, factor, overlap, force)
                 write_sample(
@@ -175,4 +173,3 @@ def _forces(u: Floats, factor: Floats, overlap: Floats, force: Floats) -> None:
     for i in range(overlap.size):
         overlap[i] = u[i] - u[i + 1]
     substitute(overlap, factor, force)
-

@@ -10,12 +10,9 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
-from harness.chain.arrays import Chain, Floats, assemble
-from harness.chain.compiled import compiled
-from harness.chain.complementarity import factorise, solve
-from harness.chain.record import Record, as_run, blank_record, chain_of_grain, with_room, write_sample
+from harness.chain import rk4_deformable, rk4_overlap
+from harness.chain.arrays import Chain, assemble
+from harness.chain.record import Record, as_run, blank_record
 from harness.chain.stability import chosen_step
 from harness.errors import RequestError
 from harness.observables.tower import TowerRun
@@ -75,131 +72,14 @@ def _stopped(found: int, limit: int, step: float) -> RequestError:
     return RequestError(f"step = {step:.6g} s: the contacts could not be found, values overflow")
 
 
-@compiled
 def integrate(
     chain: Chain, record: Record, step: float, steps: int, every: int, longest: int
 ) -> tuple[Record, int]:
-    """Advance ``chain`` in place; sample every so many steps, at the end, and ...
+    """Advance ``chain`` in place under its law; return the record and its rows.
 
-    whenever the number of contacts in the grain's chain has changed. Return the
-    record and its rows; or minus the length of a chain of touching contacts
-    longer than ``longest``, or -1 where no contact set fits.
+    Negative rows say why the deformable law stopped
+    (:func:`harness.chain.rk4_deformable.integrate`).
     """
-    u, v, mass, gravity = chain.displacement, chain.velocity, chain.mass, chain.gravity
-    mobility, diagonal, beside = chain.mobility, chain.diagonal, chain.beside
-    deformable, tolerance = chain.deformable, 1e-14 * chain.length
-    n = diagonal.size
-    a, b, c = np.zeros(n + 1), np.zeros(n + 1), np.zeros(n + 1)
-    overlap, force, stiffness = np.zeros(n), np.zeros(n), 1 / diagonal
-    held = n if deformable else 0
-    closed, open_, factor = np.zeros(held, np.bool_), np.zeros(held), np.zeros((3, held))
-    for i in range(held):
-        closed[i], open_[i] = u[i] > u[i + 1], u[i] <= u[i + 1]
-    found = factorise(closed, diagonal, beside, factor)
-    pivot, forth, back = factor[0], factor[1], factor[2]
-    rows, contacts = 0, -1
-    for count in range(steps + 1):
-        for stage in range(4):
-            shift = 0.0 if stage == 0 else 0.5 * step if stage < 3 else step
-            lift = 0.0 if stage < 2 else 0.5 * step * shift
-            _overlaps(u, v, a if stage < 3 else b, shift, lift, overlap)
-            if deformable:
-                _substitute(overlap, pivot, forth, back, force)
-                if _wrong(overlap, diagonal, beside, open_, force, tolerance):
-                    found = solve(overlap, diagonal, beside, closed, factor, force, tolerance)
-                    if found < 0 or found > longest:
-                        return record, -abs(found)
-                    for i in range(n):
-                        open_[i] = not closed[i]
-            else:
-                _press(overlap, stiffness, force)
-            if stage == 0:
-                touching = chain_of_grain(force)
-                if touching != contacts or count % every == 0 or count == steps:
-                    contacts = touching
-                    record = with_room(record, rows)
-                    write_sample(record, rows, count * step, u, v, overlap, force, mass, gravity)
-                    rows += 1
-                if count == steps:
-                    break
-            if stage < 3:
-                _accelerate(force, mobility, gravity, a if stage == 0 else b if stage == 1 else c)
-        if count < steps:
-            _finish(u, v, a, b, c, force, mobility, gravity, step)
-    return record, rows
-
-
-@compiled
-def _overlaps(u: Floats, v: Floats, a: Floats, shift: float, lift: float, overlap: Floats) -> None:
-    """Set the overlaps (n,) [m] at ``u + shift v + lift a``."""
-    for i in range(overlap.size):
-        overlap[i] = (u[i] - u[i + 1]) + shift * (v[i] - v[i + 1]) + lift * (a[i] - a[i + 1])
-
-
-@compiled
-def _press(overlap: Floats, stiffness: Floats, force: Floats) -> None:
-    """Set the forces (n,) [N] of the overlap law, ``stiffness`` (n,) [N/m] being the contacts'."""
-    for i in range(force.size):
-        force[i] = max(overlap[i], 0.0) * stiffness[i]
-
-
-@compiled
-def _substitute(
-    overlap: Floats, pivot: Floats, forth: Floats, back: Floats, force: Floats
-) -> None:
-    """Set the forces (n,) [N] of the contact set that is factorised."""
-    n = overlap.size
-    carried = 0.0
-    for i in range(n):
-        carried = overlap[i] - forth[i] * carried
-        force[i] = carried
-    carried = 0.0
-    for j in range(n):
-        i = np.uintp(n - 1 - j)
-        carried = pivot[i] * force[i] - back[i] * carried
-        force[i] = carried
-
-
-@compiled
-def _wrong(
-    overlap: Floats, diagonal: Floats, beside: Floats, open_: Floats, force: Floats, tolerance: float
-) -> int:
-    """Return how many contacts pull, or are open and overlap, by more than ``tolerance`` [m]."""
-    n = overlap.size
-    wrong = 0
-    for i in range(1, n - 1):
-        gap = beside[i - 1] * force[i - 1] + beside[i] * force[i + 1] - overlap[i]
-        wrong += diagonal[i] * force[i] + open_[i] * gap < -tolerance
-    for i in (0, n - 1):
-        gap = -overlap[i]
-        if i > 0:
-            gap += beside[i - 1] * force[i - 1]
-        if i < n - 1:
-            gap += beside[i] * force[i + 1]
-        wrong += diagonal[i] * force[i] + open_[i] * gap < -tolerance
-    return wrong
-
-
-@compiled
-def _accelerate(force: Floats, mobility: Floats, gravity: Floats, acceleration: Floats) -> None:
-    """Set the accelerations (N,) [m/s2] from the contact forces (n,) [N]."""
-    n = force.size
-    acceleration[0] = gravity[0] - force[0] * mobility[0]
-    for i in range(1, n):
-        acceleration[i] = (force[i - 1] - force[i]) * mobility[i] + gravity[i]
-    acceleration[n] = gravity[n] + force[n - 1] * mobility[n]
-
-
-@compiled
-def _finish(
-    u: Floats, v: Floats, a: Floats, b: Floats, c: Floats,
-    force: Floats, mobility: Floats, gravity: Floats, step: float,
-) -> None:  # fmt: skip
-    """Complete the step with the forces (n,) [N] of the fourth stage."""
-    n = force.size
-    for i in range(n + 1):
-        push = force[i - 1] if i > 0 else 0.0
-        pull = force[i] if i < n else 0.0
-        d = (push - pull) * mobility[i] + gravity[i]
-        u[i] += step * v[i] + step * step / 6 * (a[i] + b[i] + c[i])
-        v[i] += step / 6 * (a[i] + 2 * (b[i] + c[i]) + d)
+    if chain.deformable:
+        return rk4_deformable.integrate(chain, record, step, steps, every, longest)
+    return rk4_overlap.integrate(chain, record, step, steps, every)

@@ -41,7 +41,9 @@ def _one_line(kind: type[BaseModel], error: ValidationError) -> str:
         return message
     name = str(first["loc"][0])
     if first["type"] == "extra_forbidden":
-        return f"{name}: no such parameter of {kind.__name__} (it has {', '.join(kind.model_fields)})"
+        return (
+            f"{name}: no such parameter of {kind.__name__} (it has {', '.join(kind.model_fields)})"
+        )
     message = message.replace("Input should be", "must be")
     message = message[0].lower() + message[1:]
     return f"{name} = {first['input']!r}{_unit(kind.model_fields.get(name))}: {message}"

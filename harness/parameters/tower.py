@@ -31,7 +31,9 @@ class Tower(Parameters):
     The defaults are the source's (Harper, Dufek and Breard, methods section).
     """
 
-    height: int = Field(default=1, ge=1, strict=True, description="[contacts] of the tower, particles - 1")
+    height: int = Field(
+        default=1, ge=1, strict=True, description="[contacts] of the tower, particles - 1"
+    )
     stiffness: PerParticle = Field(default=1e6, description="[N/m] normal stiffness")
     mass: PerParticle = Field(default=1.0, description="[kg] mass")
     diameter: PerParticle = Field(default=1.0, description="[m] diameter")
