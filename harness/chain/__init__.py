@@ -1,0 +1,1 @@
+"""The chain of deformable particles: contact laws, RK4, exact propagator."""

@@ -80,5 +80,6 @@ def _evaluate(y: Floats, f: Floats, begin: int, end: int, at: float) -> float:
     """Return ``g(at)`` of the break points ``y, f [begin:end]``."""
     for p in range(begin + 1, end):
         if at < y[p]:
-            return f[p - 1] + (f[p] - f[p - 1]) * (at - y[p - 1]) / (y[p] - y[p - 1])
-    return f[end - 1]
+            part = (at - y[p - 1]) / (y[p] - y[p - 1])
+            return float(f[p - 1] + (f[p] - f[p - 1]) * part)
+    return float(f[end - 1])

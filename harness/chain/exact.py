@@ -97,9 +97,9 @@ def propagate(chain: Chain, record: Record, duration: float, samples: int) -> tu
             if changed < 0 and time + until >= duration * (1 - 1e-15):
                 until = duration - time
             before = w[0] - w[n]
-            state_at(chain, closed, shapes, frequency, first, amplitudes, until, x, w)
+            state_at(chain, closed, shapes, frequency, amplitudes, until, x, w)
             if before * (w[0] - w[n]) < 0:
-                at = _turn(chain, closed, shapes, frequency, first, amplitudes, local, until, y, z)
+                at = _turn(chain, closed, shapes, frequency, amplitudes, local, until, y, z)
                 record = with_room(record, rows)
                 _forces(y, factor, overlap, force)
                 write_sample(
@@ -109,7 +109,7 @@ def propagate(chain: Chain, record: Record, duration: float, samples: int) -> tu
             while (sample + 1) * duration / samples < time + until and sample + 1 < samples:
                 sample += 1
                 at = sample * duration / samples - time
-                state_at(chain, closed, shapes, frequency, first, amplitudes, at, y, z)
+                state_at(chain, closed, shapes, frequency, amplitudes, at, y, z)
                 record = with_room(record, rows)
                 _forces(y, factor, overlap, force)
                 write_sample(
@@ -149,17 +149,17 @@ def _next_change(
 
 @compiled
 def _turn(
-    chain: Chain, closed: Flags, shapes: Floats, frequency: Floats, first: Floats,
+    chain: Chain, closed: Flags, shapes: Floats, frequency: Floats,
     amplitudes: Floats, low: float, high: float, y: Floats, z: Floats,
 ) -> float:  # fmt: skip
     """Return when, between ``low`` and ``high`` [s], grain and base turn; leave the state there."""
     n = y.size - 1
-    state_at(chain, closed, shapes, frequency, first, amplitudes, low, y, z)
+    state_at(chain, closed, shapes, frequency, amplitudes, low, y, z)
     sign = 1.0 if z[0] - z[n] > 0 else -1.0
     middle = low
     for _ in range(60):
         middle = 0.5 * (low + high)
-        state_at(chain, closed, shapes, frequency, first, amplitudes, middle, y, z)
+        state_at(chain, closed, shapes, frequency, amplitudes, middle, y, z)
         if sign * (z[0] - z[n]) > 0:
             low = middle
         else:

@@ -56,7 +56,7 @@ def _run_modes(
     if mobile == 1 and free:
         shapes[begin, begin] = 1.0
         return
-    values, vectors = np.linalg.eigh(_dynamical_matrix(chain, factor, begin, mobile, free, root))
+    values, vectors = np.linalg.eigh(_dynamical_matrix(factor, begin, mobile, free, root))
     if free:
         values[0] = 0.0
         vectors[:, 0] = root / math.sqrt(np.sum(root * root))
@@ -67,10 +67,8 @@ def _run_modes(
 
 
 @compiled
-def _dynamical_matrix(
-    chain: Chain, factor: Floats, begin: int, mobile: int, free: bool, root: Floats
-) -> Floats:
-    """Return ``M^(-1/2) K M^(-1/2)`` of a run: the forces of unit displacements, column by column."""
+def _dynamical_matrix(factor: Floats, begin: int, mobile: int, free: bool, root: Floats) -> Floats:
+    """Return ``M^(-1/2) K M^(-1/2)`` of a run: forces of unit displacements, by columns."""
     contacts = mobile - 1 if free else mobile
     pivots = np.ascontiguousarray(factor[:, begin : begin + contacts])
     matrix = np.zeros((mobile, mobile))
@@ -128,7 +126,7 @@ def _origin(closed: Flags, begin: int, last: float) -> float:
 
 @compiled
 def state_at(
-    chain: Chain, closed: Flags, shapes: Floats, frequency: Floats, first: Floats,
+    chain: Chain, closed: Flags, shapes: Floats, frequency: Floats,
     amplitudes: Floats, time: float, u: Floats, v: Floats,
 ) -> None:  # fmt: skip
     """Set ``u`` and ``v`` (N,) at ``time`` [s] after the amplitudes were taken."""

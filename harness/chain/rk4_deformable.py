@@ -12,7 +12,7 @@ import numpy as np
 
 from harness.chain.arrays import Chain, Floats
 from harness.chain.compiled import compiled
-from harness.chain.complementarity import Flags, factorise, solve
+from harness.chain.complementarity import Flags, solve
 from harness.chain.record import Record, chain_of_grain, with_room, write_sample
 
 
@@ -100,9 +100,9 @@ def substitute_from_both_ends(overlap: Floats, pivot: Floats, carry: Floats, for
     force[0], force[n - 1] = overlap[0], overlap[n - 1]
     left, right = overlap[0], overlap[n - 1]
     for i in range(1, ends):
-        j = np.uintp(n - 1 - i)
+        j = n - 1 - i
         left = overlap[i] - carry[i - 1] * left
-        right = overlap[j] - carry[j + np.uintp(1)] * right
+        right = overlap[j] - carry[j + 1] * right
         force[i], force[j] = left, right
     for i in range(max(ends, 1), middle):
         left = overlap[i] - carry[i - 1] * left
@@ -118,7 +118,7 @@ def substitute_from_both_ends(overlap: Floats, pivot: Floats, carry: Floats, for
         left = pivot[i] * force[i] - carry[i] * left
         force[i] = left
     for k in range(min(ends, middle)):
-        i = np.uintp(ends - 1 - k)
+        i = ends - 1 - k
         j = n - ends + k
         left = pivot[i] * force[i] - carry[i] * left
         right = pivot[j] * force[j] - carry[j] * right

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 from harness.errors import RequestError
 from harness.parameters.tower import Tower
@@ -22,10 +23,9 @@ def highest_frequency(tower: Tower, longest_chain: int | None = None) -> float:
     """
     stiffness, mass = tower.each("stiffness"), tower.each("mass")
     if tower.law == "overlap":
-        pairs = zip(stiffness, stiffness[1:], strict=False)
-        contact = [0.0, *(2 / (1 / a + 1 / b) for a, b in pairs), 0.0]
-        rows = zip(contact, contact[1:], mass, strict=False)
-        return math.sqrt(max(2 * (left + right) / m for left, right, m in rows))
+        contact = [0.0, *(2 / (1 / a + 1 / b) for a, b in pairwise(stiffness)), 0.0]
+        rows = zip(pairwise(contact), mass, strict=True)
+        return math.sqrt(max(2 * (left + right) / m for (left, right), m in rows))
     length = tower.height if longest_chain is None else min(longest_chain, tower.height)
     softest = 2 * math.sin(math.pi / (2 * (length + 1))) ** 2
     return math.sqrt(4 * max(stiffness) / (min(mass) * softest))

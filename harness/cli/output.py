@@ -13,7 +13,7 @@ def print_json(record: Mapping[str, Any]) -> None:
     print(json.dumps(_finite(record), indent=2, ensure_ascii=False))
 
 
-def _finite(value: Any) -> Any:  # noqa: ANN401 - any JSON value
+def _finite(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {key: _finite(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):

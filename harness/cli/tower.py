@@ -15,22 +15,30 @@ if TYPE_CHECKING:
 
 
 class Law(StrEnum):
+    """Contact laws."""
+
     overlap = "overlap"
     deformable = "deformable"
 
 
 class Base(StrEnum):
+    """What the last particle does."""
+
     fixed = "fixed"
     free = "free"
 
 
 class Window(StrEnum):
+    """Windows of the impulse."""
+
     turnaround = "turnaround"
     structure = "structure"
     first_contact = "first-contact"
 
 
 class Solver(StrEnum):
+    """Solvers of the tower."""
+
     rk4 = "rk4"
     exact = "exact"
 

@@ -1,0 +1,1 @@
+"""Compare results: tolerances, verdicts, convergence. No files, no processes."""

@@ -1,0 +1,1 @@
+"""DEM codes behind one contract: write, execute, read."""

@@ -1,0 +1,1 @@
+"""What a run yields, whoever made it. No files, no processes."""

@@ -86,7 +86,8 @@ class TowerRun:
         if self.profiles is None:
             raise ValueError("run without profiles: no deformations")
         force = np.pad(self.profiles.forces, ((0, 0), (1, 1)))
-        return (force[:, 1:] + force[:, :-1]) / np.array(self.tower.each("stiffness"))
+        stiffness = np.array(self.tower.each("stiffness"))
+        return np.asarray((force[:, 1:] + force[:, :-1]) / stiffness)
 
     def frame(self) -> pd.DataFrame:
         """Return the series as a table, units in the names, ``t_over_t0`` in front."""

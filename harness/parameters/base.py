@@ -28,7 +28,7 @@ class Parameters(BaseModel):
             except ValidationError as error:
                 raise RequestError(_one_line(type(self), error)) from None
 
-    def replace(self, **changes: Any) -> Any:  # noqa: ANN401 - same type as self
+    def replace(self, **changes: Any) -> Any:
         """Return a copy with ``changes``, validated again."""
         return type(self)(**{**dict(self), **changes})
 

@@ -1,0 +1,1 @@
+"""Closed forms. They share no code with what is held against them."""

@@ -12,7 +12,7 @@ Floats = NDArray[np.float64]
 
 def static_forces(contacts: int, mass: float, gravity: float) -> Floats:
     """Return the contact forces at rest (n,) [N]: the weight above, under either law."""
-    return np.arange(1, contacts + 1) * mass * gravity
+    return np.arange(1.0, contacts + 1) * (mass * gravity)
 
 
 def static_overlaps(
@@ -25,9 +25,9 @@ def static_overlaps(
     has none below; one contact alone has ``m g/k``.
     """
     unit = mass * gravity / stiffness
-    i = np.arange(1, contacts + 1)
+    i = np.arange(1.0, contacts + 1)
     if not deformable or contacts == 1:
-        return i * unit
+        return np.asarray(i * unit)
     overlaps = 2.0 * i * unit
     overlaps[-1] = (3 * contacts - 1) / 2 * unit
     return overlaps
@@ -38,8 +38,8 @@ def overlap_modes(mobile: int, omega: float) -> Floats:
 
     Overlap law, all touching: ``2 omega sin((2j-1) pi / (2 (2M+1)))``.
     """
-    j = np.arange(1, mobile + 1)
-    return 2 * omega * np.sin((2 * j - 1) * math.pi / (2 * (2 * mobile + 1)))
+    j = np.arange(1.0, mobile + 1)
+    return np.asarray(2 * omega * np.sin((2 * j - 1) * math.pi / (2 * (2 * mobile + 1))))
 
 
 def series_stiffness(contacts: int, stiffness: float, deformable: bool) -> float:

@@ -10,7 +10,6 @@ import ctypes
 import math
 import sys
 import time
-import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +19,6 @@ from harness.chain import rk4
 from harness.chain.arrays import assemble
 from harness.chain.record import blank_record
 from harness.parameters.tower import Tower
-from harness.verbs.impulse import impulse_table
 
 pytestmark = pytest.mark.benchmark
 

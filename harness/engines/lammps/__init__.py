@@ -1,0 +1,1 @@
+"""LAMMPS, in-process or as an executable."""
