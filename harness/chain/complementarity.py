@@ -102,8 +102,8 @@ def solve(
     """Find ``closed`` and ``force`` (n,) [N] from the set that ``closed`` holds on entry.
 
     Return the longest run of closed contacts, or -1 if there is no solution to
-    ``tolerance`` [m] times the number of contacts, which only values that are
-    not finite can bring about.
+    ``tolerance`` [m] times the number of contacts, which rounding alone, of
+    overlaps far beyond the scale of the tolerance, can bring about.
     """
     fewest, patience = overlap.size + 1, _PATIENCE
     while patience >= 0:
@@ -117,11 +117,9 @@ def solve(
     closed_contacts(overlap, diagonal, beside, closed)
     longest = factorise(closed, diagonal, beside, factor)
     substitute(overlap, factor, force)
-    spoilt = closed.copy()
     allowed = tolerance * overlap.size
-    if flip_wrong(overlap, diagonal, beside, force, spoilt, allowed) or not np.isfinite(force[0]):
-        return -1
-    return longest
+    wrong = flip_wrong(overlap, diagonal, beside, force, closed.copy(), allowed)
+    return -1 if wrong else longest
 
 
 def contact_forces(
@@ -147,6 +145,8 @@ def forces_of_overlaps(overlap: Floats, diagonal: Floats, beside: Floats) -> Flo
 
     ``diagonal`` and ``beside`` (n,) [m/N] are those of :func:`harness.chain.arrays.compliance`.
     """
+    if not np.isfinite(overlap).all():
+        raise RequestError(f"overlaps = {overlap.tolist()} m: must be finite")
     closed, force = overlap > 0, np.empty_like(overlap)
     tolerance = 1e-15 * float(np.abs(overlap).max())
     factor = np.empty((3, overlap.size))

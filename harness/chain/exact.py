@@ -17,12 +17,18 @@ from harness.chain.compiled import compiled
 from harness.chain.complementarity import Flags, solve, substitute
 from harness.chain.events import ORDER, REACH, first_root, taylor_of_contacts
 from harness.chain.modes import decompose, project, state_at
-from harness.chain.record import Record, as_run, blank_record, with_room, write_sample
+from harness.chain.record import (
+    Record,
+    as_run,
+    blank_record,
+    wanted_samples,
+    with_room,
+    write_sample,
+)
 from harness.errors import RequestError
 from harness.observables.tower import TowerRun
 from harness.parameters.tower import Tower
 
-SAMPLES_PER_CONTACT = 1000
 # a contact changes when its force or gap is this far below 0, as a part of the
 # scale of displacements: above the rounding of the modes, below all else
 _SLACK = 1e-13
@@ -39,13 +45,7 @@ def run(
     """
     if not (math.isfinite(duration) and duration > 0):
         raise RequestError(f"duration = {duration} s: must be finite and greater than 0")
-    wanted = (
-        max(1, math.ceil(SAMPLES_PER_CONTACT * duration / tower.contact_time))
-        if samples is None
-        else samples
-    )
-    if wanted < 1:
-        raise RequestError(f"samples = {samples}: must be at least 1")
+    wanted = wanted_samples(samples, duration / tower.contact_time)
     chain = assemble(tower)
     record, rows = propagate(
         chain, blank_record(wanted + 64, tower.particles, profiles), duration, wanted

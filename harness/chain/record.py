@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from harness.chain.arrays import Chain, Floats
 from harness.chain.compiled import compiled
+from harness.errors import RequestError
 from harness.observables.tower import COLUMNS, Profiles, TowerRun
 from harness.parameters.tower import Tower
 
 _WIDTH = len(COLUMNS)
+_SAMPLES_PER_CONTACT = 1000
 
 
 class Record(NamedTuple):
@@ -21,6 +24,18 @@ class Record(NamedTuple):
     displacements: Floats  # (M or 0, N) [m]
     velocities: Floats  # (M or 0, N) [m/s]
     forces: Floats  # (M or 0, n) [N]
+
+
+def wanted_samples(samples: int | None, contacts: float) -> int:
+    """Return ``samples``, or 1000 for each of so many contact times t0.
+
+    Raise RequestError for fewer than 1.
+    """
+    if samples is None:
+        return max(1, math.ceil(_SAMPLES_PER_CONTACT * contacts))
+    if samples < 1:
+        raise RequestError(f"samples = {samples}: must be at least 1")
+    return samples
 
 
 def blank_record(samples: int, particles: int, profiles: bool) -> Record:
@@ -84,7 +99,12 @@ def write_sample(
 def as_run(
     tower: Tower, solver: str, step: float | None, record: Record, rows: int, end: Chain
 ) -> TowerRun:
-    """Return the first ``rows`` samples as a result; ``end`` holds the last state."""
+    """Return the first ``rows`` samples as a result; ``end`` holds the last state.
+
+    Raise RequestError if that is not finite.
+    """
+    if not (np.isfinite(end.displacement).all() and np.isfinite(end.velocity).all()):
+        raise RequestError(f"duration = {record.rows[rows - 1, 0]} s: the values overflow by then")
     columns = {name: record.rows[:rows, j].copy() for j, name in enumerate(COLUMNS)}
     profiles = None
     if record.forces.shape[0]:

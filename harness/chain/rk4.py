@@ -12,13 +12,12 @@ import math
 
 from harness.chain import rk4_deformable, rk4_overlap
 from harness.chain.arrays import Chain, assemble
-from harness.chain.record import Record, as_run, blank_record
+from harness.chain.record import Record, as_run, blank_record, wanted_samples
 from harness.chain.stability import chosen_step
 from harness.errors import RequestError
 from harness.observables.tower import TowerRun
 from harness.parameters.tower import Tower
 
-SAMPLES_PER_CONTACT = 1000
 _STEPS_AT_MOST = 10**12
 
 
@@ -45,9 +44,7 @@ def run(
         raise RequestError(f"duration = {duration} s: must be finite and greater than 0")
     if longest_chain is not None and longest_chain < 1:
         raise RequestError(f"longest_chain = {longest_chain}: must be at least 1")
-    wanted = samples or max(1, math.ceil(SAMPLES_PER_CONTACT * duration / tower.contact_time))
-    if wanted < 1:
-        raise RequestError(f"samples = {samples}: must be at least 1")
+    wanted = wanted_samples(samples, duration / tower.contact_time)
     h = chosen_step(tower, step, steps_per_contact, longest_chain)
     if duration / h > _STEPS_AT_MOST:
         raise RequestError(f"duration = {duration} s: more than 1e12 steps of {h:.6g} s")

@@ -36,11 +36,6 @@ def largest_step(tower: Tower, longest_chain: int | None = None) -> float:
     return RK4_IMAGINARY_LIMIT / highest_frequency(tower, longest_chain)
 
 
-def contact_period(tower: Tower) -> float:
-    """Return pi sqrt(m/k) of the lightest particle at the largest stiffness [s]."""
-    return math.pi * math.sqrt(min(tower.each("mass")) / max(tower.each("stiffness")))
-
-
 def chosen_step(
     tower: Tower,
     step: float | None = None,
@@ -54,19 +49,19 @@ def chosen_step(
     """
     bound = largest_step(tower, longest_chain)
     if step is None and steps_per_contact is None:
-        return min(contact_period(tower) / DEFAULT_STEPS_PER_CONTACT, 0.5 * bound)
+        return min(tower.contact_period / DEFAULT_STEPS_PER_CONTACT, 0.5 * bound)
     if step is not None and steps_per_contact is not None:
         raise RequestError(
             f"step = {step} s and steps_per_contact = {steps_per_contact}: give one of them"
         )
     if steps_per_contact is not None:
-        least = contact_period(tower) / bound
+        least = tower.contact_period / bound
         if not (math.isfinite(steps_per_contact) and steps_per_contact > least):
             raise RequestError(
                 f"steps_per_contact = {steps_per_contact}: must be greater than {least:.6g}, "
                 f"where RK4 becomes unstable ({tower.law} law, {_chain(tower, longest_chain)})"
             )
-        return contact_period(tower) / steps_per_contact
+        return tower.contact_period / steps_per_contact
     if step is None or not (0 < step < bound):
         raise RequestError(
             f"step = {step} s: must be greater than 0 and less than {bound:.6g} s, "

@@ -82,6 +82,7 @@ def tower(
     from harness.cli.output import print_json
     from harness.observables.summary import summary
     from harness.parameters.tower import Tower
+    from harness.verbs.tower import covering
     from harness.verbs.tower import tower as run_tower
 
     case = Tower(
@@ -96,7 +97,7 @@ def tower(
     run = run_tower(
         case, solver=solver.value, duration=duration, steps_per_contact=steps_per_contact
     )
-    record = summary(run, window.value)
+    record = summary(run, window.value, covering(run, window.value))
     if series is not None:
         _write(run, series)
     if json:

@@ -62,13 +62,17 @@ def contact_changes(run: TowerRun) -> list[tuple[float, int]]:
     return [(float(run.time_over_t0[i]), int(contacts[i])) for i in rows]
 
 
-def summary(run: TowerRun, window: Window = "turnaround") -> dict[str, Any]:
+def summary(
+    run: TowerRun, window: Window = "turnaround", whole: TowerRun | None = None
+) -> dict[str, Any]:
     """Return what ``dem-harness tower --json`` prints.
 
-    ``turnaround_s`` is when grain and base are closest; ``window_s`` is when the
-    window of ``impulse_Ns`` ends, for the turnaround window twice as late.
+    ``whole`` is a run of the same case that covers the window, where ``run`` does
+    not. ``turnaround_s`` is when grain and base are closest; ``window_s`` is when
+    the window of ``impulse_Ns`` ends, for the turnaround window twice as late.
     """
-    tower, end = run.tower, window_end(run, window)
+    tower, whole = run.tower, whole or run
+    end = window_end(whole, window)
     return {
         "law": tower.law,
         "solver": run.solver,
@@ -82,10 +86,10 @@ def summary(run: TowerRun, window: Window = "turnaround") -> dict[str, Any]:
         "duration_s": float(run.time[-1]),
         "window": window,
         "window_s": end,
-        "impulse_Ns": impulse_until(run, end),
+        "impulse_Ns": impulse_until(whole, end),
         "peak_force_N": peak_force(run),
         "contact_time_s": tower.contact_time,
-        "turnaround_s": turnaround(run),
+        "turnaround_s": turnaround(whole),
         "energy_drift": energy_drift(run),
         "contacts": [list(change) for change in contact_changes(run)],
         "final_velocity_m_per_s": [float(value) for value in run.final_velocity],

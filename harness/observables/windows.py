@@ -41,24 +41,26 @@ def touch_time(run: TowerRun) -> float:
         return 0.0
     touching = np.flatnonzero(run.grain_force > 0)
     if touching.size == 0:
-        raise _too_short(run, "the grain does not touch")
+        raise _too_short(run, "the grain does not touch by then")
     return float(run.time[touching[0]])
 
 
 def turnaround(run: TowerRun) -> float:
     """Return when grain and base are closest, within 3 t0 of the touch [s].
 
-    The source's choice (its second appendix, on picking a time scale); the window is twice as
-    long. At a maximum of the compression its rate falls through 0.
+    The source's choice (its second appendix, on picking a time scale); the
+    window is twice as long. Under strong gravity a tall tower may still sink at
+    3 t0, which is then the answer. Raise RequestError for a run that ends before.
     """
-    inside = run.time <= (touch_time(run) + SEARCH * run.tower.contact_time) * (1 + 1e-12)
+    bound = touch_time(run) + SEARCH * run.tower.contact_time
+    if run.time[-1] < bound * (1 - 1e-9):
+        raise _too_short(run, f"the closest approach is looked for up to {SEARCH:g} t0")
+    inside = run.time <= bound * (1 + 1e-12)
     best = int(np.argmax(np.where(inside, run.compression, -np.inf)))
-    if best == run.time.size - 1:
-        raise _too_short(run, "grain and base still approach each other")
     rate, acceleration = run.compression_rate, _compression_acceleration(run)
     for i in (best - 1, best):
-        if i >= 0 and rate[i] > 0 >= rate[i + 1]:
-            return _falls_through_zero(run.time, rate, acceleration, i)
+        if 0 <= i < run.time.size - 1 and rate[i] > 0 >= rate[i + 1]:
+            return min(bound, _falls_through_zero(run.time, rate, acceleration, i))
     return float(run.time[best])
 
 
@@ -78,7 +80,7 @@ def structure_end(run: TowerRun) -> float:
             if full and run.time[i] >= least:
                 return float(run.time[i])
             full = False
-    raise _too_short(run, "the grain's chain does not swing from all contacts to one")
+    raise _too_short(run, "the grain's chain has not swung from all contacts to one")
 
 
 def first_contact_end(run: TowerRun) -> float:
@@ -93,7 +95,7 @@ def first_contact_end(run: TowerRun) -> float:
             i += 1
         if i < run.time.size:
             return _force_vanishes(run, i - 1)
-    raise _too_short(run, "the grain does not detach")
+    raise _too_short(run, "the grain has not detached")
 
 
 def _force_vanishes(run: TowerRun, i: int) -> float:
@@ -131,4 +133,4 @@ def _falls_through_zero(time: Floats, value: Floats, rate: Floats, i: int) -> fl
 
 def _too_short(run: TowerRun, why: str) -> RequestError:
     reached = run.time[-1] / run.tower.contact_time
-    return RequestError(f"duration = {reached:.6g} t0: {why} by then; ask for a longer one")
+    return RequestError(f"duration = {reached:.6g} t0: too short, {why}")

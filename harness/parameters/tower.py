@@ -97,6 +97,14 @@ class Tower(Parameters):
         return 2 / self.omega * (math.pi - angle)
 
     @property
+    def contact_period(self) -> float:
+        """Return pi sqrt(m/k) of the lightest particle at the largest stiffness [s].
+
+        What steps per contact count in; pi/omega for equal particles.
+        """
+        return math.pi * math.sqrt(min(self.each("mass")) / max(self.each("stiffness")))
+
+    @property
     def gamma(self) -> float:
         """Return Gamma = m g / (v0 sqrt(k m)) of the grain, the one parameter of equal towers."""
         if self.speed == 0:

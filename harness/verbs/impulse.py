@@ -8,10 +8,9 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from harness.errors import RequestError
 from harness.observables.impulse import ImpulseRow, impulse_until
-from harness.observables.tower import TowerRun
 from harness.observables.windows import Window, window_end
 from harness.parameters.tower import Law, Tower
-from harness.verbs.tower import DURATION, tower
+from harness.verbs.tower import covering, tower
 
 # the source's runs, which it calls rigidity 1e4 to 1e6
 HEIGHTS = tuple(range(1, 20))
@@ -56,19 +55,9 @@ def _impulses(
     run = tower(case, solver=solver, steps_per_contact=steps_per_contact)
     for window in windows:
         try:
-            end = window_end(run, window)
+            whole = covering(run, window)
         except RequestError:
             yield window, (math.nan, math.nan)
             continue
-        longer = _long_enough(run, end, steps_per_contact)
-        yield window, (end, impulse_until(longer, end))
-
-
-def _long_enough(run: TowerRun, end: float, steps_per_contact: float | None) -> TowerRun:
-    """Return ``run``, or a longer one if it stops before ``end`` [s]."""
-    if end <= run.time[-1]:
-        return run
-    duration = max(DURATION, 1.01 * end / run.tower.contact_time)
-    return tower(
-        run.tower, solver=run.solver, duration=duration, steps_per_contact=steps_per_contact
-    )
+        end = window_end(whole, window)
+        yield window, (end, impulse_until(whole, end))

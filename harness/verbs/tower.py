@@ -7,9 +7,10 @@ from collections.abc import Callable
 
 from harness.errors import RequestError
 from harness.observables.tower import TowerRun
+from harness.observables.windows import SEARCH, Window, touch_time, window_end
 from harness.parameters.tower import Tower
 
-DURATION = 3.0  # [t0] the source's longest look
+DURATION = SEARCH  # [t0] the source's longest look
 
 Solver = Callable[[Tower, float, float | None, int | None, bool], TowerRun]
 
@@ -34,10 +35,27 @@ def tower(
         raise RequestError(f"solver = {solver!r}: must be one of {', '.join(SOLVERS)}")
     if not (math.isfinite(duration) and duration > 0):
         raise RequestError(f"duration = {duration} t0: must be finite and greater than 0")
-    if samples is not None and samples < 1:
-        raise RequestError(f"samples = {samples}: must be at least 1")
     seconds = duration * case.contact_time
     return SOLVERS[solver](case, seconds, steps_per_contact, samples, profiles)
+
+
+def covering(run: TowerRun, window: Window) -> TowerRun:
+    """Return ``run``, or one of the same case and solver that covers ``window``.
+
+    Closest approach and impulse need 3 t0, and more where the window ends
+    later. Raise RequestError if the tower does not show that window.
+    """
+    t0, whole = run.tower.contact_time, run
+    if whole.time[-1] < (touch_time(run) + SEARCH * t0) * (1 - 1e-9):
+        whole = _longer(run, touch_time(run) / t0 + SEARCH)
+    end = max(window_end(whole, window), window_end(whole, "turnaround"))
+    return whole if end <= whole.time[-1] else _longer(run, end / t0 * (1 + 1e-9))
+
+
+def _longer(run: TowerRun, duration: float) -> TowerRun:
+    """Run the same again for ``duration`` [t0]."""
+    steps = None if run.step is None else run.tower.contact_period / run.step
+    return tower(run.tower, solver=run.solver, duration=duration, steps_per_contact=steps)
 
 
 def _rk4(
