@@ -65,7 +65,7 @@ def propagate(chain: Chain, record: Record, duration: float, samples: int) -> tu
     u, v = chain.displacement, chain.velocity
     diagonal, beside = chain.diagonal, chain.beside
     particles, n = u.size, u.size - 1
-    slack = _SLACK * chain.length
+    slack = 0.0
     closed, factor = np.zeros(n, np.bool_), np.zeros((3, n))
     overlap, force = np.zeros(n), np.zeros(n)
     shapes, amplitudes = np.zeros((particles, particles)), np.zeros((4, particles))
@@ -75,11 +75,14 @@ def propagate(chain: Chain, record: Record, duration: float, samples: int) -> tu
     y, z = u.copy(), v.copy()  # the state of a sample
     time, rows, sample, stuck = 0.0, 0, 0, 0
     for i in range(n):
-        closed[i] = u[i] - u[i + 1] > slack
+        closed[i] = u[i] - u[i + 1] > _SLACK * chain.length
     while True:
         for i in range(n):
             overlap[i] = u[i] - u[i + 1]
-        if solve(overlap, diagonal, beside, closed, factor, force, slack) < 0 or stuck > 4 * n + 16:
+        slack = _SLACK * max(chain.length, np.max(np.abs(u)))
+        # stricter than what the search allows: the new set is not at its own edge
+        settled = solve(overlap, diagonal, beside, closed, factor, force, 0.25 * slack)
+        if settled < 0 or stuck > 4 * n + 16:
             return record, -1
         highest = decompose(chain, closed, factor, shapes, frequency, first)
         project(chain, closed, shapes, frequency, first, amplitudes)
@@ -87,14 +90,15 @@ def propagate(chain: Chain, record: Record, duration: float, samples: int) -> tu
         write_sample(record, rows, time, u, v, overlap, force, chain.mass, chain.gravity)
         rows += 1
         x[:], w[:] = u, v
-        local, changed = 0.0, -1
-        while changed < 0 and time + local < duration:
+        local, changed, ended = 0.0, -1, False
+        while changed < 0 and not ended:
             reach = duration - time - local
             if highest > 0:
                 reach = min(reach, REACH / highest)
             changed, root = _next_change(chain, closed, factor, x, w, reach, slack, series)
             until = local + reach * root
-            if changed < 0 and time + until >= duration * (1 - 1e-15):
+            ended = changed < 0 and time + until >= duration * (1 - 1e-14)
+            if ended:
                 until = duration - time
             before = w[0] - w[n]
             state_at(chain, closed, shapes, frequency, amplitudes, until, x, w)
@@ -121,7 +125,8 @@ def propagate(chain: Chain, record: Record, duration: float, samples: int) -> tu
         time += local
         if changed < 0:
             break
-        stuck = stuck + 1 if local == 0 else 0
+        # many changes in no time, to rounding, would never end
+        stuck = stuck + 1 if local * highest < 1e-9 else 0
         closed[changed] = not closed[changed]
     record = with_room(record, rows)
     _forces(u, factor, overlap, force)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ctypes
 import math
+import subprocess
 import sys
 import time
 from pathlib import Path
@@ -19,6 +20,7 @@ from harness.chain import rk4
 from harness.chain.arrays import assemble
 from harness.chain.record import blank_record
 from harness.parameters.tower import Tower
+from harness.verbs.impulse import impulse_table
 
 pytestmark = pytest.mark.benchmark
 
@@ -114,4 +116,45 @@ def test_cost_of_a_step_against_lammps(particles):
             f"\nN = {particles}, {law}: RK4 {own * 1e9:.1f} ns, LAMMPS {peer * 1e9:.1f} ns "
             f"per particle and step, ratio {own / peer:.2f}"
         )
-        assert own < 1.3 * peer
+        assert own < 1.2 * peer  # the target is 1; clocks on shared cores wander
+
+
+@pytest.mark.parametrize("law", ["overlap", "deformable"])
+def test_cost_of_a_particle_is_flat(law):
+    costs = {n: rk4_cost(n, law) for n in (1_000, 10_000, 100_000, 1_000_000)}
+    for n, cost in costs.items():
+        print(f"\nN = {n}, {law}: {cost * 1e9:.1f} ns, {cost / costs[1_000]:.2f} of N = 1000")
+    assert max(costs.values()) < 2.5 * costs[1_000]
+
+
+@pytest.mark.parametrize("law", ["overlap", "deformable"])
+def test_cost_of_a_row_in_motion(law):
+    """Contacts that open and close all along the row: sets have to be looked for anew."""
+    print(f"\nN = 1000, {law}, all in motion: {rk4_cost(1000, law, moving=True) * 1e9:.1f} ns")
+
+
+@pytest.mark.parametrize("law", ["overlap", "deformable"])
+def test_memory(law):
+    code = (
+        "import resource; from harness.chain import rk4; from harness.parameters.tower import Tower\n"
+        "def run(n): rk4.run(Tower(height=n - 1, law={law!r}), 6e-6, step=3e-6, samples=1,"
+        " longest_chain=60)\n"
+        "run(1000); before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
+        "run({n}); print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)"
+    )
+    n = 2_000_000
+    words = [sys.executable, "-c", code.format(law=law, n=n)]
+    spent = int(subprocess.run(words, capture_output=True, text=True, check=True).stdout)
+    print(f"\n{law}: {spent * 1024 / n:.0f} bytes a particle")
+    assert spent * 1024 / n < 300
+
+
+@pytest.mark.parametrize(("solver", "seconds"), [("exact", 3.0), ("rk4", 5.0)])
+def test_impulse_table(solver, seconds):
+    impulse_table(heights=(1, 2), stiffnesses=(1e6,), speeds=(2.0,), solver=solver)
+    begin = time.perf_counter()
+    rows = impulse_table(solver=solver)
+    spent = time.perf_counter() - begin
+    print(f"\n{solver}: {len(rows)} rows in {spent:.2f} s")
+    assert len(rows) == 19 * 6 * 2
+    assert spent < seconds

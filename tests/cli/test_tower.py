@@ -71,7 +71,7 @@ def test_table(monkeypatch, capsys):
         (("--height", "9", "--window", "structure"), "too short"),
         (("--series", "/nowhere/at/all.csv"), "/nowhere/at/all.csv"),
         (("--law", "hertz"), "hertz"),
-        (("--height", "x"), "x"),
+        (("--height", "x"), "height"),
     ],
 )
 def test_bad_requests_end_with_status_2(monkeypatch, capsys, words, said):

@@ -85,7 +85,7 @@ def test_windows_that_the_run_does_not_reach():
     case = Tower(height=5)
     short = exact.run(case, 0.3 * case.contact_time)
     for window in windows.WINDOWS:
-        with pytest.raises(RequestError, match="duration = 0.3 t0: too short"):
+        with pytest.raises(RequestError, match=r"duration = 0\.3 t0: too short"):
             windows.window_end(short, window)
     with pytest.raises(RequestError, match="must be at least 2 t0"):
         impulse_until(short, 2 * case.contact_time)
