@@ -65,13 +65,18 @@ def _propagate(
     u: Floats, v: Floats, closed: NDArray[np.bool_], law: Floats, time: float
 ) -> tuple[Floats, Floats]:
     """Return displacements and velocities (N,) after ``time``."""
-    n = u.size
+    state = _propagator(closed, law, time) @ np.concatenate((u, v))
+    return state[: u.size], state[u.size :]
+
+
+def _propagator(closed: NDArray[np.bool_], law: Floats, time: float) -> Floats:
+    """Return the matrix (2N, 2N) that carries displacements and velocities over ``time``."""
+    n = closed.size + 1
     difference = np.eye(n - 1, n) - np.eye(n - 1, n, 1)
     generator = np.zeros((2 * n, 2 * n))
     generator[:n, n:] = np.eye(n)
     generator[n:, :n] = -difference.T @ _forces_matrix(closed, law)
-    state = expm(generator * time) @ np.concatenate((u, v))
-    return state[:n], state[n:]
+    return np.asarray(expm(generator * time))
 
 
 def _next_change(
@@ -84,8 +89,10 @@ def _next_change(
     # force of a closed contact, gap of an open one: both vanish at a change
     sense = np.where(closed[:, None], force, law @ force - overlap)
     now, rate = u, v
+    advance = _propagator(closed, law, _STEP)
     for count in range(_SCAN):
-        later, later_rate = _propagate(now, rate, closed, law, _STEP)
+        state = advance @ np.concatenate((now, rate))
+        later, later_rate = state[:n], state[n:]
         crossed = np.flatnonzero(sense @ later < -_NOTHING)
         if crossed.size:
             roots = [_root(sense[c], now, rate, closed, law) for c in crossed]

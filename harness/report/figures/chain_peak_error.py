@@ -26,7 +26,7 @@ def sampled_peak_error(omega_step: ArrayLike) -> NDArray[np.float64]:
     The largest sample is up to half a step off the top of the wave, whose
     frequency is sqrt(2) omega for two free particles.
     """
-    return 1 - np.cos(np.sqrt(0.5) * np.asarray(omega_step, dtype=float))
+    return np.asarray(1 - np.cos(np.sqrt(0.5) * np.asarray(omega_step, dtype=float)))
 
 
 def peak_error(

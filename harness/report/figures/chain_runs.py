@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from harness.observables.tower import TowerRun
 from harness.report.figures.style import COLOURS, STYLES, label, named, panels
@@ -23,7 +25,7 @@ def velocity_and_deformation(runs: Sequence[TowerRun]) -> Figure:
         assert run.profiles is not None
         velocities, deformations = run.profiles.velocities, 1e3 * run.deformations
         for i in range(run.tower.particles):
-            look = {"color": COLOURS[i % 7], "linestyle": STYLES[i % 6]}
+            look: dict[str, Any] = {"color": COLOURS[i % 7], "linestyle": STYLES[i % 6]}
             name = "grain" if i == 0 else f"particle {i + 1}"
             above.plot(run.time_over_t0, velocities[:, i], label=name, **look)
             below.plot(run.time_over_t0, deformations[:, i], label=name, **look)
@@ -53,7 +55,7 @@ def force_and_contacts(runs: Sequence[TowerRun]) -> Figure:
             linewidth=1.1, label="contacts",
         )  # fmt: skip
         steps.set_ylabel("contacts [1]")
-        steps.yaxis.get_major_locator().set_params(integer=True)
+        steps.yaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set_ylim(-0.03, 1.08)
         steps.set_ylim(bottom=-0.03 * steps.get_ylim()[1])
         lines = [*axes.get_lines(), *steps.get_lines()]
