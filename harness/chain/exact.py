@@ -3,7 +3,8 @@
 No step and no error of one: what remains is rounding. The cost is that of an
 eigenvalue problem for each change of contacts, O(L^3) in the runs of L touching
 particles, and O(L^2) for each sample; a few hundred particles are the
-practical limit. RK4 is the one for long chains.
+practical limit. RK4 is the one for long chains. Each change of contacts magnifies the
+rounding of what came before it, as in any chain of collisions.
 """
 
 from __future__ import annotations

@@ -68,11 +68,6 @@ class Tower(Parameters):
         """Return the number of particles, the grain and the base among them."""
         return self.height + 1
 
-    @property
-    def equal(self) -> bool:
-        """Return whether all particles are equal."""
-        return all(len(set(self.each(name))) == 1 for name in ("mass", "stiffness", "diameter"))
-
     def each(self, name: Literal["mass", "stiffness", "diameter"]) -> tuple[float, ...]:
         """Return a property of every particle, grain first."""
         value: float | tuple[float, ...] = getattr(self, name)

@@ -53,9 +53,8 @@ def test_contact_time_needs_speed_or_gravity():
 
 def test_unequal_particles():
     tower = Tower(height=2, mass=(1.0, 2.0, 3.0))
-    assert not tower.equal
     assert tower.each("mass") == (1.0, 2.0, 3.0)
-    assert Tower(height=2).equal
+    assert Tower(height=2).each("diameter") == (1.0, 1.0, 1.0)
 
 
 def test_gamma():
