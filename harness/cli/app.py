@@ -10,6 +10,7 @@ from harness.cli.critical_angle import critical_angle
 from harness.cli.engines import engines
 from harness.cli.inputs import inputs
 from harness.cli.theory import theory
+from harness.cli.tower import tower
 from harness.cli.verify import verify
 
 app = typer.Typer(
@@ -45,5 +46,5 @@ def root(
     """
 
 
-for command in (verify, theory, critical_angle, inputs, engines):
+for command in (verify, theory, critical_angle, tower, inputs, engines):
     app.command()(command)

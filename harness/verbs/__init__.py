@@ -17,18 +17,22 @@ _HOMES = {
     "extrapolated_critical_angle": "harness.verbs.incline",
     "inputs": "harness.verbs.scripts",
     "outdated_inputs": "harness.verbs.scripts",
+    "impulse_table": "harness.verbs.impulses",
     "theory": "harness.verbs.closed_forms",
+    "tower": "harness.verbs.towers",
     "verify": "harness.verbs.verification",
 }
 
 if TYPE_CHECKING:
     from harness.verbs.closed_forms import theory as theory
+    from harness.verbs.impulses import impulse_table as impulse_table
     from harness.verbs.incline import critical_angle as critical_angle
     from harness.verbs.incline import critical_angles as critical_angles
     from harness.verbs.incline import extrapolated_critical_angle as extrapolated_critical_angle
     from harness.verbs.scripts import inputs as inputs
     from harness.verbs.scripts import outdated_inputs as outdated_inputs
     from harness.verbs.status import engines as engines
+    from harness.verbs.towers import tower as tower
     from harness.verbs.verification import verify as verify
 
 __all__ = list(_HOMES)

@@ -18,10 +18,10 @@ from harness.report.figures.style import (
     BLUE,
     COLOURS,
     GREEN,
-    LINES,
     MARKERS,
     ORANGE,
     SKY,
+    STYLES,
 )
 
 FATES = {
@@ -168,7 +168,7 @@ def contacts_side_by_side(by_contact: dict[str, list[CriticalAngle]], closed_for
                 [a.uncertainty_deg for a in angles],
                 color=COLOURS[number % 6],
                 marker=MARKERS[number % 6],
-                ls=LINES[number % 6],
+                ls=STYLES[number % 6],
                 lw=1,
                 capsize=2,
                 label=f"k = {_power(stiffness)} N/m",

@@ -6,18 +6,22 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-# Okabe and Ito (2008), ordered so that neighbours differ in lightness too
-BLUE, ORANGE, GREEN, PURPLE, SKY, BLACK = (
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+# Okabe and Ito (2008), ordered so that neighbours differ in grey too
+BLACK, RED, BLUE, GREEN, PURPLE, ORANGE, SKY = (
+    "#000000",
+    "#D55E00",
     "#0072B2",
-    "#E69F00",
     "#009E73",
     "#CC79A7",
+    "#E69F00",
     "#56B4E9",
-    "#222222",
 )
-COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, BLACK)
-MARKERS = ("o", "s", "^", "D", "v", "P")
-LINES = ("-", "--", "-.", ":", (0, (5, 1)), (0, (1, 1)))
+COLOURS = (BLACK, RED, BLUE, GREEN, PURPLE, ORANGE, SKY)
+STYLES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 3)))
+MARKERS = ("o", "s", "^", "D", "v", "x")
 
 _RC: dict[Any, Any] = {
     "figure.dpi": 110,
@@ -49,3 +53,24 @@ def house_style() -> Iterator[None]:
 
     with mpl.rc_context(_RC):
         yield
+
+
+def panels(rows: int, columns: int, width: float = 4.2, height: float = 3.0) -> Figure:
+    """Return a figure with ``rows`` by ``columns`` axes, sizes in inches for each."""
+    figure = Figure(figsize=(width * columns, height * rows), layout="constrained")
+    figure.subplots(rows, columns, squeeze=False)
+    return figure
+
+
+def label(axes: Axes, x: str, y: str, title: str = "") -> None:
+    """Name the axes, units in brackets."""
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)
+    if title:
+        axes.set_title(title, fontsize="medium")
+    axes.grid(visible=True, alpha=0.25)
+
+
+def named(law: str, solver: str) -> str:
+    """Return model and solver for a legend."""
+    return f"{law} law, {solver}"

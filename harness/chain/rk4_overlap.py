@@ -1,0 +1,106 @@
+"""RK4 of the overlap law. Forces reach one particle far, so a step is done block by block.
+
+A block takes four particles more on each side, one for each stage, and its
+stages stay in the cache: the cost of a particle does not depend on how many
+there are.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from harness.chain.arrays import Chain, Floats
+from harness.chain.compiled import compiled
+from harness.chain.overlap import forces
+from harness.chain.record import Record, with_room, write_sample
+
+_BLOCK = 512
+_HALO = 4
+
+
+@compiled
+def integrate(
+    chain: Chain, record: Record, step: float, steps: int, every: int
+) -> tuple[Record, int]:
+    """Advance ``chain`` in place; return the record and how many rows of it are written.
+
+    Samples: every so many steps, at the end, and whenever the number of
+    contacts in the grain's chain has changed.
+    """
+    u, v, mass, gravity = chain.displacement, chain.velocity, chain.mass, chain.gravity
+    mobility, stiffness = chain.mobility, 1 / chain.diagonal
+    n = stiffness.size
+    overlap, force = np.empty(n), np.empty(n)
+    block = np.zeros((7, min(n + 1, _BLOCK + 2 * _HALO)))
+    halo = np.zeros((2, _HALO))
+    rows, contacts = 0, -1
+    for count in range(steps + 1):
+        touching = 0
+        while touching < n and u[touching] > u[touching + 1]:
+            touching += 1
+        if touching != contacts or count % every == 0 or count == steps:
+            contacts = touching
+            for i in range(n):
+                overlap[i] = u[i] - u[i + 1]
+            forces(overlap, chain.diagonal, force)
+            record = with_room(record, rows)
+            write_sample(record, rows, count * step, u, v, overlap, force, mass, gravity)
+            rows += 1
+        if count < steps:
+            _step(u, v, stiffness, mobility, gravity, step, block, halo)
+    return record, rows
+
+
+@compiled
+def _step(
+    u: Floats, v: Floats, stiffness: Floats, mobility: Floats, gravity: Floats, step: float,
+    block: Floats, halo: Floats,
+) -> None:  # fmt: skip
+    """Advance displacements and velocities (N,) by one step."""
+    particles = u.size
+    x, w, a, b, c, d = block[0], block[1], block[2], block[3], block[4], block[5]
+    force = block[6]
+    for start in range(0, particles, _BLOCK):
+        stop = min(start + _BLOCK, particles)
+        low, high = max(start - _HALO, 0), min(stop + _HALO, particles)
+        before, size = start - low, high - low
+        for i in range(before):  # the block before has overwritten these
+            x[i], w[i] = halo[0, i], halo[1, i]
+        for i in range(before, size):
+            x[i], w[i] = u[low + i], v[low + i]
+        if stop < particles:
+            for i in range(_HALO):
+                halo[0, i], halo[1, i] = u[stop - _HALO + i], v[stop - _HALO + i]
+        _press(x, w, a, 0.0, 0.0, low, size, stiffness, force)
+        _accelerate(force, low, size, mobility, gravity, a)
+        _press(x, w, a, 0.5 * step, 0.0, low, size, stiffness, force)
+        _accelerate(force, low, size, mobility, gravity, b)
+        _press(x, w, a, 0.5 * step, 0.25 * step**2, low, size, stiffness, force)
+        _accelerate(force, low, size, mobility, gravity, c)
+        _press(x, w, b, step, 0.5 * step**2, low, size, stiffness, force)
+        _accelerate(force, low, size, mobility, gravity, d)
+        for i in range(before, before + stop - start):
+            u[low + i] = x[i] + step * w[i] + step**2 / 6 * (a[i] + b[i] + c[i])
+            v[low + i] = w[i] + step / 6 * (a[i] + 2 * (b[i] + c[i]) + d[i])
+
+
+@compiled
+def _press(
+    x: Floats, w: Floats, a: Floats, shift: float, lift: float, low: int, size: int,
+    stiffness: Floats, force: Floats,
+) -> None:  # fmt: skip
+    """Set the forces in a block [N] at ``x + shift w + lift a``; ``low`` is its first particle."""
+    for i in range(size - 1):
+        overlap = (x[i] - x[i + 1]) + shift * (w[i] - w[i + 1]) + lift * (a[i] - a[i + 1])
+        force[i] = max(overlap, 0.0) * stiffness[low + i]
+
+
+@compiled
+def _accelerate(
+    force: Floats, low: int, size: int, mobility: Floats, gravity: Floats, a: Floats
+) -> None:
+    """Set the accelerations in a block [m/s2]; those at an inner edge miss a force."""
+    a[0] = gravity[low] - force[0] * mobility[low]
+    for i in range(1, size - 1):
+        a[i] = (force[i - 1] - force[i]) * mobility[low + i] + gravity[low + i]
+    a[size - 1] = force[size - 2] * mobility[low + size - 1] + gravity[low + size - 1]

@@ -1,0 +1,138 @@
+"""``dem-harness tower``."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from harness.observables.tower import TowerRun
+
+# The names are spelled out here, not imported: --help must not wait for numba.
+
+
+class Law(StrEnum):
+    """Contact laws."""
+
+    overlap = "overlap"
+    deformable = "deformable"
+
+
+class Base(StrEnum):
+    """What the last particle does."""
+
+    fixed = "fixed"
+    free = "free"
+
+
+class Window(StrEnum):
+    """Windows of the impulse."""
+
+    turnaround = "turnaround"
+    structure = "structure"
+    first_contact = "first-contact"
+
+
+class Solver(StrEnum):
+    """Solvers of the tower."""
+
+    rk4 = "rk4"
+    exact = "exact"
+
+
+def tower(
+    height: Annotated[int, typer.Option(help="Contacts; particles - 1.")] = 1,
+    stiffness: Annotated[float, typer.Option(help="Normal stiffness [N/m].")] = 1e6,
+    mass: Annotated[float, typer.Option(help="Mass of each particle [kg].")] = 1.0,
+    speed: Annotated[float, typer.Option(help="Speed of the grain at the start [m/s].")] = 2.0,
+    gravity: Annotated[
+        float, typer.Option(help="Gravity along the motion [m/s2]; 0 is the air hockey table.")
+    ] = 9.81,
+    law: Annotated[
+        Law, typer.Option(help="Contact law: what DEM codes do, or the source's.")
+    ] = Law.deformable,
+    solver: Annotated[
+        Solver, typer.Option(help="Fixed steps of fourth order, or modes without a step.")
+    ] = Solver.rk4,
+    base: Annotated[Base, typer.Option(help="Whether the last particle moves.")] = Base.fixed,
+    duration: Annotated[
+        float, typer.Option(help="How long, in contact times t0 of grain and one fixed particle.")
+    ] = 3.0,
+    steps_per_contact: Annotated[
+        float | None,
+        typer.Option(help="Steps in pi sqrt(m/k), rk4 only; 4000 if not given."),
+    ] = None,
+    window: Annotated[
+        Window, typer.Option(help="What the impulse is summed over.")
+    ] = Window.turnaround,
+    series: Annotated[
+        Path | None, typer.Option(help="Write the series to this CSV file.", dir_okay=False)
+    ] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Drop a grain on a tower of particles: force, impulse and contacts of the grain.
+
+    The tower stands on a fixed base, at rest and just touching; the grain
+    arrives with its speed, gravity along the motion. Times are in t0, the time
+    that the grain would stay on one fixed particle.
+    """
+    from harness.cli.output import print_json
+    from harness.observables.summary import summary
+    from harness.parameters.tower import Tower
+    from harness.verbs.towers import covering
+    from harness.verbs.towers import tower as run_tower
+
+    case = Tower(
+        height=height,
+        stiffness=stiffness,
+        mass=mass,
+        speed=speed,
+        gravity=gravity,
+        law=law.value,
+        base=base.value,
+    )
+    run = run_tower(
+        case, solver=solver.value, duration=duration, steps_per_contact=steps_per_contact
+    )
+    record = summary(run, window.value, covering(run, window.value))
+    if series is not None:
+        _write(run, series)
+    if json:
+        print_json(record)
+    else:
+        _print(record)
+
+
+def _write(run: TowerRun, path: Path) -> None:
+    """Write the series aside, then rename."""
+    from harness.errors import RequestError
+
+    aside = path.with_name(f".{path.name}.part")
+    try:
+        run.frame().to_csv(aside, index=False)
+        aside.replace(path)
+    except OSError as error:
+        aside.unlink(missing_ok=True)
+        raise RequestError(f"--series {path}: {error.strerror or error}") from None
+
+
+def _print(record: dict[str, object]) -> None:
+    """Print the summary as a table."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(show_header=False, box=None)
+    for name, value in record.items():
+        if isinstance(value, list):
+            value = " ".join(_short(item) for item in value)
+        table.add_row(name, value if isinstance(value, str) else _short(value))
+    Console().print(table)
+
+
+def _short(value: object) -> str:
+    if isinstance(value, list):
+        return f"{value[1]} at {value[0]:.4g};"
+    return f"{value:.8g}" if isinstance(value, float) else str(value)

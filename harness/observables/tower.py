@@ -1,0 +1,104 @@
+"""The result of one tower run, the same type from every solver and engine."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from harness.observables.declared import Observable
+from harness.parameters.tower import Tower
+
+Floats = NDArray[np.float64]
+
+SERIES = (
+    Observable("time", "s", "time", "time since the grain touched, or since the start"),
+    Observable("grain_displacement", "m", "time", "grain from where all particles just touch"),
+    Observable("grain_velocity", "m/s", "time", "velocity of the grain, along gravity"),
+    Observable("grain_force", "N", "time", "contact force on the grain, gravity left out"),
+    Observable("contacts", "1", "time", "closed contacts in the chain that begins at the grain"),
+    Observable("compression", "m", "time", "approach of the centres of grain and base"),
+    Observable("compression_rate", "m/s", "time", "rate of that approach"),
+    Observable("kinetic_energy", "J", "time", "of all particles"),
+    Observable("elastic_energy", "J", "time", "of all contacts"),
+    Observable("gravitational_energy", "J", "time", "of all mobile particles, 0 where they touch"),
+    Observable("momentum", "kg m/s", "time", "of all particles"),
+    Observable("base_force", "N", "time", "force of the last contact, on the base"),
+)
+COLUMNS = tuple(observable.name for observable in SERIES)
+
+
+class Profiles(NamedTuple):
+    """Every particle and contact at every sample."""
+
+    displacements: Floats  # (M, N) [m]
+    velocities: Floats  # (M, N) [m/s]
+    forces: Floats  # (M, n) [N]
+
+
+@dataclass(frozen=True)
+class TowerRun:
+    """A tower in time: M samples, declared in :data:`SERIES`, and the last state.
+
+    Samples need not be equally far apart. ``step`` [s] is None for a solver
+    without one. ``profiles`` is None unless they were asked for.
+    """
+
+    tower: Tower
+    solver: str
+    step: float | None
+    time: Floats
+    grain_displacement: Floats
+    grain_velocity: Floats
+    grain_force: Floats
+    contacts: Floats
+    compression: Floats
+    compression_rate: Floats
+    kinetic_energy: Floats
+    elastic_energy: Floats
+    gravitational_energy: Floats
+    momentum: Floats
+    base_force: Floats
+    final_displacement: Floats  # (N,) [m]
+    final_velocity: Floats  # (N,) [m/s]
+    profiles: Profiles | None = None
+
+    @property
+    def energy(self) -> Floats:
+        """Return the total energy (M,) [J]."""
+        return self.kinetic_energy + self.elastic_energy + self.gravitational_energy
+
+    @property
+    def time_over_t0(self) -> Floats:
+        """Return the time in contact times of grain and one fixed particle (M,) [1]."""
+        return self.time / self.tower.contact_time
+
+    @property
+    def deformations(self) -> Floats:
+        """Return how much each particle's diameter is shortened (M, N) [m].
+
+        Needs profiles. A contact force f shortens a particle by f/k, under
+        either law.
+        """
+        if self.profiles is None:
+            raise ValueError("run without profiles: no deformations")
+        force = np.pad(self.profiles.forces, ((0, 0), (1, 1)))
+        stiffness = np.array(self.tower.each("stiffness"))
+        return np.asarray((force[:, 1:] + force[:, :-1]) / stiffness)
+
+    def frame(self) -> pd.DataFrame:
+        """Return the series as a table, units in the names, ``t_over_t0`` in front."""
+        columns = {"t_over_t0": self.time_over_t0}
+        for observable in SERIES:
+            columns[_column(observable)] = getattr(self, observable.name)
+        return pd.DataFrame(columns).astype({"contacts": int})
+
+
+def _column(observable: Observable) -> str:
+    """Return the name of a column: ``grain_velocity_m_per_s``."""
+    if observable.unit == "1":
+        return observable.name
+    return f"{observable.name}_{observable.unit.replace('/', '_per_').replace(' ', '_')}"

@@ -1,0 +1,136 @@
+"""How long the impulse on the grain is summed up: three windows.
+
+They need the series of a run alone, so they are the same for a solver and an
+engine. Times count from the start of the run; where the grain has a gap to
+cross first, a window is measured from its touch.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from harness.errors import RequestError
+from harness.observables.interpolation import grain_acceleration, hermite
+from harness.observables.tower import Floats, TowerRun
+
+Window = Literal["turnaround", "structure", "first-contact"]
+WINDOWS: tuple[Window, ...] = ("turnaround", "structure", "first-contact")
+SEARCH = 3.0  # [t0] within which the largest compression is looked for, the source's bound
+
+
+def window_end(run: TowerRun, window: Window) -> float:
+    """Return when ``window`` ends [s].
+
+    Raise RequestError if the run is too short to tell.
+    """
+    if window == "turnaround":
+        touch = touch_time(run)
+        return touch + 2 * (turnaround(run) - touch)
+    if window == "structure":
+        return structure_end(run)
+    if window == "first-contact":
+        return first_contact_end(run)
+    raise RequestError(f"window = {window!r}: must be one of {', '.join(WINDOWS)}")
+
+
+def touch_time(run: TowerRun) -> float:
+    """Return when the grain first touches [s], 0 unless the start has gaps."""
+    if run.tower.start != "gapped":
+        return 0.0
+    touching = np.flatnonzero(run.grain_force > 0)
+    if touching.size == 0:
+        raise _too_short(run, "the grain does not touch by then")
+    return float(run.time[touching[0]])
+
+
+def turnaround(run: TowerRun) -> float:
+    """Return when grain and base are closest, within 3 t0 of the touch [s].
+
+    The source's choice (its second appendix, on picking a time scale); the
+    window is twice as long. Under strong gravity a tall tower may still sink at
+    3 t0, which is then the answer. Raise RequestError for a run that ends before.
+    """
+    bound = touch_time(run) + SEARCH * run.tower.contact_time
+    if run.time[-1] < bound * (1 - 1e-9):
+        raise _too_short(run, f"the closest approach is looked for up to {SEARCH:g} t0")
+    inside = run.time <= bound * (1 + 1e-12)
+    best = int(np.argmax(np.where(inside, run.compression, -np.inf)))
+    rate, acceleration = run.compression_rate, _compression_acceleration(run)
+    for i in (best - 1, best):
+        if 0 <= i < run.time.size - 1 and rate[i] > 0 >= rate[i + 1]:
+            return min(bound, _falls_through_zero(run.time, rate, acceleration, i))
+    return float(run.time[best])
+
+
+def structure_end(run: TowerRun) -> float:
+    """Return when the grain's chain, having held all n contacts, is down to one or none [s].
+
+    The first such time after t0; the source uses it for two to seven particles.
+    The chain may pass other lengths on its way down.
+    """
+    full = False
+    least = touch_time(run) + run.tower.contact_time * (1 - 1e-9)
+    down_to = min(1, run.tower.height - 1)
+    for i in range(run.time.size):
+        if run.contacts[i] == run.tower.height:
+            full = True
+        elif run.contacts[i] <= down_to:
+            if full and run.time[i] >= least:
+                return float(run.time[i])
+            full = False
+    raise _too_short(run, "the grain's chain has not swung from all contacts to one")
+
+
+def first_contact_end(run: TowerRun) -> float:
+    """Return when the grain first detaches [s].
+
+    Between samples of a solver with a step the force is drawn on to 0.
+    """
+    touching = np.flatnonzero((run.grain_force > 0) & (run.time > 0))
+    if touching.size:
+        i = int(touching[0])
+        while i < run.time.size and run.grain_force[i] > 0:
+            i += 1
+        if i < run.time.size:
+            return _force_vanishes(run, i - 1)
+    raise _too_short(run, "the grain has not detached")
+
+
+def _force_vanishes(run: TowerRun, i: int) -> float:
+    """Return when the force that row ``i`` still holds vanishes, at row ``i + 1`` or before."""
+    if run.step is None or i == 0:
+        return float(run.time[i + 1])
+    fall = (run.grain_force[i - 1] - run.grain_force[i]) / (run.time[i] - run.time[i - 1])
+    if fall <= 0:
+        return float(run.time[i + 1])
+    return float(min(run.time[i + 1], run.time[i] + run.grain_force[i] / fall))
+
+
+def _compression_acceleration(run: TowerRun) -> Floats:
+    """Return the second derivative of the compression (M,) [m/s2]."""
+    if run.tower.base == "fixed":
+        return grain_acceleration(run)
+    base = run.base_force / run.tower.each("mass")[-1] + run.tower.gravity
+    return grain_acceleration(run) - base
+
+
+def _falls_through_zero(time: Floats, value: Floats, rate: Floats, i: int) -> float:
+    """Return when the cubic between rows ``i`` and ``i + 1`` falls through 0 [s]."""
+    low, high = float(time[i]), float(time[i + 1])
+    if value[i + 1] == 0 or high == low:
+        return high
+    pair = slice(i, i + 2)
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        if hermite(time[pair], value[pair], rate[pair], middle) > 0:
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)
+
+
+def _too_short(run: TowerRun, why: str) -> RequestError:
+    reached = run.time[-1] / run.tower.contact_time
+    return RequestError(f"duration = {reached:.6g} t0: too short, {why}")

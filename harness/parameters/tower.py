@@ -1,0 +1,107 @@
+"""The tower: a grain that runs into a row of particles at rest."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from harness.errors import RequestError
+from harness.parameters.base import Parameters
+
+Law = Literal["overlap", "deformable"]
+Base = Literal["fixed", "free"]
+Start = Literal["touching", "preloaded", "gapped"]
+
+Positive = Annotated[float, Field(gt=0)]
+PerParticle = Positive | tuple[Positive, ...]
+
+
+class Tower(Parameters):
+    """A grain with a speed and ``height`` particles at rest in its way.
+
+    Particle 1 is the grain; the last one is the base. Mass, stiffness and
+    diameter are one number, or one number for each of the ``height + 1``
+    particles, grain first; both laws take unequal particles. A stiffness
+    belongs to a particle: force over the shortening of its diameter when it is
+    pressed from one side. Two particles alone in contact are then springs in
+    series, 2 k1 k2 / (k1 + k2), under either law, which is k for equal ones.
+
+    The defaults are the source's (Harper, Dufek and Breard, methods section).
+    """
+
+    height: int = Field(
+        default=1, ge=1, strict=True, description="[contacts] of the tower, particles - 1"
+    )
+    stiffness: PerParticle = Field(default=1e6, description="[N/m] normal stiffness")
+    mass: PerParticle = Field(default=1.0, description="[kg] mass")
+    diameter: PerParticle = Field(default=1.0, description="[m] diameter")
+    speed: float = Field(default=2.0, ge=0, description="[m/s] speed of the grain at the start")
+    gravity: float = Field(default=9.81, ge=0, description="[m/s2] gravity along the motion")
+    law: Law = Field(default="deformable", description="[-] contact law")
+    base: Base = Field(default="fixed", description="[-] whether the last particle moves")
+    start: Start = Field(
+        default="touching",
+        description="[-] at rest and just touching, under their own weight, or with gaps",
+    )
+    gap: float = Field(default=0.0, ge=0, description="[m] gap at every contact, gapped start")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        for name in ("mass", "stiffness", "diameter"):
+            value = getattr(self, name)
+            if isinstance(value, tuple) and len(value) != self.height + 1:
+                raise ValueError(
+                    f"{name}: {len(value)} values, must be 1 or height + 1 = {self.height + 1}"
+                )
+        if self.start == "gapped" and self.gap == 0:
+            raise ValueError("gap = 0.0 m: must be greater than 0 for a gapped start")
+        if self.start != "gapped" and self.gap > 0:
+            raise ValueError(f"gap = {self.gap} m: must be 0 for a {self.start} start")
+        if self.start == "preloaded" and self.base == "free" and self.gravity > 0:
+            raise ValueError("start = 'preloaded': needs base = 'fixed' (nothing rests on air)")
+        return self
+
+    @property
+    def particles(self) -> int:
+        """Return the number of particles, the grain and the base among them."""
+        return self.height + 1
+
+    def each(self, name: Literal["mass", "stiffness", "diameter"]) -> tuple[float, ...]:
+        """Return a property of every particle, grain first."""
+        value: float | tuple[float, ...] = getattr(self, name)
+        return value if isinstance(value, tuple) else (value,) * self.particles
+
+    @property
+    def omega(self) -> float:
+        """Return sqrt(k/m) of the grain, k that of its contact with the next particle [rad/s]."""
+        first, second = self.each("stiffness")[:2]
+        return math.sqrt(2 / (1 / first + 1 / second) / self.each("mass")[0])
+
+    @property
+    def contact_time(self) -> float:
+        """Return t0, the contact of the grain with one fixed particle [s].
+
+        ``t0 = (2/omega) (pi - atan(v0 omega / g))``, the unit of time of the
+        source's figures. Raise RequestError if neither speed nor gravity acts.
+        """
+        if self.speed == 0 and self.gravity == 0:
+            raise RequestError("speed = 0.0 m/s: must be greater than 0 where gravity is 0")
+        angle = math.atan2(self.speed * self.omega, self.gravity)
+        return 2 / self.omega * (math.pi - angle)
+
+    @property
+    def contact_period(self) -> float:
+        """Return pi sqrt(m/k) of the lightest particle at the largest stiffness [s].
+
+        What steps per contact count in; pi/omega for equal particles.
+        """
+        return math.pi * math.sqrt(min(self.each("mass")) / max(self.each("stiffness")))
+
+    @property
+    def gamma(self) -> float:
+        """Return Gamma = m g / (v0 sqrt(k m)) of the grain, the one parameter of equal towers."""
+        if self.speed == 0:
+            return math.inf if self.gravity else math.nan
+        return self.gravity / (self.speed * self.omega)

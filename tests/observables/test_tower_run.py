@@ -1,0 +1,130 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from harness.chain import exact, rk4
+from harness.errors import RequestError
+from harness.observables import windows
+from harness.observables.impulse import impulse, impulse_until
+from harness.observables.interpolation import grain_velocity_at
+from harness.observables.summary import contact_changes, peak_force, summary
+from harness.observables.tower import COLUMNS, SERIES
+from harness.parameters.tower import Tower
+
+
+@pytest.fixture(scope="module")
+def three():
+    """The source's case of three particles."""
+    case = Tower(height=2)
+    return exact.run(case, 3 * case.contact_time)
+
+
+def test_series_are_declared_once(three):
+    assert len(set(COLUMNS)) == len(SERIES)
+    for observable in SERIES:
+        assert observable.unit
+        assert getattr(three, observable.name).shape == three.time.shape
+
+
+def test_frame(three):
+    frame = three.frame()
+    assert list(frame)[:3] == ["t_over_t0", "time_s", "grain_displacement_m"]
+    assert "momentum_kg_m_per_s" in frame
+    assert frame["contacts"].dtype.kind == "i"
+    assert len(frame) == three.time.size
+
+
+def test_story_of_the_source(three):
+    """The third particle joins, the grain is alone, contact returns, the grain leaves."""
+    changes = contact_changes(three)
+    assert [count for _, count in changes] == [1, 2, 0, 2, 1, 2, 0]
+    times = [time for time, _ in changes]
+    assert times[0] == 0
+    assert times[1:4] == pytest.approx([0.42, 0.61, 0.99], abs=0.005)
+    assert times[-1] == pytest.approx(1.57, abs=0.005)
+
+
+@pytest.mark.parametrize(
+    ("law", "height", "ratio"),
+    [
+        ("deformable", 2, 0.947),
+        ("deformable", 6, 0.535),
+        ("deformable", 19, 0.535),
+        ("overlap", 2, 0.626),
+        ("overlap", 19, 0.562),
+    ],
+)
+def test_impulse_ratio_is_of_the_known_size(law, height, ratio):
+    def of(n):
+        case = Tower(height=n, law=law)
+        return impulse(exact.run(case, 3 * case.contact_time))
+
+    assert of(height) / of(1) == pytest.approx(ratio, abs=1e-3)
+
+
+@pytest.mark.parametrize("window", windows.WINDOWS)
+@pytest.mark.parametrize("law", ["overlap", "deformable"])
+def test_windows_do_not_depend_on_the_solver(law, window):
+    case = Tower(height=2, law=law)
+    duration = 3 * case.contact_time
+    runs = exact.run(case, duration), rk4.run(case, duration)
+    ends = [windows.window_end(run, window) for run in runs]
+    assert ends[0] == pytest.approx(ends[1], abs=5e-4 * case.contact_time)
+    assert impulse(runs[0], window) == pytest.approx(impulse(runs[1], window), rel=1e-4)
+
+
+def test_sampling_does_not_matter():
+    case = Tower(height=5)
+    few, many = (exact.run(case, 3 * case.contact_time, samples=n) for n in (1500, 6000))
+    assert impulse(few) == pytest.approx(impulse(many), rel=1e-9)
+    assert peak_force(few) == pytest.approx(peak_force(many), rel=1e-6)
+
+
+def test_windows_that_the_run_does_not_reach():
+    case = Tower(height=5)
+    short = exact.run(case, 0.3 * case.contact_time)
+    for window in windows.WINDOWS:
+        with pytest.raises(RequestError, match=r"duration = 0\.3 t0: too short"):
+            windows.window_end(short, window)
+    with pytest.raises(RequestError, match="must be at least 2 t0"):
+        impulse_until(short, 2 * case.contact_time)
+    with pytest.raises(RequestError, match="window = 'half'"):
+        windows.window_end(short, "half")
+
+
+def test_a_sinking_tower_turns_at_the_bound():
+    case = Tower(height=12, gravity=9.81, speed=0.01, law="overlap")
+    run = exact.run(case, 3 * case.contact_time)
+    assert windows.turnaround(run) == pytest.approx(3 * case.contact_time)
+
+
+def test_interpolation_is_of_fourth_order():
+    case = Tower(gravity=0.0)
+    end = case.contact_time
+    errors = []
+    for samples in (10, 20, 40, 80):
+        run = exact.run(case, end, samples=samples)
+        at = (np.arange(samples) + 0.37) / samples * end
+        errors.append(max(abs(grain_velocity_at(run, t) - 2 * np.cos(case.omega * t)) for t in at))
+    slope = np.polyfit(np.log([10, 20, 40, 80]), np.log(errors), 1)[0]
+    assert slope == pytest.approx(-4, abs=0.3)
+
+
+def test_summary_has_the_agreed_keys(three):
+    record = summary(three)
+    agreed = {
+        "law", "solver", "height", "impulse_Ns", "peak_force_N", "contact_time_s",
+        "turnaround_s", "energy_drift", "contacts", "final_velocity_m_per_s",
+    }  # fmt: skip
+    assert agreed <= set(record)
+    assert record["window_s"] == pytest.approx(2 * record["turnaround_s"])
+
+
+def test_deformations_need_profiles(three):
+    with pytest.raises(ValueError, match="profiles"):
+        _ = three.deformations
+    run = exact.run(three.tower, 0.3 * three.tower.contact_time, samples=5, profiles=True)
+    # until the third joins, the first two are deformed alike
+    assert run.deformations[:, 0] == pytest.approx(run.deformations[:, 1], abs=1e-12)
+    assert np.abs(run.deformations[:, 2]).max() < 1e-12
