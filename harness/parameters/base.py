@@ -61,14 +61,14 @@ _OUT_OF_RANGE = {
 
 _BOUNDS = {
     "exclusiveMinimum": "greater than",
-    "minimum": "at least",
+    "minimum": "greater than or equal to",
     "exclusiveMaximum": "less than",
-    "maximum": "at most",
+    "maximum": "less than or equal to",
 }
 
 
 def _range(kind: type[BaseModel], name: str) -> str:
-    """Return the whole range allowed for a field, as in ``greater than 0 and at most 5``."""
+    """Return the whole range allowed for a field, as in ``greater than 0 and less than or equal to 5``."""
     schema = kind.model_json_schema()["properties"][name]
     allowed = {**schema, **schema.get("anyOf", [{}])[0]}
     bounds = [f"{words} {allowed[key]:.12g}" for key, words in _BOUNDS.items() if key in allowed]
