@@ -67,7 +67,7 @@ def test_only_the_command_line_imports_the_report_and_nothing_imports_the_comman
     house = {part_of_house(m) for m in imports(path) if m.startswith("harness.")}
     if folder(path) not in ("cli", "report"):
         assert "harness.report" not in house
-    if folder(path) != "cli":
+    if folder(path) not in ("cli", "__main__.py"):
         assert "harness.cli" not in house
 
 

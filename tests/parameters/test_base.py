@@ -14,11 +14,17 @@ class Plate(Parameters):
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"width": -2.0}, "width = -2.0 m: must be greater than 0 and at most 5"),
-        ({"width": 6.0}, "width = 6.0 m: must be greater than 0 and at most 5"),
-        ({"width": float("nan")}, "width = nan m: must be greater than 0 and at most 5"),
-        ({"width": float("inf")}, "width = inf m: must be greater than 0 and at most 5"),
-        ({"holes": -1}, "holes = -1: must be at least 0"),
+        ({"width": -2.0}, "width = -2.0 m: must be greater than 0 and less than or equal to 5"),
+        ({"width": 6.0}, "width = 6.0 m: must be greater than 0 and less than or equal to 5"),
+        (
+            {"width": float("nan")},
+            "width = nan m: must be greater than 0 and less than or equal to 5",
+        ),
+        (
+            {"width": float("inf")},
+            "width = inf m: must be greater than 0 and less than or equal to 5",
+        ),
+        ({"holes": -1}, "holes = -1: must be greater than or equal to 0"),
         ({"label": 3}, "label = 3: must be a valid string"),
     ],
 )

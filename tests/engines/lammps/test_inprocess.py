@@ -112,7 +112,7 @@ def test_runaway_memory_is_stopped_at_the_limit_and_the_next_run_works(runner, r
     assert isinstance(good, Output)
 
 
-@pytest.mark.parametrize("megabytes", [64, 150])
+@pytest.mark.parametrize("megabytes", [64, 100])
 def test_limit_too_small_to_start_is_out_of_memory(runner, megabytes):
     (error,) = runner(memory=megabytes * 1024**2).run([GOOD])
     assert type(error) is EngineMemoryError
