@@ -47,7 +47,8 @@ def _one_line(kind: type[BaseModel], error: ValidationError) -> str:
     message = message.replace("Input should be", "must be")
     message = message[0].lower() + message[1:]
     if first["type"] in _OUT_OF_RANGE:
-        message = f"must be {_range(kind, name) or 'a finite number'}"
+        finite = ["a finite number"] if first["type"] == "finite_number" else []
+        message = "must be " + ", ".join([*finite, *_ranges(kind, name)])
     return f"{name} = {first['input']!r}{_unit(kind.model_fields.get(name))}: {message}"
 
 
@@ -67,12 +68,12 @@ _BOUNDS = {
 }
 
 
-def _range(kind: type[BaseModel], name: str) -> str:
-    """Return the whole range allowed for a field, as in ``greater than 0 and less than or equal to 5``."""
+def _ranges(kind: type[BaseModel], name: str) -> list[str]:
+    """Return the whole range of a field, as in ``greater than 0 and less than 5``, if it has one."""
     schema = kind.model_json_schema()["properties"][name]
     allowed = {**schema, **schema.get("anyOf", [{}])[0]}
     bounds = [f"{words} {allowed[key]:.12g}" for key, words in _BOUNDS.items() if key in allowed]
-    return " and ".join(bounds)
+    return [" and ".join(bounds)] if bounds else []
 
 
 def _unit(field: FieldInfo | None) -> str:
