@@ -111,7 +111,8 @@ def test_step_at_the_bound_is_refused_and_just_above_it_is_taken(contact):
 def test_bad_input_is_one_line_with_name_value_unit_and_range(field, value, unit, allowed):
     with pytest.raises(RequestError) as caught:
         Incline(**{field: value})
-    assert str(caught.value) == f"{field} = {value!r}{unit}: must be {allowed}"
+    finite = "" if math.isfinite(value) else "a finite number, "
+    assert str(caught.value) == f"{field} = {value!r}{unit}: must be {finite}{allowed}"
     assert caught.value.exit_status == 2
 
 
