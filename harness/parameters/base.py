@@ -48,7 +48,8 @@ def _one_line(kind: type[BaseModel], error: ValidationError) -> str:
     message = message[0].lower() + message[1:]
     if first["type"] in _OUT_OF_RANGE:
         finite = ["a finite number"] if first["type"] == "finite_number" else []
-        message = "must be " + ", ".join([*finite, *_ranges(kind, name)])
+        allowed = ", ".join([*finite, *_ranges(kind, name)])
+        message = f"must be {allowed}" if allowed else message
     return f"{name} = {first['input']!r}{_unit(kind.model_fields.get(name))}: {message}"
 
 
@@ -69,7 +70,7 @@ _BOUNDS = {
 
 
 def _ranges(kind: type[BaseModel], name: str) -> list[str]:
-    """Return the whole range of a field, as in ``greater than 0 and less than 5``, if it has one."""
+    """Return the range of a field, as in ``greater than 0 and less than 5``, or nothing."""
     schema = kind.model_json_schema()["properties"][name]
     allowed = {**schema, **schema.get("anyOf", [{}])[0]}
     bounds = [f"{words} {allowed[key]:.12g}" for key, words in _BOUNDS.items() if key in allowed]
