@@ -47,7 +47,9 @@ def _one_line(kind: type[BaseModel], error: ValidationError) -> str:
     message = message.replace("Input should be", "must be")
     message = message[0].lower() + message[1:]
     if first["type"] in _OUT_OF_RANGE:
-        message = f"must be {_range(kind, name) or 'a finite number'}"
+        finite = ["a finite number"] if first["type"] == "finite_number" else []
+        allowed = ", ".join([*finite, *_ranges(kind, name)])
+        message = f"must be {allowed}" if allowed else message
     return f"{name} = {first['input']!r}{_unit(kind.model_fields.get(name))}: {message}"
 
 
@@ -61,18 +63,18 @@ _OUT_OF_RANGE = {
 
 _BOUNDS = {
     "exclusiveMinimum": "greater than",
-    "minimum": "at least",
+    "minimum": "greater than or equal to",
     "exclusiveMaximum": "less than",
-    "maximum": "at most",
+    "maximum": "less than or equal to",
 }
 
 
-def _range(kind: type[BaseModel], name: str) -> str:
-    """Return the whole range allowed for a field, as in ``greater than 0 and at most 5``."""
+def _ranges(kind: type[BaseModel], name: str) -> list[str]:
+    """Return the range of a field, as in ``greater than 0 and less than 5``, or nothing."""
     schema = kind.model_json_schema()["properties"][name]
     allowed = {**schema, **schema.get("anyOf", [{}])[0]}
     bounds = [f"{words} {allowed[key]:.12g}" for key, words in _BOUNDS.items() if key in allowed]
-    return " and ".join(bounds)
+    return [" and ".join(bounds)] if bounds else []
 
 
 def _unit(field: FieldInfo | None) -> str:

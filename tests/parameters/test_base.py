@@ -1,3 +1,5 @@
+from typing import Annotated
+
 import pytest
 from pydantic import Field, ValidationError
 
@@ -8,17 +10,27 @@ from harness.parameters.base import Parameters
 class Plate(Parameters):
     width: float = Field(1.0, gt=0.0, le=5.0, description="[m] width")
     holes: int = Field(3, ge=0, description="[-] number of holes")
+    tilt: float = Field(0.0, description="[deg] tilt")
+    layers: tuple[Annotated[float, Field(gt=0.0)], ...] = Field((1.0,), description="[mm] layers")
     label: str = Field("plate", description="free text")
 
 
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"width": -2.0}, "width = -2.0 m: must be greater than 0 and at most 5"),
-        ({"width": 6.0}, "width = 6.0 m: must be greater than 0 and at most 5"),
-        ({"width": float("nan")}, "width = nan m: must be greater than 0 and at most 5"),
-        ({"width": float("inf")}, "width = inf m: must be greater than 0 and at most 5"),
-        ({"holes": -1}, "holes = -1: must be at least 0"),
+        ({"width": -2.0}, "width = -2.0 m: must be greater than 0 and less than or equal to 5"),
+        ({"width": 6.0}, "width = 6.0 m: must be greater than 0 and less than or equal to 5"),
+        (
+            {"width": float("nan")},
+            "width = nan m: must be a finite number, greater than 0 and less than or equal to 5",
+        ),
+        (
+            {"width": float("inf")},
+            "width = inf m: must be a finite number, greater than 0 and less than or equal to 5",
+        ),
+        ({"holes": -1}, "holes = -1: must be greater than or equal to 0"),
+        ({"tilt": float("nan")}, "tilt = nan deg: must be a finite number"),
+        ({"layers": (1.0, -3.0)}, "layers = -3.0 mm: must be greater than 0"),
         ({"label": 3}, "label = 3: must be a valid string"),
     ],
 )

@@ -86,10 +86,10 @@ def test_step_at_the_bound_is_refused_and_just_above_it_is_taken(contact):
 @pytest.mark.parametrize(
     ("field", "value", "unit", "allowed"),
     [
-        ("angle", 30.1, " deg", "at least 0 and at most 30"),
-        ("angle", -0.1, " deg", "at least 0 and at most 30"),
-        ("angle", math.nan, " deg", "at least 0 and at most 30"),
-        ("angle", math.inf, " deg", "at least 0 and at most 30"),
+        ("angle", 30.1, " deg", "greater than or equal to 0 and less than or equal to 30"),
+        ("angle", -0.1, " deg", "greater than or equal to 0 and less than or equal to 30"),
+        ("angle", math.nan, " deg", "greater than or equal to 0 and less than or equal to 30"),
+        ("angle", math.inf, " deg", "greater than or equal to 0 and less than or equal to 30"),
         *(
             (field, value, unit, POSITIVE)
             for field, unit in (
@@ -101,17 +101,18 @@ def test_step_at_the_bound_is_refused_and_just_above_it_is_taken(contact):
             )
             for value in (0.0, -1.0, math.nan, math.inf, -math.inf)
         ),
-        ("steps_per_contact", 0.0, "", "greater than 0 and at most 100000"),
-        ("steps_per_contact", math.nan, "", "greater than 0 and at most 100000"),
-        ("spheres", 3, "", "at least 4 and at most 100000"),
-        ("wells", 0, "", "at least 1 and at most 10000"),
-        ("phase", 1.5, "", "at least 0 and at most 1"),
+        ("steps_per_contact", 0.0, "", "greater than 0 and less than or equal to 100000"),
+        ("steps_per_contact", math.nan, "", "greater than 0 and less than or equal to 100000"),
+        ("spheres", 3, "", "greater than or equal to 4 and less than or equal to 100000"),
+        ("wells", 0, "", "greater than or equal to 1 and less than or equal to 10000"),
+        ("phase", 1.5, "", "greater than or equal to 0 and less than or equal to 1"),
     ],
 )
 def test_bad_input_is_one_line_with_name_value_unit_and_range(field, value, unit, allowed):
     with pytest.raises(RequestError) as caught:
         Incline(**{field: value})
-    assert str(caught.value) == f"{field} = {value!r}{unit}: must be {allowed}"
+    finite = "" if math.isfinite(value) else "a finite number, "
+    assert str(caught.value) == f"{field} = {value!r}{unit}: must be {finite}{allowed}"
     assert caught.value.exit_status == 2
 
 

@@ -21,9 +21,7 @@ from harness.theory.energy_map import energies, passage_margin, well_depth
 pytestmark = [pytest.mark.live, pytest.mark.usefixtures("lammps_here")]
 
 CASES = [
-    Incline(angle=angle, contact=contact, steps_per_contact=100.0)
-    for angle in (9.9, 10.5)
-    for contact in CONTACTS.values()
+    Incline(angle=angle, contact=contact) for angle in (9.9, 10.5) for contact in CONTACTS.values()
 ]
 EARTH = Incline(angle=10.2)
 GLASS = {"diameter": 0.003, "density": 2500.0}
@@ -98,7 +96,7 @@ def test_margin_over_one_well_is_that_of_the_theory(lammps):
 
 @pytest.mark.parametrize("contact", [SOURCE, PLASTIC], ids=lambda c: c.name)
 def test_both_routes_give_the_critical_angle_in_few_runs(lammps, contact):
-    case = Incline(contact=contact, steps_per_contact=100.0 if contact is PLASTIC else 50.0)
+    case = Incline(contact=contact)
     one = critical_angle_by_passage(passage(lammps.measured), case)
     other = critical_angle_by_steady_motion(lambda c: lammps.measured(c, "steady"), case)
     assert abs(one.value_deg - other.value_deg) <= one.uncertainty_deg + other.uncertainty_deg
