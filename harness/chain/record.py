@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -105,7 +105,7 @@ def as_run(
     """
     if not (np.isfinite(end.displacement).all() and np.isfinite(end.velocity).all()):
         raise RequestError(f"duration = {record.rows[rows - 1, 0]} s: the values overflow by then")
-    columns = {name: record.rows[:rows, j].copy() for j, name in enumerate(COLUMNS)}
+    columns: dict[str, Any] = {name: record.rows[:rows, j].copy() for j, name in enumerate(COLUMNS)}
     profiles = None
     if record.forces.shape[0]:
         profiles = Profiles(

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager, nullcontext
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from harness.cli.options import Json, Lmp, Mpirun
+
 if TYPE_CHECKING:
+    from harness.engines.contract import Engine
     from harness.observables.tower import TowerRun
+
+MOST_SHOWN = 20
+"""Entries of a list that the table shows; JSON has them all."""
 
 # The names are spelled out here, not imported: --help must not wait for numba.
 
@@ -41,6 +48,7 @@ class Solver(StrEnum):
 
     rk4 = "rk4"
     exact = "exact"
+    lammps = "lammps"
 
 
 def tower(
@@ -55,7 +63,11 @@ def tower(
         Law, typer.Option(help="Contact law: what DEM codes do, or the source's.")
     ] = Law.deformable,
     solver: Annotated[
-        Solver, typer.Option(help="Fixed steps of fourth order, or modes without a step.")
+        Solver,
+        typer.Option(
+            help="`rk4`: fixed steps of fourth order. `exact`: modes, without a step. "
+            "`lammps`: the generated script; the deformable law in-process only."
+        ),
     ] = Solver.rk4,
     base: Annotated[Base, typer.Option(help="Whether the last particle moves.")] = Base.fixed,
     duration: Annotated[
@@ -63,7 +75,7 @@ def tower(
     ] = 3.0,
     steps_per_contact: Annotated[
         float | None,
-        typer.Option(help="Steps in pi sqrt(m/k), rk4 only; 4000 if not given."),
+        typer.Option(help="Steps in pi sqrt(m/k).  [default: 4000 rk4, 1000 lammps]"),
     ] = None,
     window: Annotated[
         Window, typer.Option(help="What the impulse is summed over.")
@@ -71,7 +83,9 @@ def tower(
     series: Annotated[
         Path | None, typer.Option(help="Write the series to this CSV file.", dir_okay=False)
     ] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    lmp: Lmp = None,
+    mpirun: Mpirun = None,
+    json: Json = False,
 ) -> None:
     """Drop a grain on a tower of particles: force, impulse and contacts of the grain.
 
@@ -80,6 +94,7 @@ def tower(
     that the grain would stay on one fixed particle.
     """
     from harness.cli.output import print_json
+    from harness.errors import RequestError
     from harness.observables.summary import summary
     from harness.parameters.tower import Tower
     from harness.verbs.towers import covering
@@ -94,16 +109,34 @@ def tower(
         law=law.value,
         base=base.value,
     )
-    run = run_tower(
-        case, solver=solver.value, duration=duration, steps_per_contact=steps_per_contact
-    )
-    record = summary(run, window.value, covering(run, window.value))
+    if solver is not Solver.lammps and (lmp or mpirun):
+        raise RequestError(f"--{'lmp' if lmp else 'mpirun'}: goes with --solver lammps only")
+    with _engine(solver, lmp, mpirun) as engine:
+        run = run_tower(
+            case,
+            solver=solver.value,
+            duration=duration,
+            steps_per_contact=steps_per_contact,
+            engine=engine,
+        )
+        record = summary(run, window.value, covering(run, window.value, engine))
     if series is not None:
         _write(run, series)
     if json:
         print_json(record)
     else:
         _print(record)
+
+
+def _engine(
+    solver: Solver, lmp: str | None, mpirun: str | None
+) -> AbstractContextManager[Engine | None]:
+    """Return LAMMPS where it is asked for, to be closed after use."""
+    from harness.engines.registry import open_engine
+
+    if solver is Solver.lammps:
+        return open_engine(lmp=lmp, launcher=mpirun)
+    return nullcontext()
 
 
 def _write(run: TowerRun, path: Path) -> None:
@@ -127,7 +160,8 @@ def _print(record: dict[str, object]) -> None:
     table = Table(show_header=False, box=None)
     for name, value in record.items():
         if isinstance(value, list):
-            value = " ".join(_short(item) for item in value)
+            shown = " ".join(_short(item) for item in value[:MOST_SHOWN])
+            value = shown + (f" ... ({len(value)} in all)" if len(value) > MOST_SHOWN else "")
         table.add_row(name, value if isinstance(value, str) else _short(value))
     Console().print(table)
 

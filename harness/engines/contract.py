@@ -5,7 +5,7 @@ To add an engine, make a folder beside ``lammps`` with a subclass of
 
 1. ``identify`` says who it is (version, packages, executable), or raises
    EngineMissingError with what to install;
-2. ``inclines`` runs cases of the incline. Split it into *write* (case to input,
+2. ``inclines`` and ``towers`` run cases. Split them into *write* (case to input,
    a pure function), *execute* (run it, under limits of time and memory) and
    *read* (output to result, a pure function tested on recorded output).
    Convert units at this edge and nowhere else.
@@ -23,7 +23,9 @@ from typing import Literal
 from harness.errors import EngineError
 from harness.observables.incline import InclineRun
 from harness.observables.provenance import Provenance
+from harness.observables.tower import TowerRun
 from harness.parameters.incline import Incline
+from harness.parameters.tower import Tower
 
 Route = Literal["passage", "steady"]
 
@@ -44,6 +46,22 @@ class Engine(ABC):
         """Run the cases, in parallel where that helps, and return their results in order.
 
         With ``every``, the grain's path is sampled every so many steps.
+        """
+
+    @abstractmethod
+    def towers(
+        self,
+        cases: Sequence[Tower],
+        duration: float,
+        *,
+        steps_per_contact: float | None = None,
+        samples: int | None = None,
+        profiles: bool = False,
+    ) -> list[TowerRun | EngineError]:
+        """Run towers for ``duration`` [t0] and return their results in order.
+
+        Steps count in pi sqrt(m/k), samples default to about 1000 per t0.
+        Raise RequestError for a case that the engine cannot state.
         """
 
     def measured(self, cases: Sequence[Incline], route: Route) -> list[InclineRun]:

@@ -10,6 +10,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from harness.observables.declared import Observable
+from harness.observables.provenance import Provenance
 from harness.parameters.tower import Tower
 
 Floats = NDArray[np.float64]
@@ -44,7 +45,8 @@ class TowerRun:
     """A tower in time: M samples, declared in :data:`SERIES`, and the last state.
 
     Samples need not be equally far apart. ``step`` [s] is None for a solver
-    without one. ``profiles`` is None unless they were asked for.
+    without one. ``profiles`` is None unless they were asked for, ``provenance`` unless
+    an engine made the run.
     """
 
     tower: Tower
@@ -65,6 +67,7 @@ class TowerRun:
     final_displacement: Floats  # (N,) [m]
     final_velocity: Floats  # (N,) [m/s]
     profiles: Profiles | None = None
+    provenance: Provenance | None = None
 
     @property
     def energy(self) -> Floats:

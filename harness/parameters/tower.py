@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 from harness.errors import RequestError
 from harness.parameters.base import Parameters
 
+Property = Literal["mass", "stiffness", "diameter"]
 Law = Literal["overlap", "deformable"]
 Base = Literal["fixed", "free"]
 Start = Literal["touching", "preloaded", "gapped"]
@@ -68,7 +69,7 @@ class Tower(Parameters):
         """Return the number of particles, the grain and the base among them."""
         return self.height + 1
 
-    def each(self, name: Literal["mass", "stiffness", "diameter"]) -> tuple[float, ...]:
+    def each(self, name: Property) -> tuple[float, ...]:
         """Return a property of every particle, grain first."""
         value: float | tuple[float, ...] = getattr(self, name)
         return value if isinstance(value, tuple) else (value,) * self.particles

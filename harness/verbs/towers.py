@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
-from harness.errors import RequestError
+from harness.errors import EngineError, RequestError
 from harness.observables.tower import TowerRun
 from harness.observables.windows import SEARCH, Window, touch_time, window_end
 from harness.parameters.tower import Tower
 
 DURATION = SEARCH  # [t0] the source's longest look
+
+if TYPE_CHECKING:
+    from harness.engines.contract import Engine
 
 Solver = Callable[[Tower, float, float | None, int | None, bool], TowerRun]
 
@@ -23,8 +27,11 @@ def tower(
     steps_per_contact: float | None = None,
     samples: int | None = None,
     profiles: bool = False,
+    engine: Engine | None = None,
 ) -> TowerRun:
     """Run ``case`` for ``duration`` [t0] with the ``solver`` of that name (:data:`SOLVERS`).
+
+    ``lammps`` runs in ``engine``, or in LAMMPS in-process, opened and closed again.
 
     ``steps_per_contact`` counts steps in pi sqrt(m/k), for solvers with a step.
     ``samples`` is how many to keep, about 1000 per t0 if not given; with
@@ -35,11 +42,13 @@ def tower(
         raise RequestError(f"solver = {solver!r}: must be one of {', '.join(SOLVERS)}")
     if not (math.isfinite(duration) and duration > 0):
         raise RequestError(f"duration = {duration} t0: must be finite and greater than 0")
+    if solver == "lammps":
+        return _lammps(case, duration, steps_per_contact, samples, profiles, engine)
     seconds = duration * case.contact_time
-    return SOLVERS[solver](case, seconds, steps_per_contact, samples, profiles)
+    return _SOLVERS[solver](case, seconds, steps_per_contact, samples, profiles)
 
 
-def covering(run: TowerRun, window: Window) -> TowerRun:
+def covering(run: TowerRun, window: Window, engine: Engine | None = None) -> TowerRun:
     """Return ``run``, or one of the same case and solver that covers ``window``.
 
     Closest approach and impulse need 3 t0, and more where the window ends
@@ -47,15 +56,17 @@ def covering(run: TowerRun, window: Window) -> TowerRun:
     """
     t0, whole = run.tower.contact_time, run
     if whole.time[-1] < (touch_time(run) + SEARCH * t0) * (1 - 1e-9):
-        whole = _longer(run, touch_time(run) / t0 + SEARCH)
+        whole = _longer(run, touch_time(run) / t0 + SEARCH, engine)
     end = max(window_end(whole, window), window_end(whole, "turnaround"))
-    return whole if end <= whole.time[-1] else _longer(run, end / t0 * (1 + 1e-9))
+    return whole if end <= whole.time[-1] else _longer(run, end / t0 * (1 + 1e-9), engine)
 
 
-def _longer(run: TowerRun, duration: float) -> TowerRun:
+def _longer(run: TowerRun, duration: float, engine: Engine | None) -> TowerRun:
     """Run the same again for ``duration`` [t0]."""
     steps = None if run.step is None else run.tower.contact_period / run.step
-    return tower(run.tower, solver=run.solver, duration=duration, steps_per_contact=steps)
+    return tower(
+        run.tower, solver=run.solver, duration=duration, steps_per_contact=steps, engine=engine
+    )
 
 
 def _rk4(
@@ -76,4 +87,26 @@ def _exact(
     return exact.run(case, seconds, samples=samples, profiles=profiles)
 
 
-SOLVERS: dict[str, Solver] = {"rk4": _rk4, "exact": _exact}
+def _lammps(
+    case: Tower,
+    duration: float,
+    steps: float | None,
+    samples: int | None,
+    profiles: bool,
+    engine: Engine | None,
+) -> TowerRun:
+    from harness.engines.registry import open_engine
+
+    if engine is None:
+        with open_engine() as opened:
+            return _lammps(case, duration, steps, samples, profiles, opened)
+    (run,) = engine.towers(
+        [case], duration, steps_per_contact=steps, samples=samples, profiles=profiles
+    )
+    if isinstance(run, EngineError):
+        raise run
+    return run
+
+
+_SOLVERS: dict[str, Solver] = {"rk4": _rk4, "exact": _exact}
+SOLVERS = (*_SOLVERS, "lammps")

@@ -10,12 +10,22 @@ from harness.engines.lammps.executable import Executable
 from harness.engines.lammps.inprocess import InProcess
 from harness.engines.lammps.jobs import Job, Limits, Output, Runner
 from harness.engines.lammps.read import read_incline
-from harness.engines.lammps.scripts import check_variables, incline_script, incline_variables
+from harness.engines.lammps.read_tower import read_tower
+from harness.engines.lammps.scripts import (
+    check_variables,
+    incline_script,
+    incline_variables,
+    tower_script,
+    tower_variables,
+)
+from harness.engines.lammps.timing import Plan, plan
 from harness.engines.parallel import cores
 from harness.errors import EngineError
 from harness.observables.incline import InclineRun
 from harness.observables.provenance import Provenance
+from harness.observables.tower import TowerRun
 from harness.parameters.incline import Incline
+from harness.parameters.tower import Tower
 
 
 class Lammps(Engine):
@@ -49,12 +59,38 @@ class Lammps(Engine):
         self, cases: Sequence[Incline], route: Route, *, every: int | None = None
     ) -> list[InclineRun | EngineError]:
         """Run the incline's generated script for each case, in order."""
-        jobs = [_job(case, route, every) for case in cases]
+        jobs = [_incline_job(case, route, every) for case in cases]
         outputs = self._runner.run(jobs)
         return [
             self._read(case, job, output)
             for case, job, output in zip(cases, jobs, outputs, strict=True)
         ]
+
+    def towers(
+        self,
+        cases: Sequence[Tower],
+        duration: float,
+        *,
+        steps_per_contact: float | None = None,
+        samples: int | None = None,
+        profiles: bool = False,
+    ) -> list[TowerRun | EngineError]:
+        """Run the tower's generated script for each case, in order."""
+        plans = [plan(case, duration, steps_per_contact, samples) for case in cases]
+        jobs = [_tower_job(case, timing) for case, timing in zip(cases, plans, strict=True)]
+        outputs = self._runner.run(jobs)
+        results: list[TowerRun | EngineError] = []
+        for case, timing, job, output in zip(cases, plans, jobs, outputs, strict=True):
+            if isinstance(output, EngineError):
+                results.append(output)
+                continue
+            try:
+                run = read_tower(case, timing.step, output.series or "", self._who(job), profiles)
+            except EngineError as error:
+                results.append(error)
+            else:
+                results.append(run)
+        return results
 
     def close(self) -> None:
         """End LAMMPS's processes."""
@@ -65,17 +101,34 @@ class Lammps(Engine):
     ) -> InclineRun | EngineError:
         if isinstance(output, EngineError):
             return output
-        who = replace(self.identify(), script=job.script.name, script_sha256=job.script.sha256)
         try:
-            return read_incline(case, output.log, output.series, output.seconds, who)
+            return read_incline(case, output.log, output.series, output.seconds, self._who(job))
         except EngineError as error:
             return error
 
+    def _who(self, job: Job) -> Provenance:
+        """Return the engine's identity with the script that ran."""
+        return replace(self.identify(), script=job.script.name, script_sha256=job.script.sha256)
 
-def _job(case: Incline, route: Route, every: int | None) -> Job:
+
+def _incline_job(case: Incline, route: Route, every: int | None) -> Job:
     script = incline_script(case.contact.name)
     variables = {"route": route, **incline_variables(case)}
     if every is not None:
-        variables["series_every"] = str(every)
+        variables |= {"record": "yes", "series_every": str(every)}
     check_variables(script, variables)
     return Job(script, variables, series=every is not None)
+
+
+def _tower_job(case: Tower, timing: Plan) -> Job:
+    script = tower_script()
+    variables = {
+        **tower_variables(case, timing.duration, timing.steps_per_contact),
+        "everyone": "yes",
+        "series_every": str(timing.every),
+    }
+    check_variables(script, variables)
+    law = None
+    if case.law == "deformable":
+        law = (case.height, case.each("stiffness")[0], case.each("diameter")[0])
+    return Job(script, variables, series=True, deformable=law)

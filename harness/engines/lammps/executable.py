@@ -52,7 +52,16 @@ class Executable:
         return self._provenance
 
     def run(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
-        """Run the jobs, in as many processes as there are workers."""
+        """Run the jobs, in as many processes as there are workers.
+
+        Raise RequestError for a job with the deformable law: an executable
+        cannot call it.
+        """
+        if any(job.deformable for job in jobs):
+            raise RequestError(
+                "law = 'deformable' runs in LAMMPS in-process only, where the harness can give "
+                "the forces: leave --lmp and --mpirun out, or choose law 'overlap'"
+            )
         count = max(1, min(self._workers, len(jobs)))
         batches = [list(range(first, len(jobs), count)) for first in range(count)]
         outputs: dict[int, Output | EngineError] = {}
@@ -177,7 +186,7 @@ def _batch(jobs: Sequence[Job], folder: Path) -> str:
             script.write_text(job.script.text, encoding="utf-8")
         variables = dict(job.variables)
         if job.series:
-            variables |= {"record": "yes", "series": f"{index}.csv"}
+            variables |= {"series": f"{index}.csv"}
         lines += [f"log {index}.log", "clear"]
         lines += [f"variable {name} delete" for name in sorted(job.script.variables)]
         lines += [f"variable {name} index {value}" for name, value in variables.items()]

@@ -146,12 +146,13 @@ class _Worker:
             path.unlink(missing_ok=True)
         variables = dict(job.variables)
         if job.series:
-            variables |= {"record": "yes", "series": str(series)}
+            variables |= {"series": str(series)}
         order = {
             "script": str(self._script(job)),
             "log": str(log),
             "forget": sorted(job.script.variables),
             "variables": variables,
+            "deformable": job.deformable,
         }
         start = time.monotonic()
         answer = self._ask(order, start + self._limits.seconds)

@@ -21,11 +21,16 @@ class Limits:
 
 @dataclass(frozen=True)
 class Job:
-    """A script, the variables set for it, and whether it writes a series."""
+    """A script, the variables set for it, and whether it writes a series.
+
+    ``deformable`` (height, stiffness [N/m], diameter [m]) has LAMMPS's ``fix
+    external`` call the deformable law; only a library can.
+    """
 
     script: Script
     variables: Mapping[str, str]
     series: bool = False
+    deformable: tuple[int, float, float] | None = None
 
 
 @dataclass(frozen=True)

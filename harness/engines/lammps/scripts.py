@@ -9,8 +9,10 @@ from functools import cache
 from importlib import resources
 
 from harness import __version__
+from harness.errors import RequestError
 from harness.parameters.contact import CONTACTS, PLASTIC, Contact
 from harness.parameters.incline import Incline
+from harness.parameters.tower import Property, Tower
 
 STORIES = {
     "source": "e = 1e-20 with the attractive tail, as Harper, Dufek and Breard ran it.",
@@ -47,13 +49,24 @@ def incline_script(contact_name: str = PLASTIC.name) -> Script:
     case = Incline(contact=contact, steps_per_contact=100.0 if contact is PLASTIC else 50.0)
     name = f"incline-{contact.name}.in"
     defaults = {"route": "steady", **incline_variables(case)}
-    text = _render("incline.in.j2", name=name, contact=contact, case=case, **defaults)
+    text = _render(
+        "incline.in.j2", name=name, contact=contact, story=STORIES[contact.name], **defaults
+    )
     return Script(name, text, _declared(text))
+
+
+@cache
+def tower_script() -> Script:
+    """Return the tower's script, with the source's tower of three particles as default."""
+    case = Tower(height=2, law="overlap")
+    defaults = {**tower_variables(case, 3.0, 1000.0), "restitution": "1", "series_every": "4"}
+    text = _render("tower.in.j2", name="tower.in", **defaults)
+    return Script("tower.in", text, _declared(text))
 
 
 def all_scripts() -> list[Script]:
     """Return every script that is committed under ``inputs``."""
-    return [incline_script(name) for name in CONTACTS]
+    return [*(incline_script(name) for name in CONTACTS), tower_script()]
 
 
 def incline_variables(case: Incline) -> dict[str, str]:
@@ -70,6 +83,28 @@ def incline_variables(case: Incline) -> dict[str, str]:
         "phase": _number(case.phase),
         "time_limit": _number(case.time_limit),
         **_contact_variables(case.contact),
+    }
+
+
+def tower_variables(case: Tower, duration: float, steps_per_contact: float) -> dict[str, str]:
+    """Return what ``-var`` sets for a tower of equal particles, over a duration in t0.
+
+    Raise RequestError for unequal particles, which the script does not have.
+    """
+    properties: tuple[Property, ...] = ("stiffness", "mass", "diameter")
+    if any(len(set(case.each(name))) > 1 for name in properties):
+        raise RequestError("mass, stiffness and diameter must be one number each in LAMMPS's tower")
+    return {
+        **{name: _number(case.each(name)[0]) for name in properties},
+        "height": str(case.height),
+        "speed": _number(case.speed),
+        "gravity": _number(case.gravity),
+        "base": case.base,
+        "start": case.start,
+        "gap": _number(case.gap),
+        "law": case.law,
+        "duration": _number(duration),
+        "steps_per_contact": _number(steps_per_contact),
     }
 
 
@@ -90,7 +125,7 @@ def _number(value: float) -> str:
     return text.removesuffix(".0")
 
 
-def _render(template: str, *, contact: Contact, **values: object) -> str:
+def _render(template: str, **values: object) -> str:
     from jinja2 import Environment, StrictUndefined
 
     source = resources.files("harness.engines.lammps").joinpath("templates", template)
@@ -98,7 +133,7 @@ def _render(template: str, *, contact: Contact, **values: object) -> str:
         undefined=StrictUndefined, trim_blocks=True, keep_trailing_newline=True, autoescape=False
     )
     body = environment.from_string(source.read_text(encoding="utf-8"))
-    return body.render(version=__version__, contact=contact, story=STORIES[contact.name], **values)
+    return body.render(version=__version__, **values)
 
 
 def _declared(text: str) -> frozenset[str]:

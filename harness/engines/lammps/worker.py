@@ -18,6 +18,9 @@ from typing import Any, TextIO
 
 from harness.engines.lammps.library import open_lammps
 
+MOTION = "# ---- motion"
+"""The line of the tower's script before which the deformable law must be there."""
+
 
 def main() -> None:
     """Serve orders until stdin ends."""
@@ -52,8 +55,26 @@ def _execute(lammps: Any, order: dict[str, Any]) -> None:
         lammps.command(f"variable {name} delete")
     for name, value in order["variables"].items():
         lammps.command(f'variable {name} index "{value}"')
-    lammps.file(order["script"])
+    if order["deformable"]:
+        _run_deformable(lammps, Path(order["script"]).read_text(encoding="utf-8"), order)
+    else:
+        lammps.file(order["script"])
     lammps.command("log none")
+
+
+def _run_deformable(lammps: Any, script: str, order: dict[str, Any]) -> None:
+    """Run the tower's script, giving LAMMPS the law between its set-up and its motion."""
+    from harness.engines.lammps.deformable import DeformableLaw
+
+    setup, motion = script.split(MOTION)
+    lammps.commands_string(setup)
+    law = DeformableLaw(*order["deformable"])
+    lammps.set_fix_external_callback("deformable", law, None)
+    try:
+        lammps.commands_string(motion.partition("\n")[2])
+    finally:
+        if law.failure:
+            raise RuntimeError(f"ERROR: {law.failure}")
 
 
 def _answer(stream: TextIO, answer: dict[str, Any]) -> None:
