@@ -44,6 +44,8 @@ class DeformableLaw:
         """
         displacement = x - self._touching
         overlap = displacement[:-1] - displacement[1:]
+        if not np.isfinite(overlap).all():
+            raise ArithmeticError(f"deformable law: positions are not numbers: {x.tolist()}")
         slack = SLACK * float(np.abs(overlap).max())
         for _ in range(MOST_PIVOTS * overlap.size):
             closed = self._closed

@@ -72,7 +72,7 @@ def _table(dump: str, particles: int) -> tuple[Floats, Floats]:
         steps = np.array([float(line) for line in lines[1::block]])
         starts = range(HEADER_LINES, len(lines), block)
         rows = "\n".join(line for i in starts for line in lines[i : i + particles])
-        columns = pd.read_csv(io.StringIO(rows), sep=" ", header=None, dtype=np.float64)
+        columns = pd.read_csv(io.StringIO(rows), sep=r"\s+", header=None, dtype=np.float64)
         table = columns.to_numpy().reshape(len(steps), particles, -1)
         if table.shape[2] != COLUMNS:
             raise ValueError(f"{table.shape[2]} columns instead of {COLUMNS}")

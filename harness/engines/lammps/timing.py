@@ -13,7 +13,7 @@ SAMPLES_PER_T0 = 1000
 MOST_ROWS = 1_000_000
 """Particles times samples that a run writes at most, unless samples are asked for."""
 
-FEWEST_STEPS = math.pi / 2
+FEWEST_STEPS = math.pi
 """Bound for the alternating mode of the overlap chain, omega_max = 2 omega: h < 2 / omega_max."""
 
 

@@ -1,0 +1,67 @@
+import numpy as np
+import pytest
+
+from harness.engines.lammps.read_tower import read_tower
+from harness.errors import EngineNaNError, EngineOutputError
+from harness.observables.provenance import Provenance
+from harness.parameters.tower import Tower
+
+WHO = Provenance("lammps", "1 Jan 2030")
+CASE = Tower(height=2, law="overlap", stiffness=1000.0, gravity=10.0, mass=2.0)
+
+
+def _dump(*snapshots):
+    """Return a dump of rows (x, vx, fx) for three particles at steps 0, 10, ..."""
+    text = ""
+    for number, rows in enumerate(snapshots):
+        text += f"ITEM: TIMESTEP\n{10 * number}\nITEM: NUMBER OF ATOMS\n3\n"
+        text += "ITEM: BOX BOUNDS ss pp pp\n0 1\n0 1\n0 1\nITEM: ATOMS id x vx fx\n"
+        text += "".join(f"{i} {x!r} {v!r} {f!r} \n" for i, (x, v, f) in enumerate(rows, 1))
+    return text
+
+
+# contact 1 pressed in by 0.1 m (100 N), contact 2 by 0.05 m (50 N), weights of 20 N
+PRESSED = [(0.15, 3.0, 20.0 - 100.0), (1.05, 1.0, 20.0 + 100.0 - 50.0), (2.0, 0.0, 0.0)]
+APART = [(-0.5, -1.0, 20.0), (1.0, 0.0, 20.0), (2.0, 0.0, 0.0)]
+
+
+def test_every_observable_of_a_snapshot():
+    run = read_tower(CASE, 1e-3, _dump(PRESSED, APART), WHO, profiles=True)
+    assert run.time == pytest.approx([0.0, 0.01])
+    assert run.grain_force == pytest.approx([100.0, 0.0])
+    assert run.base_force == pytest.approx([50.0, 0.0])
+    assert run.contacts.tolist() == [2, 0]
+    assert run.compression == pytest.approx([0.15, -0.5])
+    assert run.compression_rate == pytest.approx([3.0, -1.0])
+    assert run.kinetic_energy[0] == pytest.approx(0.5 * 2.0 * (9.0 + 1.0))
+    assert run.elastic_energy[0] == pytest.approx(0.5 * 1000.0 * (0.1**2 + 0.05**2))
+    assert run.gravitational_energy[0] == pytest.approx(-2.0 * 10.0 * (0.15 + 0.05))
+    assert run.momentum[0] == pytest.approx(2.0 * 4.0)
+    assert run.final_velocity.tolist() == [-1.0, 0.0, 0.0]
+    assert run.profiles.forces[0] == pytest.approx([100.0, 50.0])
+    assert run.provenance is WHO
+    assert run.solver == "lammps"
+
+
+def test_the_rounding_of_positions_is_no_contact():
+    tiny = float(1000.0 * 2 * np.finfo(float).eps)
+    row = [(0.0, 0.0, 20.0 - tiny), (1.0, 0.0, 20.0 + tiny), (2.0, 0.0, 0.0)]
+    assert read_tower(CASE, 1e-3, _dump(row, row), WHO).contacts.tolist() == [0, 0]
+
+
+@pytest.mark.parametrize("cut", [0, 1, 40, -1, -8, -30])
+def test_a_dump_that_is_cut_is_named(cut):
+    dump = _dump(PRESSED, APART)
+    with pytest.raises(EngineOutputError, match="dump"):
+        read_tower(
+            CASE,
+            1e-3,
+            "\n".join(dump.splitlines()[:cut] if cut < 0 else dump[:cut].splitlines()),
+            WHO,
+        )
+
+
+def test_values_that_are_not_numbers_are_named():
+    broken = [(float("nan"), 0.0, 0.0), *PRESSED[1:]]
+    with pytest.raises(EngineNaNError):
+        read_tower(CASE, 1e-3, _dump(PRESSED, broken), WHO)

@@ -1,0 +1,98 @@
+import numpy as np
+import pytest
+
+from harness.chain import exact
+from harness.engines.lammps.engine import Lammps
+from harness.errors import RequestError
+from harness.observables.impulse import impulse
+from harness.observables.windows import first_contact_end
+from harness.parameters.tower import Tower
+
+pytestmark = pytest.mark.live
+
+
+@pytest.fixture(scope="module")
+def lammps():
+    with Lammps() as engine:
+        yield engine
+
+
+def _run(engine, case, **options):
+    (run,) = engine.towers([case], 3.0, **options)
+    assert not isinstance(run, Exception), run
+    return run
+
+
+def _force_difference(run):
+    """Return the largest difference of the grain's force to the exact one, over its peak."""
+    reference = exact.run(run.tower, run.time[-1], samples=len(run.time) - 1)
+    rows = np.searchsorted(reference.time, run.time - 1e-9 * run.time[-1])
+    assert reference.time[rows] == pytest.approx(run.time, abs=1e-12 * run.time[-1])
+    difference = np.abs(reference.grain_force[rows] - run.grain_force).max()
+    return difference / reference.grain_force.max()
+
+
+@pytest.mark.parametrize("height", range(1, 20))
+def test_overlap_law_meets_the_exact_solution(lammps, height):
+    case = Tower(height=height, law="overlap")
+    run = _run(lammps, case)
+    assert _force_difference(run) < 1e-5
+    assert impulse(run) == pytest.approx(impulse(exact.run(case, run.time[-1])), rel=1e-5)
+
+
+@pytest.mark.parametrize("height", [1, 2, 3, 5, 10, 19])
+def test_deformable_law_as_an_external_force_meets_the_exact_solution(lammps, height):
+    assert _force_difference(_run(lammps, Tower(height=height))) < 1e-4
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"gravity": 0.0},
+        {"base": "free", "gravity": 0.0},
+        {"base": "free"},
+        {"start": "preloaded"},
+        {"start": "gapped", "gap": 1e-4},
+        {"mass": 0.3, "diameter": 0.02, "stiffness": 2e4, "speed": 0.7},
+    ],
+)
+def test_every_kind_of_tower(lammps, changes):
+    case = Tower(height=4, law="overlap").replace(**changes)
+    assert _force_difference(_run(lammps, case)) < 2e-5
+
+
+def test_the_error_falls_with_the_square_of_the_step(lammps):
+    errors = [
+        _force_difference(_run(lammps, Tower(height=3, law="overlap"), steps_per_contact=n))
+        for n in (250, 500, 1000, 2000)
+    ]
+    order = np.polyfit(np.log([250, 500, 1000, 2000]), -np.log(errors), 1)[0]
+    assert 1.7 < order < 2.3
+
+
+def test_the_bessel_limit_of_a_tall_tower(lammps):
+    # the reflection from the base comes back after two passages: 40 contacts are enough
+    tall = _run(lammps, Tower(height=40, law="overlap", gravity=0.0), samples=6000)
+    end = first_contact_end(tall)
+    lost = 2.0 - np.interp(end, tall.time, tall.grain_velocity)
+    assert lost / 4.0 == pytest.approx(0.5661397, abs=1e-5)
+
+
+def test_unequal_particles_are_refused(lammps):
+    with pytest.raises(RequestError, match="one number each"):
+        lammps.towers([Tower(height=1, mass=(1.0, 2.0))], 3.0)
+
+
+def test_an_executable_refuses_the_deformable_law(lmp):
+    with Lammps(lmp=lmp) as engine:
+        with pytest.raises(RequestError, match="in-process only"):
+            engine.towers([Tower()], 3.0)
+        (run,) = engine.towers([Tower(height=2, law="overlap")], 3.0)
+        assert run.provenance.how == "executable"
+
+
+def test_in_process_and_executable_give_the_same_series(lammps, lmp):
+    case = Tower(height=5, law="overlap")
+    with Lammps(lmp=lmp) as engine:
+        (other,) = engine.towers([case], 3.0)
+    np.testing.assert_array_equal(_run(lammps, case).grain_force, other.grain_force)
