@@ -2,45 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from harness.comparison.extrapolation import ExtrapolatedAngle
+from harness.comparison.evidence import InclineEvidence, TowerEvidence
 from harness.comparison.verdicts import Check, Verdict
-from harness.observables.critical_angle import CriticalAngle
-from harness.observables.incline import InclineRun
 from harness.observables.provenance import Provenance
 
 if TYPE_CHECKING:
     import pandas as pd
-
-
-@dataclass(frozen=True)
-class Recursion:
-    """Energy after each shock in a run, and by the recursion from the first; in m g d."""
-
-    run: InclineRun
-    measured: NDArray[np.float64]
-    predicted: NDArray[np.float64]
-
-
-@dataclass
-class InclineEvidence:
-    """What the engine's runs of the incline left for tables and figures.
-
-    ``by_contact`` maps the name of a contact to its angles over stiffness and
-    step. What could not be measured is missing.
-    """
-
-    closed_form_deg: float
-    extrapolated: ExtrapolatedAngle | None = None
-    by_contact: dict[str, list[CriticalAngle]] = field(default_factory=dict)
-    routes: list[CriticalAngle] = field(default_factory=list)
-    motions: list[InclineRun] = field(default_factory=list)
-    recursion: Recursion | None = None
 
 
 @dataclass(frozen=True)
@@ -59,6 +29,7 @@ class Verification:
     provenance: Provenance | None
     checks: tuple[Check, ...]
     incline: InclineEvidence
+    tower: TowerEvidence
     scripts: dict[str, str]
     engine_errors: tuple[str, ...] = ()
 

@@ -12,6 +12,7 @@ from harness.parameters.base import Parameters
 
 Property = Literal["mass", "stiffness", "diameter"]
 Law = Literal["overlap", "deformable"]
+LAWS: tuple[Law, ...] = ("overlap", "deformable")
 Base = Literal["fixed", "free"]
 Start = Literal["touching", "preloaded", "gapped"]
 

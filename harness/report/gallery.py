@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
+from harness.comparison.evidence import TowerEvidence
 from harness.comparison.verification import Verification
-from harness.report.figures import incline
+from harness.report.figures import chain_peak_error, chain_runs, incline
 from harness.report.figures.style import house_style
 
 if TYPE_CHECKING:
@@ -68,6 +70,50 @@ def pictures(found: Verification) -> Iterator[Picture]:
             "Kinetic energy that survives each shock, taken from the energy at the next crest, "
             "against the recursion started from the first.",
             lambda: incline.energy_after_each_shock(recursion),
+        )
+    yield from _tower_pictures(found.tower)
+
+
+def _tower_pictures(evidence: TowerEvidence) -> Iterator[Picture]:
+    if evidence.collisions:
+        yield _picture(
+            "two-and-three-particles",
+            "Velocity and deformation of two and three particles",
+            "The source's figure: two particles exchange their velocities; with three, the grain "
+            "is thrown back, and the middle particle deforms most.",
+            lambda: chain_runs.velocity_and_deformation(evidence.collisions),
+        )
+    for law, runs in evidence.by_law.items():
+        yield _picture(
+            f"force-and-contacts-{law}",
+            f"Force and contacts of the grain, {law} law",
+            "A grain dropped on a tower, k = 1e6 N/m, 2 m/s. The force is in units of the largest "
+            "of all four; contacts are those of the chain that begins at the grain.",
+            partial(chain_runs.force_and_contacts, runs),
+        )
+    if evidence.collapse:
+        yield _picture(
+            "collapse",
+            "Collapse across stiffnesses",
+            "Time in contact times and force in v0 sqrt(k m): what is left differs by Gamma alone.",
+            lambda: chain_runs.collapse(evidence.collapse),
+        )
+    if evidence.peak_by_step:
+        yield _picture(
+            "peak-deformation-error",
+            "Error of the peak deformation",
+            "Two free particles by RK4. At the time of the peak the error is of fifth order, since "
+            "the peak is flat; read off the largest sample, it is that of the sampling, "
+            "(omega h)^2 / 4. The source's error falls with the stiffness: in contact times it "
+            "does not depend on k, and with one step in seconds it grows.",
+            lambda: chain_peak_error.peak_error(evidence.peak_by_step, evidence.peak_by_stiffness),
+        )
+    if evidence.drifts:
+        yield _picture(
+            "energy-drift",
+            "Energy drift",
+            "RK4 loses energy where contacts change; the exact propagator keeps it to round-off.",
+            lambda: chain_runs.energy_drift_in_time(evidence.drifts),
         )
 
 

@@ -62,4 +62,4 @@ def test_rows_that_are_no_judgement_are_never_a_pass():
 def test_every_tolerance_says_why():
     for name, tolerance in TOLERANCES.items():
         assert len(tolerance.reason) > 20, name
-        assert tolerance.unit, name
+        assert tolerance.absolute >= 0.0 <= tolerance.relative, name

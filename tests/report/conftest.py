@@ -1,10 +1,11 @@
 import numpy as np
 import pytest
 
+from harness.comparison.evidence import InclineEvidence, Recursion, TowerEvidence
 from harness.comparison.extrapolation import extrapolate
 from harness.comparison.tolerances import TOLERANCES
 from harness.comparison.verdicts import Kind, failed_run, finding, judge, not_tested
-from harness.comparison.verification import InclineEvidence, Recursion, Verification
+from harness.comparison.verification import Verification
 from harness.errors import EngineTimeoutError
 from harness.observables.critical_angle import CriticalAngle
 from harness.observables.incline import Crests, InclineRun, Motion, Trajectory
@@ -12,6 +13,7 @@ from harness.observables.provenance import Provenance
 from harness.parameters.contact import CONTACTS, PLASTIC
 from harness.parameters.incline import Incline
 from harness.parameters.ladder import QUICK_LADDER
+from harness.verbs.verification.chain_evidence import chain_evidence
 
 ENGINE = Provenance("lammps", "1 Jan 2030", ("GRANULAR",), "/bin/lmp", "executable")
 
@@ -39,6 +41,8 @@ def verification():
         for name, contact in CONTACTS.items()
     }
     runs = [_run(10.20, Motion.TRAPPED), _run(10.22, Motion.MOVES_ON)]
+    towers = TowerEvidence()
+    chain_evidence(towers)
     energies = np.array([0.12, 0.08, 0.06])
     return Verification(
         level="quick",
@@ -61,6 +65,7 @@ def verification():
             motions=runs,
             recursion=Recursion(runs[1], energies, energies + 1e-5),
         ),
+        tower=towers,
         scripts={"incline-plastic.in": "run 0\n"},
         engine_errors=("out of time: 5 s",),
     )

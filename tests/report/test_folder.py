@@ -1,6 +1,7 @@
 import html
 import json
 import re
+from itertools import islice
 
 import pandas as pd
 import pytest
@@ -8,11 +9,17 @@ import pytest
 from harness.errors import RequestError
 from harness.report import folder as report_folder
 from harness.report.folder import check_folder, write
+from harness.report.gallery import pictures
 
 
-def test_the_folder_is_complete(verification, tmp_path):
-    target = tmp_path / "run"
-    write(verification, target)
+@pytest.fixture(scope="module")
+def target(verification, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("reports") / "run"
+    write(verification, folder)
+    return folder
+
+
+def test_the_folder_is_complete(verification, target):
     record = json.loads((target / "results.json").read_text())
     assert record["status"] == verification.status
     assert len(record["checks"]) == len(verification.checks)
@@ -26,20 +33,18 @@ def test_the_folder_is_complete(verification, tmp_path):
     assert set(linked) == figures
 
 
-def test_the_page_is_self_contained(verification, tmp_path):
-    write(verification, tmp_path / "run")
-    page = (tmp_path / "run" / "report.html").read_text()
+def test_the_page_is_self_contained(verification, target):
+    page = (target / "report.html").read_text()
     assert "http://" not in re.sub(r"data:image/svg\+xml;base64,[A-Za-z0-9+/=]+", "", page)
     assert not re.search(r'src="(?!data:)', page)
     for check in verification.checks:
         assert html.escape(check.name) in page
 
 
-def test_figures_are_the_same_file_twice(verification, tmp_path):
-    write(verification, tmp_path / "one")
-    write(verification, tmp_path / "two")
-    for path in (tmp_path / "one" / "figures").iterdir():
-        assert path.read_bytes() == (tmp_path / "two" / "figures" / path.name).read_bytes()
+def test_figures_are_the_same_file_twice(verification, target):
+    for picture in islice(pictures(verification), 5):
+        assert picture.svg == (target / "figures" / f"{picture.name}.svg").read_text()
+        assert picture.png == (target / "figures" / f"{picture.name}.png").read_bytes()
 
 
 def test_a_folder_that_holds_something_is_refused_and_kept(verification, tmp_path):
@@ -66,6 +71,7 @@ def test_nothing_half_written_is_left(verification, tmp_path, monkeypatch, stop)
     def interrupted(*_):
         raise stop
 
+    monkeypatch.setattr(report_folder, "pictures", lambda _: [])
     monkeypatch.setattr(report_folder, "html_page", interrupted)
     with pytest.raises(stop):
         write(verification, tmp_path / "run")

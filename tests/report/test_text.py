@@ -32,7 +32,9 @@ def test_every_contact_has_its_rows(verification):
 def test_no_evidence_no_figures(verification):
     from dataclasses import replace
 
-    from harness.comparison.verification import InclineEvidence
+    from harness.comparison.evidence import InclineEvidence, TowerEvidence
 
-    bare = replace(verification, incline=InclineEvidence(closed_form_deg=10.2))
+    bare = replace(
+        verification, incline=InclineEvidence(closed_form_deg=10.2), tower=TowerEvidence()
+    )
     assert list(pictures(bare)) == []

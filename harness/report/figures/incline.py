@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
+from harness.comparison.evidence import Recursion
 from harness.comparison.extrapolation import ExtrapolatedAngle
-from harness.comparison.verification import Recursion
 from harness.observables.critical_angle import CriticalAngle
 from harness.observables.incline import InclineRun, Motion, Trajectory
 from harness.report.figures.style import (

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from harness.comparison.evidence import InclineEvidence, Recursion
 from harness.comparison.extrapolation import extrapolate
 from harness.comparison.tolerances import TOLERANCES, Tolerance
 from harness.comparison.verdicts import (
@@ -17,7 +18,6 @@ from harness.comparison.verdicts import (
     judge_within_uncertainty,
     not_tested,
 )
-from harness.comparison.verification import InclineEvidence, Recursion
 from harness.engines.contract import Engine
 from harness.engines.lammps.engine import Lammps
 from harness.errors import EngineError, RequestError

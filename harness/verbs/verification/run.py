@@ -7,8 +7,9 @@ import time
 from datetime import UTC, datetime
 
 from harness import __version__
+from harness.comparison.evidence import InclineEvidence, TowerEvidence
 from harness.comparison.verdicts import Check, Kind, failed_run
-from harness.comparison.verification import InclineEvidence, Verification
+from harness.comparison.verification import Verification
 from harness.engines.contract import Engine
 from harness.engines.lammps.scripts import all_scripts
 from harness.engines.registry import open_engine
@@ -16,6 +17,7 @@ from harness.errors import EngineError
 from harness.observables.provenance import Provenance
 from harness.theory.critical_angle import critical_angle
 from harness.verbs.progress import Progress, silent
+from harness.verbs.verification.chain_checks import chain_checks
 from harness.verbs.verification.incline_checks import incline_checks
 from harness.verbs.verification.levels import level as level_by_name
 from harness.verbs.verification.theory_checks import theory_checks
@@ -34,6 +36,7 @@ def verify(
     chosen = level_by_name(level)
     started, clock = datetime.now(UTC), time.monotonic()
     evidence = InclineEvidence(closed_form_deg=critical_angle())
+    towers = TowerEvidence()
     checks: list[Check] = []
     provenance: Provenance | None = None
     own = engine is None
@@ -53,8 +56,9 @@ def verify(
         platform=f"{platform.system()} {platform.machine()}, Python {platform.python_version()}",
         harness_version=__version__,
         provenance=provenance,
-        checks=(*checks, *theory_checks()),
+        checks=(*checks, *theory_checks(), *chain_checks(towers)),
         incline=evidence,
+        tower=towers,
         scripts={script.name: script.text for script in all_scripts()},
         engine_errors=tuple(check.note for check in checks if check.engine_died),
     )

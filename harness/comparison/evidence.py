@@ -1,0 +1,59 @@
+"""The runs behind a verification, kept for tables and figures. What could not be run is missing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from harness.comparison.extrapolation import ExtrapolatedAngle
+from harness.observables.critical_angle import CriticalAngle
+from harness.observables.incline import InclineRun
+from harness.observables.tower import TowerRun
+
+Curve = tuple[list[float], list[float]]
+"""Abscissae and ordinates of one line of a figure."""
+
+
+@dataclass(frozen=True)
+class Recursion:
+    """Energy after each shock in a run, and by the recursion from the first; in m g d."""
+
+    run: InclineRun
+    measured: NDArray[np.float64]
+    predicted: NDArray[np.float64]
+
+
+@dataclass
+class InclineEvidence:
+    """What the engine's runs of the incline left.
+
+    ``by_contact`` maps the name of a contact to its angles over stiffness and
+    step.
+    """
+
+    closed_form_deg: float
+    extrapolated: ExtrapolatedAngle | None = None
+    by_contact: dict[str, list[CriticalAngle]] = field(default_factory=dict)
+    routes: list[CriticalAngle] = field(default_factory=list)
+    motions: list[InclineRun] = field(default_factory=list)
+    recursion: Recursion | None = None
+
+
+@dataclass
+class TowerEvidence:
+    """What solvers and engine left of chain and tower.
+
+    ``collisions`` are free chains of two and three particles, with profiles;
+    ``by_law`` the towers of each law; ``collapse`` one tower over stiffnesses;
+    ``drifts`` one tower over solvers and steps. The peak errors are relative,
+    over the step [1/omega] and over the stiffness [N/m].
+    """
+
+    collisions: list[TowerRun] = field(default_factory=list)
+    by_law: dict[str, list[TowerRun]] = field(default_factory=dict)
+    collapse: list[TowerRun] = field(default_factory=list)
+    drifts: list[TowerRun] = field(default_factory=list)
+    peak_by_step: dict[str, Curve] = field(default_factory=dict)
+    peak_by_stiffness: dict[str, Curve] = field(default_factory=dict)

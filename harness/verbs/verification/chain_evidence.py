@@ -1,0 +1,95 @@
+"""Runs of the chain solvers for the report's figures."""
+
+from __future__ import annotations
+
+import math
+
+from harness.comparison.evidence import Curve, TowerEvidence
+from harness.observables.tower import TowerRun
+from harness.parameters.tower import LAWS, Tower
+from harness.theory.two_spheres import contact_time, peak_overlap
+from harness.verbs.towers import tower
+
+PARTICLES = (2, 3, 10, 20)
+"""The towers of the source's figure."""
+
+STIFFNESSES = (1e5, 1e6, 1e7)
+PAIR = Tower(height=1, base="free", gravity=0.0)
+"""Two free particles: harmonic, so that every error is the integrator's."""
+
+
+def chain_evidence(evidence: TowerEvidence) -> None:
+    """Fill in what the chain solvers alone can show."""
+    evidence.collisions = [
+        tower(PAIR.replace(height=n), solver="exact", duration=1.4, profiles=True) for n in (1, 2)
+    ]
+    evidence.by_law = {
+        law: [tower(Tower(height=n - 1, law=law), solver="exact") for n in PARTICLES]
+        for law in LAWS
+    }
+    evidence.collapse = [
+        tower(Tower(height=9, stiffness=k), solver="exact", samples=1500) for k in STIFFNESSES
+    ]
+    evidence.drifts = [
+        tower(Tower(height=9, law=law), solver="rk4", steps_per_contact=steps)
+        for law in LAWS
+        for steps in (1000.0, 4000.0)
+    ] + [tower(Tower(height=9), solver="exact")]
+    _peak_errors(evidence)
+
+
+def _peak_errors(evidence: TowerEvidence) -> None:
+    """Measure the peak deformation of two particles by RK4, at its time and off the samples."""
+    steps = [20.0, 40.0, 80.0, 160.0, 320.0]
+    sizes = [math.pi / n for n in steps]
+    evidence.peak_by_step = {
+        "at the time of the peak": (sizes, [_at_the_peak(PAIR, n) for n in steps]),
+        "largest sample": (sizes, [_largest_sample(PAIR, n) for n in steps]),
+    }
+    stiffnesses = [10.0**exponent for exponent in (2.0, 3.0, 4.0, 5.0, 6.0)]
+    evidence.peak_by_stiffness = {
+        "step in contact times (50)": _over_stiffness(stiffnesses, None),
+        "one step for all, 1e-4 s": _over_stiffness(stiffnesses, 1e-4),
+    }
+
+
+def _over_stiffness(stiffnesses: list[float], step: float | None) -> Curve:
+    errors = []
+    for stiffness in stiffnesses:
+        case = PAIR.replace(stiffness=stiffness)
+        steps = 50.0 if step is None else case.contact_period / step
+        errors.append(_largest_sample(case, steps))
+    return stiffnesses, errors
+
+
+def _at_the_peak(case: Tower, steps_per_contact: float) -> float:
+    """Return the relative error after half the contact, where the overlap is largest."""
+    half = contact_time(_one(case, "mass"), _one(case, "stiffness")) / 2
+    run = tower(
+        case,
+        solver="rk4",
+        duration=half / case.contact_time,
+        steps_per_contact=steps_per_contact,
+    )
+    return abs(float(run.compression[-1]) / _peak(case) - 1.0)
+
+
+def _largest_sample(case: Tower, steps_per_contact: float) -> float:
+    """Return the relative error of the largest of all steps."""
+    run: TowerRun = tower(
+        case,
+        solver="rk4",
+        duration=1.0,
+        steps_per_contact=steps_per_contact,
+        samples=100_000,
+    )
+    return abs(float(run.compression.max()) / _peak(case) - 1.0)
+
+
+def _peak(case: Tower) -> float:
+    return peak_overlap(_one(case, "mass"), _one(case, "stiffness"), case.speed)
+
+
+def _one(case: Tower, name: str) -> float:
+    value = getattr(case, name)
+    return float(value)
