@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from harness.comparison.evidence import Curve, TowerEvidence
 from harness.observables.tower import TowerRun
 from harness.parameters.tower import LAWS, Tower
@@ -40,11 +38,10 @@ def chain_evidence(evidence: TowerEvidence) -> None:
 
 def _peak_errors(evidence: TowerEvidence) -> None:
     """Measure the peak deformation of two particles by RK4, at its time and off the samples."""
-    steps = [20.0, 40.0, 80.0, 160.0, 320.0]
-    sizes = [math.pi / n for n in steps]
+    counts = [20.0 * 2.0 ** (i / 2) for i in range(9)]
     evidence.peak_by_step = {
-        "at the time of the peak": (sizes, [_at_the_peak(PAIR, n) for n in steps]),
-        "largest sample": (sizes, [_largest_sample(PAIR, n) for n in steps]),
+        "at the time of the peak": _transposed([_at_the_peak(PAIR, n) for n in counts]),
+        "largest sample": _transposed([_largest_sample(PAIR, n) for n in counts]),
     }
     stiffnesses = [10.0**exponent for exponent in (2.0, 3.0, 4.0, 5.0, 6.0)]
     evidence.peak_by_stiffness = {
@@ -53,17 +50,21 @@ def _peak_errors(evidence: TowerEvidence) -> None:
     }
 
 
+def _transposed(points: list[tuple[float, float]]) -> Curve:
+    return [x for x, _ in points], [y for _, y in points]
+
+
 def _over_stiffness(stiffnesses: list[float], step: float | None) -> Curve:
     errors = []
     for stiffness in stiffnesses:
         case = PAIR.replace(stiffness=stiffness)
         steps = 50.0 if step is None else case.contact_period / step
-        errors.append(_largest_sample(case, steps))
+        errors.append(_largest_sample(case, steps)[1])
     return stiffnesses, errors
 
 
-def _at_the_peak(case: Tower, steps_per_contact: float) -> float:
-    """Return the relative error after half the contact, where the overlap is largest."""
+def _at_the_peak(case: Tower, steps_per_contact: float) -> tuple[float, float]:
+    """Return omega h and the relative error after half the contact, at the largest overlap."""
     half = contact_time(_one(case, "mass"), _one(case, "stiffness")) / 2
     run = tower(
         case,
@@ -71,19 +72,25 @@ def _at_the_peak(case: Tower, steps_per_contact: float) -> float:
         duration=half / case.contact_time,
         steps_per_contact=steps_per_contact,
     )
-    return abs(float(run.compression[-1]) / _peak(case) - 1.0)
+    return _omega_h(run), abs(float(run.compression[-1]) / _peak(case) - 1.0)
 
 
-def _largest_sample(case: Tower, steps_per_contact: float) -> float:
-    """Return the relative error of the largest of all steps."""
-    run: TowerRun = tower(
+def _largest_sample(case: Tower, steps_per_contact: float) -> tuple[float, float]:
+    """Return omega h and the relative error of the largest of all steps."""
+    run = tower(
         case,
         solver="rk4",
         duration=1.0,
         steps_per_contact=steps_per_contact,
         samples=100_000,
     )
-    return abs(float(run.compression.max()) / _peak(case) - 1.0)
+    return _omega_h(run), abs(float(run.compression.max()) / _peak(case) - 1.0)
+
+
+def _omega_h(run: TowerRun) -> float:
+    """Return the step in 1/omega; it was made to divide the duration."""
+    assert run.step is not None
+    return run.step * run.tower.omega
 
 
 def _peak(case: Tower) -> float:
