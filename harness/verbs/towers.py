@@ -11,6 +11,7 @@ from harness.observables.windows import SEARCH, Window, touch_time, window_end
 from harness.parameters.tower import Tower
 
 DURATION = SEARCH  # [t0] the source's longest look
+_MARGIN = 1.001  # the longer run has another step, and finds the end of its window a little off
 
 Solver = Callable[[Tower, float, float | None, int | None, bool], TowerRun]
 
@@ -49,13 +50,20 @@ def covering(run: TowerRun, window: Window) -> TowerRun:
     if whole.time[-1] < (touch_time(run) + SEARCH * t0) * (1 - 1e-9):
         whole = _longer(run, touch_time(run) / t0 + SEARCH)
     end = max(window_end(whole, window), window_end(whole, "turnaround"))
-    return whole if end <= whole.time[-1] else _longer(run, end / t0 * (1 + 1e-9))
+    return whole if end <= whole.time[-1] else _longer(run, end / t0 * _MARGIN)
 
 
 def _longer(run: TowerRun, duration: float) -> TowerRun:
     """Run the same again for ``duration`` [t0]."""
     steps = None if run.step is None else run.tower.contact_period / run.step
-    return tower(run.tower, solver=run.solver, duration=duration, steps_per_contact=steps)
+    profiles = run.profiles is not None
+    return tower(
+        run.tower,
+        solver=run.solver,
+        duration=duration,
+        steps_per_contact=steps,
+        profiles=profiles,
+    )
 
 
 def _rk4(
