@@ -8,6 +8,7 @@ import typer
 
 from harness.cli.critical_angle import critical_angle
 from harness.cli.engines import engines
+from harness.cli.impulse import impulse
 from harness.cli.inputs import inputs
 from harness.cli.theory import theory
 from harness.cli.tower import tower
@@ -46,5 +47,5 @@ def root(
     """
 
 
-for command in (verify, theory, critical_angle, tower, inputs, engines):
+for command in (verify, theory, critical_angle, tower, impulse, inputs, engines):
     app.command()(command)

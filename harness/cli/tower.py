@@ -94,7 +94,6 @@ def tower(
     that the grain would stay on one fixed particle.
     """
     from harness.cli.output import print_json
-    from harness.errors import RequestError
     from harness.observables.summary import summary
     from harness.parameters.tower import Tower
     from harness.verbs.towers import covering
@@ -109,9 +108,7 @@ def tower(
         law=law.value,
         base=base.value,
     )
-    if solver is not Solver.lammps and (lmp or mpirun):
-        raise RequestError(f"--{'lmp' if lmp else 'mpirun'}: goes with --solver lammps only")
-    with _engine(solver, lmp, mpirun) as engine:
+    with engine_of(solver, lmp, mpirun) as engine:
         run = run_tower(
             case,
             solver=solver.value,
@@ -128,14 +125,20 @@ def tower(
         _print(record)
 
 
-def _engine(
+def engine_of(
     solver: Solver, lmp: str | None, mpirun: str | None
 ) -> AbstractContextManager[Engine | None]:
-    """Return LAMMPS where it is asked for, to be closed after use."""
+    """Return LAMMPS where it is asked for, to be closed after use.
+
+    Raise RequestError for an executable without it.
+    """
     from harness.engines.registry import open_engine
+    from harness.errors import RequestError
 
     if solver is Solver.lammps:
         return open_engine(lmp=lmp, launcher=mpirun)
+    if lmp or mpirun:
+        raise RequestError(f"--{'lmp' if lmp else 'mpirun'}: goes with --solver lammps only")
     return nullcontext()
 
 

@@ -19,6 +19,8 @@ Window = Literal["turnaround", "structure", "first-contact"]
 WINDOWS: tuple[Window, ...] = ("turnaround", "structure", "first-contact")
 SEARCH = 3.0  # [t0] within which the largest compression is looked for, the source's bound
 
+_EQUAL = 1e-5  # of a peak: what 1000 samples per t0 may miss of its height, and some more
+
 
 def window_end(run: TowerRun, window: Window) -> float:
     """Return when ``window`` ends [s].
@@ -50,25 +52,30 @@ def turnaround(run: TowerRun) -> float:
 
     The source's choice (its second appendix, on picking a time scale); the
     window is twice as long. Under strong gravity a tall tower may still sink at
-    3 t0, which is then the answer. Raise RequestError for a run that ends before.
+    3 t0, which is then the answer. Of peaks that no sampling tells apart, as those
+    of a grain that bounces on a rigid base, the first counts. Raise RequestError
+    for a run that ends before.
     """
     bound = touch_time(run) + SEARCH * run.tower.contact_time
     if run.time[-1] < bound * (1 - 1e-9):
         raise _too_short(run, f"the closest approach is looked for up to {SEARCH:g} t0")
-    inside = run.time <= bound * (1 + 1e-12)
-    best = int(np.argmax(np.where(inside, run.compression, -np.inf)))
+    inside = int(np.count_nonzero(run.time <= bound * (1 + 1e-12)))
+    best = _first_of_the_highest(run.compression[:inside])
     rate, acceleration = run.compression_rate, _compression_acceleration(run)
     for i in (best - 1, best):
         if 0 <= i < run.time.size - 1 and rate[i] > 0 >= rate[i + 1]:
             return min(bound, _falls_through_zero(run.time, rate, acceleration, i))
-    return float(run.time[best])
+    sinking = best == inside - 1 and rate[best] > 0
+    return bound if sinking else float(run.time[best])
 
 
 def structure_end(run: TowerRun) -> float:
     """Return when the grain's chain, having held all n contacts, is down to one or none [s].
 
     The first such time after t0; the source uses it for two to seven particles.
-    The chain may pass other lengths on its way down.
+    The chain may pass other lengths on its way down. Between samples of a solver
+    with a step, the force of the contact that opens is drawn on to 0, for which the
+    run needs profiles; without them the window ends at the sample after.
     """
     full = False
     least = touch_time(run) + run.tower.contact_time * (1 - 1e-9)
@@ -78,7 +85,8 @@ def structure_end(run: TowerRun) -> float:
             full = True
         elif run.contacts[i] <= down_to:
             if full and run.time[i] >= least:
-                return float(run.time[i])
+                opens = int(run.contacts[i])  # the first that is open
+                return _force_vanishes(run, i - 1, opens)
             full = False
     raise _too_short(run, "the grain's chain has not swung from all contacts to one")
 
@@ -98,14 +106,40 @@ def first_contact_end(run: TowerRun) -> float:
     raise _too_short(run, "the grain has not detached")
 
 
-def _force_vanishes(run: TowerRun, i: int) -> float:
-    """Return when the force that row ``i`` still holds vanishes, at row ``i + 1`` or before."""
-    if run.step is None or i == 0:
+def _first_of_the_highest(value: Floats) -> int:
+    """Return the row of the first peak that is as high as the highest, to ``_EQUAL``."""
+    top = float(np.max(value))
+    row = int(np.flatnonzero(value >= top - _EQUAL * abs(top))[0])
+    while row + 1 < value.size and value[row + 1] > value[row]:
+        row += 1
+    return row
+
+
+def _force_vanishes(run: TowerRun, i: int, contact: int = 0) -> float:
+    """Return when the force that row ``i`` still holds vanishes, at row ``i + 1`` or before.
+
+    The parabola through three rows, a straight line where there are but two.
+    """
+    known = contact == 0 or run.profiles is not None
+    if run.step is None or i == 0 or not known:
         return float(run.time[i + 1])
-    fall = (run.grain_force[i - 1] - run.grain_force[i]) / (run.time[i] - run.time[i - 1])
-    if fall <= 0:
-        return float(run.time[i + 1])
-    return float(min(run.time[i + 1], run.time[i] + run.grain_force[i] / fall))
+    force = run.profiles.forces[:, contact] if run.profiles else run.grain_force
+    slope, bend = _slope(run.time, force, i), 0.0
+    if i > 1:
+        before = _slope(run.time, force, i - 1)
+        bend = (slope - before) / float(run.time[i] - run.time[i - 2])
+    since = 0.0
+    for _ in range(4):
+        steepness = slope + bend * (since + float(run.time[i] - run.time[i - 1]))
+        if steepness >= 0:
+            return float(run.time[i + 1])
+        since = -float(force[i]) / steepness
+    return min(float(run.time[i + 1]), float(run.time[i]) + since)
+
+
+def _slope(time: Floats, value: Floats, i: int) -> float:
+    """Return the mean rate of change from row ``i - 1`` to row ``i``."""
+    return float((value[i] - value[i - 1]) / (time[i] - time[i - 1]))
 
 
 def _compression_acceleration(run: TowerRun) -> Floats:

@@ -13,10 +13,13 @@ from typing import TYPE_CHECKING, Any
 _HOMES = {
     "critical_angle": "harness.verbs.incline",
     "critical_angles": "harness.verbs.incline",
+    "energy_scaling_angles": "harness.verbs.impulse_angles",
     "engines": "harness.verbs.status",
     "extrapolated_critical_angle": "harness.verbs.incline",
     "inputs": "harness.verbs.scripts",
     "outdated_inputs": "harness.verbs.scripts",
+    "impulse_angles": "harness.verbs.impulse_angles",
+    "impulse_by_gamma": "harness.verbs.impulse_angles",
     "impulse_table": "harness.verbs.impulses",
     "theory": "harness.verbs.closed_forms",
     "tower": "harness.verbs.towers",
@@ -25,6 +28,9 @@ _HOMES = {
 
 if TYPE_CHECKING:
     from harness.verbs.closed_forms import theory as theory
+    from harness.verbs.impulse_angles import energy_scaling_angles as energy_scaling_angles
+    from harness.verbs.impulse_angles import impulse_angles as impulse_angles
+    from harness.verbs.impulse_angles import impulse_by_gamma as impulse_by_gamma
     from harness.verbs.impulses import impulse_table as impulse_table
     from harness.verbs.incline import critical_angle as critical_angle
     from harness.verbs.incline import critical_angles as critical_angles

@@ -12,6 +12,7 @@ from harness.observables.windows import SEARCH, Window, touch_time, window_end
 from harness.parameters.tower import Tower
 
 DURATION = SEARCH  # [t0] the source's longest look
+_MARGIN = 1.001  # the longer run has another step, and finds the end of its window a little off
 
 if TYPE_CHECKING:
     from harness.engines.contract import Engine
@@ -58,14 +59,20 @@ def covering(run: TowerRun, window: Window, engine: Engine | None = None) -> Tow
     if whole.time[-1] < (touch_time(run) + SEARCH * t0) * (1 - 1e-9):
         whole = _longer(run, touch_time(run) / t0 + SEARCH, engine)
     end = max(window_end(whole, window), window_end(whole, "turnaround"))
-    return whole if end <= whole.time[-1] else _longer(run, end / t0 * (1 + 1e-9), engine)
+    return whole if end <= whole.time[-1] else _longer(run, end / t0 * _MARGIN, engine)
 
 
 def _longer(run: TowerRun, duration: float, engine: Engine | None) -> TowerRun:
     """Run the same again for ``duration`` [t0]."""
     steps = None if run.step is None else run.tower.contact_period / run.step
+    profiles = run.profiles is not None
     return tower(
-        run.tower, solver=run.solver, duration=duration, steps_per_contact=steps, engine=engine
+        run.tower,
+        solver=run.solver,
+        duration=duration,
+        steps_per_contact=steps,
+        profiles=profiles,
+        engine=engine,
     )
 
 

@@ -43,7 +43,7 @@ def test_covering_runs_longer_only_where_needed(solver):
     assert whole.step == (None if short.step is None else pytest.approx(short.step, rel=1e-3))
     sinking = Tower(height=12, speed=0.01, law="overlap")
     whole = covering(tower(sinking, solver=solver, steps_per_contact=None), "turnaround")
-    assert whole.time[-1] == pytest.approx(6 * sinking.contact_time)
+    assert whole.time[-1] == pytest.approx(6 * sinking.contact_time, rel=2e-3)
 
 
 def test_impulse_table():
