@@ -1,0 +1,173 @@
+"""Onsets and breaks of the contacts of the grain's chain, matched one by one.
+
+A contact is in the grain's chain while it and all contacts before it are
+closed. Its onset is when it joins, its break when it leaves, be it by its own
+opening or by one before it. So a change of several contacts within one sample
+and the same change spread over more samples in another run match.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from harness.observables.tower import TowerRun
+
+Kind = Literal["onset", "break"]
+
+NEAR = 0.1
+"""Events farther apart than this part of t0 are not the same event."""
+
+
+@dataclass(frozen=True)
+class ContactEvent:
+    """A contact that joins or leaves the grain's chain; contact 1 is the grain's.
+
+    ``time`` is that of the first sample with the new chain, ``resolution`` the
+    distance of the sample before. ``grazing`` says that its counterpart, the
+    break after an onset or the onset after a break, is no farther than a usual
+    sample away: a touch or a parting that another sampling may well not see.
+    """
+
+    contact: int
+    kind: Kind
+    time: float  # [s]
+    resolution: float  # [s]
+    grazing: bool = False
+
+
+@dataclass(frozen=True)
+class EventPair:
+    """The same event in two runs; one of them is None where the other run has no such event."""
+
+    event: ContactEvent | None
+    reference: ContactEvent | None
+
+    @property
+    def known(self) -> ContactEvent:
+        """Return the event in the reference, or where that is missing in the run."""
+        found = self.reference or self.event
+        assert found is not None
+        return found
+
+    @property
+    def matched(self) -> bool:
+        """Return whether both runs have it."""
+        return self.event is not None and self.reference is not None
+
+    @property
+    def grazing(self) -> bool:
+        """Return whether it is part of a touch or parting too brief for the sampling."""
+        return any(event.grazing for event in (self.event, self.reference) if event)
+
+    @property
+    def difference(self) -> float:
+        """Return run - reference [s], NaN if not matched."""
+        if self.event is None or self.reference is None:
+            return float("nan")
+        return self.event.time - self.reference.time
+
+    @property
+    def resolution(self) -> float:
+        """Return how far apart the samples leave the two times uncertain [s]."""
+        return sum(event.resolution for event in (self.event, self.reference) if event)
+
+
+def contact_events(run: TowerRun) -> list[ContactEvent]:
+    """Return all events of ``run`` in time order.
+
+    What is closed at the start has no onset. A row that just touches has one
+    contact then, the grain's: the others close as soon as they feel it, and a run
+    whose first sample sees them all closed agrees with one that sees them in turn.
+    """
+    lengths = _chain_lengths(run)
+    usual = float(np.median(np.diff(run.time))) if run.time.size > 1 else 0.0
+    found: list[tuple[int, Kind, int]] = []
+    for row in np.flatnonzero(np.diff(lengths)) + 1:
+        before, after = int(lengths[row - 1]), int(lengths[row])
+        kind: Kind = "onset" if after > before else "break"
+        found += [
+            (c, kind, int(row)) for c in range(min(before, after) + 1, max(before, after) + 1)
+        ]
+    rows_of: dict[int, list[int]] = defaultdict(list)
+    for contact, _, at in found:
+        rows_of[contact].append(at)
+    return [
+        ContactEvent(
+            contact,
+            kind,
+            float(run.time[at]),
+            float(run.time[at] - run.time[at - 1]),
+            _closest(run, rows_of[contact], at) <= usual * (1 + 1e-9),
+        )
+        for contact, kind, at in found
+    ]
+
+
+def _chain_lengths(run: TowerRun) -> NDArray[np.int64]:
+    """Return the contacts of the grain's chain (M,), 0 only where nothing touches."""
+    lengths = run.contacts.astype(np.int64)
+    if run.tower.start != "gapped" and lengths.size > 1:
+        lengths[0] = min(1, lengths[1]) if run.tower.start == "touching" else lengths[1]
+    return lengths
+
+
+def _closest(run: TowerRun, rows: list[int], row: int) -> float:
+    """Return the time between the event at ``row`` and its neighbours of the same contact [s]."""
+    i = int(np.searchsorted(rows, row))
+    near = rows[max(i - 1, 0) : i] + rows[i + 1 : i + 2]
+    return min((abs(float(run.time[r] - run.time[row])) for r in near), default=float("inf"))
+
+
+def match_events(
+    events: Sequence[ContactEvent], references: Sequence[ContactEvent], near: float
+) -> list[EventPair]:
+    """Return the events of two runs in pairs, in time order, and those left single.
+
+    Onsets are matched with onsets and breaks with breaks of the same contact,
+    in their order, so that the sum of the time differences and of ``near`` [s] for
+    every pair of singles is least. An extra grazing touch stays single and
+    moves no other pair.
+    """
+    groups: dict[tuple[int, Kind], tuple[list[ContactEvent], list[ContactEvent]]]
+    groups = defaultdict(lambda: ([], []))
+    for side, listed in enumerate((events, references)):
+        for event in listed:
+            groups[event.contact, event.kind][side].append(event)
+    pairs = [pair for ours, theirs in groups.values() for pair in _aligned(ours, theirs, near)]
+    return sorted(pairs, key=lambda pair: (pair.known.time, pair.known.contact))
+
+
+def _aligned(
+    ours: list[ContactEvent], theirs: list[ContactEvent], near: float
+) -> list[EventPair]:  # fmt: skip
+    """Return the cheapest alignment of two lists in time order: dynamic programming."""
+    cost = np.zeros((len(ours) + 1, len(theirs) + 1))
+    cost[:, 0] = 0.5 * near * np.arange(len(ours) + 1)
+    cost[0, :] = 0.5 * near * np.arange(len(theirs) + 1)
+    for i, event in enumerate(ours, 1):
+        for j, reference in enumerate(theirs, 1):
+            single = min(cost[i - 1, j], cost[i, j - 1]) + 0.5 * near
+            both = cost[i - 1, j - 1] + abs(event.time - reference.time)
+            cost[i, j] = min(single, both)
+    pairs = []
+    i, j = len(ours), len(theirs)
+    while i or j:
+        if i and j:
+            apart = abs(ours[i - 1].time - theirs[j - 1].time)
+            if apart <= near and cost[i, j] == cost[i - 1, j - 1] + apart:
+                i, j = i - 1, j - 1
+                pairs.append(EventPair(ours[i], theirs[j]))
+                continue
+        if i and cost[i, j] == cost[i - 1, j] + 0.5 * near:
+            i -= 1
+            pairs.append(EventPair(ours[i], None))
+        else:
+            j -= 1
+            pairs.append(EventPair(None, theirs[j]))
+    return pairs
