@@ -5,9 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from harness.comparison.extrapolation import ExtrapolatedAngle
+from harness.comparison.series import SeriesComparison
+from harness.comparison.step_convergence import StepConvergence
 from harness.observables.critical_angle import CriticalAngle
 from harness.observables.incline import InclineRun
 from harness.observables.tower import TowerRun
@@ -48,7 +51,10 @@ class TowerEvidence:
     ``collisions`` are free chains of two and three particles, with profiles;
     ``by_law`` the towers of each law; ``collapse`` one tower over stiffnesses;
     ``drifts`` one tower over solvers and steps. The peak errors are relative,
-    over the step [1/omega] and over the stiffness [N/m].
+    over the step [1/omega] and over the stiffness [N/m]. ``same_law`` maps a law
+    to comparisons of codes with the exact propagator, ``different_law`` holds
+    the laws against each other; ``impulses``, ``by_gamma`` and ``scaling`` are
+    the tables of alpha(n) and the critical angle.
     """
 
     collisions: list[TowerRun] = field(default_factory=list)
@@ -57,3 +63,9 @@ class TowerEvidence:
     drifts: list[TowerRun] = field(default_factory=list)
     peak_by_step: dict[str, Curve] = field(default_factory=dict)
     peak_by_stiffness: dict[str, Curve] = field(default_factory=dict)
+    same_law: dict[str, list[SeriesComparison]] = field(default_factory=dict)
+    different_law: list[SeriesComparison] = field(default_factory=list)
+    convergence: list[StepConvergence] = field(default_factory=list)
+    impulses: pd.DataFrame | None = None
+    by_gamma: pd.DataFrame | None = None
+    scaling: pd.DataFrame | None = None

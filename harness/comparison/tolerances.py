@@ -55,6 +55,29 @@ TOLERANCES: dict[str, Tolerance] = {
         "only k d/(m g) enters: the same motion in other units, up to the round-off "
         "of about 1e5 steps",
     ),
+    "tower force, overlap law": Tolerance(
+        "",
+        1e-5,
+        0.0,
+        "velocity Verlet at 1000 steps per contact: second order, (omega h)^2 = 1e-5; "
+        "RK4 at 4000 steps meets contact changes at second order too",
+    ),
+    "tower force, deformable law": Tolerance(
+        "",
+        1e-4,
+        0.0,
+        "as for the overlap law, but the highest frequency grows with the touching chain: "
+        "ten times the room",
+    ),
+    "tower impulse": Tolerance(
+        "N s", 0.0, 1e-5, "an integral of the force, hence at least as close as the force"
+    ),
+    "impulse ratio": Tolerance(
+        "", 1e-5, 0.0, "two impulses at 1000 steps per contact, each good to 1e-5 at worst"
+    ),
+    "tall tower in LAMMPS": Tolerance(
+        "", 1e-5, 0.0, "velocity Verlet at 1000 steps per contact: (omega h)^2 = 1e-5"
+    ),
     "energy after each shock": Tolerance(
         "m g d",
         0.0,

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 from harness.comparison.evidence import TowerEvidence
 from harness.comparison.verification import Verification
-from harness.report.figures import chain_peak_error, chain_runs, incline
+from harness.observables.reference import PEYNEAU_ROUX
+from harness.report.figures import chain_peak_error, chain_runs, impulse, incline, tower_comparison
 from harness.report.figures.style import house_style
 
 if TYPE_CHECKING:
@@ -71,6 +72,8 @@ def pictures(found: Verification) -> Iterator[Picture]:
             "against the recursion started from the first.",
             lambda: incline.energy_after_each_shock(recursion),
         )
+    yield from _comparison_pictures(found.tower)
+    yield from _impulse_pictures(found.tower)
     yield from _tower_pictures(found.tower)
 
 
@@ -115,6 +118,66 @@ def _tower_pictures(evidence: TowerEvidence) -> Iterator[Picture]:
             "RK4 loses energy where contacts change; the exact propagator keeps it to round-off.",
             lambda: chain_runs.energy_drift_in_time(evidence.drifts),
         )
+
+
+def _comparison_pictures(evidence: TowerEvidence) -> Iterator[Picture]:
+    for law, comparisons in evidence.same_law.items():
+        yield _picture(
+            f"same-law-{law}",
+            f"Same law, different codes: {law}",
+            "Force on the grain by LAMMPS, RK4 and the exact propagator under one law, and how "
+            "far each is from the exact one.",
+            partial(tower_comparison.same_law, comparisons),
+        )
+    if evidence.convergence:
+        yield _picture(
+            "error-against-step",
+            "Error against the step",
+            "Four particles. A contact that changes within a step costs second order, in "
+            "velocity Verlet and in RK4 alike.",
+            lambda: tower_comparison.error_against_step(evidence.convergence),
+        )
+    if evidence.different_law:
+        yield _picture(
+            "different-law",
+            "Where the laws differ",
+            "Overlap against deformable law, both by the exact propagator: a difference of "
+            "models, not an error. They are the same law for one contact only.",
+            lambda: tower_comparison.different_law(evidence.different_law),
+        )
+
+
+def _impulse_pictures(evidence: TowerEvidence) -> Iterator[Picture]:
+    if evidence.impulses is None or evidence.by_gamma is None or evidence.scaling is None:
+        return
+    frame, by_gamma, scaling = evidence.impulses, evidence.by_gamma, evidence.scaling
+    yield _picture(
+        "impulse-ratio",
+        "Impulse against height",
+        "alpha(n) = J(n)/J(1) of the source's six runs, turnaround window.",
+        lambda: impulse.ratio_against_height(frame, "exact"),
+    )
+    yield _picture(
+        "critical-angle-against-height",
+        "What it does to the critical angle",
+        "The two formulas that the source prints for the rescaled shock have opposite trends: "
+        "velocity lost (falling, its figure) and velocity kept (rising).",
+        lambda: impulse.critical_angle_against_height(
+            frame, solver="exact", published=PEYNEAU_ROUX
+        ),
+    )
+    yield _picture(
+        "impulse-map",
+        "Impulse ratio over height and Gamma",
+        "Gamma = m g / (v0 sqrt(k m)) is the one parameter; the source's runs are marked.",
+        lambda: impulse.map_over_gamma(by_gamma, "exact", sorted(set(frame["gamma"]))),
+    )
+    yield _picture(
+        "energy-scaling",
+        "Energy scaling",
+        "The source's estimate alpha = 1/sqrt(n), up to ten particles.",
+        lambda: impulse.energy_scaling(scaling, PEYNEAU_ROUX),
+    )
 
 
 def _picture(name: str, title: str, caption: str, draw: Callable[[], Figure]) -> Picture:

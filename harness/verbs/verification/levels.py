@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from harness.errors import RequestError
 from harness.parameters.contact import CLIPPED, SOURCE, Contact
 from harness.parameters.incline import Incline
@@ -23,6 +25,8 @@ class Level:
     stiffnesses: tuple[float, ...]
     steps: tuple[float, ...]
     steady_tolerance_deg: float
+    heights: tuple[int, ...]
+    gammas: tuple[float, ...]
 
     def beside(self) -> list[Incline]:
         """Return the cases of the source's contact and the clipped one, the costliest first."""
@@ -35,11 +39,36 @@ class Level:
         return sorted(cases, key=lambda case: case.step)
 
 
+GAMMAS = tuple(float(gamma) for gamma in np.geomspace(1e-4, 0.3, 25))
+"""From stiff and fast to soft and slow: the source's six runs lie between 0.0008 and 0.016."""
+
 LEVELS = {
-    "quick": Level("quick", QUICK_LADDER, (1e5, 1e6), (50.0, 100.0), 5e-3),
-    "default": Level("default", Ladder(), (1e5, 1e6, 1e7), (25.0, 50.0, 100.0, 200.0), 1e-3),
+    "quick": Level(
+        name="quick",
+        ladder=QUICK_LADDER,
+        stiffnesses=(1e5, 1e6),
+        steps=(50.0, 100.0),
+        steady_tolerance_deg=5e-3,
+        heights=(1, 2, 19),
+        gammas=GAMMAS[::4],
+    ),
+    "default": Level(
+        name="default",
+        ladder=Ladder(),
+        stiffnesses=(1e5, 1e6, 1e7),
+        steps=(25.0, 50.0, 100.0, 200.0),
+        steady_tolerance_deg=1e-3,
+        heights=(1, 2, 3, 10, 19),
+        gammas=GAMMAS[::2],
+    ),
     "full": Level(
-        "full", FULL_LADDER, (1e4, 1e5, 1e6, 1e7, 1e8), (25.0, 50.0, 100.0, 200.0, 400.0), 1e-3
+        name="full",
+        ladder=FULL_LADDER,
+        stiffnesses=(1e4, 1e5, 1e6, 1e7, 1e8),
+        steps=(25.0, 50.0, 100.0, 200.0, 400.0),
+        steady_tolerance_deg=1e-3,
+        heights=tuple(range(1, 20)),
+        gammas=GAMMAS,
     ),
 }
 

@@ -21,6 +21,7 @@ from harness.verbs.verification.chain_checks import chain_checks
 from harness.verbs.verification.incline_checks import incline_checks
 from harness.verbs.verification.levels import level as level_by_name
 from harness.verbs.verification.theory_checks import theory_checks
+from harness.verbs.verification.tower_checks import tower_checks
 
 
 def verify(
@@ -44,6 +45,7 @@ def verify(
         engine = engine or open_engine()
         provenance = engine.identify()
         checks += incline_checks(engine, chosen, evidence, progress)
+        checks += tower_checks(engine, chosen, towers, progress)
     except EngineError as error:
         checks.append(failed_run("incline: LAMMPS", Kind.CROSS_CODE, error))
     finally:
