@@ -8,7 +8,17 @@ from importlib import resources
 
 from harness.comparison.verification import Verification
 from harness.report.gallery import Picture
-from harness.report.text import KINDS, angle_rows, contacts_explained, number, provenance
+from harness.report.text import (
+    KINDS,
+    LAWS_APART,
+    LAWS_HEAD,
+    LAWS_TITLE,
+    angle_rows,
+    contacts_explained,
+    laws_apart,
+    number,
+    provenance,
+)
 
 
 def html_page(found: Verification, shown: Sequence[Picture]) -> str:
@@ -27,6 +37,10 @@ def html_page(found: Verification, shown: Sequence[Picture]) -> str:
         judged=[c for c in found.checks if c.verdict in ("pass", "fail")],
         failed=[c for c in found.checks if c.verdict == "fail"],
         contacts=contacts_explained(),
+        laws_title=LAWS_TITLE,
+        laws_text=LAWS_APART,
+        laws_head=LAWS_HEAD,
+        laws=laws_apart(found),
         steps=steps,
         angles=angles,
         pictures=[(p, _data_uri(p.svg)) for p in shown],
