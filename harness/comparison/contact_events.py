@@ -4,6 +4,10 @@ A contact is in the grain's chain while it and all contacts before it are
 closed. Its onset is when it joins, its break when it leaves, be it by its own
 opening or by one before it. So a change of several contacts within one sample
 and the same change spread over more samples in another run match.
+
+Under the overlap law a whole row of just touching particles closes at once, the
+far contacts with forces too small for any number: there the solvers' idea of 0
+decides on the onset. A least force, asked for with profiles, leaves that out.
 """
 
 from __future__ import annotations
@@ -16,6 +20,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from harness.errors import RequestError
 from harness.observables.tower import TowerRun
 
 Kind = Literal["onset", "break"]
@@ -78,14 +83,17 @@ class EventPair:
         return sum(event.resolution for event in (self.event, self.reference) if event)
 
 
-def contact_events(run: TowerRun) -> list[ContactEvent]:
+def contact_events(run: TowerRun, least_force: float = 0.0) -> list[ContactEvent]:
     """Return all events of ``run`` in time order.
+
+    A contact counts as closed above ``least_force`` [N]; more than 0 needs a run
+    with profiles, else RequestError.
 
     What is closed at the start has no onset. A row that just touches has one
     contact then, the grain's: the others close as soon as they feel it, and a run
     whose first sample sees them all closed agrees with one that sees them in turn.
     """
-    lengths = _chain_lengths(run)
+    lengths = _chain_lengths(run, least_force)
     usual = float(np.median(np.diff(run.time))) if run.time.size > 1 else 0.0
     found: list[tuple[int, Kind, int]] = []
     for row in np.flatnonzero(np.diff(lengths)) + 1:
@@ -109,11 +117,19 @@ def contact_events(run: TowerRun) -> list[ContactEvent]:
     ]
 
 
-def _chain_lengths(run: TowerRun) -> NDArray[np.int64]:
+def _chain_lengths(run: TowerRun, least_force: float) -> NDArray[np.int64]:
     """Return the contacts of the grain's chain (M,), 0 only where nothing touches."""
-    lengths = run.contacts.astype(np.int64)
-    if run.tower.start != "gapped" and lengths.size > 1:
-        lengths[0] = min(1, lengths[1]) if run.tower.start == "touching" else lengths[1]
+    if least_force == 0:
+        lengths = run.contacts.astype(np.int64)
+    elif run.profiles is None:
+        raise RequestError(f"least_force = {least_force} N: needs profiles, {run.solver} has none")
+    else:
+        closed = run.profiles.forces > least_force
+        lengths = np.logical_and.accumulate(closed, axis=1).sum(axis=1)
+    if run.tower.start == "preloaded":
+        lengths[:1] = lengths[1:2]
+    elif run.tower.start == "touching" and (run.contacts[1:2] > 0).any():
+        lengths[: max(1, int(np.argmax(lengths > 0)))] = 1
     return lengths
 
 

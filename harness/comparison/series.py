@@ -133,11 +133,13 @@ def compare(
     across_laws: bool = False,
     parting: float = PARTING,
     near: float = NEAR,
+    least_force: float = 0.0,
 ) -> SeriesComparison:
     """Return how ``run`` differs from ``reference``, on the times that both cover.
 
     ``parting`` is in peaks of the reference's force; ``near`` [t0] is how far
-    apart the same event may be in two runs. Raise RequestError for different
+    apart the same event may be in two runs; above ``least_force`` [peak] a contact is
+    closed, more than 0 for runs with profiles only. Raise RequestError for different
     cases (the law may differ where ``across_laws`` is set), for values that are not
     finite, for runs without common times, and for a reference without force.
     """
@@ -155,7 +157,9 @@ def compare(
     force = (common.force - common.reference_force) / peak
     velocity = (common.velocity - common.reference_velocity) / speed
     parted = np.flatnonzero(np.abs(force) > parting)
-    last = float(min(run.time[-1], reference.time[-1]))
+    if not (np.isfinite(least_force) and least_force >= 0):
+        raise RequestError(f"least_force = {least_force}: must be finite and at least 0")
+    near_s, least_N = near * reference.tower.contact_time, least_force * peak
     return SeriesComparison(
         run=run,
         reference=reference,
@@ -166,14 +170,17 @@ def compare(
         velocity=_difference(common.time, velocity, common.velocity_interpolation_error, speed),
         parting=parting,
         parting_time=float(common.time[parted[0]]) if parted.size else None,
-        events=tuple(_events(run, reference, last, near * reference.tower.contact_time)),
+        events=tuple(_events(run, reference, near_s, least_N)),
         left_out=common.left_out,
     )
 
 
-def _events(run: TowerRun, reference: TowerRun, last: float, near: float) -> list[EventPair]:
+def _events(run: TowerRun, reference: TowerRun, near: float, least_force: float) -> list[EventPair]:
     """Return the events in pairs, without those whose counterpart may lie after the end."""
-    pairs = match_events(contact_events(run), contact_events(reference), near)
+    last = float(min(run.time[-1], reference.time[-1]))
+    pairs = match_events(
+        contact_events(run, least_force), contact_events(reference, least_force), near
+    )
     within = [pair for pair in pairs if pair.known.time <= last]
     return [pair for pair in within if pair.matched or pair.known.time < last - pair.resolution]
 

@@ -16,38 +16,38 @@ from harness.observables.tower import Floats, TowerRun
 from harness.report.figures.style import COLOURS, MARKERS, STYLES, label, named, panels
 
 _TIME = "time [t0]"
-_LOWEST = 1e-16  # [1] what is drawn for a difference of 0
+_LOWEST = 1e-17  # [1] a difference below it is drawn as none
 
 
 def same_law(comparisons: Sequence[SeriesComparison]) -> Figure:
     """Draw the force of several codes against one reference, and below how far they are apart.
 
-    All are of the same tower and reference. The dotted lines bound what
+    All are of the same tower and reference. The dotted line bounds what
     interpolation to common times adds.
     """
-    figure = panels(2, 1, width=7.0, height=2.7)
+    figure = panels(2, 1, width=7.0, height=3.1)
     above, below = figure.axes
     reference = comparisons[0].reference
-    _force(above, reference, comparisons[0].force.scale, color="0.7", linewidth=4.5)
+    _force(above, reference, comparisons[0].force.scale, color="0.75", linewidth=5)
     for i, found in enumerate(comparisons):
         look: dict[str, Any] = {"color": COLOURS[i % 7], "linestyle": STYLES[i % 6]}
         _force(above, found.run, found.force.scale, linewidth=1.2, **look)
+        difference = np.abs(found.force_difference)
         below.semilogy(
             found.time / reference.tower.contact_time,
-            np.abs(found.force_difference).clip(_LOWEST),
-            linewidth=1.1, label=f"{_code(found.run)}, largest {found.force.peak:.1e}", **look,
+            np.where(difference > _LOWEST, difference, np.nan),
+            linewidth=1.1, label=f"{_code(found.run)}: largest {found.force.peak:.1e}", **look,
         )  # fmt: skip
-        if found.force.interpolation_error > 0:
-            below.axhline(
-                found.force.interpolation_error, color=COLOURS[i % 7], linestyle=":", linewidth=1,
-                label=f"bound of interpolation, {found.run.solver}",
-            )  # fmt: skip
+    bound = max(found.force.interpolation_error for found in comparisons)
+    if bound > 0:
+        name = f"bound of what interpolation adds, {bound:.0e}"
+        below.axhline(bound, color="0.4", linestyle=(0, (1, 2)), linewidth=1.2, label=name)
     tower = reference.tower
     label(above, "", "force on the grain [peak]", f"{tower.particles} particles, {tower.law} law")
-    label(below, _TIME, "difference [peak]", f"from {reference.solver}")
+    label(below, _TIME, "difference [peak]", f"from {_code(reference)}; gaps where it is 0")
     below.sharex(above)
-    for axes in (above, below):
-        axes.legend(fontsize="small", loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    above.legend(fontsize="small", loc="upper right")
+    below.legend(fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
     return figure
 
 
@@ -62,13 +62,13 @@ def different_law(comparisons: Sequence[SeriesComparison]) -> Figure:
         force, contacts = figure.axes[2 * row : 2 * row + 2]
         for i, run in enumerate((found.reference, found.run)):
             look: dict[str, Any] = {"color": COLOURS[1 + i], "linestyle": STYLES[i]}
-            name = named(run.tower.law, run.solver)
             _force(force, run, found.force.scale, **look)
-            contacts.step(run.time_over_t0, run.contacts, where="post", label=name, **look)
+            contacts.step(run.time_over_t0, run.contacts, where="post", **look)
         parted = "never part" if found.parting_time is None else _parted(found)
         last = row == len(comparisons) - 1
-        title = f"{found.run.tower.particles} particles, l2 difference {found.force.l2:.2g}; "
-        label(force, _TIME if last else "", "force [peak]", title + parted)
+        title = f"{found.run.tower.particles} particles, l2 difference {found.force.l2:.2g}, "
+        unit = f"force [peak, {found.reference.tower.law}]"
+        label(force, _TIME if last else "", unit, title + parted)
         label(contacts, _TIME if last else "", "contacts [1]")
         contacts.yaxis.set_major_locator(MaxNLocator(nbins=5, integer=True))
     figure.axes[0].legend(fontsize="small", loc="upper right")
@@ -95,7 +95,7 @@ def error_against_step(convergences: Sequence[StepConvergence]) -> Figure:
 
 def _force(axes: Axes, run: TowerRun, scale: float, **look: Any) -> None:
     """Draw the force of a run over ``scale`` [N]."""
-    name = named(run.tower.law, run.solver)
+    name = named(run.tower.law, _code(run))
     axes.plot(run.time_over_t0, run.grain_force / scale, label=name, **look)
 
 
