@@ -124,3 +124,32 @@ def test_energy_scaling(reference):
 def test_energy_scaling_that_ends_before_ten():
     figure = figures.energy_scaling(energy_scaling_angles(range(1, 5)), PEYNEAU_ROUX)
     assert "its angle" not in texts(figure)
+
+
+def test_a_file_name_is_no_formula(frame):
+    odd = ReferencePoints("a$x_$b.csv", (2.0,), (9.0,))
+    said = texts(figures.critical_angle_against_height(frame, solver="exact", reference=odd))
+    assert r"a\$x_\$b.csv" in said
+
+
+def inside(figure):
+    """Return whether every legend lies within the figure."""
+    figure.canvas.draw()
+    return all(
+        figure.bbox.x0 <= box.x0 and box.x1 <= figure.bbox.x1
+        for box in (legend.get_window_extent() for legend in figure.legends)
+    )
+
+
+def test_legends_are_not_cut_off(frame):
+    from harness.report.figures.style import house_style
+
+    one = frame[(frame["law"] == "overlap") & (frame["window"] == "turnaround")]
+    with house_style():
+        assert inside(
+            figures.critical_angle_against_height(
+                one, solver="exact", published=PEYNEAU_ROUX, reference=REFERENCE
+            )
+        )
+        assert inside(figures.ratio_against_height(one, "exact"))
+        assert inside(figures.energy_scaling(energy_scaling_angles(), PEYNEAU_ROUX))
