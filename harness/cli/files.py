@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -85,4 +86,4 @@ def read_reference(path: Path) -> ReferencePoints:
             f"{name}, row {row}: byte 0x{byte:02x} is not UTF-8 (Latin-1 perhaps), "
             "UTF-8 is expected"
         ) from None
-    return parse_reference(text, name)
+    return replace(parse_reference(text, name), name=path.name)

@@ -167,11 +167,9 @@ def _print_tables(found: pd.DataFrame, reading: str, solver: str) -> None:
 
     console = Console(width=None if Console().is_terminal else 120)
     for (law, window), part in found.groupby(["law", "window"], sort=False):
-        table = Table(
-            title=f"{law} law, {window} window, {solver}; each run: alpha, critical angle (deg) "
-            f"(reading: velocity {reading})",
-            title_justify="left",
-        )
+        title = f"{law} law, {window} window, {solver}; alpha and critical angle (deg) of each run"
+        console.print(f"{title}, reading: velocity {reading}", soft_wrap=True, highlight=False)
+        table = Table()
         table.add_column("height", justify="right")
         runs = list(part.groupby(["stiffness_N_per_m", "speed_m_per_s"], sort=False))
         for (stiffness, speed), _ in runs:

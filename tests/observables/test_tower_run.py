@@ -99,6 +99,34 @@ def test_a_sinking_tower_turns_at_the_bound():
     assert windows.turnaround(run) == pytest.approx(3 * case.contact_time)
 
 
+@pytest.mark.parametrize("samples", [3000, 2999, 1777])
+@pytest.mark.parametrize("solver", [exact, rk4])
+def test_a_tower_that_sinks_at_the_bound_turns_there_whatever_the_samples(solver, samples):
+    case = Tower(height=9, stiffness=1e5)
+    run = solver.run(case, 3.1 * case.contact_time, samples=samples)
+    assert windows.turnaround(run) == pytest.approx(3 * case.contact_time, rel=1e-12)
+
+
+@pytest.mark.parametrize("samples", range(2990, 3010, 4))
+@pytest.mark.parametrize("solver", [exact, rk4])
+def test_of_equal_peaks_the_first_counts(solver, samples):
+    """Under strong gravity a grain on a rigid base is back within 3 t0, just as deep."""
+    case = Tower(height=1, speed=0.02, stiffness=1e6)  # Gamma about 0.5
+    run = solver.run(case, 3 * case.contact_time, samples=samples)
+    assert windows.turnaround(run) == pytest.approx(0.5 * case.contact_time, rel=1e-6)
+
+
+@pytest.mark.parametrize("law", ["overlap", "deformable"])
+def test_structure_window_between_samples_needs_profiles(law):
+    case = Tower(height=3, law=law)
+    duration = 3 * case.contact_time
+    end = windows.structure_end(exact.run(case, duration))
+    drawn_on = windows.structure_end(rk4.run(case, duration, profiles=True))
+    sampled = windows.structure_end(rk4.run(case, duration))
+    assert drawn_on == pytest.approx(end, abs=1e-6 * case.contact_time)
+    assert 0 <= sampled - end < 1.1e-3 * case.contact_time
+
+
 def test_interpolation_is_of_fourth_order():
     case = Tower(gravity=0.0)
     end = case.contact_time

@@ -71,6 +71,8 @@ def critical_angle_against_height(
         _others(axes, published, reference)
         axes.set_ylim(bottom=0)
     _finish(figure, grid, _ANGLE, solver)
+    for (_, part), axes in grid:
+        axes.set_xticks(_ticks(part, reference))
     return figure
 
 
@@ -157,7 +159,7 @@ def energy_scaling(
     _others(axes, published, reference)
     axes.set(xlabel=_HEIGHT, ylabel=_ANGLE)
     axes.set_ylim(bottom=0)
-    axes.set_xticks(_ticks(scaling))
+    axes.set_xticks(_ticks(scaling, reference))
     figure.legend(loc="outside lower center", ncols=1, fontsize="small")
     return figure
 
@@ -168,7 +170,7 @@ Panels = list[tuple[tuple[tuple[str, str], pd.DataFrame], Axes]]
 def _grid(frame: pd.DataFrame) -> tuple[Figure, Panels]:
     """Return a figure with a column for each law and a row for each window, with their parts."""
     laws, windows = frame["law"].unique(), frame["window"].unique()
-    size = (max(5.0 * len(laws), 6.4), 3.4 * len(windows) + 1.0)
+    size = (max(5.0 * len(laws), 8.6), 3.4 * len(windows) + 1.0)
     figure = Figure(figsize=size, layout="constrained")
     grid = figure.subplots(len(windows), len(laws), squeeze=False, sharex=True, sharey=True)
     panels: Panels = []
@@ -224,15 +226,18 @@ def _others(
             label=f"{name}\n({published.citation})",
         )  # fmt: skip
     if reference is not None:
+        name = reference.name.replace("$", r"\$")  # a file's name is no formula
         axes.plot(
             reference.heights, reference.angles_deg, "*", color=BLACK, ms=9, mfc="none",
-            label=f"reference: {reference.name} (h/d)",
+            label=f"reference: {name} (h/d)",
         )  # fmt: skip
 
 
-def _ticks(part: pd.DataFrame) -> list[int]:
-    """Return about ten heights, the first among them."""
+def _ticks(part: pd.DataFrame, reference: ReferencePoints | None = None) -> list[int]:
+    """Return about ten heights, the first among them, as far as the points go."""
     first, last = int(part["height"].min()), int(part["height"].max())
+    if reference is not None:
+        last = max(last, int(max(reference.heights)))
     return list(range(first, last + 1, max(1, math.ceil((last - first) / 10))))
 
 

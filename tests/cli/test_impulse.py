@@ -1,0 +1,221 @@
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import pandas as pd
+import pytest
+
+from harness.cli import main
+
+FAST = ("--heights", "1-3", "--stiffness", "1e6", "--speed", "2")
+KEYS = {
+    "height", "stiffness_N_per_m", "speed_m_per_s", "law", "window", "impulse_ratio",
+    "critical_angle_deg", "impulse_Ns", "window_s", "gamma",
+}  # fmt: skip
+
+
+@pytest.fixture
+def impulse(monkeypatch, capsys):
+    """Return a function that runs the command: exit status, stdout and stderr."""
+
+    def run(*words):
+        monkeypatch.setattr(sys, "argv", ["dem-harness", "impulse", *map(str, words)])
+        with pytest.raises(SystemExit) as left:
+            main()
+        printed = capsys.readouterr()
+        return left.value.code or 0, printed.out, printed.err
+
+    return run
+
+
+@pytest.fixture
+def answer(impulse):
+    def run(*words):
+        status, out, err = impulse(*words, "--json")
+        assert (status, err) == (0, "")
+        return json.loads(out)
+
+    return run
+
+
+def test_rows(answer):
+    found = answer(*FAST)
+    assert (found["reading"], found["solver"]) == ("lost", "rk4")
+    assert len(found["rows"]) == 3 * 2
+    assert all(set(row) >= KEYS for row in found["rows"])
+    two = next(r for r in found["rows"] if r["height"] == 2 and r["law"] == "deformable")
+    assert two["impulse_ratio"] == pytest.approx(0.947, abs=1e-3)
+    assert two["critical_angle_deg"] == pytest.approx(9.507, abs=1e-3)
+    assert two["gamma"] == pytest.approx(9.81 / 2 / 1e3)
+    assert two["window"] == "turnaround"
+
+
+def test_without_options_it_is_the_sources_runs(answer):
+    rows = answer()["rows"]
+    assert len(rows) == 19 * 6 * 2
+    assert {row["height"] for row in rows} == set(range(1, 20))
+    assert {row["stiffness_N_per_m"] for row in rows} == {1e5, 1e6, 1e7}
+    assert {row["speed_m_per_s"] for row in rows} == {2.0, 4.0}
+
+
+def test_a_window_that_does_not_exist_is_null(answer):
+    rows = answer("--heights", "9", "--stiffness", "1e6", "--speed", "2", "--window", "structure")[
+        "rows"
+    ]
+    for row in rows:
+        for key in ("impulse_ratio", "critical_angle_deg", "impulse_Ns", "window_s"):
+            assert row[key] is None
+
+
+def test_options_reach_the_towers(answer):
+    found = answer(
+        "--heights", "30,2", "--stiffness", "1e5,1e6", "--stiffness", "4e6", "--speed", "3",
+        "--law", "overlap", "--window", "first-contact", "--solver", "exact", "--gravity", "0",
+        "--mass", "2", "--reading", "kept",
+    )  # fmt: skip
+    rows = found["rows"]
+    assert [row["height"] for row in rows] == [30, 2] * 3
+    assert [row["stiffness_N_per_m"] for row in rows] == [1e5, 1e5, 1e6, 1e6, 4e6, 4e6]
+    assert rows[0]["impulse_ratio"] == pytest.approx(0.5661397, abs=1e-6)
+    assert rows[0]["impulse_Ns"] == pytest.approx(0.5661397 * 2 * 2 * 3, abs=1e-5)
+    assert rows[0]["critical_angle_deg"] > 10.21
+    assert rows[0]["gamma"] == 0
+
+
+def test_table(impulse):
+    status, out, err = impulse(*FAST, "--window", "all")
+    assert (status, err) == (0, "")
+    for words in ("deformable law, structure window, rk4", "velocity lost", "0.9473", "9.507"):
+        assert words in out
+    status, out, _ = impulse("--heights", "9", *FAST[2:], "--window", "structure")
+    assert " -" in out
+
+
+@pytest.mark.parametrize(
+    ("suffix", "head"), [("svg", b"<?xml"), ("png", b"\x89PNG"), ("pdf", b"%PDF")]
+)
+def test_figure(impulse, tmp_path, suffix, head):
+    reference = tmp_path / "mine.csv"
+    reference.write_text("h_over_d,theta_deg\n2,9\n", encoding="utf-8-sig")
+    target = tmp_path / f"figure.{suffix}"
+    status, _, err = impulse(*FAST, "--reference", reference, "--figure", target)
+    assert (status, err) == (0, "")
+    assert target.read_bytes().startswith(head)
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(["mine.csv", target.name])
+
+
+def test_the_same_figure_is_the_same_file(impulse, tmp_path):
+    for name in ("a.svg", "b.svg"):
+        impulse(*FAST, "--figure", tmp_path / name)
+    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
+
+
+def test_csv_holds_the_rows(impulse, answer, tmp_path):
+    target = tmp_path / "table.csv"
+    assert impulse(*FAST, "--csv", target)[0] == 0
+    rows = pd.DataFrame(answer(*FAST)["rows"])
+    pd.testing.assert_frame_equal(pd.read_csv(target), rows)
+
+
+def test_reference_is_in_the_json(answer, tmp_path):
+    path = tmp_path / "mine.csv"
+    path.write_text("theta_deg,h_over_d\n9,2\n6,11.5\n", encoding="utf-8")
+    assert answer(*FAST, "--reference", path)["reference"] == [
+        {"h_over_d": 2.0, "theta_deg": 9.0},
+        {"h_over_d": 11.5, "theta_deg": 6.0},
+    ]
+
+
+GOOD = "h_over_d,theta_deg\n2,9\n"
+
+
+@pytest.mark.parametrize(
+    ("data", "said"),
+    [
+        (b"", "is empty"),
+        (GOOD.encode("utf-16"), "is UTF-16 or no text at all"),
+        (GOOD.encode("utf-16-le"), "is UTF-16 or no text at all"),
+        (b"h_over_d,theta_deg\n2,9\n3,8\xb0\n", "row 3: byte 0xb0 is not UTF-8 (Latin-1 perhaps)"),
+        (b"\x89PNG\r\n\x1a\n\x00\x00", "is UTF-16 or no text at all"),
+        (b"h_over_d;theta_deg\n2;9\n", "row 1: columns are separated by semicolons"),
+        (b"h_over_d\ttheta_deg\n2\t9\n", "row 1: columns are separated by tabs"),
+        (b"h_over_d,angle\n2,9\n", "row 1: no column theta_deg"),
+        (b"h_over_d,theta_deg\n2,9\nthree,8\n", "row 3: h_over_d = 'three' is not a number"),
+        (b"h_over_d,theta_deg\n2,nan\n", "row 2: theta_deg = nan must be"),
+        (b"h_over_d,theta_deg\n-2,9\n", "row 2: h_over_d = -2 must be"),
+        (b"h_over_d,theta_deg\n2,91\n", "row 2: theta_deg = 91 must be at most 90"),
+    ],
+)
+def test_bad_references_are_one_line_and_nothing_is_written(impulse, tmp_path, data, said):
+    path = tmp_path / "mine.csv"
+    path.write_bytes(data)
+    words = ("--reference", path, "--figure", tmp_path / "f.svg", "--csv", tmp_path / "t.csv")
+    status, out, err = impulse(*FAST, *words, "--json")
+    assert (status, out) == (2, "")
+    assert f"--reference {path}" in err
+    assert said in err
+    assert err.count("\n") == 1
+    assert [p.name for p in tmp_path.iterdir()] == ["mine.csv"]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--heights", "0-3"), "--heights '0-3': 0-3 must rise within 1 to 10000"),
+        (("--heights", "5-3"), "5-3 must rise"),
+        (("--heights", "1-99999"), "1-99999 must rise"),
+        (("--heights", "1,,2"), "'' must be a whole number or a range"),
+        (("--heights", "2.5"), "'2.5' must be a whole number"),
+        (("--stiffness", "1e5,soft"), "--stiffness '1e5,soft': 'soft' is not a number"),
+        (("--stiffness", "-1"), "stiffness = -1.0"),
+        (("--stiffness", "nan"), "stiffness = nan"),
+        (("--speed", "inf"), "speed = inf"),
+        (("--speed", "0", "--gravity", "0"), "speed = 0.0"),
+        (("--mass", "0"), "mass = 0.0"),
+        (("--gravity", "-1"), "gravity = -1.0"),
+        (("--law", "hertz"), "hertz"),
+        (("--window", "half"), "half"),
+        (("--reading", "read"), "read"),
+        (("--solver", "euler"), "euler"),
+        (("--figure", "theta.jpg"), "--figure theta.jpg: must end in .svg, .png, .pdf"),
+        (("--figure", "/nowhere/at/all.svg"), "there is no folder /nowhere/at"),
+        (("--csv", "/nowhere/at/all.csv"), "there is no folder /nowhere/at"),
+        (("--csv", "/tmp"), "--csv /tmp: is a folder"),
+        (("--csv", "same.svg", "--figure", "same.svg"), "must be two files"),
+        (("--reference", "/nowhere.csv"), "--reference /nowhere.csv: No such file"),
+        (("--reference", "/tmp"), "--reference /tmp: Is a directory"),
+    ],
+)
+def test_bad_requests_end_with_status_2(impulse, words, said):
+    status, out, err = impulse("--heights", "1", *words)
+    assert (status, out) == (2, "")
+    assert said in err
+    assert "Traceback" not in err
+
+
+def test_a_file_that_cannot_be_written_leaves_none(impulse, tmp_path, monkeypatch):
+    def fail(*_, **__):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", fail)
+    words = ("--figure", tmp_path / "f.svg", "--csv", tmp_path / "t.csv")
+    status, out, err = impulse(*FAST, *words)
+    assert (status, out) == (2, "")
+    assert "f.svg: No space left on device" in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_help_loads_nothing_heavy():
+    code = (
+        "import sys; from harness.cli.app import app\n"
+        "try: app(['impulse', '--help'])\n"
+        "except SystemExit: pass\n"
+        "assert not {'numba', 'numpy', 'pandas', 'matplotlib'} & set(sys.modules)"
+    )
+    result = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False
+    )
+    assert result.returncode == 0, result.stderr
+    assert "alpha(n)" in result.stdout
