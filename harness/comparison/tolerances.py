@@ -69,6 +69,12 @@ TOLERANCES: dict[str, Tolerance] = {
         "as for the overlap law, but the highest frequency grows with the touching chain: "
         "ten times the room",
     ),
+    "contact changes": Tolerance(
+        "t0",
+        2e-3,
+        0.0,
+        "a thousand samples per t0: a change is known to a sample in each of the two runs",
+    ),
     "tower impulse": Tolerance(
         "N s", 0.0, 1e-5, "an integral of the force, hence at least as close as the force"
     ),

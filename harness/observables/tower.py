@@ -92,6 +92,19 @@ class TowerRun:
         stiffness = np.array(self.tower.each("stiffness"))
         return np.asarray((force[:, 1:] + force[:, :-1]) / stiffness)
 
+    def contacts_above(self, least: float) -> Floats:
+        """Return how many contacts from the grain on press with more than ``least`` [N] (M,).
+
+        ``contacts`` counts every force above 0. In a touching row under the
+        overlap law all contacts close at once, the far ones with forces too small
+        to matter and at the mercy of rounding: a threshold makes codes comparable.
+        Needs profiles.
+        """
+        if self.profiles is None:
+            raise ValueError("run without profiles: no contact forces")
+        pressing = np.cumprod(self.profiles.forces > least, axis=1).sum(axis=1)
+        return np.asarray(pressing, dtype=np.float64)
+
     def frame(self) -> pd.DataFrame:
         """Return the series as a table, units in the names, ``t_over_t0`` in front."""
         columns = {"t_over_t0": self.time_over_t0}

@@ -5,13 +5,29 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
 
 from harness.observables.tower import TowerRun
 from harness.report.figures.style import COLOURS, STYLES, label, named, panels
 
 _TIME = "time [t0]"
+
+FELT_FORCE = 1e-6
+FELT = "contacts (1e-6 peak)"
+"""Contacts that press with more than this part of the peak; fainter ones are rounding's."""
+
+
+def felt_contacts(run: TowerRun) -> NDArray[np.float64]:
+    """Return the contacts of the grain's chain that are worth showing (M,), of a run with profiles.
+
+    All that carry a force, of one without.
+    """
+    if run.profiles is None:
+        return run.contacts
+    return run.contacts_above(FELT_FORCE * float(run.grain_force.max()))
 
 
 def velocity_and_deformation(runs: Sequence[TowerRun]) -> Figure:
@@ -51,10 +67,10 @@ def force_and_contacts(runs: Sequence[TowerRun]) -> Figure:
         label(axes, _TIME if row == len(runs) - 1 else "", "force [peak of all]", title)
         steps = axes.twinx()
         steps.step(
-            run.time_over_t0, run.contacts, where="post", color=COLOURS[2], linestyle="--",
+            run.time_over_t0, felt_contacts(run), where="post", color=COLOURS[2], linestyle="--",
             linewidth=1.1, label="contacts",
         )  # fmt: skip
-        steps.set_ylabel("contacts [1]")
+        steps.set_ylabel(FELT)
         steps.yaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set_ylim(-0.03, 1.08)
         steps.set_ylim(bottom=-0.03 * steps.get_ylim()[1])

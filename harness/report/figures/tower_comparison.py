@@ -13,6 +13,7 @@ from matplotlib.ticker import MaxNLocator
 from harness.comparison.series import SeriesComparison
 from harness.comparison.step_convergence import Order, StepConvergence
 from harness.observables.tower import Floats, TowerRun
+from harness.report.figures.chain_runs import FELT, felt_contacts
 from harness.report.figures.style import COLOURS, MARKERS, STYLES, label, named, panels
 
 _TIME = "time [t0]"
@@ -63,13 +64,13 @@ def different_law(comparisons: Sequence[SeriesComparison]) -> Figure:
         for i, run in enumerate((found.reference, found.run)):
             look: dict[str, Any] = {"color": COLOURS[1 + i], "linestyle": STYLES[i]}
             _force(force, run, found.force.scale, **look)
-            contacts.step(run.time_over_t0, run.contacts, where="post", **look)
+            contacts.step(run.time_over_t0, felt_contacts(run), where="post", **look)
         parted = "never part" if found.parting_time is None else _parted(found)
         last = row == len(comparisons) - 1
         title = f"{found.run.tower.particles} particles, l2 difference {found.force.l2:.2g}, "
         unit = f"force [peak, {found.reference.tower.law}]"
         label(force, _TIME if last else "", unit, title + parted)
-        label(contacts, _TIME if last else "", "contacts [1]")
+        label(contacts, _TIME if last else "", FELT)
         contacts.yaxis.set_major_locator(MaxNLocator(nbins=5, integer=True))
     figure.axes[0].legend(fontsize="small", loc="upper right")
     return figure
@@ -88,7 +89,10 @@ def error_against_step(convergences: Sequence[StepConvergence]) -> Figure:
         _errors(l2, found, found.l2_error, found.l2_order, i)
     label(peak, "steps per contact [1]", "largest force error [peak]")
     label(l2, "steps per contact [1]", "l2 force error [peak]")
+    steps = sorted({float(n) for found in convergences for n in found.steps_per_contact})
     for axes in (peak, l2):
+        axes.set_xticks(steps, [f"{n:.0f}" for n in steps])
+        axes.minorticks_off()
         axes.legend(fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.17))
     return figure
 

@@ -22,7 +22,7 @@ def chain_evidence(evidence: TowerEvidence) -> None:
         tower(PAIR.replace(height=n), solver="exact", duration=1.4, profiles=True) for n in (1, 2)
     ]
     evidence.by_law = {
-        law: [tower(Tower(height=n - 1, law=law), solver="exact") for n in PARTICLES]
+        law: [tower(Tower(height=n - 1, law=law), solver="exact", profiles=True) for n in PARTICLES]
         for law in LAWS
     }
     evidence.collapse = [
