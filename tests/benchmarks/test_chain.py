@@ -7,10 +7,10 @@ assertions are on ratios.
 from __future__ import annotations
 
 import ctypes
-import math
 import subprocess
 import sys
 import time
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -26,31 +26,38 @@ pytestmark = pytest.mark.benchmark
 
 STEP = 3e-6  # [s] about 1000 steps in pi sqrt(m/k)
 REPEATS = 5
+TURNS = 9
 PARTICLE_STEPS = 4_000_000
 
 
 def steps_for(particles):
-    return max(20, PARTICLE_STEPS // particles)
+    return max(50, PARTICLE_STEPS // particles)
+
+
+def thrown(particles):
+    """Return velocities [m/s] at which contacts open and close all along the row."""
+    velocity = np.random.default_rng(1).normal(0, 0.1, particles)
+    velocity[-1] = 0
+    return velocity
+
+
+def rk4_spent(particles, law, moving=False):
+    """Return the seconds per particle and step of one run of the RK4 kernel, compiled."""
+    steps = steps_for(particles)
+    chain = assemble(Tower(height=particles - 1, law=law))
+    if moving:
+        chain.velocity[:] = thrown(particles)
+    record = blank_record(3, particles, False)
+    begin = time.perf_counter()
+    _, rows = rk4.integrate(chain, record, STEP, steps, steps, particles)
+    spent = time.perf_counter() - begin
+    assert rows > 0
+    return spent / steps / particles
 
 
 def rk4_cost(particles, law, moving=False):
-    """Return the best seconds per particle and step of the RK4 kernel."""
-    tower = Tower(height=particles - 1, law=law)
-    best = math.inf
-    steps = steps_for(particles)
-    for attempt in range(REPEATS + 1):
-        chain = assemble(tower)
-        if moving:  # contacts open and close all along the row
-            chain.velocity[:] = np.random.default_rng(1).normal(0, 0.1, particles)
-            chain.velocity[-1] = 0
-        record = blank_record(3, particles, False)
-        begin = time.perf_counter()
-        _, rows = rk4.integrate(chain, record, STEP, steps, steps, particles)
-        spent = time.perf_counter() - begin
-        assert rows > 0
-        if attempt:
-            best = min(best, spent)
-    return best / steps / particles
+    """Return the best of the repetitions, the first of which compiles."""
+    return min([rk4_spent(particles, law, moving) for _ in range(REPEATS + 1)][1:])
 
 
 SCRIPT = """
@@ -83,8 +90,12 @@ run 0
 """
 
 
-def lammps_cost(particles):
-    """Return the best seconds per particle and step of LAMMPS, in-process, one core."""
+@contextmanager
+def lammps_row(particles, moving):
+    """Yield a function that returns the seconds per particle and step of LAMMPS.
+
+    In-process, one core; it goes on from where the call before ended.
+    """
     library = Path(sys.prefix) / "lib" / "libmpi.so.12"
     if not library.exists():
         pytest.skip(f"{library} is not here")
@@ -96,35 +107,54 @@ def lammps_cost(particles):
         SCRIPT.format(end=particles + 2, last=particles - 0.5, fixed=particles - 1.5, step=STEP)
     )
     assert lmp.get_natoms() == particles
-    steps, best = steps_for(particles), math.inf
-    for attempt in range(REPEATS + 1):
+    if moving:
+        lmp.numpy.extract_atom("v")[:particles, 0] = thrown(particles)
+    steps = steps_for(particles)
+
+    def spent():
         begin = time.perf_counter()
         lmp.command(f"run {steps} pre no post no")
-        if attempt:
-            best = min(best, time.perf_counter() - begin)
+        return (time.perf_counter() - begin) / steps / particles
+
+    yield spent
     lmp.close()
-    return best / steps / particles
 
 
 @pytest.mark.live
-@pytest.mark.parametrize("particles", [20, 1000, 100_000])
-def test_cost_of_a_step_against_lammps(particles):
-    peer = lammps_cost(particles)
-    for law in ("overlap", "deformable"):
-        own = rk4_cost(particles, law)
+@pytest.mark.parametrize(
+    ("particles", "moving"), [(20, False), (1000, False), (1000, True), (100_000, False)]
+)
+def test_cost_of_a_step_against_lammps(particles, moving):
+    """In turns, so that both meet the same clock; the median of the ratios is asserted."""
+    laws = ("overlap", "deformable")
+    with lammps_row(particles, moving) as peer:
+        turns = [
+            [peer(), *(rk4_spent(particles, law, moving) for law in laws)] for _ in range(TURNS + 1)
+        ][1:]
+    costs = np.array(turns)
+    ratios = np.median(costs[:, 1:] / costs[:, :1], axis=0)
+    best = costs.min(axis=0) * 1e9
+    for law, own, ratio in zip(laws, best[1:], ratios, strict=True):
         print(
-            f"\nN = {particles}, {law}: RK4 {own * 1e9:.1f} ns, LAMMPS {peer * 1e9:.1f} ns "
-            f"per particle and step, ratio {own / peer:.2f}"
+            f"\nN = {particles}{', all in motion' if moving else ''}, {law}: RK4 {own:.1f} ns, "
+            f"LAMMPS {best[0]:.1f} ns per particle and step, median ratio {ratio:.2f}"
         )
-        assert own < 1.2 * peer  # the target is 1; clocks on shared cores wander
+    assert (ratios < 1.0).all()
 
 
 @pytest.mark.parametrize("law", ["overlap", "deformable"])
 def test_cost_of_a_particle_is_flat(law):
+    """Overlap 1.0 to 1.2; deformable 1.0 up to 100,000 and 1.3 to 1.8 at a million.
+
+    The stages stay in the cache, but a step of the deformable law still streams
+    states, constants and factors of each particle once, 13 ns of arithmetic
+    against some 90 bytes; beyond the cache the memory sets the pace, and all the
+    more when it is shared.
+    """
     costs = {n: rk4_cost(n, law) for n in (1_000, 10_000, 100_000, 1_000_000)}
     for n, cost in costs.items():
         print(f"\nN = {n}, {law}: {cost * 1e9:.1f} ns, {cost / costs[1_000]:.2f} of N = 1000")
-    assert max(costs.values()) < 2.5 * costs[1_000]
+    assert max(costs.values()) < 2.0 * costs[1_000]
 
 
 @pytest.mark.parametrize("law", ["overlap", "deformable"])

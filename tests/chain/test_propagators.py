@@ -13,6 +13,8 @@ from harness.chain import exact, rk4, stability
 from harness.chain.arrays import assemble, overlap_of_forces
 from harness.chain.complementarity import factorise, forces_of_overlaps
 from harness.chain.modes import decompose
+from harness.chain.record import blank_record
+from harness.comparison.convergence import slope_order
 from harness.errors import RequestError
 from harness.observables import windows
 from harness.observables.impulse import impulse, impulse_until
@@ -224,8 +226,8 @@ def test_energy_over_three_contact_times(law, height, stiffness, speed):
     assert energy_drift(rk4.run(case, duration)) < 1e-6
 
 
-def test_order_of_the_energy_drift():
-    """Fifth order while contacts stay (RK4 damps a mode by (omega h)^6/144 a step), two across."""
+def test_order_of_the_energy_drift_while_contacts_stay():
+    """Fifth: RK4 damps a mode by (omega h)^6/144 a step."""
     case = Tower(height=1, law="overlap", gravity=0.0)
     counts = np.array([20, 28, 40, 56, 80])
     drifts = [
@@ -235,6 +237,25 @@ def test_order_of_the_energy_drift():
     slope, half = order(1 / counts, drifts)
     print(f"\nenergy drift, contacts stay: order {slope:.2f} +- {half:.2f} (95 %)")
     assert abs(slope - 5) < max(half, 0.3)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_order_of_the_energy_drift_across_onsets(law):
+    """Second: an onset at a fraction q of a step, closing at speed s, misses energy.
+
+    The step weighs the force k s (t - q h) by Simpson's rule, 1/6, 2/3 and 1/6 at its
+    start, middle and end, instead of integrating it to k s h^2 (1 - q)^2/2: the
+    impulse is off by k s h^2 (q/6 - q^2/2) for q < 1/2, (1 - q)/6 - (1 - q)^2/2 beyond,
+    and the energy by s times that. Where in its step each onset falls makes it scatter.
+    """
+    case = Tower(height=3, law=law)
+    duration = 3 * case.contact_time
+    counts = np.unique(np.geomspace(600, 20_000, 60).astype(int))
+    drifts = [energy_drift(rk4.run(case, duration, step=duration / n)) for n in counts]
+    slope, (low, high) = slope_order(1 / counts, drifts)
+    print(f"\n{law}: energy drift across onsets: order {slope:.2f} [{low:.2f}, {high:.2f}]")
+    assert low < 2 < high
+    assert high - low < 0.5
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -278,6 +299,81 @@ def test_a_sinking_tower_does_not_stall_the_search():
     run = exact.run(case, 6 * case.contact_time, samples=1)
     assert run.time.size < 1000
     assert energy_drift(run) < 1e-11
+
+
+def stepped(chain, step, steps):
+    """Return displacements and velocities after RK4, each force from a cold start."""
+
+    def acceleration(u):
+        force = forces_of_overlaps(u[:-1] - u[1:], chain.diagonal, chain.beside)
+        push = np.concatenate(([0.0], force))
+        return (push - np.concatenate((force, [0.0]))) * chain.mobility + chain.gravity
+
+    u, v = chain.displacement.copy(), chain.velocity.copy()
+    for _ in range(steps):
+        a = acceleration(u)
+        b = acceleration(u + step / 2 * v)
+        c = acceleration(u + step / 2 * v + step**2 / 4 * a)
+        d = acceleration(u + step * v + step**2 / 2 * b)
+        u = u + step * v + step**2 / 6 * (a + b + c)
+        v = v + step / 6 * (a + 2 * (b + c) + d)
+    return u, v
+
+
+@pytest.mark.parametrize("particles", [300, 700, 1500])
+@pytest.mark.parametrize("start", ["moving", "pressed", "cut closes"])
+def test_blocks_of_a_long_row(particles, start):
+    """Block by block or at once: random motion, no place to part, and a contact parted in vain."""
+    chain = assemble(Tower(height=particles - 1, gravity=0.0))
+    rng = np.random.default_rng(particles)
+    if start == "moving":
+        chain.velocity[:-1] = rng.normal(0, 0.5, particles - 1)
+    elif start == "pressed":
+        chain.displacement[:] = np.linspace(0.0, -1e-5 * particles, particles)
+        chain.velocity[:-1] = rng.normal(0, 1e-3, particles - 1)
+    else:  # what was chosen to part blocks of 256 closes within the first step
+        chain.gravity[:256], chain.gravity[256:-1] = 1e3, -1e3
+    step, steps = 1e-5, 60
+    u, v = stepped(chain, step, steps)
+    _, rows = rk4.integrate(chain, blank_record(3, particles, False), step, steps, 20, particles)
+    assert rows > 0
+    scale = max(np.abs(u).max(), 1e-6)
+    assert chain.displacement == pytest.approx(u, abs=1e-11 * scale)
+    assert chain.velocity == pytest.approx(v, abs=1e-11 * max(np.abs(v).max(), scale / step))
+
+
+def test_particles_that_nothing_touches_fall_alike():
+    """To the last bit, across the ends of blocks: else contacts would close at random."""
+    case = Tower(height=20_000)
+    run = rk4.run(case, 3e-4, step=3e-6, samples=1, longest_chain=60)
+    assert np.unique(run.final_velocity[100:-100]).size == 1
+    assert np.unique(run.final_displacement[100:-100]).size == 1
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_one_particle_more_than_the_source(law):
+    """Height 20: the source stops at 19."""
+    case = Tower(height=20, law=law)
+    duration = 3 * case.contact_time
+    run, reference = rk4.run(case, duration), exact.run(case, duration)
+    assert run.final_velocity == pytest.approx(reference.final_velocity, abs=1e-5)
+    assert impulse_until(run, duration) == pytest.approx(
+        impulse_until(reference, duration), rel=1e-5
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("law", "particles"), [("overlap", 1_000_000), ("deformable", 20_001)])
+def test_a_long_row_until_the_pulse_is_inside(law, particles):
+    """The grain cannot tell it from a row of 61: no echo is back."""
+    case = Tower(height=particles - 1, law=law)
+    duration, steps = 1.2 * case.contact_time, 400
+    run = rk4.run(case, duration, step=duration / steps, samples=4, longest_chain=40)
+    small = rk4.run(case.replace(height=60), duration, step=duration / steps, samples=4)
+    assert run.step == small.step
+    assert run.final_velocity[:10] == pytest.approx(small.final_velocity[:10], abs=1e-9)
+    assert impulse_until(run, duration) == pytest.approx(impulse_until(small, duration), rel=1e-9)
+    assert abs(run.energy[-1] - run.energy[0]) < 1e-4 * run.kinetic_energy[0]
 
 
 @pytest.mark.parametrize("law", LAWS)
