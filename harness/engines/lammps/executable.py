@@ -21,6 +21,7 @@ from pathlib import Path
 
 from harness.engines.lammps.jobs import Job, Limits, Output
 from harness.engines.lammps.read import LAST_RESULT, error_from_text, version_in
+from harness.engines.lammps.scripts import names_to_forget
 from harness.engines.parallel import side_by_side
 from harness.errors import EngineError, EngineMissingError, EngineTimeoutError, RequestError
 from harness.observables.provenance import Provenance
@@ -188,7 +189,7 @@ def _batch(jobs: Sequence[Job], folder: Path) -> str:
         if job.series:
             variables |= {"series": f"{index}.csv"}
         lines += [f"log {index}.log", "clear"]
-        lines += [f"variable {name} delete" for name in sorted(job.script.variables)]
+        lines += [f"variable {name} delete" for name in names_to_forget(job.script)]
         lines += [f"variable {name} index {value}" for name, value in variables.items()]
         lines.append(f"include {script.name}")
     return "\n".join(lines) + "\n"

@@ -17,6 +17,7 @@ from typing import Any
 
 from harness.engines.lammps.jobs import Job, Limits, Output
 from harness.engines.lammps.read import LAST_RESULT, error_from_text, version_in
+from harness.engines.lammps.scripts import names_to_forget
 from harness.engines.parallel import side_by_side
 from harness.errors import (
     EngineCrashError,
@@ -150,7 +151,7 @@ class _Worker:
         order = {
             "script": str(self._script(job)),
             "log": str(log),
-            "forget": sorted(job.script.variables),
+            "forget": names_to_forget(job.script),
             "variables": variables,
             "deformable": job.deformable,
         }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -36,6 +37,20 @@ class Script:
     def sha256(self) -> str:
         """Return the SHA-256 of the text, in hexadecimal."""
         return hashlib.sha256(self.text.encode()).hexdigest()
+
+    @property
+    def names(self) -> frozenset[str]:
+        """Return every variable that the text declares, of whatever style."""
+        return frozenset(re.findall(r"\bvariable (\w+)\s", self.text))
+
+
+def names_to_forget(script: Script) -> list[str]:
+    """Return the variables that may be left from an earlier run, of this script or another.
+
+    LAMMPS's ``clear`` keeps variables: they would shadow defaults, or refuse
+    another style.
+    """
+    return sorted(script.names.union(*(other.names for other in all_scripts())))
 
 
 @cache

@@ -241,7 +241,12 @@ def test_lammps_is_unstable_just_below_the_bound_on_the_step(lmp, factor, settle
     script = incline_script("source")
     # let it rest in the well: no verdict is to stop it
     text = script.text.replace("(vcm(grain,x)<0)", "0").replace("v_margin<0", "v_margin>1e9")
-    variables = {**incline_variables(case), "steps_per_contact": repr(steps), "speed": "0"}
+    variables = {
+        **incline_variables(case),
+        "steps_per_contact": repr(steps),
+        "speed": "0",
+        "record": "yes",
+    }
     job = Job(type(script)("rest.in", text, script.variables), variables, series=True)
     runner = Executable(lmp, "", 1, Limits(seconds=30))
     (output,) = runner.run([job])

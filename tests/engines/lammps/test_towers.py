@@ -6,6 +6,7 @@ from harness.engines.lammps.engine import Lammps
 from harness.errors import RequestError
 from harness.observables.impulse import impulse
 from harness.observables.windows import first_contact_end
+from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 
 pytestmark = pytest.mark.live
@@ -96,3 +97,13 @@ def test_in_process_and_executable_give_the_same_series(lammps, lmp):
     with Lammps(lmp=lmp) as engine:
         (other,) = engine.towers([case], 3.0)
     np.testing.assert_array_equal(_run(lammps, case).grain_force, other.grain_force)
+
+
+@pytest.mark.parametrize("way", ["in-process", "executable"])
+def test_inclines_and_towers_take_turns_in_one_process(way, lmp):
+    tower, incline = Tower(height=2, law="overlap"), Incline(angle=10.0)
+    with Lammps(lmp=lmp if way == "executable" else None, workers=1) as engine:
+        first = _run(engine, tower)
+        (run,) = engine.measured([incline], "passage")
+        np.testing.assert_array_equal(_run(engine, tower).grain_force, first.grain_force)
+        assert engine.measured([incline], "passage")[0].margin_J == run.margin_J
