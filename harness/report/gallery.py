@@ -185,6 +185,9 @@ def _picture(name: str, title: str, caption: str, draw: Callable[[], Figure]) ->
 
     with house_style():
         figure = draw()
+        # the layout is most of the work: once for both formats
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")
         svg, png = io.StringIO(), io.BytesIO()
         figure.savefig(svg, format="svg", metadata={"Date": None})
         figure.savefig(png, format="png", metadata={"Software": None})

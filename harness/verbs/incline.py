@@ -12,7 +12,7 @@ from harness.engines.parallel import cores, side_by_side
 from harness.engines.registry import open_engine
 from harness.errors import EngineError
 from harness.observables.critical_angle import CriticalAngle
-from harness.observables.passage import critical_angle_by_passage
+from harness.observables.passage import PHASES, critical_angle_by_passage
 from harness.observables.steady import critical_angle_by_steady_motion
 from harness.parameters.contact import PLASTIC
 from harness.parameters.incline import Incline
@@ -29,22 +29,34 @@ def critical_angle(
     *,
     method: Method = "passage",
     tolerance_deg: float | None = None,
+    phases: int = PHASES,
     engine: Engine | None = None,
 ) -> CriticalAngle:
     """Return the critical angle of a case (the source's contact unless told otherwise).
 
     ``method`` is ``passage`` (root of the energy margin over one well) or
-    ``steady`` (smallest angle that keeps moving, the source's definition).
+    ``steady`` (smallest angle that keeps moving, the source's definition);
+    ``phases`` is how many starts within a step the passage is averaged over.
     Without an engine, LAMMPS in-process is opened and closed again. Raise
     EngineError when the engine fails.
     """
     case = case or Incline()
     if engine is None:
         with open_engine() as opened:
-            return critical_angle(case, method=method, tolerance_deg=tolerance_deg, engine=opened)
-    by = critical_angle_by_passage if method == "passage" else critical_angle_by_steady_motion
+            return critical_angle(
+                case, method=method, tolerance_deg=tolerance_deg, phases=phases, engine=opened
+            )
     tolerance = TOLERANCES_DEG[method] if tolerance_deg is None else tolerance_deg
-    return by(lambda cases: engine.measured(cases, method), case, tolerance_deg=tolerance)
+    if method == "steady":
+        return critical_angle_by_steady_motion(
+            lambda cases: engine.measured(cases, "steady"), case, tolerance_deg=tolerance
+        )
+    return critical_angle_by_passage(
+        lambda cases: engine.measured(cases, "passage"),
+        case,
+        tolerance_deg=tolerance,
+        phases=phases,
+    )
 
 
 def critical_angles(
@@ -52,6 +64,7 @@ def critical_angles(
     engine: Engine,
     *,
     method: Method = "passage",
+    phases: int = PHASES,
     stage: str = "critical angles",
     progress: Progress = silent,
 ) -> list[CriticalAngle | EngineError]:
@@ -61,7 +74,9 @@ def critical_angles(
     def one(case: Incline) -> CriticalAngle | EngineError:
         nonlocal done
         try:
-            result: CriticalAngle | EngineError = critical_angle(case, method=method, engine=engine)
+            result: CriticalAngle | EngineError = critical_angle(
+                case, method=method, phases=phases, engine=engine
+            )
         except EngineError as error:
             result = error
         with lock:

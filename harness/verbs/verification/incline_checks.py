@@ -22,16 +22,14 @@ from harness.engines.contract import Engine
 from harness.engines.lammps.engine import Lammps
 from harness.errors import EngineError, RequestError
 from harness.observables.critical_angle import CriticalAngle
-from harness.parameters.contact import PLASTIC, SOURCE
+from harness.parameters.contact import PLASTIC
 from harness.parameters.incline import Incline
 from harness.theory import energy_map
 from harness.theory.shock import SHOCK_WITHOUT_REBOUND
 from harness.verbs.incline import complete, critical_angle, critical_angles
 from harness.verbs.progress import Progress
-from harness.verbs.verification.levels import SOURCE_CLIPPED, Level
+from harness.verbs.verification.levels import SOURCE_CASE, SOURCE_CLIPPED, Level
 
-ROUTES_CASE = Incline(contact=PLASTIC, stiffness=1e6, steps_per_contact=100.0)
-SOURCE_CASE = Incline(contact=SOURCE, stiffness=1e6, steps_per_contact=50.0)
 RECURSION_CASE = Incline(contact=PLASTIC, stiffness=1e6, steps_per_contact=200.0, angle=10.6)
 NEAR_CRITICAL_DEG = (10.20, 10.22)
 """The two angles of the source's velocity figure: trapped and moving."""
@@ -97,7 +95,13 @@ def _beside(
     engine: Engine, level: Level, evidence: InclineEvidence, progress: Progress
 ) -> list[Check]:
     cases = level.beside()
-    angles = critical_angles(cases, engine, stage="source's and clipped contact", progress=progress)
+    angles = critical_angles(
+        cases,
+        engine,
+        phases=level.phases_beside,
+        stage="source's and clipped contact",
+        progress=progress,
+    )
     rows: list[Check] = []
     for case, angle in zip(cases, angles, strict=True):
         if isinstance(angle, EngineError):
@@ -139,8 +143,8 @@ def _routes(
     engine: Engine, level: Level, evidence: InclineEvidence, progress: Progress
 ) -> list[Check]:
     rows = []
-    for number, case in enumerate((ROUTES_CASE, SOURCE_CASE), 1):
-        progress("passage against steady", number - 1, 2)
+    for number, case in enumerate(level.routes, 1):
+        progress("passage against steady", number - 1, len(level.routes))
         passage = critical_angle(case, method="passage", engine=engine)
         steady = critical_angle(
             case, method="steady", tolerance_deg=level.steady_tolerance_deg, engine=engine
@@ -157,7 +161,7 @@ def _routes(
                 TOLERANCES["two routes"].reason,
             )
         )
-        progress("passage against steady", number, 2)
+        progress("passage against steady", number, len(level.routes))
     return rows
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from harness.errors import RequestError
-from harness.parameters.contact import CLIPPED, SOURCE, Contact
+from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE, Contact
 from harness.parameters.incline import Incline
 from harness.parameters.ladder import FULL_LADDER, QUICK_LADDER, Ladder
 
@@ -16,15 +16,25 @@ SOURCE_CLIPPED = Contact(
 )
 
 
+PLASTIC_CASE = Incline(contact=PLASTIC, stiffness=1e6, steps_per_contact=100.0)
+SOURCE_CASE = Incline(contact=SOURCE, stiffness=1e6, steps_per_contact=50.0)
+
+
 @dataclass(frozen=True)
 class Level:
-    """The ladder to extrapolate, and the stiffnesses and steps of the contacts beside it."""
+    """The ladder to extrapolate, the stiffnesses and steps of the contacts beside it, and so on.
+
+    ``routes`` are the cases in which steady motion is held against passage;
+    ``heights`` and ``gammas`` are those of the tower.
+    """
 
     name: str
     ladder: Ladder
     stiffnesses: tuple[float, ...]
     steps: tuple[float, ...]
     steady_tolerance_deg: float
+    phases_beside: int
+    routes: tuple[Incline, ...]
     heights: tuple[int, ...]
     gammas: tuple[float, ...]
 
@@ -49,8 +59,10 @@ LEVELS = {
         stiffnesses=(1e5, 1e6),
         steps=(50.0, 100.0),
         steady_tolerance_deg=5e-3,
+        phases_beside=4,
+        routes=(SOURCE_CASE,),
         heights=(1, 2, 19),
-        gammas=GAMMAS[::4],
+        gammas=GAMMAS[::6],
     ),
     "default": Level(
         name="default",
@@ -58,8 +70,10 @@ LEVELS = {
         stiffnesses=(1e5, 1e6, 1e7),
         steps=(25.0, 50.0, 100.0, 200.0),
         steady_tolerance_deg=1e-3,
+        phases_beside=4,
+        routes=(PLASTIC_CASE, SOURCE_CASE),
         heights=(1, 2, 3, 10, 19),
-        gammas=GAMMAS[::2],
+        gammas=GAMMAS[::3],
     ),
     "full": Level(
         name="full",
@@ -67,6 +81,8 @@ LEVELS = {
         stiffnesses=(1e4, 1e5, 1e6, 1e7, 1e8),
         steps=(25.0, 50.0, 100.0, 200.0, 400.0),
         steady_tolerance_deg=1e-3,
+        phases_beside=8,
+        routes=(PLASTIC_CASE, SOURCE_CASE),
         heights=tuple(range(1, 20)),
         gammas=GAMMAS,
     ),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import platform
 import time
 from datetime import UTC, datetime
+from functools import partial
 
 from harness import __version__
 from harness.comparison.evidence import InclineEvidence, TowerEvidence
@@ -12,6 +13,7 @@ from harness.comparison.verdicts import Check, Kind, failed_run
 from harness.comparison.verification import Verification
 from harness.engines.contract import Engine
 from harness.engines.lammps.scripts import all_scripts
+from harness.engines.parallel import side_by_side
 from harness.engines.registry import open_engine
 from harness.errors import EngineError
 from harness.observables.provenance import Provenance
@@ -19,9 +21,25 @@ from harness.theory.critical_angle import critical_angle
 from harness.verbs.progress import Progress, silent
 from harness.verbs.verification.chain_checks import chain_checks
 from harness.verbs.verification.incline_checks import incline_checks
+from harness.verbs.verification.levels import Level
 from harness.verbs.verification.levels import level as level_by_name
 from harness.verbs.verification.theory_checks import theory_checks
 from harness.verbs.verification.tower_checks import tower_checks
+
+
+def _both(
+    engine: Engine,
+    level: Level,
+    inclines: InclineEvidence,
+    towers: TowerEvidence,
+    progress: Progress,
+) -> list[Check]:
+    """Run incline and tower side by side: what one core computes, the other need not wait for."""
+    parts = (
+        partial(incline_checks, engine, level, inclines, progress),
+        partial(tower_checks, engine, level, towers, progress),
+    )
+    return [check for checks in side_by_side(lambda part: part(), parts, 2) for check in checks]
 
 
 def verify(
@@ -44,8 +62,7 @@ def verify(
     try:
         engine = engine or open_engine()
         provenance = engine.identify()
-        checks += incline_checks(engine, chosen, evidence, progress)
-        checks += tower_checks(engine, chosen, towers, progress)
+        checks += _both(engine, chosen, evidence, towers, progress)
     except EngineError as error:
         checks.append(failed_run("incline: LAMMPS", Kind.CROSS_CODE, error))
     finally:
