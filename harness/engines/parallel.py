@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
@@ -21,9 +22,12 @@ def cores() -> int:
 def side_by_side(
     function: Callable[[Item], Result], items: Iterable[Item], threads: int
 ) -> list[Result]:
-    """Return ``function`` of each item, in order; on the first exception, start no more."""
+    """Return ``function`` of each item, in order; on the first exception, start no more.
+
+    An interrupt does not wait for what runs: closing the engine ends that.
+    """
     pool = ThreadPoolExecutor(max(1, threads))
     try:
         return list(pool.map(function, items))
     finally:
-        pool.shutdown(wait=True, cancel_futures=True)
+        pool.shutdown(wait=sys.exc_info()[0] is not KeyboardInterrupt, cancel_futures=True)

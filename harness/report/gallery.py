@@ -148,7 +148,7 @@ def _comparison_pictures(evidence: TowerEvidence) -> Iterator[Picture]:
 
 
 def _impulse_pictures(evidence: TowerEvidence) -> Iterator[Picture]:
-    if evidence.impulses is None or evidence.by_gamma is None or evidence.scaling is None:
+    if evidence.impulses is None or evidence.scaling is None:
         return
     frame, by_gamma, scaling = evidence.impulses, evidence.by_gamma, evidence.scaling
     yield _picture(
@@ -166,12 +166,13 @@ def _impulse_pictures(evidence: TowerEvidence) -> Iterator[Picture]:
             frame, solver="exact", published=PEYNEAU_ROUX
         ),
     )
-    yield _picture(
-        "impulse-map",
-        "Impulse ratio over height and Gamma",
-        "Gamma = m g / (v0 sqrt(k m)) is the one parameter; the source's runs are marked.",
-        lambda: impulse.map_over_gamma(by_gamma, "exact", sorted(set(frame["gamma"]))),
-    )
+    if by_gamma is not None:
+        yield _picture(
+            "impulse-map",
+            "Impulse ratio over height and Gamma",
+            "Gamma = m g / (v0 sqrt(k m)) is the one parameter; the source's runs are marked.",
+            lambda: impulse.map_over_gamma(by_gamma, "exact", sorted(set(frame["gamma"]))),
+        )
     yield _picture(
         "energy-scaling",
         "Energy scaling",

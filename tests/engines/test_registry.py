@@ -39,6 +39,9 @@ class HalfBroken(Engine):
     def inclines(self, cases, route, *, every=None):
         return [EngineCrashError(f"{route}, {every}") if c.angle > 10 else c for c in cases]
 
+    def towers(self, cases, duration, **options):
+        raise NotImplementedError
+
     def close(self):
         self.closed = True
 

@@ -7,6 +7,7 @@ and the rest go on in a new process.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 import shlex
@@ -23,7 +24,13 @@ from harness.engines.lammps.jobs import Job, Limits, Output
 from harness.engines.lammps.read import LAST_RESULT, error_from_text, version_in
 from harness.engines.lammps.scripts import names_to_forget
 from harness.engines.parallel import side_by_side
-from harness.errors import EngineError, EngineMissingError, EngineTimeoutError, RequestError
+from harness.errors import (
+    EngineCrashError,
+    EngineError,
+    EngineMissingError,
+    EngineTimeoutError,
+    RequestError,
+)
 from harness.observables.provenance import Provenance
 
 HELP_SECONDS = 60.0
@@ -45,6 +52,8 @@ class Executable:
         self._limits = limits
         self._provenance = self._ask_for_help()
         self._folder = tempfile.TemporaryDirectory(prefix="dem-harness-")
+        self._live: set[subprocess.Popen[bytes]] = set()
+        self._closed = False
         if self._launcher:
             self._check_launcher()
 
@@ -77,11 +86,16 @@ class Executable:
         return [outputs[index] for index in range(len(jobs))]
 
     def close(self) -> None:
-        """Remove the temporary files."""
+        """End what runs and remove the temporary files."""
+        self._closed = True
+        for process in list(self._live):
+            _kill(process)
         self._folder.cleanup()
 
     def _run_batch(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         """Run jobs in one process; return what the finished ones left, and one error if it died."""
+        if self._closed:
+            return [EngineCrashError(f"LAMMPS ({self._lmp}) was closed")]
         folder = Path(tempfile.mkdtemp(dir=self._folder.name))
         (folder / "batch.in").write_text(_batch(jobs, folder), encoding="utf-8")
         start = time.monotonic()
@@ -137,16 +151,16 @@ class Executable:
                 env={**os.environ, "OMP_NUM_THREADS": "1"},
                 start_new_session=True,
             )
+            self._live.add(process)
             timed_out = False
             try:
                 process.wait(seconds)
             except subprocess.TimeoutExpired:
                 timed_out = True
             finally:
-                # the launcher's ranks too, and also when the harness is interrupted
-                if process.poll() is None:
-                    os.killpg(process.pid, signal.SIGKILL)
-                process.wait()
+                # also when the harness is interrupted
+                _kill(process)
+                self._live.discard(process)
         return _text(folder / "said")[-4000:], process.returncode, timed_out
 
     def _ask_for_help(self) -> Provenance:
@@ -217,6 +231,14 @@ def _find(option: str, name: str) -> str:
 def _with_memory_limit(command: Sequence[str], limit: int) -> list[str]:
     """Return the command under a bound on its address space, which its children inherit."""
     return ["sh", "-c", 'ulimit -v "$0" && exec "$@"', str(limit // 1024), *command]
+
+
+def _kill(process: subprocess.Popen[bytes]) -> None:
+    """End a process that still runs, and the ranks of its launcher with it."""
+    if process.poll() is None:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
 
 
 def _text(path: Path) -> str:

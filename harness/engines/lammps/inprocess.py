@@ -45,6 +45,8 @@ class InProcess:
         for _ in range(workers):
             self._slots.put(None)
         self._workers = workers
+        self._live: set[_Worker] = set()
+        self._closed = False
 
     def identify(self) -> Provenance:
         """Return the version and packages of the library; raise EngineMissingError without it."""
@@ -61,11 +63,14 @@ class InProcess:
         return side_by_side(self._run_one, jobs, min(self._workers, len(jobs)))
 
     def close(self) -> None:
-        """End the workers and remove the temporary files."""
+        """End the workers, also those at work, and remove the temporary files."""
+        self._closed = True
+        for worker in list(self._live):
+            worker.kill()
         workers = [self._slots.get() for _ in range(self._workers)]
         for worker in workers:
             if worker is not None:
-                worker.end()
+                self._end(worker)
             self._slots.put(None)
         self._folder.cleanup()
 
@@ -73,14 +78,22 @@ class InProcess:
         """Wait for a free slot and return its worker, started if need be."""
         worker = self._slots.get()
         try:
+            if self._closed:
+                raise EngineCrashError("LAMMPS (in-process) was closed")
             if worker is not None:
                 if worker.alive():
                     return worker
-                worker.end()
-            return _Worker(Path(self._folder.name), self._limits)
+                self._end(worker)
+            fresh = _Worker(Path(self._folder.name), self._limits)
+            self._live.add(fresh)
+            return fresh
         except BaseException:
             self._slots.put(None)
             raise
+
+    def _end(self, worker: _Worker) -> None:
+        worker.end()
+        self._live.discard(worker)
 
     def _run_one(self, job: Job) -> Output | EngineError:
         try:
@@ -90,7 +103,7 @@ class InProcess:
         try:
             return worker.run(job)
         except BaseException as error:
-            worker.end()
+            self._end(worker)
             if isinstance(error, EngineError):
                 return error
             raise
@@ -165,10 +178,14 @@ class _Worker:
             raise error_from_text(text)
         return Output(text, series.read_text() if job.series else None, seconds)
 
-    def end(self) -> None:
-        """End the process, gently if it listens; its files go with the runner's folder."""
+    def kill(self) -> None:
+        """Kill the process; whoever waits for its answer is told."""
         if self._process.poll() is None:
             self._process.kill()
+
+    def end(self) -> None:
+        """End the process and close its streams; its files go with the runner's folder."""
+        self.kill()
         self._process.wait()
         for stream in (self._process.stdin, self._process.stdout, self._errors):
             if stream is not None:

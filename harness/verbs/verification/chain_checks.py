@@ -17,6 +17,7 @@ from harness.theory.semi_infinite_chain import grain_velocity
 from harness.theory.two_spheres import contact_time_on_fixed, impulse_on_fixed
 from harness.verbs.towers import tower
 from harness.verbs.verification.chain_evidence import chain_evidence
+from harness.verbs.verification.levels import Level
 
 WIDTH = TOLERANCES["chain, closed form"]
 FREE: tuple[tuple[int, Law], ...] = (
@@ -27,9 +28,10 @@ FREE: tuple[tuple[int, Law], ...] = (
 )
 
 
-def chain_checks(evidence: TowerEvidence) -> list[Check]:
+def chain_checks(level: Level, evidence: TowerEvidence) -> list[Check]:
     """Return the checks of the exact propagator against closed forms; fill in the evidence."""
-    chain_evidence(evidence)
+    if level.chain_figures:
+        chain_evidence(evidence)
     return [*_grain_on_one(), *(_free_chain(n, law) for n, law in FREE), bessel("exact", WIDTH)]
 
 

@@ -25,7 +25,7 @@ class Level:
     """The ladder to extrapolate, the stiffnesses and steps of the contacts beside it, and so on.
 
     ``routes`` are the cases in which steady motion is held against passage;
-    ``heights`` and ``gammas`` are those of the tower.
+    ``heights`` and ``gammas`` (of the map of alpha) are those of the tower.
     """
 
     name: str
@@ -37,6 +37,7 @@ class Level:
     routes: tuple[Incline, ...]
     heights: tuple[int, ...]
     gammas: tuple[float, ...]
+    chain_figures: bool = True
 
     def beside(self) -> list[Incline]:
         """Return the cases of the source's contact and the clipped one, the costliest first."""
@@ -62,7 +63,8 @@ LEVELS = {
         phases_beside=4,
         routes=(SOURCE_CASE,),
         heights=(1, 2, 19),
-        gammas=GAMMAS[::6],
+        gammas=(),
+        chain_figures=False,
     ),
     "default": Level(
         name="default",

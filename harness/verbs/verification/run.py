@@ -75,7 +75,7 @@ def verify(
         platform=f"{platform.system()} {platform.machine()}, Python {platform.python_version()}",
         harness_version=__version__,
         provenance=provenance,
-        checks=(*checks, *theory_checks(), *chain_checks(towers)),
+        checks=(*checks, *theory_checks(), *chain_checks(chosen, towers)),
         incline=evidence,
         tower=towers,
         scripts={script.name: script.text for script in all_scripts()},

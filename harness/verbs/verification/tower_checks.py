@@ -173,7 +173,8 @@ def _different_law(evidence: TowerEvidence) -> list[Check]:
 def _impulses(engine: Engine, level: Level, evidence: TowerEvidence) -> list[Check]:
     """Compare alpha(n) of LAMMPS with exact, and report what the law does to the angle."""
     evidence.impulses = impulse_angles(solver="exact")
-    evidence.by_gamma = impulse_by_gamma(level.gammas, solver="exact")
+    if level.gammas:
+        evidence.by_gamma = impulse_by_gamma(level.gammas, solver="exact")
     evidence.scaling = energy_scaling_angles()
     heights = level.heights
     one_run = partial(
