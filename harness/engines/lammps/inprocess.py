@@ -65,8 +65,8 @@ class InProcess:
     def close(self) -> None:
         """End the workers, also those at work, and remove the temporary files."""
         self._closed = True
-        for worker in list(self._live):
-            worker.kill()
+        for busy in list(self._live):
+            busy.kill()
         workers = [self._slots.get() for _ in range(self._workers)]
         for worker in workers:
             if worker is not None:
