@@ -18,15 +18,3 @@ def compiled(function: Function) -> Function:
     """
     decorate = numba.njit(cache=True, error_model="numpy", fastmath={"contract"})
     return cast(Function, decorate(function))
-
-
-def uncounted(function: Function) -> Function:
-    """Compile like :func:`compiled`, without counting references to arrays.
-
-    For a function that borrows many arrays, allocates none and is called every
-    step: counting them costs as much as the arithmetic of twenty particles. The
-    option is not documented by numba, which refuses to compile what does allocate.
-    """
-    options: dict[str, Any] = {"_nrt": False}
-    decorate = numba.njit(cache=True, error_model="numpy", fastmath={"contract"}, **options)
-    return cast(Function, decorate(function))

@@ -1,26 +1,19 @@
 """RK4 of the deformable law. A force is felt all along a chain of touching particles at once.
 
-A step is done block by block, so that its stages stay in the cache and a change
-of contacts is looked for among few. Blocks meet at contacts that are open: what
-touches on one side is not felt on the other. When such a contact closes in a
-stage after all, the step is done again with the whole row as one block.
+Each stage solves the contact set of the stage before, factorised once and kept,
+and checks it; only when it is wrong the contact set is looked for anew. The
+substitution runs from both ends to the middle and back, two recurrences at a
+time, because it waits for each result and not for the arithmetic.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from harness.chain.arrays import Chain, Floats
-from harness.chain.compiled import compiled, uncounted
-from harness.chain.complementarity import Flags
-from harness.chain.record import Record, with_room, write_sample
-from harness.chain.stages import STAGES, Limits, advance, stage_shift
-from harness.chain.twisted import factorise_from_both_ends
-
-Ends = NDArray[np.int64]
-
-_BLOCK = 256  # particles, or more: up to where a contact is safely open
+from harness.chain.compiled import compiled
+from harness.chain.complementarity import Flags, solve
+from harness.chain.record import Record, chain_of_grain, with_room, write_sample
 
 
 @compiled
@@ -34,155 +27,152 @@ def integrate(
     the length of a chain of touching contacts longer than ``longest``, or -1
     where no contact set fits.
     """
-    limits = Limits(step, 1e-14 * chain.length, longest)
-    u, v, mobility, gravity = chain.displacement, chain.velocity, chain.mobility, chain.gravity
-    diagonal, beside, mass = chain.diagonal, chain.beside, chain.mass
+    u, v, mass, gravity = chain.displacement, chain.velocity, chain.mass, chain.gravity
+    mobility, diagonal, beside = chain.mobility, chain.diagonal, chain.beside
+    tolerance = 1e-14 * chain.length
     n = diagonal.size
-    new_u, new_v = np.empty(n + 1), np.empty(n + 1)
-    closed, pivot, carry = np.zeros(n, np.bool_), np.zeros(n), np.zeros(n)
-    overlap, force, ends = np.zeros(n), np.zeros(n + 2), np.zeros(n + 1, np.int64)
     a, b, c = np.zeros(n + 1), np.zeros(n + 1), np.zeros(n + 1)
-    factor, edges = np.zeros((3, n)), np.zeros((3, STAGES))
+    overlap, force, closed = np.zeros(n), np.zeros(n), np.zeros(n, np.bool_)
+    factor, twisted = np.zeros((3, n)), np.zeros((2, n))
+    # all open: the first stage finds the set, and holds a preloaded row to its longest chain
+    factorise_from_both_ends(closed, diagonal, beside, twisted)
+    pivot, carry = twisted[0], twisted[1]
     rows, contacts = 0, -1
     for count in range(steps + 1):
-        touching = contacts
-        if count < steps:
-            touching = _by_blocks(
-                u, v, new_u, new_v, mobility, gravity, diagonal, beside, closed, pivot, carry,
-                overlap, force, a, b, c, factor, edges, ends, limits, STAGES,
-            )  # fmt: skip
-        if touching != contacts or count % every == 0 or count == steps:
-            if touching >= 0 or count == steps:
-                touching = _by_blocks(
-                    u, v, new_u, new_v, mobility, gravity, diagonal, beside, closed, pivot, carry,
-                    overlap, force, a, b, c, factor, edges, ends, limits, 1,
-                )  # fmt: skip
-            if touching < 0:
-                return record, touching
-            contacts = touching
-            record = with_room(record, rows)
-            write_sample(record, rows, count * step, u, v, overlap, force[1:-1], mass, gravity)
-            rows += 1
-        if count < steps:
-            u, new_u, v, new_v = new_u, u, new_v, v
-    chain.displacement[:] = u
-    chain.velocity[:] = v
+        for stage in range(4):
+            shift = 0.0 if stage == 0 else 0.5 * step if stage < 3 else step
+            lift = 0.0 if stage < 2 else 0.5 * step * shift
+            _overlaps(u, v, a if stage < 3 else b, shift, lift, overlap)
+            substitute_from_both_ends(overlap, pivot, carry, force)
+            if _wrong(overlap, beside, pivot, force, tolerance):
+                found = solve(overlap, diagonal, beside, closed, factor, force, tolerance)
+                if found < 0 or found > longest:
+                    return record, -abs(found)
+                factorise_from_both_ends(closed, diagonal, beside, twisted)
+            if stage == 0:
+                touching = chain_of_grain(force)
+                if touching != contacts or count % every == 0 or count == steps:
+                    contacts = touching
+                    record = with_room(record, rows)
+                    write_sample(record, rows, count * step, u, v, overlap, force, mass, gravity)
+                    rows += 1
+                if count == steps:
+                    return record, rows
+                _accelerate(force, mobility, gravity, a)
+            elif stage < 3:
+                _accelerate(force, mobility, gravity, b if stage == 1 else c)
+        _finish(u, v, a, b, c, force, mobility, gravity, step)
     return record, rows
 
 
-@uncounted
-def _by_blocks(
-    u: Floats, v: Floats, new_u: Floats, new_v: Floats, mobility: Floats, gravity: Floats,
-    diagonal: Floats, beside: Floats, closed: Flags, pivot: Floats, carry: Floats,
-    overlap: Floats, force: Floats, a: Floats, b: Floats, c: Floats, factor: Floats, edges: Floats,
-    ends: Ends, limits: Limits, stages: int,
-) -> int:  # fmt: skip
-    """Do the stages of :func:`harness.chain.stages.advance` in the whole row.
+@compiled
+def factorise_from_both_ends(
+    closed: Flags, diagonal: Floats, beside: Floats, twisted: Floats
+) -> None:
+    """Factorise the closed contacts from both ends to contact n // 2.
 
-    One stage alone leaves the ``overlap`` (n,) [m] and the ``force`` (n + 2,) [N],
-    between two zeros, of all contacts; for a step they are room for one block.
+    ``twisted`` (2, n): the inverse pivots, 0 where open, and what a contact
+    hands on to its neighbour towards the middle.
     """
-    particles = u.size
-    low, high, touching, whole = 0, 0, 0, False
-    while high < particles and not whole:
-        low = high
-        high = _end_of_block(
-            u, v, diagonal, beside, closed, pivot, carry, ends, low, limits.step
-        )  # fmt: skip
-        if low == 0 and high == particles:
-            whole = True
-            break
-        last = high - 1
-        at = low if stages == 1 else 0
-        found = advance(
-            u[low:high], v[low:high], new_u[low:high], new_v[low:high],
-            mobility[low:high], gravity[low:high], diagonal[low:last], beside[low:last],
-            closed[low:last], pivot[low:last], carry[low:last],
-            overlap[at : at + last - low], force[at : at + high - low + 1], a, b, c, factor, edges,
-            limits, stages,
-        )  # fmt: skip
-        if found < 0:
-            return found
-        if low == 0:
-            touching = found
-        else:
-            if stages == 1:
-                overlap[low - 1] = u[low - 1] - u[low]
-            if not _stays_open(u, v, mobility, gravity, beside, edges, low - 1, limits, stages):
-                factorise_from_both_ends(closed, diagonal, beside, pivot, carry)
-                ends[:] = 0
-                whole = True
-        for stage in range(stages):
-            edges[2, stage] = edges[1, stage]
-    if whole:
-        touching = advance(
-            u, v, new_u, new_v, mobility, gravity, diagonal, beside, closed, pivot, carry,
-            overlap, force, a, b, c, factor, edges, limits, stages,
-        )  # fmt: skip
-    return touching
+    n = closed.size
+    middle = n // 2
+    for i in range(middle):
+        into = beside[i - 1] * twisted[1, i - 1] if i > 0 else 0.0
+        twisted[0, i] = 1 / (diagonal[i] - into) if closed[i] else 0.0
+        twisted[1, i] = beside[i] * twisted[0, i]
+    for i in range(n - 1, middle, -1):
+        into = beside[i] * twisted[1, i + 1] if i < n - 1 else 0.0
+        twisted[0, i] = 1 / (diagonal[i] - into) if closed[i] else 0.0
+        twisted[1, i] = beside[i - 1] * twisted[0, i]
+    left = beside[middle - 1] * twisted[1, middle - 1] if middle > 0 else 0.0
+    right = beside[middle] * twisted[1, middle + 1] if middle < n - 1 else 0.0
+    twisted[0, middle] = 1 / (diagonal[middle] - left - right) if closed[middle] else 0.0
+    twisted[1, middle] = 0.0
 
 
-@uncounted
-def _end_of_block(
-    u: Floats, v: Floats, diagonal: Floats, beside: Floats, closed: Flags, pivot: Floats,
-    carry: Floats, ends: Ends, low: int, step: float,
-) -> int:  # fmt: skip
-    """Return one more than the last particle of the block from ``low`` on, factorised.
+@compiled
+def substitute_from_both_ends(overlap: Floats, pivot: Floats, carry: Floats, force: Floats) -> None:
+    """Set the forces (n,) [N] of the contact set that is factorised, 0 where open."""
+    n = overlap.size
+    middle = n // 2
+    ends = n - 1 - middle  # contacts right of the middle, as many as left of it or one less
+    force[0], force[n - 1] = overlap[0], overlap[n - 1]
+    left, right = overlap[0], overlap[n - 1]
+    for i in range(1, ends):
+        j = n - 1 - i
+        left = overlap[i] - carry[i - 1] * left
+        right = overlap[j] - carry[j + 1] * right
+        force[i], force[j] = left, right
+    for i in range(max(ends, 1), middle):
+        left = overlap[i] - carry[i - 1] * left
+        force[i] = left
+    centre = overlap[middle]
+    if middle > 0:
+        centre -= carry[middle - 1] * force[middle - 1]
+    if middle < n - 1:
+        centre -= carry[middle + 1] * force[middle + 1]
+    centre *= pivot[middle]
+    force[middle] = left = right = centre
+    for i in range(middle - 1, ends - 1, -1):
+        left = pivot[i] * force[i] - carry[i] * left
+        force[i] = left
+    for k in range(min(ends, middle)):
+        i = ends - 1 - k
+        j = n - ends + k
+        left = pivot[i] * force[i] - carry[i] * left
+        right = pivot[j] * force[j] - carry[j] * right
+        force[i], force[j] = left, right
 
-    ``ends`` (N,) holds it at the first particle of each block, 0 elsewhere. The
-    end of the step before is kept while the contact there is safe, unless the
-    block is long; then it may have become possible to part it.
-    """
-    particles, end = u.size, int(ends[low])
-    safe = end == particles or (end > 0 and _safe(u, v, closed, end - 1, step))
-    if safe and end - low <= 2 * _BLOCK:
-        return end
-    chosen = particles
-    for contact in range(low + _BLOCK - 1, particles - _BLOCK // 2):
-        if _safe(u, v, closed, contact, step):
-            chosen = contact + 1
-            break
-    if chosen != end:
-        ends[low:chosen] = 0
-        ends[low] = chosen
-        part = slice(low, chosen - 1)
-        factorise_from_both_ends(
-            closed[part], diagonal[part], beside[part], pivot[part], carry[part]
+
+@compiled
+def _overlaps(u: Floats, v: Floats, a: Floats, shift: float, lift: float, overlap: Floats) -> None:
+    """Set the overlaps (n,) [m] at ``u + shift v + lift a``."""
+    for i in range(overlap.size):
+        overlap[i] = (u[i] - u[i + 1]) + shift * (v[i] - v[i + 1]) + lift * (a[i] - a[i + 1])
+
+
+@compiled
+def _wrong(overlap: Floats, beside: Floats, pivot: Floats, force: Floats, tolerance: float) -> int:
+    """Return how many contacts pull, or are open and overlap, by more than ``tolerance`` [m]."""
+    n = overlap.size
+    wrong = 0
+    for i in range(1, n - 1):
+        gap = beside[i - 1] * force[i - 1] + beside[i] * force[i + 1] - overlap[i]
+        wrong += (gap if pivot[i] == 0 else force[i]) < -tolerance * (
+            1.0 if pivot[i] == 0 else pivot[i]
         )
-    return chosen
+    first = beside[0] * force[1] - overlap[0] if n > 1 else -overlap[0]
+    last = beside[n - 2] * force[n - 2] - overlap[n - 1] if n > 1 else first
+    for i, gap in ((0, first), (n - 1, last)):
+        wrong += gap < -tolerance if pivot[i] == 0 else force[i] < -tolerance * pivot[i]
+    return wrong
 
 
-@uncounted
-def _safe(u: Floats, v: Floats, closed: Flags, contact: int, step: float) -> bool:
-    """Return whether ``contact`` and its neighbours are open, and it should be after a step."""
-    if closed[contact - 1] or closed[contact] or closed[contact + 1]:
-        return False
-    overlap = u[contact] - u[contact + 1]
-    return bool(overlap <= 0 and overlap + step * (v[contact] - v[contact + 1]) <= 0)
+@compiled
+def _accelerate(force: Floats, mobility: Floats, gravity: Floats, acceleration: Floats) -> None:
+    """Set the accelerations (N,) [m/s2] from the contact forces (n,) [N]."""
+    n = force.size
+    acceleration[0] = gravity[0] - force[0] * mobility[0]
+    for i in range(1, n):
+        acceleration[i] = (force[i - 1] - force[i]) * mobility[i] + gravity[i]
+    acceleration[n] = gravity[n] + force[n - 1] * mobility[n]
 
 
-@uncounted
-def _stays_open(
-    u: Floats, v: Floats, mobility: Floats, gravity: Floats, beside: Floats, edges: Floats,
-    contact: int, limits: Limits, stages: int,
-) -> bool:  # fmt: skip
-    """Return whether ``contact`` is open in all stages.
-
-    Beside it are the first contact of a block and the last of the block before,
-    whose forces are in ``edges``, rows 0 and 2 (STAGES,) [N].
-    """
-    i, j = contact, contact + 1
-    a = b = 0.0
-    for stage in range(stages):
-        shift, lift = stage_shift(stage, limits.step)
-        before, after = edges[2, stage], edges[0, stage]
-        overlap = (u[i] - u[j]) + shift * (v[i] - v[j])
-        overlap += lift * (a if stage < STAGES - 1 else b)
-        if beside[i - 1] * before + beside[i] * after - overlap < -limits.tolerance:
-            return False
-        relative = before * mobility[i] + gravity[i] - (gravity[j] - after * mobility[j])
-        if stage == 0:
-            a = relative
-        elif stage == 1:
-            b = relative
-    return True
+@compiled
+def _finish(
+    u: Floats, v: Floats, a: Floats, b: Floats, c: Floats,
+    force: Floats, mobility: Floats, gravity: Floats, step: float,
+) -> None:  # fmt: skip
+    """Complete the step with the forces (n,) [N] of the fourth stage."""
+    n = force.size
+    square, sixth = step**2 / 6, step / 6
+    d = gravity[0] - force[0] * mobility[0]
+    u[0] += step * v[0] + square * (a[0] + b[0] + c[0])
+    v[0] += sixth * (a[0] + 2 * (b[0] + c[0]) + d)
+    for i in range(1, n):
+        d = (force[i - 1] - force[i]) * mobility[i] + gravity[i]
+        u[i] += step * v[i] + square * (a[i] + b[i] + c[i])
+        v[i] += sixth * (a[i] + 2 * (b[i] + c[i]) + d)
+    d = gravity[n] + force[n - 1] * mobility[n]
+    u[n] += step * v[n] + square * (a[n] + b[n] + c[n])
+    v[n] += sixth * (a[n] + 2 * (b[n] + c[n]) + d)

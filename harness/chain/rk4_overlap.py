@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from harness.chain.arrays import Chain, Floats
-from harness.chain.compiled import compiled, uncounted
+from harness.chain.compiled import compiled
 from harness.chain.overlap import forces
 from harness.chain.record import Record, with_room, write_sample
 
@@ -51,7 +51,7 @@ def integrate(
     return record, rows
 
 
-@uncounted
+@compiled
 def _step(
     u: Floats, v: Floats, stiffness: Floats, mobility: Floats, gravity: Floats, step: float,
     block: Floats, halo: Floats,

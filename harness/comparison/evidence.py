@@ -53,8 +53,9 @@ class TowerEvidence:
     ``drifts`` one tower over solvers and steps. The peak errors are relative,
     over the step [1/omega] and over the stiffness [N/m]. ``same_law`` maps a law
     to comparisons of codes with the exact propagator, ``different_law`` holds
-    the laws against each other; ``impulses``, ``by_gamma`` and ``scaling`` are
-    the tables of alpha(n) and the critical angle.
+    the laws against each other; ``impulses``, ``by_gamma``, ``ways``
+    (the same Gamma reached in different ways) and ``scaling`` are the tables of
+    alpha(n) and the critical angle.
     """
 
     collisions: list[TowerRun] = field(default_factory=list)
@@ -68,4 +69,5 @@ class TowerEvidence:
     convergence: list[StepConvergence] = field(default_factory=list)
     impulses: pd.DataFrame | None = None
     by_gamma: pd.DataFrame | None = None
+    ways: pd.DataFrame | None = None
     scaling: pd.DataFrame | None = None

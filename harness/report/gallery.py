@@ -166,6 +166,16 @@ def _impulse_pictures(evidence: TowerEvidence) -> Iterator[Picture]:
             frame, solver="exact", published=PEYNEAU_ROUX
         ),
     )
+    if evidence.ways is not None:
+        ways = evidence.ways
+        heights = sorted({int(n) for n in ways["height"]})
+        yield _picture(
+            "collapse-on-gamma",
+            "Impulse ratio on Gamma",
+            "Three ways to the same Gamma, with other masses, stiffnesses and gravities, give the "
+            "same alpha: Gamma alone matters, and alpha jumps where the window does.",
+            lambda: impulse.collapse_on_gamma(ways, "exact", heights),
+        )
     if by_gamma is not None:
         yield _picture(
             "impulse-map",

@@ -10,7 +10,7 @@ from harness.comparison.extrapolation import ExtrapolatedAngle, extrapolate
 from harness.engines.contract import Engine
 from harness.engines.parallel import cores, side_by_side
 from harness.engines.registry import open_engine
-from harness.errors import EngineError
+from harness.errors import EngineError, EngineOutputError, RequestError
 from harness.observables.critical_angle import CriticalAngle
 from harness.observables.passage import PHASES, critical_angle_by_passage
 from harness.observables.steady import critical_angle_by_steady_motion
@@ -79,6 +79,9 @@ def critical_angles(
             )
         except EngineError as error:
             result = error
+        except RequestError as error:
+            # one case of many that passage cannot measure is no reason to lose the others
+            result = EngineOutputError(str(error))
         with lock:
             done += 1
             progress(stage, done, len(cases))

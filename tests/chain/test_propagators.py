@@ -431,3 +431,9 @@ def test_impulse_is_the_integral_of_the_force():
     run = exact.run(Tower(height=3), 3 * Tower().contact_time)
     by_quadrature = np.trapezoid(run.grain_force, run.time)  # off by (omega h)^2 / 12
     assert impulse_until(run, run.time[-1]) == pytest.approx(by_quadrature, rel=1e-5)
+
+
+def test_a_preloaded_row_is_held_to_its_longest_chain():
+    case = Tower(height=9, start="preloaded")
+    with pytest.raises(RequestError, match="longest_chain = 3"):
+        rk4.run(case, case.contact_time, longest_chain=3)

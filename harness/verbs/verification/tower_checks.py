@@ -21,13 +21,19 @@ from harness.comparison.verdicts import (
     finding,
     judge,
     judge_within_uncertainty,
+    not_tested,
 )
 from harness.engines.contract import Engine
 from harness.errors import EngineError
 from harness.observables.impulse import impulse
 from harness.observables.tower import TowerRun
 from harness.parameters.tower import LAWS, Law, Tower
-from harness.verbs.impulse_angles import energy_scaling_angles, impulse_angles, impulse_by_gamma
+from harness.verbs.impulse_angles import (
+    WAYS,
+    energy_scaling_angles,
+    impulse_angles,
+    impulse_by_gamma,
+)
 from harness.verbs.progress import Progress
 from harness.verbs.towers import tower
 from harness.verbs.verification.chain_checks import bessel
@@ -35,6 +41,9 @@ from harness.verbs.verification.levels import Level
 
 SHOWN = 2
 """Height whose force series the report shows: three particles, the source's example."""
+
+COLLAPSED = (1, 2, 3, 5, 10)
+"""Heights whose impulse ratio is shown to depend on Gamma alone."""
 
 LEAST_FORCE = 1e-6
 """Contacts that press with less, over the peak, are not compared: rounding decides on them."""
@@ -61,6 +70,9 @@ def tower_checks(
         ("impulse table", lambda: _impulses(engine, level, evidence)),
     ]
     checks: list[Check] = []
+    if not own:
+        reason = "an external force on LAMMPS's particles needs LAMMPS in-process"
+        checks.append(not_tested("tower: lammps, deformable law", Kind.CROSS_CODE, reason))
     for name, part in parts:
         try:
             checks += part()
@@ -175,6 +187,9 @@ def _impulses(engine: Engine, level: Level, evidence: TowerEvidence) -> list[Che
     evidence.impulses = impulse_angles(solver="exact")
     if level.gammas:
         evidence.by_gamma = impulse_by_gamma(level.gammas, solver="exact")
+        evidence.ways = impulse_by_gamma(
+            level.gammas[::2], heights=COLLAPSED, ways=WAYS, solver="exact"
+        )
     evidence.scaling = energy_scaling_angles()
     heights = level.heights
     one_run = partial(
