@@ -144,7 +144,7 @@ def test_cost_of_a_step_against_lammps(particles, moving):
 
 @pytest.mark.parametrize("law", ["overlap", "deformable"])
 def test_cost_of_a_particle_is_flat(law):
-    """Measured: overlap 1.2 to 1.3 at a million particles; deformable 1.4 at 1e5, 1.8 to 2.0 at 1e6.
+    """Measured: overlap 1.2 to 1.3 at 1e6 particles; deformable 1.4 at 1e5, 1.8 to 2.0 at 1e6.
 
     The deformable law substitutes along the whole row four times a step, from both
     ends: some 90 bytes a particle pass through memory each time once the row has
