@@ -13,7 +13,6 @@ from harness.cli.options import Json, Lmp, Mpirun
 
 if TYPE_CHECKING:
     from harness.engines.contract import Engine
-    from harness.observables.tower import TowerRun
 
 MOST_SHOWN = 20
 """Entries of a list that the table shows; JSON has them all."""
@@ -93,12 +92,14 @@ def tower(
     arrives with its speed, gravity along the motion. Times are in t0, the time
     that the grain would stay on one fixed particle.
     """
+    from harness.cli.files import check_target, write_all
     from harness.cli.output import print_json
     from harness.observables.summary import summary
     from harness.parameters.tower import Tower
     from harness.verbs.towers import covering
     from harness.verbs.towers import tower as run_tower
 
+    check_target(series, "--series")
     case = Tower(
         height=height,
         stiffness=stiffness,
@@ -118,7 +119,7 @@ def tower(
         )
         record = summary(run, window.value, covering(run, window.value, engine))
     if series is not None:
-        _write(run, series)
+        write_all({("--series", series): lambda path: run.frame().to_csv(path, index=False)})
     if json:
         print_json(record)
     else:
@@ -140,19 +141,6 @@ def engine_of(
     if lmp or mpirun:
         raise RequestError(f"--{'lmp' if lmp else 'mpirun'}: goes with --solver lammps only")
     return nullcontext()
-
-
-def _write(run: TowerRun, path: Path) -> None:
-    """Write the series aside, then rename."""
-    from harness.errors import RequestError
-
-    aside = path.with_name(f".{path.name}.part")
-    try:
-        run.frame().to_csv(aside, index=False)
-        aside.replace(path)
-    except OSError as error:
-        aside.unlink(missing_ok=True)
-        raise RequestError(f"--series {path}: {error.strerror or error}") from None
 
 
 def _print(record: dict[str, object]) -> None:

@@ -84,12 +84,5 @@ TOLERANCES: dict[str, Tolerance] = {
     "tall tower in LAMMPS": Tolerance(
         "", 1e-5, 0.0, "velocity Verlet at 1000 steps per contact: (omega h)^2 = 1e-5"
     ),
-    "energy after each shock": Tolerance(
-        "m g d",
-        0.0,
-        0.0,
-        "the recursion holds for rigid spheres: a soft contact misses it by its overlap "
-        "and its duration, both bounded by 10 (v / omega d) at speed v",
-    ),
 }
 """Keyed by what is compared. A zero width means that the check brings its own."""
