@@ -16,7 +16,10 @@ def verify(
         bool, typer.Option("--quick", help="A shorter ladder: under 20 s on two cores.")
     ] = False,
     full: Annotated[
-        bool, typer.Option("--full", help="Up to 100 times the stiffness: some ten minutes.")
+        bool,
+        typer.Option(
+            "--full", help="Up to 100 times the stiffness, every height: some two minutes."
+        ),
     ] = False,
     output: Annotated[
         Path | None,

@@ -9,9 +9,10 @@ angle. M is smooth and almost linear, so a secant needs few runs.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import root_scalar
+from scipy.optimize import brentq, root_scalar
 
 from harness.errors import EngineOutputError, RequestError
 from harness.observables.critical_angle import CriticalAngle, Sample
@@ -22,6 +23,9 @@ Measure = Callable[[Sequence[Incline]], Sequence[InclineRun]]
 
 FIRST_ANGLES = (10.0, 10.5)
 PHASES = 8
+
+MOST_SECANTS = 12
+"""A smooth margin takes three; more is a sign of a jump."""
 
 
 def critical_angle_by_passage(
@@ -48,11 +52,15 @@ def critical_angle_by_passage(
         return _margin(runs[-1])
 
     found = root_scalar(
-        margin, method="secant", x0=FIRST_ANGLES[0], x1=FIRST_ANGLES[1], xtol=tolerance_deg / 4
+        margin,
+        method="secant",
+        x0=FIRST_ANGLES[0],
+        x1=FIRST_ANGLES[1],
+        xtol=tolerance_deg / 4,
+        maxiter=MOST_SECANTS,
     )
-    if not found.converged:
-        raise EngineOutputError(f"the energy margin has no root that a secant finds ({found.flag})")
-    root, slope = float(found.root), _slope(runs)
+    root = float(found.root) if found.converged else _bisected(margin, runs, tolerance_deg / 4)
+    slope = _slope(runs)
     shifts = np.arange(phases) / phases
     shifted = measure([case.replace(angle=root, phase=float(shift)) for shift in shifts])
     _refuse_flight(shifted)
@@ -73,6 +81,19 @@ def critical_angle_by_passage(
         samples=tuple(_sample(run) for run in all_runs),
         steps=sum(run.steps for run in all_runs),
     )
+
+
+def _bisected(margin: Callable[[float], float], runs: Sequence[InclineRun], xtol: float) -> float:
+    """Return where the margin changes sign between two angles that were run.
+
+    The margin of a soft, rebounding contact jumps: a secant runs off there, a
+    bracket does not. Raise EngineOutputError where no sign changes.
+    """
+    ordered = sorted(runs, key=lambda run: run.case.angle)
+    for low, high in pairwise(ordered):
+        if _margin(low) < 0.0 <= _margin(high):
+            return float(brentq(margin, low.case.angle, high.case.angle, xtol=xtol))
+    raise EngineOutputError("the energy margin changes sign at no angle that was run")
 
 
 def _margin(run: InclineRun) -> float:

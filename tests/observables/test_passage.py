@@ -93,3 +93,10 @@ def test_record_and_frame_speak_of_the_same_runs(synthetic):
     assert record["engine"] == "synthetic"
     assert list(frame["angle_deg"]) == sorted(frame["angle_deg"])
     assert math.isfinite(frame["margin"].sum())
+
+
+def test_a_margin_that_jumps_is_bracketed_where_a_secant_runs_off(synthetic):
+    engine = synthetic(shift=lambda case: 0.03 * (1.0 - 2.0 * (20.0 * case.angle % 1.0)))
+    found = critical_angle_by_passage(engine.passage, CASE)
+    assert found.value_deg == pytest.approx(critical_angle(), abs=0.05)
+    assert len(found.samples) > 12 + 8
