@@ -7,17 +7,15 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
-from scipy.stats import linregress
-from scipy.stats import t as student
 
+from harness.comparison.convergence import slope_order
 from harness.report.figures.style import COLOURS, MARKERS, STYLES, label, panels
 
 
 def measured_order(sizes: ArrayLike, errors: ArrayLike) -> tuple[float, float]:
     """Return the slope of log error against log size, and half its 95 % interval."""
-    x = np.log(np.asarray(sizes, dtype=float))
-    fit = linregress(x, np.log(np.asarray(errors, dtype=float)))
-    return float(fit.slope), float(fit.stderr * student.ppf(0.975, x.size - 2))
+    slope, (low, high) = slope_order(sizes, errors)
+    return slope, (high - low) / 2
 
 
 def sampled_peak_error(omega_step: ArrayLike) -> NDArray[np.float64]:
