@@ -34,7 +34,8 @@ class Check:
     """One row of a report: a value, what it is held against, and the verdict.
 
     ``difference`` is value - expected, always in full. ``why`` says where the
-    tolerance comes from, ``note`` what went wrong or what is to be seen.
+    tolerance comes from, ``note`` what went wrong or what is to be seen, and
+    ``triage`` of what class a failure is (empty for a check that holds).
     """
 
     name: str
@@ -47,6 +48,7 @@ class Check:
     verdict: Verdict
     why: str = ""
     note: str = ""
+    triage: str = ""
     engine_died: bool = False
 
     @property
