@@ -1,0 +1,107 @@
+"""``dem-harness reproduce``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from harness.cli.options import EngineName, Json, Lmp, Mpirun
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from harness.comparison.ledger import Ledger
+
+DEFAULT = Path("reports") / "reproduction"
+
+
+def reproduce(
+    output: Annotated[
+        Path,
+        typer.Option(
+            "--output",
+            metavar="DIR",
+            help="Folder for the report; an older reproduction there is replaced.",
+        ),
+    ] = DEFAULT,
+    check: Annotated[
+        bool,
+        typer.Option(
+            "--check",
+            help="Write nothing: hold the ledger in the folder against what is computed now. "
+            "Exit status 1 if a standing, or a number beyond round-off, has changed.",
+        ),
+    ] = False,
+    engine: EngineName = "lammps",
+    lmp: Lmp = None,
+    mpirun: Mpirun = None,
+    json: Json = False,
+) -> None:
+    """Recompute the source: every equation, number and figure, and whether it holds.
+
+    Writes a folder with report.html, report.md, ledger.csv, the figures of the
+    source from our own runs, movies, and dump files for OVITO. A statement that
+    does not hold is a finding, not a failure: exit status 0.
+    """
+    from harness.cli.output import print_json
+    from harness.cli.progress import progress_bars
+    from harness.comparison.ledger_differences import ledger_differences
+    from harness.engines.registry import open_engine
+    from harness.report.reproduction.folder import check_folder, write
+    from harness.verbs.reproduction.run import reproduce as reproduce_with
+
+    committed = _committed(output) if check else None
+    if not check:
+        check_folder(output)
+    with progress_bars() as progress, open_engine(engine, lmp=lmp, launcher=mpirun) as opened:
+        found = reproduce_with(engine=opened, progress=progress)
+        if not check:
+            progress("figures, movies and report", 0, 1)
+            write(found, output)
+            progress("figures, movies and report", 1, 1)
+    differences = [] if committed is None else ledger_differences(committed, found.ledger.frame())
+    record = {**_counts(found.ledger), "folder": str(output)}
+    if check:
+        record["differences"] = differences
+    if json:
+        print_json(record)
+    else:
+        _print(record)
+    raise typer.Exit(1 if differences else 0)
+
+
+def _committed(folder: Path) -> pd.DataFrame:
+    """Return the ledger of a folder; raise RequestError if there is none that can be read."""
+    import pandas as pd
+
+    from harness.errors import RequestError
+
+    path = folder / "ledger.csv"
+    try:
+        frame = pd.read_csv(path)
+        frame[["key", "standing", "printed", "found", "corrected", "tolerance"]]
+    except OSError as error:
+        raise RequestError(f"--output {folder}: no ledger.csv in it ({error.strerror})") from None
+    except (ValueError, KeyError):
+        raise RequestError(f"{path}: is not a ledger as dem-harness reproduce writes it") from None
+    return frame
+
+
+def _counts(ledger: Ledger) -> dict[str, Any]:
+    from harness.comparison.ledger import Standing
+
+    counts = {standing.name.lower(): ledger.count(standing) for standing in Standing}
+    return {"statements": len(ledger.statements), **counts}
+
+
+def _print(record: dict[str, Any]) -> None:
+    from harness.cli.output import print_record
+
+    differences = record.pop("differences", None)
+    print_record(record)
+    for line in differences or []:
+        typer.echo(line)
+    if differences == []:
+        typer.echo("the ledger is what is computed now")
