@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from harness.cli.options import ContactName, EngineName, Json, Lmp, Method, Mpirun
+from harness.cli.options import ContactName, EngineName, Integrator, Json, Lmp, Method, Mpirun
 
 if TYPE_CHECKING:
     from harness.engines.contract import Engine
@@ -95,6 +95,7 @@ def critical_angle(
     ] = None,
     gravity: Annotated[float, typer.Option(help="Gravity, m/s2.", rich_help_panel=_SYSTEM)] = 9.81,
     engine: EngineName = "lammps",
+    integrator: Integrator = None,
     lmp: Lmp = None,
     mpirun: Mpirun = None,
     json: Json = False,
@@ -124,7 +125,7 @@ def critical_angle(
         density=UNIT_MASS_DENSITY if density is None else density,
         gravity=gravity,
     )
-    with open_engine(engine, lmp=lmp, launcher=mpirun) as opened:
+    with open_engine(engine, lmp=lmp, launcher=mpirun, integrator=integrator) as opened:
         found = _measure(case, opened, method, tolerance, extrapolate)
     record = {"closed_form_deg": _closed_form(), **found}
     if json:

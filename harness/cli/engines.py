@@ -17,6 +17,6 @@ def engines(lmp: Lmp = None, mpirun: Mpirun = None, json: Json = False) -> None:
     for status in found:
         who = status.provenance
         if who is None:
-            print(f"{status.engine:8} {status.how:12} missing: {status.reason}")
+            print(f"{status.engine:9} {status.how:12} missing: {status.reason}")
         else:
-            print(f"{status.engine:8} {status.how:12} {who.engine_version:24} {who.executable}")
+            print(f"{status.engine:9} {status.how:12} {who.engine_version:24} {who.executable}")

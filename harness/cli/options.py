@@ -12,7 +12,24 @@ Json = Annotated[
 ]
 
 EngineName = Annotated[
-    str, typer.Option("--engine", help="The engine to run.", rich_help_panel="Engine")
+    str,
+    typer.Option(
+        "--engine",
+        help="The engine to run. `lammps`, or `reference`: the harness's own DEM of the incline.",
+        rich_help_panel="Engine",
+    ),
+]
+
+Integrator = Annotated[
+    str | None,
+    typer.Option(
+        "--integrator",
+        help="Of the reference engine. `velocity-verlet`: as LAMMPS. `mfix-euler`, "
+        "`mfix-adams-bashforth`: as MFiX-DEM (with --half-mass). `rk4`: fourth order. `adaptive`: "
+        "high order, contact changes located; has no step, --steps-per-contact is ignored.  "
+        "[default: velocity-verlet]",
+        rich_help_panel="Engine",
+    ),
 ]
 
 Lmp = Annotated[

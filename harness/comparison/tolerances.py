@@ -55,6 +55,27 @@ TOLERANCES: dict[str, Tolerance] = {
         "only k d/(m g) enters: the same motion in other units, up to the round-off "
         "of about 1e5 steps",
     ),
+    "critical angle, reference DEM": Tolerance(
+        "deg",
+        5e-4,
+        0.0,
+        "the same steps in two codes: round-off, but where it moves a contact's end to another "
+        "step the angle jumps within its jitter",
+    ),
+    "path, reference DEM": Tolerance(
+        "",
+        1e-6,
+        0.0,
+        "the same steps in two codes: round-off of 1e-15, which a crest passed slowly multiplies "
+        "by up to e for each sqrt(d/g)",
+    ),
+    "restitution, adaptive": Tolerance(
+        "",
+        1e-8,
+        0.0,
+        "no step, events located: tolerance 1e-11 of each of a few hundred steps, and the "
+        "overlap cancels five digits of the position",
+    ),
     "tower force, overlap law": Tolerance(
         "",
         1e-5,

@@ -1,6 +1,6 @@
 """The contract of an engine: write, execute, read.
 
-To add an engine, make a folder beside ``lammps`` with a subclass of
+To add an engine, make a folder beside ``lammps`` and ``reference`` with a subclass of
 :class:`Engine` and name it in ``registry.py``:
 
 1. ``identify`` says who it is (version, packages, executable), or raises
@@ -34,6 +34,9 @@ class Engine(ABC):
     """A DEM code that can run the cases of this harness. Use it as a context manager."""
 
     name: str
+
+    states_towers = True
+    """Whether it can run towers at all."""
 
     @abstractmethod
     def identify(self) -> Provenance:

@@ -5,20 +5,56 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from harness.engines.contract import Engine
-from harness.engines.lammps.engine import Lammps
 from harness.errors import RequestError
 
-ENGINES: dict[str, Callable[..., Engine]] = {"lammps": Lammps}
+
+def _lammps(options: dict[str, str]) -> Engine:
+    from harness.engines.lammps.engine import Lammps
+
+    return Lammps(**options)
+
+
+def _reference(options: dict[str, str]) -> Engine:
+    from harness.engines.reference.engine import Reference
+
+    return Reference(**options)
+
+
+ENGINES: dict[str, Callable[[dict[str, str]], Engine]] = {
+    "lammps": _lammps,
+    "reference": _reference,
+}
+"""Opened when they are asked for: none pays for the imports of another."""
+
+OPTIONS = {
+    "lmp": ("--lmp", "lammps"),
+    "launcher": ("--mpirun", "lammps"),
+    "integrator": ("--integrator", "reference"),
+}
+"""How the command line calls an option, and whose it is."""
 
 
 def open_engine(
-    name: str = "lammps", *, lmp: str | None = None, launcher: str | None = None
+    name: str = "lammps",
+    *,
+    lmp: str | None = None,
+    launcher: str | None = None,
+    integrator: str | None = None,
 ) -> Engine:
     """Return an engine, ready to run; close it after use.
 
-    Raise RequestError for a name that is not known, EngineMissingError when it
-    is not here.
+    ``lmp`` and ``launcher`` are LAMMPS's, ``integrator`` is the reference
+    DEM's. Raise RequestError for a name that is not known or an option of
+    another engine, EngineMissingError when the engine is not here.
     """
     if name not in ENGINES:
         raise RequestError(f"--engine {name!r} is not known: must be one of {', '.join(ENGINES)}")
-    return ENGINES[name](lmp=lmp, launcher=launcher)
+    values = {"lmp": lmp, "launcher": launcher, "integrator": integrator}
+    given = {key: value for key, value in values.items() if value is not None}
+    for key, value in given.items():
+        option, owner = OPTIONS[key]
+        if owner != name:
+            raise RequestError(
+                f"{option} {value!r} is an option of --engine {owner}, not of {name!r}"
+            )
+    return ENGINES[name](given)

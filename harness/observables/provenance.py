@@ -10,7 +10,8 @@ from typing import Any
 class Provenance:
     """Identify the engine behind a result.
 
-    ``how`` is ``in-process``, ``executable`` or the launcher that started it.
+    ``how`` is ``in-process``, ``executable``, the launcher that started it, or
+    ``compiled``.
     """
 
     engine: str
@@ -20,6 +21,7 @@ class Provenance:
     how: str = ""
     script: str = ""
     script_sha256: str = ""
+    integrator: str = ""
 
     def record(self) -> dict[str, Any]:
         """Return the fields as a JSON-ready mapping."""

@@ -34,9 +34,13 @@ class EngineStatus:
 
 
 def engines(*, lmp: str | None = None, launcher: str | None = None) -> list[EngineStatus]:
-    """Return the status of LAMMPS in-process and as an executable (``lmp`` unless given)."""
+    """Return the status of LAMMPS in-process and as an executable, and of the reference DEM.
+
+    The executable is ``lmp`` unless given.
+    """
     ways = [("in-process", None, None), (launcher or "executable", lmp or "lmp", launcher)]
-    return [_status("lammps", how, path, start) for how, path, start in ways]
+    lammps = [_status("lammps", how, path, start) for how, path, start in ways]
+    return [*lammps, _status("reference", "compiled", None, None)]
 
 
 def _status(name: str, how: str, lmp: str | None, launcher: str | None) -> EngineStatus:

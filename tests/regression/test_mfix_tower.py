@@ -8,16 +8,15 @@ from __future__ import annotations
 
 from functools import cache
 from math import pi, sqrt
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from harness.chain import exact
 from harness.comparison.convergence import slope_order
+from harness.engines.mfix.recorded import recorded_tower
 from harness.parameters.tower import Tower
 
-RECORDED = Path(__file__).parent / "mfix"
 STIFFNESS, MASS, SPEED, GRAVITY = 1e5, 1.0, 2.0, 9.81
 SAMPLE = pi * sqrt(MASS / 2 / STIFFNESS) / 50  # [s] between two rows of either file
 PARTICLES = (2, 3, 5, 10)
@@ -29,7 +28,7 @@ FORCE_DIGITS, TIME_DIGITS = 0.5e-5, 0.5e-9
 @cache
 def recorded(factor):
     """Return MFiX's table: ``t_s`` and one force for each number of particles."""
-    return np.genfromtxt(RECORDED / f"tower_k1e5_euler_f{factor}.csv", delimiter=",", names=True)
+    return recorded_tower(factor)
 
 
 @cache

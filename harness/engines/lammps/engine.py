@@ -108,7 +108,12 @@ class Lammps(Engine):
 
     def _who(self, job: Job) -> Provenance:
         """Return the engine's identity with the script that ran."""
-        return replace(self.identify(), script=job.script.name, script_sha256=job.script.sha256)
+        return replace(
+            self.identify(),
+            script=job.script.name,
+            script_sha256=job.script.sha256,
+            integrator="velocity-verlet",
+        )
 
 
 def _incline_job(case: Incline, route: Route, every: int | None) -> Job:

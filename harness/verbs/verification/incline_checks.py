@@ -250,6 +250,8 @@ def _same_rigidity(case: Incline, base: Incline) -> Incline:
 def _two_ways(engine: Engine) -> list[Check]:
     """Hold an in-process run against the executable of the same installation."""
     name = "incline: in-process against executable, energy margin"
+    if engine.name != "lammps":
+        return [not_tested(name, Kind.CROSS_CODE, f"this is {engine.name!r}, not LAMMPS", "J")]
     if engine.identify().how != "in-process":
         return [not_tested(name, Kind.CROSS_CODE, "an executable was asked for", "J")]
     case = SOURCE_CASE.replace(angle=10.0)

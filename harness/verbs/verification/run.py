@@ -23,6 +23,7 @@ from harness.verbs.verification.chain_checks import chain_checks
 from harness.verbs.verification.incline_checks import incline_checks
 from harness.verbs.verification.levels import Level
 from harness.verbs.verification.levels import level as level_by_name
+from harness.verbs.verification.reference_checks import reference_checks
 from harness.verbs.verification.theory_checks import theory_checks
 from harness.verbs.verification.tower_checks import tower_checks
 
@@ -63,6 +64,7 @@ def verify(
         engine = engine or open_engine()
         provenance = engine.identify()
         checks += _both(engine, chosen, evidence, towers, progress)
+        checks += reference_checks(engine, chosen, evidence)
     except EngineError as error:
         checks.append(failed_run("incline: LAMMPS", Kind.CROSS_CODE, error))
     finally:

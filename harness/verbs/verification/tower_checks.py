@@ -59,6 +59,9 @@ def tower_checks(
 
     A part whose engine dies becomes a failed row; the other parts go on.
     """
+    if not engine.states_towers:
+        reason = f"engine {engine.name!r} states the incline only"
+        return [not_tested("tower: engine against the exact propagator", Kind.CROSS_CODE, reason)]
     own = engine.identify().how == "in-process"
     laws = LAWS if own else ("overlap",)
     parts: list[tuple[str, Callable[[], list[Check]]]] = [

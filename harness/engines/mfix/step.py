@@ -1,0 +1,28 @@
+"""The step of MFiX-DEM in the harness's terms."""
+
+from __future__ import annotations
+
+import math
+
+from harness.errors import RequestError
+from harness.parameters.contact import Contact
+
+
+def steps_per_contact(factor: float, contact: Contact) -> float:
+    """Return the steps per pi sqrt(m/k) that MFiX takes at a ``DTSOLID_FACTOR``.
+
+    MFiX divides the duration of a damped contact, with m_eff = m/2 also against
+    a fixed sphere, pi / sqrt(k/m_eff - (eta / (2 m_eff))^2), by the factor. With eta = 2 zeta
+    sqrt(k m_eff) that is pi sqrt(m/k) / sqrt(2 (1 - zeta^2)): at e = 1e-20 it is ten times
+    as long, and MFiX's default factor of 50 means 4.8 steps. Raise RequestError for a factor
+    that is not positive, or a contact without such a duration (zeta >= 1) or without m/2.
+    """
+    if not (math.isfinite(factor) and factor > 0.0):
+        raise RequestError(f"factor = {factor!r}: must be finite and greater than 0")
+    if contact.effective_mass != "half":
+        raise RequestError("effective_mass = 'full': MFiX takes half the mass, must be 'half'")
+    if contact.zeta >= 1.0:
+        raise RequestError(
+            f"damping ratio = {contact.zeta:g}: MFiX's contact time asks for less than 1"
+        )
+    return factor * math.sqrt(2.0 * (1.0 - contact.zeta**2))

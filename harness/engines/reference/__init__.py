@@ -1,0 +1,1 @@
+"""A reference DEM of the incline in compiled Python, independent of every DEM code."""

@@ -1,0 +1,67 @@
+"""The two routes of the incline, with the meaning that the LAMMPS script gives them."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from harness.engines.contract import Route
+from harness.engines.reference.mover import Mover
+from harness.engines.reference.start import (
+    crest_place,
+    energy,
+    margin,
+    overlaps,
+    settled_place,
+)
+from harness.observables.incline import Crests, InclineRun, Motion
+from harness.observables.provenance import Provenance
+from harness.parameters.incline import Incline
+
+
+def run(
+    case: Incline, route: Route, mover: Mover, provenance: Provenance, *, sampled: bool
+) -> InclineRun:
+    """Move the grain by well after well (passage: one) and return what became of it.
+
+    Dissipation only lowers the energy: a grain that turns back with less than the
+    crest ahead asks for is trapped. Errors as for :meth:`Mover.watch`.
+    """
+    started = time.perf_counter()
+    wells = 1 if route == "passage" else case.wells
+    passed: list[tuple[float, float]] = []
+    motion, well = Motion.MOVES_ON, 0
+    while motion is Motion.MOVES_ON and well < wells:
+        well += 1
+        place = settled_place(case) if route == "passage" else crest_place(case, well)
+        motion = _one_well(case, route, mover, well, place)
+        if motion is Motion.MOVES_ON:
+            passed.append((mover.time, margin(case, mover.grain, well)))
+    crests = np.array(passed).reshape(-1, 2)
+    return InclineRun(
+        case=case,
+        motion=motion,
+        margin_J=margin(case, mover.grain, well),
+        touching=max(overlaps(case, mover.grain)) > 0.0,
+        crests=Crests(time_s=crests[:, 0], margin_J=crests[:, 1]),
+        time_s=mover.time,
+        steps=mover.steps,
+        seconds=time.perf_counter() - started,
+        provenance=provenance,
+        trajectory=mover.trajectory() if sampled else None,
+    )
+
+
+def _one_well(case: Incline, route: Route, mover: Mover, well: int, place: float) -> Motion:
+    """Return whether the grain passes ``place`` [m], is trapped before, or time is over."""
+    floor = energy(case, mover.grain) - margin(case, mover.grain, well)
+    while True:
+        mover.watch(place, floor)
+        short = margin(case, mover.grain, well) < 0.0
+        if mover.grain.x > place:
+            return Motion.TRAPPED if route == "passage" and short else Motion.MOVES_ON
+        if short and mover.grain.vx < 0.0:
+            return Motion.TRAPPED
+        if mover.over:
+            return Motion.UNDECIDED

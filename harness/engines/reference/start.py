@@ -1,0 +1,136 @@
+"""Where a grain starts, and the energy by which it is judged: as in the LAMMPS script."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from harness.engines.reference.contact import damping
+from harness.engines.reference.row import Grain
+from harness.errors import RequestError
+from harness.parameters.incline import Incline
+
+STEADY_SPEED = 0.48
+"""[sqrt(g d)] first speed of the steady route."""
+
+BEHIND_CREST = math.radians(10.0)
+"""Where the passage route starts, behind the crest, and the latest place before one to end."""
+
+SETTLED = 8.0
+"""Times of the contact's slowest rate, at 0.35 sqrt(g d), for it to settle after a shock."""
+
+SPEED_AFTER_SHOCK = 0.35
+
+
+@dataclass(frozen=True)
+class Start:
+    """Position [m] and velocity [m/s] of the grain; x from the centre of a fixed sphere."""
+
+    x_m: float
+    y_m: float
+    vx_m_per_s: float
+    vy_m_per_s: float
+
+    def grain(self) -> Grain:
+        """Return the grain; raise RequestError when a number is not finite."""
+        values = (self.x_m, self.y_m, self.vx_m_per_s, self.vy_m_per_s)
+        if not all(math.isfinite(value) for value in values):
+            raise RequestError(f"start = {values}: must be finite numbers, in m and m/s")
+        return Grain(*(float(value) for value in values))
+
+
+def start_in_well(case: Incline, speed: float | None = None) -> Start:
+    """Return a start touching both spheres of a well, along the tangent of the one ahead.
+
+    ``speed`` [m/s] is 0.48 sqrt(g d) unless given.
+    """
+    if speed is None:
+        speed = STEADY_SPEED * math.sqrt(case.gravity * case.diameter)
+    return Start(
+        0.5 * case.diameter,
+        math.sqrt(0.75) * case.diameter,
+        speed * math.sqrt(0.75),
+        0.5 * speed,
+    )
+
+
+def start_behind_crest(case: Incline) -> Start:
+    """Return the start of the passage route: just the energy of the crest, in balance.
+
+    The overlap at an angle phi from the crest, delta = m g (3 cos phi - 2) / k,
+    balances the weight less the centrifugal force; the rate of phi follows from
+    the energy. The case's phase shifts phi by a fraction of a step's way.
+    """
+    weight, d, k = case.mass * case.gravity, case.diameter, case.stiffness
+    rate = math.sqrt(2.0 * case.gravity * (1.0 - math.cos(BEHIND_CREST)) / d)
+    phi = BEHIND_CREST + case.phase * rate * case.step
+    overlap = weight * (3.0 * math.cos(phi) - 2.0) / k
+    slope = 3.0 * weight * math.sin(phi) / k
+    r = d - overlap
+    kinetic = crest_energy(case) - weight * r * math.cos(phi) - 0.5 * k * overlap**2
+    omega = math.sqrt(2.0 * kinetic / case.mass / (r * r + slope * slope))
+    beta = phi - math.radians(case.angle)
+    return Start(
+        r * math.sin(beta),
+        r * math.cos(beta),
+        omega * (r * math.cos(beta) + slope * math.sin(beta)),
+        omega * (slope * math.cos(beta) - r * math.sin(beta)),
+    )
+
+
+def crest_energy(case: Incline) -> float:
+    """Return the energy [J] of a grain at rest on the first sphere's crest, pressed in."""
+    weight = case.mass * case.gravity
+    return weight * _crest_radius(case) + 0.5 * weight**2 / case.stiffness
+
+
+def energy(case: Incline, grain: Grain) -> float:
+    """Return the mechanical energy [J]: motion, height over the first sphere, springs."""
+    tilt = math.radians(case.angle)
+    height = grain.y * math.cos(tilt) - grain.x * math.sin(tilt)
+    spring = 0.5 * case.stiffness * sum(max(o, 0.0) ** 2 for o in overlaps(case, grain))
+    motion = 0.5 * case.mass * (grain.vx**2 + grain.vy**2)
+    return motion + case.mass * case.gravity * height + spring
+
+
+def overlaps(case: Incline, grain: Grain) -> tuple[float, float]:
+    """Return the overlaps [m] with the spheres behind and ahead; negative is a gap."""
+    d = case.diameter
+    behind = d * math.floor(grain.x / d)
+    return (
+        d - math.hypot(grain.x - behind, grain.y),
+        d - math.hypot(grain.x - behind - d, grain.y),
+    )
+
+
+def margin(case: Incline, grain: Grain, well: int) -> float:
+    """Return the energy [J] above that of a grain at rest on the crest after ``well`` wells."""
+    drop = case.mass * case.gravity * well * case.diameter * math.sin(math.radians(case.angle))
+    return energy(case, grain) - crest_energy(case) + drop
+
+
+def crest_place(case: Incline, well: int) -> float:
+    """Return the x [m] of the crest after ``well`` wells."""
+    tilt = math.radians(case.angle)
+    return well * case.diameter - _crest_radius(case) * math.sin(tilt)
+
+
+def settled_place(case: Incline) -> float:
+    """Return the x [m] past the first well where the contact has settled: the passage's end.
+
+    The energy left over the crest is the same there as on it, and the slow way
+    to the crest need not be walked. The slowest rate is that of
+    x'' + 2 zeta omega x' + omega^2 x.
+    """
+    d, omega = case.diameter, math.sqrt(case.stiffness / case.mass)
+    zeta = damping(case.contact, case.stiffness, case.mass) / (2.0 * case.mass * omega)
+    slowest = zeta + math.sqrt(zeta * zeta - 1.0) if zeta >= 1.0 else 1.0 / (zeta + 1e-9)
+    swept = SETTLED * slowest / omega * SPEED_AFTER_SHOCK * math.sqrt(case.gravity / d)
+    tilt = math.radians(case.angle)
+    before = min(max(math.pi / 6.0 - tilt - swept, 0.0), BEHIND_CREST)
+    return d - _crest_radius(case) * math.sin(tilt + before)
+
+
+def _crest_radius(case: Incline) -> float:
+    """Return the distance [m] of the grain from the sphere on whose crest it rests."""
+    return case.diameter * (1.0 - case.static_overlap)

@@ -1,0 +1,41 @@
+"""Velocity Verlet in LAMMPS's order: the dashpot sees the velocity of the half step.
+
+    v' = v + h/2 a        x+ = x + h v'        a+ = a(x+, v')        v+ = v' + h/2 a+
+
+(``fix nve/sphere``.) Where LAMMPS begins a ``run`` it takes the forces anew, with the
+whole step's velocity.
+"""
+
+from __future__ import annotations
+
+from harness.engines.reference import mfix_euler
+from harness.engines.reference.compiled import compiled
+from harness.engines.reference.row import Grain, Row, acceleration
+
+ORDER = 2
+
+
+@compiled
+def begin(grain: Grain, row: Row) -> Grain:
+    """Return the grain with the acceleration of its position and velocity."""
+    ax, ay = acceleration(grain.x, grain.y, grain.vx, grain.vy, row)
+    return Grain(grain.x, grain.y, grain.vx, grain.vy, ax, ay)
+
+
+@compiled
+def advance(grain: Grain, row: Row, step: float) -> Grain:
+    """Return the grain one step [s] later."""
+    half = 0.5 * step
+    vx, vy = grain.vx + half * grain.ax, grain.vy + half * grain.ay
+    x, y = grain.x + step * vx, grain.y + step * vy
+    ax, ay = acceleration(x, y, vx, vy, row)
+    return Grain(x, y, vx + half * ax, vy + half * ay, ax, ay)
+
+
+def growth(step: float, zeta: float) -> float:
+    """Return the growth per step in the well (:mod:`.stability`), step in 1/omega.
+
+    In the velocities of the half steps, v+ = v + h a(x, v) and x+ = x + h v+:
+    the recurrence is that of MFiX's Euler.
+    """
+    return mfix_euler.growth(step, zeta)

@@ -1,0 +1,39 @@
+"""What the tests of the reference DEM share."""
+
+import math
+
+import pytest
+
+from harness.engines.reference.engine import Reference
+from harness.engines.reference.start import Start
+from harness.parameters.contact import Contact
+from harness.parameters.incline import Incline
+
+
+@pytest.fixture(scope="session")
+def collide():
+    """Return a function that drops the grain head-on on one sphere and returns e [-].
+
+    ``phase`` is where in a step the contact begins.
+    """
+
+    def run(contact, integrator, steps, phase=0.0):
+        case = Incline(angle=0.0, contact=contact, gravity=1e-12, steps_per_contact=steps)
+        start = Start(0.0, 1.0 + phase * case.step, 0.0, -1.0)
+        duration = 25.0 * case.contact_time
+        path = Reference(integrator).follow(case, start, duration, every=math.ceil(steps))
+        return path.vy_m_per_s[-1]
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def contact():
+    """Return a function that makes a contact by its restitution."""
+
+    def make(restitution, tail="attractive", effective_mass="full"):
+        return Contact(
+            restitution=restitution, damping_ratio=None, tail=tail, effective_mass=effective_mass
+        )
+
+    return make
