@@ -49,12 +49,12 @@ def motions(engine: Engine | None, progress: Progress = silent) -> Motions:
     progress(STAGE, 0, 4)
     pair = row_motion(
         "two-particles", "Two deformable particles collide", FREE,
-        lead=0.35, duration=1.15, frames_per_t0=64,
+        lead=0.35, duration=1.15, frames_per_t0=44,
     )  # fmt: skip
     progress(STAGE, 1, 4)
     triple = row_motion(
         "three-particles", "A deformable particle runs into two at rest", FREE.replace(height=2),
-        lead=0.35, duration=1.75, frames_per_t0=64,
+        lead=0.35, duration=1.75, frames_per_t0=44,
     )  # fmt: skip
     progress(STAGE, 2, 4)
     shock = row_motion(
