@@ -1,0 +1,1 @@
+"""The report on the reproduction of the source."""
