@@ -69,26 +69,30 @@ def turnaround(run: TowerRun) -> float:
     return bound if sinking else float(run.time[best])
 
 
-def structure_end(run: TowerRun) -> float:
+def structure_end(run: TowerRun, least: int | None = None) -> float:
     """Return when the grain's chain, having held all n contacts, is down to one or none [s].
 
     The first such time after t0; the source uses it for two to seven particles.
-    The chain may pass other lengths on its way down. Between samples of a solver
-    with a step, the force of the contact that opens is drawn on to 0, for which the
-    run needs profiles; without them the window ends at the sample after.
+    The chain may pass other lengths on its way down. With ``least``, a chain that
+    held so many contacts will do: a looser reading, for towers whose chain never
+    reaches the base. Between samples of a solver with a step, the force of the
+    contact that opens is drawn on to 0, for which the run needs profiles; without
+    them the window ends at the sample after.
     """
     full = False
-    least = touch_time(run) + run.tower.contact_time * (1 - 1e-9)
+    after = touch_time(run) + run.tower.contact_time * (1 - 1e-9)
+    enough = run.tower.height if least is None else min(least, run.tower.height)
     down_to = min(1, run.tower.height - 1)
     for i in range(run.time.size):
-        if run.contacts[i] == run.tower.height:
+        if run.contacts[i] >= enough:
             full = True
         elif run.contacts[i] <= down_to:
-            if full and run.time[i] >= least:
+            if full and run.time[i] >= after:
                 opens = int(run.contacts[i])  # the first that is open
                 return _force_vanishes(run, i - 1, opens)
             full = False
-    raise _too_short(run, "the grain's chain has not swung from all contacts to one")
+    held = "all" if least is None else f"{enough}"
+    raise _too_short(run, f"the grain's chain has not swung from {held} contacts to one")
 
 
 def first_contact_end(run: TowerRun) -> float:

@@ -34,7 +34,7 @@ def pictures(found: Verification) -> Iterator[Picture]:
     closed = evidence.closed_form_deg
     if evidence.extrapolated is not None:
         extrapolated = evidence.extrapolated
-        yield _picture(
+        yield picture(
             "critical-angle-extrapolation",
             "Critical angle, extrapolated",
             "Plastic contact, passage route. Left: first order in the step; open symbols are the "
@@ -42,7 +42,7 @@ def pictures(found: Verification) -> Iterator[Picture]:
             lambda: incline.extrapolation(extrapolated, closed),
         )
     if evidence.by_contact:
-        yield _picture(
+        yield picture(
             "contacts-side-by-side",
             "Three contacts side by side",
             "Bars are the range over where in a step a contact begins. The source's contact "
@@ -51,13 +51,13 @@ def pictures(found: Verification) -> Iterator[Picture]:
             lambda: incline.contacts_side_by_side(evidence.by_contact, closed),
         )
     if evidence.motions:
-        yield _picture(
+        yield picture(
             "speed-against-time",
             "Speed below and above the critical angle",
             "The source's velocity figure, from LAMMPS with the source's contact.",
             lambda: incline.speed_against_time(evidence.motions),
         )
-        yield _picture(
+        yield picture(
             "path-over-the-bumps",
             "Path over the bumps",
             "Where the grain below the critical angle turns back.",
@@ -65,7 +65,7 @@ def pictures(found: Verification) -> Iterator[Picture]:
         )
     if evidence.recursion is not None:
         recursion = evidence.recursion
-        yield _picture(
+        yield picture(
             "energy-after-each-shock",
             "Energy after each shock",
             "Kinetic energy that survives each shock, taken from the energy at the next crest, "
@@ -79,7 +79,7 @@ def pictures(found: Verification) -> Iterator[Picture]:
 
 def _tower_pictures(evidence: TowerEvidence) -> Iterator[Picture]:
     if evidence.collisions:
-        yield _picture(
+        yield picture(
             "two-and-three-particles",
             "Velocity and deformation of two and three particles",
             "The source's figure: two particles exchange their velocities; with three, the grain "
@@ -87,7 +87,7 @@ def _tower_pictures(evidence: TowerEvidence) -> Iterator[Picture]:
             lambda: chain_runs.velocity_and_deformation(evidence.collisions),
         )
     for law, runs in evidence.by_law.items():
-        yield _picture(
+        yield picture(
             f"force-and-contacts-{law}",
             f"Force and contacts of the grain, {law} law",
             "A grain dropped on a tower, k = 1e6 N/m, 2 m/s. The force is in units of the largest "
@@ -95,14 +95,14 @@ def _tower_pictures(evidence: TowerEvidence) -> Iterator[Picture]:
             partial(chain_runs.force_and_contacts, runs),
         )
     if evidence.collapse:
-        yield _picture(
+        yield picture(
             "collapse",
             "Collapse across stiffnesses",
             "Time in contact times and force in v0 sqrt(k m): what is left differs by Gamma alone.",
             lambda: chain_runs.collapse(evidence.collapse),
         )
     if evidence.peak_by_step:
-        yield _picture(
+        yield picture(
             "peak-deformation-error",
             "Error of the peak deformation",
             "Two free particles by RK4. At the time of the peak the error is of fifth order, since "
@@ -112,7 +112,7 @@ def _tower_pictures(evidence: TowerEvidence) -> Iterator[Picture]:
             lambda: chain_peak_error.peak_error(evidence.peak_by_step, evidence.peak_by_stiffness),
         )
     if evidence.drifts:
-        yield _picture(
+        yield picture(
             "energy-drift",
             "Energy drift",
             "RK4 loses energy where contacts change; the exact propagator keeps it to round-off.",
@@ -122,7 +122,7 @@ def _tower_pictures(evidence: TowerEvidence) -> Iterator[Picture]:
 
 def _comparison_pictures(evidence: TowerEvidence) -> Iterator[Picture]:
     for law, comparisons in evidence.same_law.items():
-        yield _picture(
+        yield picture(
             f"same-law-{law}",
             f"Same law, different codes: {law}",
             "Force on the grain by LAMMPS, RK4 and the exact propagator under one law, and how "
@@ -130,7 +130,7 @@ def _comparison_pictures(evidence: TowerEvidence) -> Iterator[Picture]:
             partial(tower_comparison.same_law, comparisons),
         )
     if evidence.convergence:
-        yield _picture(
+        yield picture(
             "error-against-step",
             "Error against the step",
             "Four particles. A contact that changes within a step costs second order, in "
@@ -138,7 +138,7 @@ def _comparison_pictures(evidence: TowerEvidence) -> Iterator[Picture]:
             lambda: tower_comparison.error_against_step(evidence.convergence),
         )
     if evidence.different_law:
-        yield _picture(
+        yield picture(
             "different-law",
             "Where the laws differ",
             "Overlap against deformable law, both by the exact propagator: a difference of "
@@ -151,13 +151,13 @@ def _impulse_pictures(evidence: TowerEvidence) -> Iterator[Picture]:
     if evidence.impulses is None or evidence.scaling is None:
         return
     frame, by_gamma, scaling = evidence.impulses, evidence.by_gamma, evidence.scaling
-    yield _picture(
+    yield picture(
         "impulse-ratio",
         "Impulse against height",
         "alpha(n) = J(n)/J(1) of the source's six runs, turnaround window.",
         lambda: impulse.ratio_against_height(frame, "exact"),
     )
-    yield _picture(
+    yield picture(
         "critical-angle-against-height",
         "What it does to the critical angle",
         "The two formulas that the source prints for the rescaled shock have opposite trends: "
@@ -169,7 +169,7 @@ def _impulse_pictures(evidence: TowerEvidence) -> Iterator[Picture]:
     if evidence.ways is not None:
         ways = evidence.ways
         heights = sorted({int(n) for n in ways["height"]})
-        yield _picture(
+        yield picture(
             "collapse-on-gamma",
             "Impulse ratio on Gamma",
             "Three ways to the same Gamma, with other masses, stiffnesses and gravities, give the "
@@ -177,13 +177,13 @@ def _impulse_pictures(evidence: TowerEvidence) -> Iterator[Picture]:
             lambda: impulse.collapse_on_gamma(ways, "exact", heights),
         )
     if by_gamma is not None:
-        yield _picture(
+        yield picture(
             "impulse-map",
             "Impulse ratio over height and Gamma",
             "Gamma = m g / (v0 sqrt(k m)) is the one parameter; the source's runs are marked.",
             lambda: impulse.map_over_gamma(by_gamma, "exact", sorted(set(frame["gamma"]))),
         )
-    yield _picture(
+    yield picture(
         "energy-scaling",
         "Energy scaling",
         "The source's estimate alpha = 1/sqrt(n), up to ten particles.",
@@ -191,7 +191,8 @@ def _impulse_pictures(evidence: TowerEvidence) -> Iterator[Picture]:
     )
 
 
-def _picture(name: str, title: str, caption: str, draw: Callable[[], Figure]) -> Picture:
+def picture(name: str, title: str, caption: str, draw: Callable[[], Figure]) -> Picture:
+    """Return what ``draw`` draws in the house style, the same bytes for the same figure."""
     import io
 
     with house_style():

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
@@ -53,14 +54,21 @@ def peak_error(
         span, sampled_peak_error(span), color="0.4", linewidth=1, label="bound of a sample, (ωh)²/4"
     )
     label(left, "step [1/omega]", "relative error of peak deformation [1]", "two particles, RK4")
-    for i, (name, (stiffness, errors)) in enumerate(by_stiffness.items()):
-        right.loglog(
-            stiffness, errors, color=COLOURS[i % 7], marker=MARKERS[i % 6],
-            linestyle=STYLES[i % 6], markersize=4, label=name,
-        )  # fmt: skip
+    draw_against_stiffness(right, by_stiffness)
     label(right, "stiffness [N/m]", "relative error of peak deformation [1]", "two particles, RK4")
     left.legend(fontsize="small", loc="upper left")
     left.set_ylim(top=10 * left.get_ylim()[1])
     right.legend(fontsize="small", loc="upper left")
     right.set_ylim(top=10 * right.get_ylim()[1])
     return figure
+
+
+def draw_against_stiffness(
+    axes: Axes, by_stiffness: Mapping[str, tuple[Sequence[float], Sequence[float]]]
+) -> None:
+    """Draw named errors against stiffness [N/m], both axes logarithmic."""
+    for i, (name, (stiffness, errors)) in enumerate(by_stiffness.items()):
+        axes.loglog(
+            stiffness, errors, color=COLOURS[i % 7], marker=MARKERS[i % 6],
+            linestyle=STYLES[i % 6], markersize=4, label=name,
+        )  # fmt: skip

@@ -5,29 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
+from harness.observables.felt_contacts import felt_contacts
 from harness.observables.tower import TowerRun
-from harness.report.figures.style import COLOURS, STYLES, label, named, panels
+from harness.report.figures.style import COLOURS, STYLES, label, named, panels, power
 
-_TIME = "time [t0]"
+TIME = "time [t0]"
 
-FELT_FORCE = 1e-6
 FELT = "contacts (1e-6 peak)"
-"""Contacts that press with more than this part of the peak; fainter ones are rounding's."""
-
-
-def felt_contacts(run: TowerRun) -> NDArray[np.float64]:
-    """Return the contacts of the grain's chain that are worth showing (M,), of a run with profiles.
-
-    All that carry a force, of one without.
-    """
-    if run.profiles is None:
-        return run.contacts
-    return run.contacts_above(FELT_FORCE * float(run.grain_force.max()))
 
 
 def velocity_and_deformation(runs: Sequence[TowerRun]) -> Figure:
@@ -46,57 +34,87 @@ def velocity_and_deformation(runs: Sequence[TowerRun]) -> Figure:
             above.plot(run.time_over_t0, velocities[:, i], label=name, **look)
             below.plot(run.time_over_t0, deformations[:, i], label=name, **look)
         title = f"{run.tower.particles} particles: {named(run.tower.law, run.solver)}"
-        label(above, _TIME, "velocity [m/s]", title)
-        label(below, _TIME, "deformation [mm]")
+        label(above, TIME, "velocity [m/s]", title)
+        label(below, TIME, "deformation [mm]")
         above.legend(fontsize="small")
         below.legend(fontsize="small")
     return figure
 
 
-def force_and_contacts(runs: Sequence[TowerRun]) -> Figure:
-    """Draw force on the grain and contacts in its chain against t/t0, one row a run."""
+def force_and_contacts(
+    runs: Sequence[TowerRun], peak: float | None = None, of: str = "peak of all"
+) -> Figure:
+    """Draw force on the grain and contacts in its chain against t/t0, one row a run.
+
+    The force is in units of ``peak`` [N], the largest of these runs if not given;
+    ``of`` is what the axis calls it.
+    """
     figure = panels(len(runs), 1, width=6.5, height=2.2)
-    peak = max(float(run.grain_force.max()) for run in runs)
+    scale = max(float(run.grain_force.max()) for run in runs) if peak is None else peak
     for row, run in enumerate(runs):
         axes = figure.axes[row]
-        axes.plot(
-            run.time_over_t0, run.grain_force / peak, color=COLOURS[1],
-            label=f"force, {named(run.tower.law, run.solver)}",
-        )  # fmt: skip
+        joint_legend(axes, draw_force_and_contacts(axes, run, scale))
         title = f"{run.tower.particles} particles"
-        label(axes, _TIME if row == len(runs) - 1 else "", "force [peak of all]", title)
-        steps = axes.twinx()
-        steps.step(
-            run.time_over_t0, felt_contacts(run), where="post", color=COLOURS[2], linestyle="--",
-            linewidth=1.1, label="contacts",
-        )  # fmt: skip
-        steps.set_ylabel(FELT)
-        steps.yaxis.set_major_locator(MaxNLocator(integer=True))
-        axes.set_ylim(-0.03, 1.08)
-        steps.set_ylim(bottom=-0.03 * steps.get_ylim()[1])
-        lines = [*axes.get_lines(), *steps.get_lines()]
-        axes.legend(lines, [str(line.get_label()) for line in lines], fontsize="small", loc=1)
+        label(axes, TIME if row == len(runs) - 1 else "", f"force [{of}]", title)
     return figure
+
+
+def draw_force_and_contacts(axes: Axes, run: TowerRun, scale: float) -> Axes:
+    """Draw force over ``scale`` [N] and, on twin axes that are returned, the grain's contacts."""
+    axes.plot(
+        run.time_over_t0, run.grain_force / scale, color=COLOURS[1],
+        label=f"force, {named(run.tower.law, run.solver)}",
+    )  # fmt: skip
+    steps = axes.twinx()
+    steps.step(
+        run.time_over_t0, felt_contacts(run), where="post", color=COLOURS[2], linestyle="--",
+        linewidth=1.1, label="contacts",
+    )  # fmt: skip
+    steps.set_ylabel(FELT)
+    steps.yaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.set_ylim(-0.03, 1.08)
+    steps.set_ylim(bottom=-0.03 * steps.get_ylim()[1])
+    return steps
+
+
+def joint_legend(axes: Axes, twin: Axes, **placed: Any) -> None:
+    """Put the lines of both axes that have a name in one legend, upper right if not told."""
+    lines = [line for line in (*axes.get_lines(), *twin.get_lines()) if line.get_label()[0] != "_"]
+    names = [str(line.get_label()) for line in lines]
+    axes.legend(lines, names, **{"fontsize": "small", "loc": 1} | placed)
 
 
 def collapse(runs: Sequence[TowerRun]) -> Figure:
     """Draw the force on the grain over its scale v0 sqrt(k m) against t/t0, all runs in one."""
     figure = panels(1, 1, width=6.5, height=3.6)
     axes = figure.axes[0]
-    for i, run in enumerate(runs):
+    draw_scaled_forces(axes, runs)
+    axes.set_xlabel(TIME)
+    return figure
+
+
+def draw_scaled_forces(axes: Axes, runs: Sequence[TowerRun]) -> None:
+    """Draw the forces on the grain over v0 sqrt(k m), with a legend of what the runs differ by."""
+    for run, look in zip(runs, runs_apart(len(runs)), strict=True):
         tower = run.tower
         scale = tower.speed * tower.omega * tower.each("mass")[0]
         axes.plot(
-            run.time_over_t0, run.grain_force / scale, color=COLOURS[i % 7],
-            linestyle=STYLES[i % 6], linewidth=2.6 - 0.35 * (i % 6),
-            label=f"k = {tower.each('stiffness')[0]:.0e} N/m, v0 = {tower.speed:g} m/s, "
+            run.time_over_t0, run.grain_force / scale, **look,
+            label=f"k = {power(tower.each('stiffness')[0])} N/m, v0 = {tower.speed:g} m/s, "
             f"Gamma = {tower.gamma:.2g}",
         )  # fmt: skip
     first = runs[0]
     title = f"{first.tower.particles} particles: {named(first.tower.law, first.solver)}"
-    label(axes, _TIME, "force on the grain [v0 sqrt(k m)]", title)
+    label(axes, "", "force on the grain [v0 sqrt(k m)]", title)
     axes.legend(fontsize="small")
-    return figure
+
+
+def runs_apart(count: int) -> list[dict[str, Any]]:
+    """Return looks of lines that lie on each other: later ones are thinner, so all are seen."""
+    return [
+        {"color": COLOURS[i % 7], "linestyle": STYLES[i % 6], "linewidth": 2.6 - 0.35 * (i % 6)}
+        for i in range(count)
+    ]
 
 
 def energy_drift_in_time(runs: Sequence[TowerRun]) -> Figure:
@@ -113,6 +131,6 @@ def energy_drift_in_time(runs: Sequence[TowerRun]) -> Figure:
             run.time_over_t0[1:], drift[1:].clip(1e-17), color=COLOURS[i % 7],
             linestyle=STYLES[i % 6], linewidth=1.2, label=name,
         )  # fmt: skip
-    label(axes, _TIME, "energy drift [1]")
+    label(axes, TIME, "energy drift [1]")
     axes.legend(fontsize="small")
     return figure

@@ -9,14 +9,23 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator
 
 from harness.observables.reference import PublishedAngle, ReferencePoints
-from harness.report.figures.style import BLACK, BLUE, COLOURS, GREEN, MARKERS, ORANGE, RED, STYLES
+from harness.report.figures.style import (
+    BLACK,
+    BLUE,
+    COLOURS,
+    GREEN,
+    MARKERS,
+    ORANGE,
+    RED,
+    STYLES,
+    power,
+)
 
 _RUN = ["stiffness_N_per_m", "speed_m_per_s"]
 _HEIGHT = "height n (contacts)"
@@ -68,7 +77,7 @@ def critical_angle_against_height(
                 axes.plot(run["height"], run[column], **look | fill | {"label": name})
             grey: dict[str, Any] = {"marker": "o", "color": "0.4", "ls": "none"}
             axes.plot([], [], label=f"reading: {READINGS[reading]}", **grey, **fill)
-        _others(axes, published, reference)
+        draw_others(axes, published, reference)
         axes.set_ylim(bottom=0)
     _finish(figure, grid, _ANGLE, solver)
     for (_, part), axes in grid:
@@ -90,7 +99,7 @@ def collapse_on_gamma(frame: pd.DataFrame, solver: str, heights: Sequence[int]) 
                 symbol: dict[str, Any] = _WAYS[j % 3] | {"color": COLOURS[i % 7]}
                 axes.plot(way["gamma"], way["impulse_ratio"], **symbol)
         for j, ((k, m, g), _) in enumerate(part.groupby(ways, sort=False)):
-            name = f"k = {_power(k)} N/m, m = {m:g} kg, g = {g:g} m/s2"
+            name = f"k = {power(k)} N/m, m = {m:g} kg, g = {g:g} m/s2"
             axes.plot([], [], **_WAYS[j % 3] | {"color": "0.3", "label": name})
         axes.axhline(1, color="0.6", lw=0.8, zorder=0)
         axes.set(xscale="log", yscale="log")
@@ -156,7 +165,7 @@ def energy_scaling(
             name = f"its angle at {largest} particles, {value:.2f} deg (the source's cut-off)"
             axes.axhline(value, color=BLACK, ls="--", lw=1, label=name)
     axes.axvline(largest, color="0.5", ls="-.", lw=1, label=f"{largest} particles")
-    _others(axes, published, reference)
+    draw_others(axes, published, reference)
     axes.set(xlabel=_HEIGHT, ylabel=_ANGLE)
     axes.set_ylim(bottom=0)
     axes.set_xticks(_ticks(scaling, reference))
@@ -208,13 +217,13 @@ def _runs(part: pd.DataFrame) -> list[tuple[dict[str, Any], pd.DataFrame]]:
             "lw": 1.1,
             "marker": MARKERS[speeds.index(v) % 5],
             "ms": max(3.0, 8.5 - i),
-            "label": f"k = {_power(k)} N/m, v0 = {v:g} m/s, Gamma = {run['gamma'].iloc[0]:.2g}",
+            "label": f"k = {power(k)} N/m, v0 = {v:g} m/s, Gamma = {run['gamma'].iloc[0]:.2g}",
         }
         runs.append((look, run))
     return runs
 
 
-def _others(
+def draw_others(
     axes: Axes, published: PublishedAngle | None, reference: ReferencePoints | None
 ) -> None:
     """Draw the published angle as a band, and reference points."""
@@ -243,8 +252,3 @@ def _ticks(part: pd.DataFrame, reference: ReferencePoints | None = None) -> list
 
 def _title(law: str, window: str, solver: str) -> str:
     return f"{law} law, {window} window, {solver}"
-
-
-def _power(value: Any) -> str:
-    exponent = float(np.log10(value))
-    return f"1e{round(exponent)}" if abs(exponent % 1) < 1e-9 else f"{value:.3g}"

@@ -22,6 +22,7 @@ from harness.report.figures.style import (
     ORANGE,
     SKY,
     STYLES,
+    power,
 )
 
 FATES = {
@@ -100,7 +101,7 @@ def extrapolation(found: ExtrapolatedAngle, closed_form: float) -> Figure:
     left, right = figure.subplots(1, 2)
     for number, (stiffness, limit) in enumerate(found.at_stiffness.items()):
         colour, marker = COLOURS[number % 6], MARKERS[number % 6]
-        label = f"k = {_power(stiffness)} N/m"
+        label = f"k = {power(stiffness)} N/m"
         left.errorbar(
             limit.h, limit.y, limit.errors, fmt=marker, color=colour, label=label, capsize=2
         )
@@ -171,7 +172,7 @@ def contacts_side_by_side(by_contact: dict[str, list[CriticalAngle]], closed_for
                 ls=STYLES[number % 6],
                 lw=1,
                 capsize=2,
-                label=f"k = {_power(stiffness)} N/m",
+                label=f"k = {power(stiffness)} N/m",
             )
         axes.axhline(closed_form, color=BLACK, ls="--", lw=1, label="theory")
         axes.set(xscale="log", xlabel="steps per contact time")
@@ -218,13 +219,6 @@ def _last_well(runs: Sequence[InclineRun]) -> float:
 def _who(run: InclineRun) -> str:
     case = run.case
     return (
-        f"LAMMPS, {case.contact.name} contact, k = {_power(case.stiffness)} N/m, "
+        f"LAMMPS, {case.contact.name} contact, k = {power(case.stiffness)} N/m, "
         f"{case.steps_per_contact:g} steps per contact"
     )
-
-
-def _power(value: float) -> str:
-    exponent = float(np.log10(value))
-    if abs(exponent - round(exponent)) < 1e-9:
-        return f"1e{round(exponent)}"
-    return f"{value:.2g}".replace("e+0", "e")

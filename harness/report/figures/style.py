@@ -74,3 +74,9 @@ def label(axes: Axes, x: str, y: str, title: str = "") -> None:
 def named(law: str, solver: str) -> str:
     """Return model and solver for a legend."""
     return f"{law} law, {solver}"
+
+
+def power(value: float) -> str:
+    """Return a number for a legend: ``1e6``, and ``3.2e5`` between the powers of ten."""
+    mantissa, exponent = f"{value:.1e}".split("e")
+    return f"{float(mantissa):g}e{int(exponent)}"

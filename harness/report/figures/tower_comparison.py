@@ -12,8 +12,9 @@ from matplotlib.ticker import MaxNLocator
 
 from harness.comparison.series import SeriesComparison
 from harness.comparison.step_convergence import Order, StepConvergence
+from harness.observables.felt_contacts import felt_contacts
 from harness.observables.tower import Floats, TowerRun
-from harness.report.figures.chain_runs import FELT, felt_contacts
+from harness.report.figures.chain_runs import FELT
 from harness.report.figures.style import COLOURS, MARKERS, STYLES, label, named, panels
 
 _TIME = "time [t0]"

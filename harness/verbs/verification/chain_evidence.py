@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from harness.comparison.evidence import Curve, TowerEvidence
 from harness.observables.tower import TowerRun
 from harness.parameters.tower import LAWS, Tower
@@ -45,8 +47,10 @@ def _peak_errors(evidence: TowerEvidence) -> None:
     }
     stiffnesses = [10.0**exponent for exponent in (2.0, 3.0, 4.0, 5.0, 6.0)]
     evidence.peak_by_stiffness = {
-        "step in contact times (50)": _over_stiffness(stiffnesses, None),
-        "one step for all, 1e-4 s": _over_stiffness(stiffnesses, 1e-4),
+        "step in contact times (50)": error_over_stiffness(stiffnesses, lambda _: 50.0),
+        "one step for all, 1e-4 s": error_over_stiffness(
+            stiffnesses, lambda case: case.contact_period / 1e-4
+        ),
     }
 
 
@@ -54,13 +58,12 @@ def _transposed(points: list[tuple[float, float]]) -> Curve:
     return [x for x, _ in points], [y for _, y in points]
 
 
-def _over_stiffness(stiffnesses: list[float], step: float | None) -> Curve:
-    errors = []
-    for stiffness in stiffnesses:
-        case = PAIR.replace(stiffness=stiffness)
-        steps = 50.0 if step is None else case.contact_period / step
-        errors.append(_largest_sample(case, steps)[1])
-    return stiffnesses, errors
+def error_over_stiffness(
+    stiffnesses: list[float], steps_per_contact: Callable[[Tower], float]
+) -> Curve:
+    """Return the relative error [1] of the largest sample of two free particles over k [N/m]."""
+    cases = [PAIR.replace(stiffness=stiffness) for stiffness in stiffnesses]
+    return stiffnesses, [_largest_sample(case, steps_per_contact(case))[1] for case in cases]
 
 
 def _at_the_peak(case: Tower, steps_per_contact: float) -> tuple[float, float]:

@@ -1,0 +1,1 @@
+"""The figures of the source, drawn from our own runs."""
