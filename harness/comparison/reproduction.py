@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from harness.comparison.findings import Findings
 from harness.comparison.ledger import Ledger
-from harness.comparison.motions import Motions
 from harness.comparison.source_figures import Exhibits
+from harness.observables.motions import Motions
 from harness.observables.provenance import Provenance
 
 

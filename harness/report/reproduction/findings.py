@@ -6,6 +6,7 @@ import math
 from importlib import resources
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from harness.comparison.reproduction import Reproduction
@@ -38,6 +39,7 @@ def _restitution(found: Reproduction) -> dict[str, Any]:
     decided = frame[frame["reference_deg"].notna()]
     return {
         "restitution": list(frame.itertuples()),
+        "first": next(decided.itertuples()),
         "last": list(decided.itertuples())[-1],
         "steps": float(frame["steps_per_contact"].iloc[0]),
     }
@@ -96,8 +98,23 @@ def _mfix(found: Reproduction) -> dict[str, Any]:
         "mfix": rows,
         "limits": limits,
         "default_off": default - findings.closed_form_deg,
+        "crossing": _crossing(at_1e6, findings.closed_form_deg),
         "limit6": float(limit["critical_angle_deg"].iloc[0]),
     }
+
+
+def _crossing(frame: pd.DataFrame, angle: float) -> float:
+    """Return the factor at which the angle first rises through ``angle``, NaN where it does not.
+
+    Straight between two factors on the logarithmic axis of the figure.
+    """
+    ordered = frame.sort_values("factor")
+    value, log = ordered["euler_deg"].to_numpy() - angle, np.log(ordered["factor"].to_numpy())
+    rises = np.flatnonzero((value[:-1] <= 0) & (value[1:] > 0))
+    if rises.size == 0:
+        return math.nan
+    i = int(rises[0])
+    return math.exp(log[i] - value[i] * (log[i + 1] - log[i]) / (value[i + 1] - value[i]))
 
 
 def _angle(value: float, digits: int) -> str:

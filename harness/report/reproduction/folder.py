@@ -10,7 +10,7 @@ from harness.comparison.reproduction import Reproduction
 from harness.errors import RequestError
 from harness.report.movies import films as draw_films
 from harness.report.reproduction.page import html_page
-from harness.report.reproduction.pictures import all_pictures
+from harness.report.reproduction.gallery import all_pictures
 from harness.report.reproduction.text import markdown
 
 LEDGER = "ledger.csv"
@@ -68,7 +68,7 @@ def _fill(found: Reproduction, folder: Path) -> None:
         (folder / "figures" / f"{picture.name}.svg").write_text(picture.svg, encoding="utf-8")
     for film in films:
         (folder / "movies" / f"{film.name}.gif").write_bytes(film.gif)
-        (folder / "dumps" / film.dump_name).write_bytes(film.dump)
+        (folder / "dumps" / f"{film.name}.dump.gz").write_bytes(film.dump)
     found.ledger.frame().to_csv(folder / LEDGER, index=False)
     (folder / "report.md").write_text(markdown(found, pictures, films), encoding="utf-8")
     (folder / "report.html").write_text(html_page(found, pictures, films), encoding="utf-8")

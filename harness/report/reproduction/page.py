@@ -7,7 +7,7 @@ from importlib import resources
 
 from harness.comparison.reproduction import Reproduction
 from harness.report.gallery import Picture
-from harness.report.movies import Film
+from harness.report.movies.film import Film
 from harness.report.reproduction.findings import findings_text
 from harness.report.reproduction.text import (
     FIGURES,
@@ -29,7 +29,7 @@ def html_page(found: Reproduction, pictures: Sequence[Picture], films: Sequence[
 
     source = resources.files("harness.report").joinpath("templates", "reproduction.html.j2")
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True)
-    to_html = MarkdownIt("commonmark").enable("table").render
+    to_html = MarkdownIt("commonmark", {"html": False}).enable("table").render
     return environment.from_string(source.read_text(encoding="utf-8")).render(
         title=TITLE,
         lead=LEAD.replace("`", ""),

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from harness.comparison.ledger import Standing, Statement
 from harness.comparison.reproduction import Reproduction
 from harness.report.gallery import Picture
-from harness.report.movies import Film
+from harness.report.movies.film import Film
 from harness.report.reproduction.findings import findings_text
 
 TITLE = "Harper, Dufek and Breard (arXiv 2409.13633), recomputed"
@@ -44,7 +44,7 @@ def markdown(found: Reproduction, pictures: Sequence[Picture], films: Sequence[F
     lines += ["## Movies", "", MOVIES, ""]
     for film in films:
         lines += [f"### {film.title}", "", f"![{film.title}](movies/{film.name}.gif)", ""]
-        lines += [f"{film.caption} Dump: [{film.dump_name}](dumps/{film.dump_name}).", ""]
+        lines += [f"{film.caption} Dump: [{film.name}.dump.gz](dumps/{film.name}.dump.gz).", ""]
     lines += ["## Provenance", "", *(f"- {name}: {text}" for name, text in provenance(found)), ""]
     return "\n".join(lines)
 
