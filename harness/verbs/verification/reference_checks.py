@@ -48,7 +48,8 @@ def reference_checks(engine: Engine, level: Level, evidence: InclineEvidence) ->
             if found is not None:
                 rows.append(_angle(found, level))
     rows += [_path(run) for run in evidence.motions]
-    rows += _worth_of_the_step(evidence)
+    if level.name == "full":
+        rows += _worth_of_the_step(evidence)
     return rows
 
 

@@ -48,20 +48,21 @@ def test_adaptive_ignores_the_step():
 @pytest.mark.parametrize("integrator", ["velocity-verlet", "adaptive"])
 def test_fates_of_the_steady_route(integrator):
     cases = [Incline(angle=angle, contact=PLASTIC, stiffness=1e5) for angle in (9.8, 10.6)]
-    cases = [case.replace(steps_per_contact=100.0, wells=4) for case in cases]
+    cases = [case.replace(steps_per_contact=100.0, wells=2) for case in cases]
     low, high = Reference(integrator).inclines(cases, "steady")
     assert low.motion is Motion.TRAPPED
     assert low.margin_J < 0.0
     assert high.motion is Motion.MOVES_ON
-    assert len(high.crests.time_s) == 4
+    assert len(high.crests.time_s) == 2
     assert np.all(high.crests.margin_J > 0.0)
     assert high.touching
 
 
 def test_a_run_cut_off_by_time_is_undecided():
-    (run,) = Reference().inclines([Incline(time_limit=0.1)], "steady")
+    case = Incline(time_limit=0.1)
+    (run,) = Reference().inclines([case], "steady")
     assert run.motion is Motion.UNDECIDED
-    assert run.time_s == pytest.approx(0.1 / math.sqrt(9.81), rel=1e-3)
+    assert run.time_s == pytest.approx(0.1 / math.sqrt(9.81), abs=case.step)
 
 
 def test_samples_are_every_so_many_steps():
