@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from harness.engines.contract import Engine
 from harness.errors import RequestError
 
+Options = Mapping[str, str]
 
-def _lammps(options: dict[str, str]) -> Engine:
+
+def _lammps(options: Options) -> Engine:
     from harness.engines.lammps.engine import Lammps
 
-    return Lammps(**options)
+    return Lammps(lmp=options.get("lmp"), launcher=options.get("launcher"))
 
 
-def _reference(options: dict[str, str]) -> Engine:
-    from harness.engines.reference.engine import Reference
+def _reference(options: Options) -> Engine:
+    from harness.engines.reference.engine import DEFAULT_INTEGRATOR, Reference
 
-    return Reference(**options)
+    return Reference(options.get("integrator", DEFAULT_INTEGRATOR))
 
 
-ENGINES: dict[str, Callable[[dict[str, str]], Engine]] = {
+ENGINES: dict[str, Callable[[Options], Engine]] = {
     "lammps": _lammps,
     "reference": _reference,
 }

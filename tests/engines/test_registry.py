@@ -7,7 +7,9 @@ from harness.parameters.incline import Incline
 
 
 def test_unknown_engine_is_named_with_those_that_exist():
-    with pytest.raises(RequestError, match=r"^--engine 'mfix' is not known: must be one of lammps"):
+    with pytest.raises(
+        RequestError, match=r"^--engine 'mfix' is not known: must be one of lammps, reference"
+    ):
         open_engine("mfix")
 
 

@@ -77,7 +77,9 @@ def recorded_path(factor: int, angle: float) -> RecordedPath:
     """Return a recorded path; raise RequestError for one that is not in ``PATHS``."""
     if (factor, angle) not in PATHS:
         known = ", ".join(f"f = {f} at {a:.2f} deg" for f, a in PATHS)
-        raise RequestError(f"f = {factor} at {angle:g} deg was not recorded: must be one of {known}")
+        raise RequestError(
+            f"f = {factor} at {angle:g} deg was not recorded: must be one of {known}"
+        )
     table = _table(f"quartier_k1e6_euler_f{factor}_th{angle:.2f}.csv")
     trajectory = Trajectory(
         table["t_s"],

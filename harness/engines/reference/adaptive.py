@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import solve_ivp
+from scipy.integrate import OdeSolution, solve_ivp
 
 from harness.engines.reference.compiled import compiled
 from harness.engines.reference.contact import normal_force
@@ -27,7 +27,7 @@ State = NDArray[np.float64]
 """x from the sphere behind [m], y [m], vx, vy [m/s]."""
 
 RELATIVE, ABSOLUTE = 1e-11, 1e-13
-"""Tolerances of a step; the absolute one in units of d and sqrt(g d)."""
+"""Tolerances of a step; the absolute one in units of d, and sqrt(g d) plus the first speed."""
 
 LONGEST_STEP = 0.5
 """[contact time] so that no contact begins and ends within a step unseen."""
@@ -37,6 +37,9 @@ STEPS_AT_ONCE = 2000
 
 ROUNDING = 1e-13
 """Overlaps [d] and energies [m g d] below this are rounding."""
+
+OVERRUN = 1e-9
+"""[d] past a sphere's centre before the pair of spheres changes: a grain may rest on the centre."""
 
 
 class Touch(IntEnum):
@@ -69,7 +72,8 @@ class Adaptive(Mover):
         self._state = np.array([local, grain.y, grain.vx, grain.vy])
         self._touch = [self._touching(sphere) for sphere in (0, 1)]
         g_d = math.hypot(row.along, row.normal) * row.diameter
-        length, speed = ABSOLUTE * row.diameter, ABSOLUTE * math.sqrt(g_d)
+        speed = ABSOLUTE * (math.sqrt(g_d) + math.hypot(grain.vx, grain.vy))
+        length = ABSOLUTE * row.diameter
         self._absolute = np.array([length, length, speed, speed])
         self._energy_rounding = ROUNDING * row.mass * g_d
         self._longest_step = LONGEST_STEP * math.pi * math.sqrt(row.mass / row.stiffness)
@@ -127,22 +131,22 @@ class Adaptive(Mover):
             )
         self.steps += found.t.size - 1
         self._state = found.y[:, -1].copy()
-        if self._sampling is not None:
+        if found.sol is not None:
             self._sample(found.sol, float(found.t[-1]))
         self._time = float(found.t[-1])
-        fired = [e for e, times in zip(events, found.t_events, strict=True) if times.size]
-        decided = any([event.act() for event in fired])
+        fired = [e for e, times in zip(events, found.t_events or [], strict=True) if times.size]
+        decided = max([event.act() for event in fired], default=False)  # every one is to act
         x, y, vx, vy = self._state
         self.grain = Grain(x + self._behind * self._row.diameter, y, vx, vy)
         return decided
 
-    def _sample(self, path: Callable[[NDArray[np.float64]], NDArray[np.float64]], end: float) -> None:
+    def _sample(self, path: OdeSolution, end: float) -> None:
         """Keep the samples up to ``end`` [s]; the path's x is that within the cell."""
         assert self._sampling is not None
         last = math.floor(end / self._sampling * (1.0 + 1e-15))
         times = self._sampling * np.arange(self._sampled + 1, last + 1)
         if times.size:
-            rows = np.column_stack([times, path(times).T])
+            rows = np.column_stack([times, np.asarray(path(times), dtype=np.float64).T])
             rows[:, 1] += self._behind * self._row.diameter
             self._keep(rows)
             self._sampled = last
@@ -165,9 +169,10 @@ class Adaptive(Mover):
 
     def _cell_events(self) -> list[Event]:
         """Return the passages over the sphere ahead, and back over the one behind."""
+        beyond = OVERRUN * self._row.diameter
         return [
-            Event(lambda s: s[0] - self._row.diameter, 1, lambda: self._shift(1)),
-            Event(lambda s: s[0], -1, lambda: self._shift(-1)),
+            Event(lambda s: s[0] - self._row.diameter - beyond, 1, lambda: self._shift(1)),
+            Event(lambda s: s[0] + beyond, -1, lambda: self._shift(-1)),
         ]
 
     def _events(self, sphere: int) -> list[Event]:

@@ -118,9 +118,7 @@ class Reference(Engine):
 
         return self._side_by_side(one, cases)
 
-    def follow(
-        self, case: Incline, start: Start, duration: float, *, every: int = 1
-    ) -> Trajectory:
+    def follow(self, case: Incline, start: Start, duration: float, *, every: int = 1) -> Trajectory:
         """Return the path over ``duration`` [s] from a start, sampled every so many steps.
 
         The last step reaches the duration or passes it. Raise RequestError for a

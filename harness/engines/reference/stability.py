@@ -20,7 +20,8 @@ Growth = Callable[[float, float], float]
 ROUNDING = 1e-12
 """A growth this far above 1 is rounding of the roots: that of an undamped oscillator is 1."""
 
-SMALLEST, FINENESS = 1e-3, 1.02
+SMALLEST, FINENESS = 0.01, 1.02
+"""The first step tried, over 1 + 3 zeta, and the factor from one to the next."""
 
 
 def fewest_steps_per_contact(growth: Growth, zeta: float) -> float:
@@ -33,7 +34,7 @@ def fewest_steps_per_contact(growth: Growth, zeta: float) -> float:
     def excess(step: float) -> float:
         return growth(step, zeta) - 1.0 - ROUNDING
 
-    step = SMALLEST
+    step = SMALLEST / (1.0 + 3.0 * zeta)
     if excess(step) > 0.0:
         return math.inf
     while excess(step) <= 0.0:

@@ -88,8 +88,8 @@ def energy(case: Incline, grain: Grain) -> float:
     """Return the mechanical energy [J]: motion, height over the first sphere, springs."""
     tilt = math.radians(case.angle)
     height = grain.y * math.cos(tilt) - grain.x * math.sin(tilt)
-    spring = 0.5 * case.stiffness * sum(max(o, 0.0) ** 2 for o in overlaps(case, grain))
-    motion = 0.5 * case.mass * (grain.vx**2 + grain.vy**2)
+    spring = 0.5 * case.stiffness * sum(max(o, 0.0) * max(o, 0.0) for o in overlaps(case, grain))
+    motion = 0.5 * case.mass * (grain.vx * grain.vx + grain.vy * grain.vy)
     return motion + case.mass * case.gravity * height + spring
 
 

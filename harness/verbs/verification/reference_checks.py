@@ -19,6 +19,7 @@ from harness.engines.reference.start import Start
 from harness.errors import EngineError
 from harness.observables.critical_angle import CriticalAngle
 from harness.observables.incline import InclineRun
+from harness.observables.passage import PHASES
 from harness.parameters.contact import CONTACTS, PLASTIC, SOURCE, Contact
 from harness.parameters.incline import Incline
 from harness.theory.dashpot import restitution_unclipped
@@ -47,7 +48,8 @@ def reference_checks(engine: Engine, level: Level, evidence: InclineEvidence) ->
             if found is not None:
                 rows.append(_angle(found, level))
     rows += [_path(run) for run in evidence.motions]
-    rows += _worth_of_the_step(evidence)
+    if level.name == "full":
+        rows += _worth_of_the_step(evidence)
     return rows
 
 
@@ -66,9 +68,9 @@ def _angle(lammps: CriticalAngle, level: Level) -> Check:
         f"incline: LAMMPS against the reference DEM, {case.contact.name} contact, "
         f"k = {case.stiffness:.3g} N/m"
     )
-    phases = {"phases": level.phases_beside} if case.contact != PLASTIC else {}
+    phases = PHASES if case.contact == PLASTIC else level.phases_beside
     try:
-        own = critical_angle(case, engine=Reference(), **phases)
+        own = critical_angle(case, engine=Reference(), phases=phases)
     except EngineError as error:
         return failed_run(name, Kind.CROSS_CODE, error, "deg")
     tolerance = TOLERANCES["critical angle, reference DEM"]
@@ -118,9 +120,7 @@ def _worth_of_the_step(evidence: InclineEvidence) -> list[Check]:
     except EngineError as error:
         return [failed_run(name, Kind.CROSS_CODE, error, "deg")]
     note = "held against the adaptive reference: 50 steps per contact skip the attractive tail"
-    return [
-        finding(name, lammps.value_deg, exact.value_deg, "deg", note, lammps.uncertainty_deg)
-    ]
+    return [finding(name, lammps.value_deg, exact.value_deg, "deg", note, lammps.uncertainty_deg)]
 
 
 def _restitution() -> Check:

@@ -1,4 +1,4 @@
-"""Orders, energy, restitution: each integrator against `adaptive`, and that against closed forms."""
+"""Each integrator against `adaptive`, and that against closed forms."""
 
 import math
 
@@ -7,15 +7,15 @@ import pytest
 
 from harness.comparison.convergence import slope_order
 from harness.engines.reference.engine import FIXED_STEP, Reference
-from harness.engines.reference.start import Start, energy
 from harness.engines.reference.row import Grain
+from harness.engines.reference.start import Start, energy
 from harness.parameters.incline import Incline
 from harness.theory.dashpot import restitution_clipped, restitution_unclipped
 
 ORDERS = {"velocity-verlet": 2, "mfix-euler": 1, "mfix-adams-bashforth": 2, "rk4": 4}
 
 
-def grains(case, path):
+def grains(path):
     columns = (path.x_m, path.y_m, path.vx_m_per_s, path.vy_m_per_s)
     return [Grain(*(float(v) for v in row)) for row in zip(*columns, strict=True)]
 
@@ -30,7 +30,7 @@ def test_order_while_the_contact_does_not_change(integrator, order, restitution,
     start = Start(0.02, 0.995, 0.1, 0.05)
     duration = 0.5 * case.contact_time
     coarse = 40.0 if integrator != "rk4" else 20.0
-    end = grains(case, Reference("adaptive").follow(
+    end = grains(Reference("adaptive").follow(
         case.replace(steps_per_contact=coarse), start, duration, every=int(coarse / 2)
     ))[-1]  # fmt: skip
     steps = coarse * 2.0 ** np.arange(5)
@@ -39,7 +39,7 @@ def test_order_while_the_contact_does_not_change(integrator, order, restitution,
         own = Reference(integrator).follow(
             case.replace(steps_per_contact=float(count)), start, duration, every=int(count / 2)
         )
-        last = grains(case, own)[-1]
+        last = grains(own)[-1]
         errors.append(math.hypot(last.x - end.x, last.y - end.y))
     found, (low, high) = slope_order(1.0 / steps, errors)
     damped_verlet = integrator == "velocity-verlet" and restitution < 1.0
@@ -57,7 +57,7 @@ def test_energy_is_kept_without_damping(integrator, contact):
     case = Incline(angle=0.0, stiffness=1e4, contact=contact(1.0), steps_per_contact=200.0)
     start = Start(0.02, 0.995, 0.1, 0.05)
     path = Reference(integrator).follow(case, start, 20.0 * case.contact_time, every=20)
-    total = np.array([energy(case, grain) for grain in grains(case, path)])
+    total = np.array([energy(case, grain) for grain in grains(path)])
     moving = 0.5 * case.mass * start.vy_m_per_s**2 + 0.5 * case.stiffness * 0.005**2
     assert np.abs(total - total[0]).max() / moving < bound
 
@@ -79,8 +79,12 @@ def test_restitution_converges_to_that_of_adaptive(integrator, tail, contact, co
         max(abs(collide(made, integrator, steps, p) - exact) for p in (0.0, 0.3, 0.6))
         for steps in (100, 1000, 10_000)
     ]
-    assert errors[2] < 2e-3
-    assert errors[2] < errors[1] / 3 < errors[0] / 9
+    # a contact begins or ends up to a step late, in which the velocity changes by
+    # (omega + 2 zeta omega) h at most: the errors fall with the step, with jitter below the bound
+    bound = math.pi * (1.0 + 2.0 * made.zeta)
+    assert errors[0] < bound / 100
+    assert errors[1] < bound / 1000
+    assert errors[2] < bound / 10_000
 
 
 def test_half_the_mass_rebounds_with_what_mfix_recorded(contact, collide):
