@@ -49,18 +49,21 @@ def triple_sentence(run: TowerRun) -> str:
 
 
 def tower_sentence(run: TowerRun) -> str:
-    """Say when the shock is at the base, how many contacts carry it, and what it has lost."""
-    assert run.profiles is not None
+    """Say when the shock is at the base, how many contacts carry it, and how strong it is."""
+    if run.profiles is None:
+        raise ValueError("run without profiles: no contact forces")
     forces, n = run.profiles.forces, run.tower.height
-    arrival = int(np.argmax(forces.argmax(axis=1) == n - 1))
-    peak = forces.max(axis=1)
-    carrying = (forces[:arrival] > 0.1 * peak[:arrival, None]).sum(axis=1)
-    travelling = forces[: arrival + 1, n // 2].max()
+    at_base = forces.argmax(axis=1) == n - 1
+    if not at_base.any():
+        return "The shock does not reach the base."
+    arrival = int(at_base.argmax())
+    carrying = (forces[:arrival] > 0.1 * forces[:arrival].max(axis=1, keepdims=True)).sum(axis=1)
+    middle = forces[: arrival + 1, n // 2].max()
     return (
         f"The strongest contact is the last one, {n}, from {run.time_over_t0[arrival]:.2f} t0 on. "
         f"On the way down at most {carrying.max()} contacts at a time carry a tenth of the "
         f"strongest or more. The largest force is {forces[:, 0].max() / 1e3:.2f} kN on the "
-        f"grain, {travelling / 1e3:.2f} kN in the middle and {forces[:, -1].max() / 1e3:.2f} kN "
+        f"grain, {middle / 1e3:.2f} kN in the middle and {forces[:, -1].max() / 1e3:.2f} kN "
         "on the base, which throws the shock back."
     )
 
