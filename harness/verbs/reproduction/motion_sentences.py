@@ -32,7 +32,7 @@ def pair_sentence(run: TowerRun) -> str:
     end, _ = contact_changes(run)[-1]
     return (
         f"They touch for {end:.3f} t0, each shortened by up to {1e3 * run.deformations.max():.2f} "
-        f"mm, and exchange their velocities: {_velocities(run)} m/s."
+        f"mm, and part with {_velocities(run)} m/s."
     )
 
 
@@ -40,10 +40,10 @@ def triple_sentence(run: TowerRun) -> str:
     """Say who touches when, and how fast the three part."""
     names = {(1,): "grain and second", (2,): "second and third", (1, 2): "all three", (): "none"}
     story = [f"{names[c]} from {t:.2f} t0" for t, c in contact_changes(run)[1:]]
-    middle = 1e3 * run.deformations.max(axis=0)
+    most = [f"{1e3 * most:.2f}" for most in run.deformations.max(axis=0)]
     return (
-        f"First grain and second touch; {', '.join(story)}. The second is shortened most "
-        f"({middle[1]:.2f} mm; grain {middle[0]:.2f} mm, third {middle[2]:.2f} mm). "
+        f"First grain and second touch; {', '.join(story)}. They are shortened by up to "
+        f"{', '.join(most)} mm. "
         f"They part with {_velocities(run)} m/s."
     )
 
@@ -64,7 +64,7 @@ def tower_sentence(run: TowerRun) -> str:
         f"On the way down at most {carrying.max()} contacts at a time carry a tenth of the "
         f"strongest or more. The largest force is {forces[:, 0].max() / 1e3:.2f} kN on the "
         f"grain, {middle / 1e3:.2f} kN in the middle and {forces[:, -1].max() / 1e3:.2f} kN "
-        "on the base, which throws the shock back."
+        "on the base."
     )
 
 
