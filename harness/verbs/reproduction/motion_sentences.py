@@ -32,7 +32,7 @@ def pair_sentence(run: TowerRun) -> str:
     end, _ = contact_changes(run)[-1]
     return (
         f"They touch for {end:.3f} t0, each shortened by up to {1e3 * run.deformations.max():.2f} "
-        f"mm, and exchange their velocities: {_velocities(run)} m/s."
+        f"mm, and part with {_velocities(run)} m/s."
     )
 
 
@@ -40,28 +40,31 @@ def triple_sentence(run: TowerRun) -> str:
     """Say who touches when, and how fast the three part."""
     names = {(1,): "grain and second", (2,): "second and third", (1, 2): "all three", (): "none"}
     story = [f"{names[c]} from {t:.2f} t0" for t, c in contact_changes(run)[1:]]
-    middle = 1e3 * run.deformations.max(axis=0)
+    most = [f"{1e3 * most:.2f}" for most in run.deformations.max(axis=0)]
     return (
-        f"First grain and second touch; {', '.join(story)}. The second is shortened most "
-        f"({middle[1]:.2f} mm; grain {middle[0]:.2f} mm, third {middle[2]:.2f} mm). "
+        f"First grain and second touch; {', '.join(story)}. They are shortened by up to "
+        f"{', '.join(most)} mm. "
         f"They part with {_velocities(run)} m/s."
     )
 
 
 def tower_sentence(run: TowerRun) -> str:
-    """Say when the shock is at the base, how many contacts carry it, and what it has lost."""
-    assert run.profiles is not None
+    """Say when the shock is at the base, how many contacts carry it, and how strong it is."""
+    if run.profiles is None:
+        raise ValueError("run without profiles: no contact forces")
     forces, n = run.profiles.forces, run.tower.height
-    arrival = int(np.argmax(forces.argmax(axis=1) == n - 1))
-    peak = forces.max(axis=1)
-    carrying = (forces[:arrival] > 0.1 * peak[:arrival, None]).sum(axis=1)
-    travelling = forces[: arrival + 1, n // 2].max()
+    at_base = forces.argmax(axis=1) == n - 1
+    if not at_base.any():
+        return "The shock does not reach the base."
+    arrival = int(at_base.argmax())
+    carrying = (forces[:arrival] > 0.1 * forces[:arrival].max(axis=1, keepdims=True)).sum(axis=1)
+    middle = forces[: arrival + 1, n // 2].max()
     return (
         f"The strongest contact is the last one, {n}, from {run.time_over_t0[arrival]:.2f} t0 on. "
         f"On the way down at most {carrying.max()} contacts at a time carry a tenth of the "
         f"strongest or more. The largest force is {forces[:, 0].max() / 1e3:.2f} kN on the "
-        f"grain, {travelling / 1e3:.2f} kN in the middle and {forces[:, -1].max() / 1e3:.2f} kN "
-        "on the base, which throws the shock back."
+        f"grain, {middle / 1e3:.2f} kN in the middle and {forces[:, -1].max() / 1e3:.2f} kN "
+        "on the base."
     )
 
 
