@@ -16,9 +16,8 @@ from harness.observables.tower import TowerRun
 from harness.parameters.tower import Tower
 from harness.verbs.reproduction.sentences import agreement, all_hold
 from harness.verbs.towers import tower
-from harness.verbs.verification.chain_evidence import PAIR, error_over_stiffness
+from harness.verbs.verification.chain_evidence import PAIR, PARTED, error_over_stiffness
 
-DURATION = 1.7  # [t0] by then three free particles have parted for good
 STIFFNESSES = [10.0**exponent for exponent in np.arange(2.0, 7.5, 0.5)]
 """[N/m] two decades either side of what the source's claim names, and its runs."""
 
@@ -38,7 +37,7 @@ GRAVITY = "exact, gravity on, but left out of the prediction"
 def two_and_three_particles() -> tuple[tuple[TowerRun, ...], Statement]:
     """Run the source's collisions and judge what it reads off them."""
     two, three = (
-        tower(PAIR.replace(height=n), solver="exact", duration=DURATION, profiles=True)
+        tower(PAIR.replace(height=n), solver="exact", duration=PARTED, profiles=True)
         for n in (1, 2)
     )
     joins = next(time for time, contacts in contact_changes(three) if contacts == 2)

@@ -84,7 +84,11 @@ def _one_legend(figure: Figure, rows: int) -> None:
 
 
 def of_all_heights(towers: TowersInTime) -> Figure:
-    """Draw force and contacts of the source's four towers, in the largest force of all heights."""
+    """Draw force and contacts of the source's four towers, in the largest force of all heights.
+
+    The source scales the force up to the axis of the contacts; here each has an
+    axis of its own and one height on the page, which keeps the comparison.
+    """
     figure = force_and_contacts(towers.shown, towers.largest_force, OF_ALL)
     figure.set_figwidth(_WIDTH)
     return figure
