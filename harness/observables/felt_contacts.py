@@ -1,8 +1,6 @@
-"""The contacts of the grain's chain that press hard enough to be seen, and when they change."""
+"""The contacts of the grain's chain that press hard enough to be seen."""
 
 from __future__ import annotations
-
-import numpy as np
 
 from harness.observables.tower import Floats, TowerRun
 
@@ -18,25 +16,3 @@ def felt_contacts(run: TowerRun) -> Floats:
     if run.profiles is None:
         return run.contacts
     return run.contacts_above(FELT_FORCE * float(run.grain_force.max()))
-
-
-def chain_changes(run: TowerRun) -> list[tuple[float, int]]:
-    """Return (t/t0, contacts from then on) for every change of the grain's felt chain.
-
-    The start, at which nothing presses yet, is left out.
-    """
-    felt = felt_contacts(run).astype(int)
-    rows = np.flatnonzero(np.diff(felt)) + 1
-    return [(float(run.time_over_t0[i]), int(felt[i])) for i in rows]
-
-
-def grain_alone(run: TowerRun) -> list[tuple[float, float]]:
-    """Return (from, to) [t0] of every stretch in which nothing presses on the grain.
-
-    The last one ends with the run if the grain does not come back.
-    """
-    changes = chain_changes(run)
-    ends = [time for time, _ in changes[1:]] + [float(run.time_over_t0[-1])]
-    return [
-        (time, end) for (time, contacts), end in zip(changes, ends, strict=True) if contacts == 0
-    ]

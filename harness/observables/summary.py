@@ -62,6 +62,18 @@ def contact_changes(run: TowerRun) -> list[tuple[float, int]]:
     return [(float(run.time_over_t0[i]), int(contacts[i])) for i in rows]
 
 
+def grain_alone(run: TowerRun) -> list[tuple[float, float]]:
+    """Return (from, to) [t0] of every stretch in which nothing presses on the grain.
+
+    The last one ends with the run if the grain does not come back.
+    """
+    changes = contact_changes(run)
+    ends = [time for time, _ in changes[1:]] + [float(run.time_over_t0[-1])]
+    return [
+        (time, end) for (time, contacts), end in zip(changes, ends, strict=True) if contacts == 0
+    ]
+
+
 def summary(
     run: TowerRun, window: Window = "turnaround", whole: TowerRun | None = None
 ) -> dict[str, Any]:

@@ -80,8 +80,8 @@ def path(first: int, last: int, each: int = 60) -> Points:
     for index in range(first, last + 1):
         start = well(index - 1) if index > first else np.array([index, 1.0])
         end = well(index) if index < last else np.array([index, 1.0])
-        angles = [math.atan2(p[1], p[0] - index) for p in (start, end)]
-        sweep = np.linspace(*angles, each)
+        begins, ends = (math.atan2(p[1], p[0] - index) for p in (start, end))
+        sweep = np.linspace(begins, ends, each)
         arcs.append(np.column_stack([index + np.cos(sweep), np.sin(sweep)]))
     return np.concatenate(arcs)
 

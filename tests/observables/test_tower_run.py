@@ -8,7 +8,7 @@ from harness.errors import RequestError
 from harness.observables import windows
 from harness.observables.impulse import impulse, impulse_until
 from harness.observables.interpolation import grain_velocity_at
-from harness.observables.summary import contact_changes, peak_force, summary
+from harness.observables.summary import contact_changes, grain_alone, peak_force, summary
 from harness.observables.tower import COLUMNS, SERIES
 from harness.parameters.tower import Tower
 
@@ -156,3 +156,33 @@ def test_deformations_need_profiles(three):
     # until the third joins, the first two are deformed alike
     assert run.deformations[:, 0] == pytest.approx(run.deformations[:, 1], abs=1e-12)
     assert np.abs(run.deformations[:, 2]).max() < 1e-12
+
+
+def test_the_grain_is_alone_once_and_then_for_good(three):
+    (first, back), (left, end) = grain_alone(three)
+    assert (first, back) == pytest.approx((0.607, 0.990), abs=0.001)
+    assert left == pytest.approx(1.573, abs=0.001)
+    assert end == three.time_over_t0[-1]
+    alone = (three.time_over_t0 > first + 1e-3) & (three.time_over_t0 < back - 1e-3)
+    assert (three.grain_force[alone] == 0).all()
+
+
+@pytest.mark.parametrize("height", [2, 3, 4])
+def test_looser_structure_window_is_the_same_where_the_chain_reaches_the_base(height):
+    case = Tower(height=height)
+    run = exact.run(case, 3 * case.contact_time)
+    assert windows.structure_end(run, least=2) == windows.structure_end(run)
+
+
+def test_looser_structure_window_of_a_chain_that_never_reaches_the_base():
+    case = Tower(height=6)
+    run = exact.run(case, 3 * case.contact_time)
+    assert run.contacts.max() < 6
+    with pytest.raises(RequestError, match="all contacts to one"):
+        windows.structure_end(run)
+    end = windows.structure_end(run, least=2)
+    after = run.contacts[run.time >= end]
+    assert end > case.contact_time
+    assert after[0] <= 1
+    with pytest.raises(RequestError, match="5 contacts to one"):
+        windows.structure_end(run, least=5)

@@ -77,11 +77,10 @@ def draw_force_and_contacts(axes: Axes, run: TowerRun, scale: float) -> Axes:
     return steps
 
 
-def joint_legend(axes: Axes, twin: Axes, **placed: Any) -> None:
-    """Put the lines of both axes that have a name in one legend, upper right if not told."""
-    lines = [line for line in (*axes.get_lines(), *twin.get_lines()) if line.get_label()[0] != "_"]
-    names = [str(line.get_label()) for line in lines]
-    axes.legend(lines, names, **{"fontsize": "small", "loc": 1} | placed)
+def joint_legend(axes: Axes, twin: Axes) -> None:
+    """Put the lines of both axes in one legend."""
+    lines = [*axes.get_lines(), *twin.get_lines()]
+    axes.legend(lines, [str(line.get_label()) for line in lines], fontsize="small", loc=1)
 
 
 def collapse(runs: Sequence[TowerRun]) -> Figure:

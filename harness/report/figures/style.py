@@ -76,7 +76,7 @@ def named(law: str, solver: str) -> str:
     return f"{law} law, {solver}"
 
 
-def power(value: float) -> str:
+def power(value: Any) -> str:
     """Return a number for a legend: ``1e6``, and ``3.2e5`` between the powers of ten."""
     mantissa, exponent = f"{value:.1e}".split("e")
     return f"{float(mantissa):g}e{int(exponent)}"

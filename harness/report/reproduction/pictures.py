@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from harness.comparison.source_figures import FIGURES, Exhibits
+from harness.comparison.exhibits import Exhibits
+from harness.comparison.source_figures import FIGURES
 from harness.observables.reference import PEYNEAU_ROUX
+from harness.parameters.tower import Tower
 from harness.report.figures import chain_runs, impulse
 from harness.report.figures.source import heights, peak_error, schematics, towers, velocity_series
 from harness.report.gallery import Picture, picture
@@ -16,6 +18,8 @@ if TYPE_CHECKING:
 
 SOLVER = "exact"
 """What made the tables over height."""
+
+SOURCE_LAW = Tower().law
 
 
 def source_pictures(exhibits: Exhibits) -> list[Picture]:
@@ -32,13 +36,14 @@ def source_pictures(exhibits: Exhibits) -> list[Picture]:
             told[key].computed,
             draw,
         )
-        for key, draw in _drawn(exhibits).items()
+        for key, draw in drawings(exhibits).items()
     ]
 
 
-def _drawn(exhibits: Exhibits) -> dict[str, Callable[[], Figure]]:
-    """Return how to draw each figure that can be drawn."""
+def drawings(exhibits: Exhibits) -> dict[str, Callable[[], Figure]]:
+    """Return how to draw each figure that can be drawn, by its key."""
     over, reference = exhibits.heights, exhibits.heights.reference
+    own_law = over.impulses[over.impulses["law"] == SOURCE_LAW]
     drawn: dict[str, Callable[[], Figure]] = {
         "fig-1": lambda: heights.thin_layers(PEYNEAU_ROUX, reference),
         "fig-2": lambda: schematics.quartier_system(exhibits.quartier),
@@ -48,10 +53,10 @@ def _drawn(exhibits: Exhibits) -> dict[str, Callable[[], Figure]]:
         "fig-6": lambda: chain_runs.velocity_and_deformation(exhibits.collisions),
         "fig-7": lambda: peak_error.error_against_stiffness(exhibits.peak_errors),
         "fig-8": lambda: towers.of_all_heights(exhibits.towers),
-        "fig-9": lambda: towers.collapse(exhibits.towers.collapsed),
-        "fig-10": lambda: impulse.ratio_against_height(over.impulses, SOLVER),
+        "fig-9": lambda: towers.collapse(exhibits.collapsed),
+        "fig-10": lambda: impulse.ratio_against_height(own_law, SOLVER),
         "fig-11": lambda: impulse.critical_angle_against_height(
-            over.impulses, solver=SOLVER, published=PEYNEAU_ROUX, reference=reference
+            own_law, solver=SOLVER, published=PEYNEAU_ROUX, reference=reference
         ),
         "fig-13": lambda: impulse.energy_scaling(over.scaling, PEYNEAU_ROUX, reference=reference),
         "fig-14": lambda: towers.separation(exhibits.towers),

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from harness.comparison.exhibits import AgainstHeight, Exhibits
 from harness.comparison.ledger import Statement, untestable
-from harness.comparison.source_figures import FIGURES, AgainstHeight, Exhibits
+from harness.comparison.source_figures import FIGURES
 from harness.engines.contract import Engine
 from harness.observables.incline import Trajectory
 from harness.observables.reference import ReferencePoints
 from harness.verbs.impulse_angles import impulse_angles
 from harness.verbs.progress import Progress, silent
 from harness.verbs.reproduction import heights, schematics
+from harness.verbs.reproduction.collapse import collapse
 from harness.verbs.reproduction.collisions import error_against_stiffness, two_and_three_particles
 from harness.verbs.reproduction.recorded_motion import recorded_motions
 from harness.verbs.reproduction.towers_in_time import towers_in_time
@@ -51,7 +53,8 @@ def exhibits(
     collisions, fig_6 = two_and_three_particles()
     peak_errors, fig_7 = error_against_stiffness()
     tell()
-    towers, (fig_8, fig_9, fig_14) = towers_in_time()
+    towers, (fig_8, fig_14) = towers_in_time()
+    collapsed, fig_9 = collapse()
     tell()
     impulses = impulse_angles(solver="exact")
     scaling, fig_13 = heights.energy_scaling()
@@ -85,6 +88,7 @@ def exhibits(
         collisions,
         peak_errors,
         towers,
+        collapsed,
         AgainstHeight(impulses, scaling, structure, reference),
         windows,
         statements,

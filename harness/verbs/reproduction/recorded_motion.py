@@ -8,7 +8,7 @@ from importlib import resources
 
 import numpy as np
 
-from harness.comparison.source_figures import VelocitySeries
+from harness.comparison.exhibits import VelocitySeries
 from harness.observables.incline import Trajectory
 
 _NAME = re.compile(r"quartier_k1e6_euler_f(\d+)_th([\d.]+)\.csv")

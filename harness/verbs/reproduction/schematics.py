@@ -4,14 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from harness.comparison.exhibits import ForceDiagram, Layers, Points, QuartierSystem
 from harness.comparison.ledger import Statement, claim
-from harness.comparison.source_figures import (
-    FIGURES,
-    ForceDiagram,
-    Layers,
-    Points,
-    QuartierSystem,
-)
+from harness.comparison.source_figures import FIGURES
 from harness.theory import energy_map, geometry
 from harness.theory.critical_angle import critical_angle
 from harness.theory.shock import SHOCK_WITHOUT_REBOUND

@@ -7,8 +7,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from harness.comparison.exhibits import VelocitySeries
 from harness.comparison.ledger import Statement, claim, untestable
-from harness.comparison.source_figures import FIGURES, VelocitySeries
+from harness.comparison.source_figures import FIGURES
 from harness.engines.contract import Engine
 from harness.errors import EngineError
 from harness.observables.incline import Motion, Trajectory

@@ -6,8 +6,9 @@ import math
 
 import pandas as pd
 
+from harness.comparison.exhibits import WindowChoice
 from harness.comparison.ledger import Statement, claim
-from harness.comparison.source_figures import FIGURES, WindowChoice
+from harness.comparison.source_figures import FIGURES
 from harness.errors import RequestError
 from harness.observables.impulse import impulse_until
 from harness.observables.tower import TowerRun
@@ -91,7 +92,7 @@ def window_selection() -> tuple[tuple[WindowChoice, ...], Statement]:
         )
         for choice in choices
     ]
-    forces = [c.run.time_over_t0[int(c.run.grain_force.argmax())] for c in choices]
+    forces = [float(c.run.time_over_t0[int(c.run.grain_force.argmax())]) for c in choices]
     figure = FIGURES["fig-16"]
     return choices, claim(
         figure.source,
@@ -99,8 +100,8 @@ def window_selection() -> tuple[tuple[WindowChoice, ...], Statement]:
         computed=agreement(
             facts,
             "The source's text says three particles, its caption four: both are shown. The grain's "
-            "own compression is its force over k and peaks elsewhere "
-            f"({forces[0]:.3f} and {forces[1]:.3f} t0): taken is that of the chain.",
+            "own compression is its force over k and peaks at "
+            f"{forces[0]:.3f} and {forces[1]:.3f} t0; taken is that of the chain.",
         ),
         evidence=figure.evidence,
         why=f"k = 1e6 N/m, 2 m/s, deformable law, exact propagator, searched within {SEARCH:g} t0",
@@ -152,5 +153,5 @@ def _told(heights: list[int]) -> str:
     return " and ".join(str(n) for n in heights) or "none"
 
 
-def _angles(angles: pd.Series) -> str:  # type: ignore[type-arg]
+def _angles(angles: pd.Series) -> str:
     return ", ".join(f"{angle:.2f}" for angle in angles.dropna())

@@ -6,9 +6,11 @@ import pytest
 
 from harness.comparison.findings import Findings
 from harness.comparison.ledger import Ledger, Source, Width, compare, untestable
+from harness.observables.incline import Crests, InclineRun, Motion, Trajectory
 from harness.observables.provenance import Provenance
 from harness.theory.critical_angle import critical_angle
 from harness.theory.shock import shock_from_restitution
+from harness.verbs.reproduction.exhibits import exhibits
 
 FACTORS = (50, 500, 5000)
 STIFFNESSES = (1e5, 1e6, 1e7)
@@ -103,3 +105,22 @@ def reproduction(findings, ledger):
         platform="Linux x86_64",
         harness_version="0.1.0",
     )
+
+
+class Engine:
+    """Stands in for LAMMPS: the lower angle is trapped."""
+
+    def inclines(self, cases, route, *, every):  # noqa: ARG002 - the contract's arguments
+        time = np.linspace(0, 40, 3000)
+        path = Trajectory(time, time, 1 + 0 * time, 1 + np.sin(time), 0 * time)
+        crests, who = Crests(np.arange(3.0), np.zeros(3)), Provenance("lammps", "test")
+        fates = (Motion.TRAPPED, Motion.MOVES_ON)
+        return [
+            InclineRun(case, fate, 0.0, True, crests, 40.0, 100, 0.1, who, path)
+            for case, fate in zip(cases, fates, strict=True)
+        ]
+
+
+@pytest.fixture(scope="session")
+def source_exhibits():
+    return exhibits(Engine())

@@ -6,6 +6,7 @@ from typing import Any
 
 import pandas as pd
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from harness.observables.reference import PublishedAngle, ReferencePoints
 from harness.report.figures.impulse import draw_others
@@ -22,6 +23,7 @@ def thin_layers(published: PublishedAngle, reference: ReferencePoints | None) ->
     draw_others(axes, published, reference)
     axes.set(xlabel="height h/d", ylabel=_ANGLE, ylim=(0, 12))
     axes.set_xlim(0, 1.05 * max((20.0, *(reference.heights if reference else ()))))
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     if reference is None:
         axes.text(
             0.5, 0.75, "no measured points: they are not published with the source",

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Circle
 
-from harness.comparison.source_figures import ForceDiagram, Layers, Points, QuartierSystem
+from harness.comparison.exhibits import ForceDiagram, Layers, Points, QuartierSystem
 from harness.report.figures.style import BLACK, BLUE, GREEN, PURPLE, RED
 
 _ACROSS, _UP = "across (diameters)", "up (diameters)"
@@ -31,7 +31,12 @@ def quartier_system(system: QuartierSystem) -> Figure:
         line = "-" if name == "B" else "--"
         _spheres(axes, [centre], _GRAIN | {"ls": line, "fill": name == "B"})
         axes.annotate(
-            name, centre, xytext=(0, 7), textcoords="offset points", ha="center", weight="bold"
+            name,
+            _point(centre),
+            xytext=(0, 7),
+            textcoords="offset points",
+            ha="center",
+            weight="bold",
         )
         axes.plot(*centre, "o", color=BLACK, ms=3.5, zorder=4)
     axes.plot(
@@ -39,11 +44,10 @@ def quartier_system(system: QuartierSystem) -> Figure:
         label="path of the grain's centre",
     )  # fmt: skip
     well = system.grains["B"]
-    for sphere in _touched(system.spheres, well):
-        axes.plot(
-            [well[0], sphere[0]], [well[1], sphere[1]], color=RED, ls=":", lw=1.4, zorder=3,
-            label="contacts in the well" if sphere is system.spheres[1] else "_",
-        )  # fmt: skip
+    for number, sphere in enumerate(_touched(system.spheres, well)):
+        name = "_" if number else "contacts in the well"
+        ends = np.array([well, sphere])
+        axes.plot(ends[:, 0], ends[:, 1], color=RED, ls=":", lw=1.4, zorder=3, label=name)
     _tilt(axes, system.spheres[0], system.spheres[-1], system.angle_deg)
     _gravity(axes, (float(system.spheres[-1][0]) + 0.4, 1.2))
     _frame(axes, f"the row is tilted by theta = {system.angle_deg:.2f} deg, its critical angle")
@@ -69,7 +73,7 @@ def force_diagrams(diagrams: Sequence[ForceDiagram]) -> Figure:
         _arrow(axes, diagram.grain, diagram.velocity, GREEN, name)
         _frame(axes, diagram.name)
         middle = (diagram.touched + diagram.other) / 2
-        axes.set(xlim=(middle[0] - 1.05, middle[0] + 1.25), ylim=(-0.75, 1.75))
+        axes.set(xlim=(middle[0] - 1.05, middle[0] + 1.25), ylim=(-1.0, 1.75))
     looks = {
         "weight m g": (RED, "-"), "contact force": (BLUE, "-"), "velocity": (GREEN, "-"),
         "velocity before": (PURPLE, "--"), "contact": ("0.35", "-"),
@@ -80,7 +84,7 @@ def force_diagrams(diagrams: Sequence[ForceDiagram]) -> Figure:
     handles, names = figure.axes[0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=len(names), columnspacing=1.2)
     unit = f"arrows: {_FORCE_SCALE:g} d is m g, and sqrt(g d)"
-    figure.axes[-1].text(0.98, 0.02, unit, transform=figure.axes[-1].transAxes, ha="right")
+    figure.axes[-1].text(0.99, 0.03, unit, transform=figure.axes[-1].transAxes, ha="right")
     return figure
 
 
@@ -104,8 +108,12 @@ def layers(arranged: Sequence[Layers]) -> Figure:
 
 def _spheres(axes: Axes, centres: Sequence[Points] | Points, look: dict[str, Any]) -> None:
     for centre in centres:
-        axes.add_patch(Circle((float(centre[0]), float(centre[1])), 0.5, zorder=2, **look))
+        axes.add_patch(Circle(_point(centre), 0.5, zorder=2, **look))
     axes.autoscale_view()
+
+
+def _point(position: Points) -> tuple[float, float]:
+    return float(position[0]), float(position[1])
 
 
 def _touched(spheres: Points, grain: Points) -> list[Points]:
@@ -117,25 +125,26 @@ def _arrow(
 ) -> None:
     tip = tail + _FORCE_SCALE * vector
     axes.annotate(
-        "", tip, xytext=tail, zorder=5,
+        "", _point(tip), xytext=_point(tail), zorder=5,
         arrowprops={
             "arrowstyle": "-|>", "color": colour, "lw": 1.8, "shrinkA": 0, "shrinkB": 0,
             "ls": "--" if dashed else "-",
         },
     )  # fmt: skip
     beyond = tip + 0.13 * vector / np.hypot(*vector)
-    axes.text(*beyond, name, color=colour, ha="center", va="center", zorder=6)
+    axes.text(*_point(beyond), name, color=colour, ha="center", va="center", zorder=6)
 
 
 def _tilt(axes: Axes, first: Points, last: Points, angle_deg: float) -> None:
     """Draw the line of centres, a level one, and the angle between them."""
-    reach = 1.6
+    reach = 2.4
     axes.plot([first[0], last[0]], [first[1], last[1]], color="0.35", lw=1, zorder=3)
-    axes.plot([first[0], first[0] + reach], [first[1]] * 2, color="0.35", lw=1, ls="--", zorder=3)
-    axes.add_patch(
-        Arc((float(first[0]), float(first[1])), 2.7, 2.7, theta1=-angle_deg, theta2=0, zorder=3)
+    axes.plot(
+        [first[0], first[0] + 1.15 * reach], [first[1]] * 2, color="0.35", lw=1, ls="--", zorder=3
     )
-    axes.text(first[0] + 1.42, first[1] - 0.13, "theta", va="center", zorder=4)
+    centre = _point(first)
+    axes.add_patch(Arc(centre, 2 * reach, 2 * reach, theta1=-angle_deg, theta2=0, zorder=3))
+    axes.text(centre[0] + reach + 0.06, centre[1] - 0.2, "theta", va="center", zorder=4)
 
 
 def _gravity(axes: Axes, at: tuple[float, float]) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from harness.comparison.source_figures import TowersInTime, WindowChoice
+from harness.comparison.exhibits import TowersInTime, WindowChoice
 from harness.observables.felt_contacts import felt_contacts
 from harness.observables.tower import TowerRun
 from harness.report.figures.chain_runs import (
@@ -17,10 +17,9 @@ from harness.report.figures.chain_runs import (
     draw_force_and_contacts,
     draw_scaled_forces,
     force_and_contacts,
-    joint_legend,
     runs_apart,
 )
-from harness.report.figures.style import BLACK, GREEN, PURPLE, label, named, panels
+from harness.report.figures.style import BLACK, GREEN, PURPLE, label, panels
 
 _WIDTH, _HEIGHT = 7.6, 2.3  # [in] of a row
 OF_ALL = "peak of all 19"
@@ -28,7 +27,7 @@ OF_ALL = "peak of all 19"
 
 def collapse(runs: Sequence[TowerRun]) -> Figure:
     """Draw scaled force (above) and contacts (below) of towers that differ in stiffness."""
-    figure = panels(2, 1, width=_WIDTH, height=2.7)
+    figure = panels(2, 1, width=_WIDTH, height=3.0)
     above, below = figure.axes
     draw_scaled_forces(above, runs)
     for run, look in zip(runs, runs_apart(len(runs)), strict=True):
@@ -43,42 +42,53 @@ def separation(towers: TowersInTime) -> Figure:
     """Draw force and contacts of each tower, and when its grain first feels the base."""
     figure = force_and_contacts(towers.separated, towers.largest_force, OF_ALL)
     figure.set_figwidth(_WIDTH)
-    rows = zip(figure.axes, towers.separated, towers.base_felt, strict=False)
-    for axes, run, felt in rows:
+    above = figure.axes[: len(towers.separated)]
+    for axes, run, felt in zip(above, towers.separated, towers.base_felt, strict=True):
+        told = "base not felt"
         if math.isfinite(felt):
             axes.axvline(felt, color=GREEN, ls=":", lw=1.8, label="base felt")
-        twin = figure.axes[len(towers.separated) + list(figure.axes).index(axes)]
-        joint_legend(axes, twin)
-        told = f"base felt at {felt:.2f} t0" if math.isfinite(felt) else "base not felt"
+            told = f"base felt at {felt:.2f} t0"
         axes.set_title(f"{run.tower.particles} particles, {told}", fontsize="medium")
+    _one_legend(figure, len(above))
     return figure
 
 
 def window_selection(choices: Sequence[WindowChoice]) -> Figure:
     """Draw contacts, force and compression, and the largest compression, a row a tower."""
-    figure = panels(len(choices), 1, width=_WIDTH, height=2.9)
+    figure = panels(len(choices), 1, width=_WIDTH, height=2.8)
     for row, choice in enumerate(choices):
         axes, run = figure.axes[row], choice.run
-        twin = draw_force_and_contacts(axes, run, float(run.grain_force.max()))
+        draw_force_and_contacts(axes, run, float(run.grain_force.max()))
         axes.plot(
             run.time_over_t0, run.compression / run.compression.max(), color=BLACK, lw=1.2,
             ls="-.", label="compression, grain to base",
         )  # fmt: skip
         at = choice.largest_compression
-        for time, line, name in (
-            (at, "--", f"largest compression, {at:.3f} t0"),
-            (2 * at, ":", f"end of the window, {2 * at:.3f} t0"),
-        ):
-            axes.axvline(time, color=PURPLE, ls=line, lw=1.8, label=name)
-        title = f"{run.tower.particles} particles: {named(run.tower.law, run.solver)}"
+        for time, line, name in ((at, "--", "largest compression"), (2 * at, ":", "window's end")):
+            axes.axvline(time, color=PURPLE, ls=line, lw=2, label=name)
+        title = f"{run.tower.particles} particles: compressed most at {at:.3f} t0"
         last = row == len(choices) - 1
         label(axes, TIME if last else "", "force, compression\n[largest]", title)
-        joint_legend(axes, twin, loc="center left", bbox_to_anchor=(1.08, 0.5))
+    _one_legend(figure, len(choices))
     return figure
 
 
+def _one_legend(figure: Figure, rows: int) -> None:
+    """Put the legend of the first row below all rows: in the panels it would hide lines."""
+    for axes in figure.axes[:rows]:
+        if legend := axes.get_legend():
+            legend.remove()
+    lines = [line for i in (0, rows) for line in figure.axes[i].get_lines()]
+    named = [line for line in lines if not str(line.get_label()).startswith("_")]
+    figure.legend(handles=named, loc="outside lower center", ncols=3, fontsize="small")
+
+
 def of_all_heights(towers: TowersInTime) -> Figure:
-    """Draw force and contacts of the source's four towers, in the largest force of all heights."""
+    """Draw force and contacts of the source's four towers, in the largest force of all heights.
+
+    The source scales the force up to the axis of the contacts; here each has an
+    axis of its own and one height on the page, which keeps the comparison.
+    """
     figure = force_and_contacts(towers.shown, towers.largest_force, OF_ALL)
     figure.set_figwidth(_WIDTH)
     return figure

@@ -7,7 +7,7 @@ from itertools import groupby
 
 from matplotlib.figure import Figure
 
-from harness.comparison.source_figures import VelocitySeries
+from harness.comparison.exhibits import VelocitySeries
 from harness.report.figures.style import BLUE, ORANGE
 
 _LOOKS = ((ORANGE, "--"), (BLUE, "-"))
@@ -28,8 +28,8 @@ def velocity_series(motions: Sequence[VelocitySeries]) -> Figure:
                 label=f"{series.angle_deg:.2f} deg: {fate}",
             )  # fmt: skip
         axes.set_title(f"{code} per contact time")
-        axes.set(ylabel="speed (m/s)", ylim=(0, 1.95))
-        axes.legend(loc="upper right", ncols=2)
+        axes.set(ylabel="speed (m/s)", ylim=(0, None))
+        axes.legend(loc="lower right", bbox_to_anchor=(1.01, 0.97), ncols=2, borderaxespad=0.2)
     panels[-1].set_xlabel("time (s)")
     panels[-1].margins(x=0.01)
     return figure
