@@ -1,0 +1,1 @@
+"""The reproduction of the source: every equation, number and figure, recomputed."""
