@@ -161,7 +161,7 @@ def compare_everywhere(
 
 def _largest(printed: Floats, corrected: Floats, unit: str) -> str:
     """Say how far off a formula is at most, as printed and, if there is one, corrected."""
-    said = f"off by at most {printed.max():.1e} {unit}"
+    said = f"off by at most {printed.max():.1e}" + ("" if unit == "1" else f" {unit}")
     if not np.isfinite(corrected).all():
         return said
     return f"{said} as printed, {np.abs(corrected).max():.1e} corrected"

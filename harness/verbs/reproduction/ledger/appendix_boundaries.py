@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from harness.chain import sweeps
@@ -43,7 +45,7 @@ def statements() -> list[Statement]:
     ]
 
 
-def _recurrence(chains: list[TouchingChain]) -> Statement:
+def _recurrence(chains: Sequence[TouchingChain]) -> Statement:
     printed, found = [], []
     for chain in chains:
         edges = chain.boundaries
@@ -61,7 +63,7 @@ def _recurrence(chains: list[TouchingChain]) -> Statement:
     )
 
 
-def _general_sum(chains: list[TouchingChain]) -> Statement:
+def _general_sum(chains: Sequence[TouchingChain]) -> Statement:
     firsts = [float(c.boundaries[0]) for c in chains]
     repaired = []
     for chain, first in zip(chains, firsts, strict=True):
@@ -83,7 +85,7 @@ def _general_sum(chains: list[TouchingChain]) -> Statement:
     )
 
 
-def _deformation(chains: list[TouchingChain]) -> Statement:
+def _deformation(chains: Sequence[TouchingChain]) -> Statement:
     printed, found = [], []
     for chain in chains:
         printed += [
@@ -101,7 +103,7 @@ def _deformation(chains: list[TouchingChain]) -> Statement:
     )
 
 
-def _partial(chains: list[TouchingChain]) -> Statement:
+def _partial(chains: Sequence[TouchingChain]) -> Statement:
     printed, found = [], []
     for chain in chains:
         pressed = sweeps.compressions(chain.centres, 2 * RADIUS)
@@ -117,7 +119,7 @@ def _partial(chains: list[TouchingChain]) -> Statement:
     )
 
 
-def _ends(chains: list[TouchingChain]) -> Statement:
+def _ends(chains: Sequence[TouchingChain]) -> Statement:
     recovered = [sweeps.compressions(c.centres, 2 * RADIUS) for c in chains]
     return compare_everywhere(
         Source("eq-a5", "Appendix A, eq. (A5)", "dx_1 = c_(1,2), dx_n = c_(n-1,n)"),
@@ -129,7 +131,7 @@ def _ends(chains: list[TouchingChain]) -> Statement:
     )
 
 
-def _alternating(chains: list[TouchingChain]) -> Statement:
+def _alternating(chains: Sequence[TouchingChain]) -> Statement:
     return compare_everywhere(
         Source(
             "eq-a6", "Appendix A, eq. (A6)", "dx_1 = dx_2 - (dx_3 - (dx_4 - ... (dx_(n-1) - dx_n)))"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,7 +42,7 @@ class Opening:
     beyond: tuple[float, float]  # distance of each to its other neighbour, infinite at an end
 
 
-def openings(some: list[Row]) -> list[Opening]:
+def openings(some: Sequence[Row]) -> list[Opening]:
     """Return every pair of neighbours of ``some`` rows that are not in contact."""
     found = []
     for row in some:
@@ -57,7 +58,7 @@ def openings(some: list[Row]) -> list[Opening]:
     return found
 
 
-def _many_groupings(some: list[Row]) -> Statement:
+def _many_groupings(some: Sequence[Row]) -> Statement:
     """Count contact sets in which all closed contacts press and axisymmetry holds."""
     counts = []
     for row in some[:50]:
@@ -110,7 +111,7 @@ def _bound() -> Statement:
     )
 
 
-def _bound_everywhere(some: list[Row]) -> Statement:
+def _bound_everywhere(some: Sequence[Row]) -> Statement:
     excess = max(float((row.compressions - (1.0 - row.distances))[row.compressions > 0].max())
                  for row in some if (row.compressions > 0).any())  # fmt: skip
     return claim(
@@ -125,7 +126,7 @@ def _bound_everywhere(some: list[Row]) -> Statement:
     )
 
 
-def _sweeps(some: list[Row]) -> Statement:
+def _sweeps(some: Sequence[Row]) -> Statement:
     off = max(
         float(np.abs(sweeps.compressions(row.centres, 2 * RADIUS) - row.compressions).max())
         for row in some
@@ -145,7 +146,7 @@ def _sweeps(some: list[Row]) -> Statement:
     )
 
 
-def _not_in_contact(some: list[Row]) -> Statement:
+def _not_in_contact(some: Sequence[Row]) -> Statement:
     open_pairs = openings(some)
     gaps = [p.distance - (1.0 - sum(p.deformations) / 2) for p in open_pairs]
     return claim(
@@ -160,7 +161,7 @@ def _not_in_contact(some: list[Row]) -> Statement:
     )
 
 
-def _smaller_deformation(some: list[Row]) -> Statement:
+def _smaller_deformation(some: Sequence[Row]) -> Statement:
     open_pairs = openings(some)
     smaller = sum(p.distance > 1.0 - min(p.deformations) for p in open_pairs)
     larger = sum(p.distance >= 1.0 - max(p.deformations) - 1e-12 for p in open_pairs)
@@ -180,7 +181,7 @@ def _smaller_deformation(some: list[Row]) -> Statement:
     )
 
 
-def _contradiction(some: list[Row]) -> Statement:
+def _contradiction(some: Sequence[Row]) -> Statement:
     pressed = [p for p in openings(some) if max(p.deformations) > 0]
 
     def follows(pair: Opening, larger: bool) -> bool:

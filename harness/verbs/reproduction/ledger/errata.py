@@ -53,7 +53,8 @@ def _told(row: Statement) -> str:
     numbers = f"printed {row.printed:.6g}, found {row.found:.6g}"
     if not np.isnan(row.corrected):
         numbers += f", corrected {row.corrected:.6g}"
-    return f"{row.source.key}, {row.standing}: {numbers} {row.unit}"
+    unit = "" if row.unit == "1" else f" {row.unit}"
+    return f"{row.source.key}, {row.standing}: {numbers}{unit}"
 
 
 _ERRATA = {

@@ -78,6 +78,7 @@ def _glass(printed: Printed) -> Statement:
         computed=f"Hertz contact, (E/P)^(2/3) with E = {_GLASS_MODULUS / 1e9:g} GPa and "
         f"P = {pressure / 1e3:.2f} kPa ({_GLASS_DENSITY:g} kg/m3, packing {_PACKING:g}): "
         f"{found:.0f}; a linear k/P has no value for it",
+        evidence=("tests/verbs/reproduction/ledger/test_perturbed.py",),
     )
 
 
@@ -96,6 +97,7 @@ def _orders(printed: Printed) -> Statement:
         computed=f"log10({high:g}/{low:g}) = {spanned:g}",
         corrected=float(len(STIFFNESSES) - 1),  # steps of ten between its values
         correction="three values, two orders of magnitude",
+        evidence=("tests/verbs/reproduction/ledger/test_perturbed.py",),
     )
 
 
@@ -129,5 +131,6 @@ def _stiffnesses(printed: Printed) -> list[Statement]:
             found=middle,
             width=last_digit(1e5, "1"),
             computed=f"median of 1e4, 1e5 and 1e6: {middle:g}, that is {middle * weight:.3g} N/m",
+            evidence=("tests/verbs/reproduction/ledger/test_perturbed.py",),
         )
     ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +35,8 @@ class TouchingChain:
         return np.asarray(1.0 - np.diff(self.boundaries))
 
 
-def touching_chains(count: int = 200, particles: tuple[int, ...] = ()) -> list[TouchingChain]:
+@cache
+def touching_chains(count: int = 200, particles: tuple[int, ...] = ()) -> tuple[TouchingChain, ...]:
     """Return ``count`` chains of 2 to 9 particles, or of one of the given numbers.
 
     Laid side by side from a random first boundary: each particle is as wide as its
@@ -48,7 +50,7 @@ def touching_chains(count: int = 200, particles: tuple[int, ...] = ()) -> list[T
         widths = 1.0 - np.convolve(pressed, [1, 1])
         edges = random.uniform(-1, 1) + np.concatenate(([0.0], np.cumsum(widths)))
         chains.append(TouchingChain(pressed, 0.5 * (edges[1:] + edges[:-1]), edges))
-    return chains
+    return tuple(chains)
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,8 @@ class Row:
         return np.diff(self.centres)
 
 
-def rows(count: int = 500, closest: tuple[float, float] = (0.9, 1.1)) -> list[Row]:
+@cache
+def rows(count: int = 500, closest: tuple[float, float] = (0.9, 1.1)) -> tuple[Row, ...]:
     """Return ``count`` rows of 3 to 9 particles, neighbours between ``closest`` [m] apart."""
     random = generator()
     result = []
@@ -77,4 +80,4 @@ def rows(count: int = 500, closest: tuple[float, float] = (0.9, 1.1)) -> list[Ro
         apart = random.uniform(*closest, int(random.integers(2, 9)))
         centres = np.concatenate(([0.0], np.cumsum(apart)))
         result.append(Row(centres, contact_forces(centres, 1.0, 1.0)))
-    return result
+    return tuple(result)

@@ -2,6 +2,7 @@
 
 import inspect
 from dataclasses import fields, replace
+from functools import cache
 from importlib import import_module
 
 import numpy as np
@@ -23,6 +24,9 @@ def section(name, printed=PRINTED):
     given = {"printed": printed, "engine": None}
     wanted = inspect.signature(function).parameters
     return Ledger(tuple(function(**{key: given[key] for key in wanted})))
+
+
+as_it_is = cache(section)
 
 
 PRINTED_OTHERWISE = [
@@ -71,7 +75,7 @@ PRINTED_OTHERWISE = [
     ids=[f"{case[1]}-{case[3]}" for case in PRINTED_OTHERWISE],
 )
 def test_another_printed_number_changes_the_verdict(module, name, value, key, standing):
-    before = section(module)[key]
+    before = as_it_is(module)[key]
     after = section(module, replace(PRINTED, **{name: value}))[key]
     assert after.standing is standing
     assert after.standing is not before.standing or after.printed != before.printed
@@ -124,7 +128,7 @@ PHYSICS_OTHERWISE = [
     ids=[f"{case[1]}-{case[3]}" for case in PHYSICS_OTHERWISE],
 )
 def test_other_physics_changes_the_verdict(monkeypatch, module, name, other, key, standing):
-    before = section(module)[key]
+    before = as_it_is(module)[key]
     monkeypatch.setattr(f"{PACKAGE}.{module}.{name}", other)
     after = section(module)[key]
     assert after.standing is standing
