@@ -13,8 +13,13 @@ from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
 if TYPE_CHECKING:
     import pandas as pd
+
+Floats = NDArray[np.float64]
 
 
 class Standing(StrEnum):
@@ -118,6 +123,48 @@ def compare(
         width.unit,
         width.why,
     )
+
+
+def compare_everywhere(
+    source: Source,
+    *,
+    printed: ArrayLike,
+    found: ArrayLike,
+    width: Width,
+    computed: str,
+    corrected: ArrayLike | None = None,
+    correction: str = "",
+    evidence: tuple[str, ...] = (),
+) -> Statement:
+    """Return the row of a formula that was tried at many samples and must hold at each.
+
+    ``printed``, ``found`` and ``corrected`` have one length; the row shows the sample at
+    which ``printed`` lies furthest off, and ``computed`` is given the largest differences.
+    A correction that fails anywhere is none.
+    """
+    printed, found = np.ravel(printed).astype(float), np.ravel(found).astype(float)
+    other = np.full_like(found, math.nan) if corrected is None else np.ravel(corrected)
+    off = np.nan_to_num(np.abs(printed - found), nan=math.inf)
+    repaired = bool(np.all(np.abs(other - found) <= width.absolute))
+    at = int(np.argmax(off))
+    return compare(
+        source,
+        printed=float(printed[at]),
+        found=float(found[at]),
+        width=width,
+        computed=f"{computed}; {_largest(off, other - found, width.unit)}",
+        corrected=float(other[at]) if repaired else math.nan,
+        correction=correction,
+        evidence=evidence,
+    )
+
+
+def _largest(printed: Floats, corrected: Floats, unit: str) -> str:
+    """Say how far off a formula is at most, as printed and, if there is one, corrected."""
+    said = f"off by at most {printed.max():.1e}" + ("" if unit == "1" else f" {unit}")
+    if not np.isfinite(corrected).all():
+        return said
+    return f"{said} as printed, {np.abs(corrected).max():.1e} corrected"
 
 
 def claim(

@@ -9,6 +9,7 @@ from harness.comparison.ledger import (
     Width,
     claim,
     compare,
+    compare_everywhere,
     untestable,
 )
 
@@ -69,3 +70,36 @@ def test_a_key_stands_once():
     row = untestable(SOURCE, "why")
     with pytest.raises(ValueError, match="eq-6"):
         Ledger((row, row))
+
+
+@pytest.mark.parametrize(
+    ("corrected", "standing"),
+    [
+        ([1.0, 2.0, 3.0], Standing.CORRECTED),
+        (
+            [1.1, 2.0, 3.0],
+            Standing.NOT_REPRODUCED,
+        ),  # right where the formula is worst, not all over
+        (None, Standing.NOT_REPRODUCED),
+    ],
+)
+def test_a_formula_must_hold_at_every_sample(corrected, standing):
+    row = compare_everywhere(
+        SOURCE,
+        printed=[1.0, 2.5, 3.1],
+        found=[1.0, 2.0, 3.0],
+        width=WIDTH,
+        computed="",
+        corrected=corrected,
+        correction="c",
+    )
+    assert row.standing is standing
+    assert (row.printed, row.found) == (2.5, 2.0)
+
+
+def test_a_sample_without_a_number_is_the_worst():
+    row = compare_everywhere(
+        SOURCE, printed=[1.0, math.nan], found=[1.0, 2.0], width=WIDTH, computed=""
+    )
+    assert row.standing is Standing.NOT_REPRODUCED
+    assert row.found == 2.0

@@ -1,0 +1,48 @@
+import math
+
+import pytest
+
+from harness.theory.critical_angle import critical_angle
+from harness.theory.dashpot import duration_clipped, restitution_clipped, restitution_unclipped
+from harness.theory.energy_map import gain_per_crest, well_depth
+from harness.verbs.reproduction.ledger.background_angle import depth_of_well, fate_angle, height
+from harness.verbs.reproduction.ledger.background_incline import recorded_angles
+from harness.verbs.reproduction.ledger.contact import integrate
+from harness.verbs.reproduction.ledger.introduction import stiffness_of_springs
+
+
+@pytest.mark.parametrize("angle", [0.0, 10.2078, 29.0])
+def test_heights_from_coordinates_are_those_of_the_energy_map(angle):
+    assert depth_of_well(angle) == pytest.approx(well_depth(angle), abs=1e-14)
+    drop = height(0, 0, angle) - height(1, 0, angle)
+    assert drop == pytest.approx(gain_per_crest(angle), abs=1e-14)
+
+
+@pytest.mark.parametrize("shock", [0.1, 0.25, 0.6])
+def test_bisected_fate_is_the_closed_form(shock):
+    assert fate_angle(shock) == pytest.approx(critical_angle(shock), abs=2e-6)
+
+
+def test_recorded_angles_cross_the_closed_form_as_the_step_is_refined():
+    angles = recorded_angles()
+    assert sorted(angles) == [1e5, 1e6, 1e7]
+    for by_step in angles.values():
+        assert sorted(by_step) == [50, 500, 5000]
+        assert by_step[50] < critical_angle() < by_step[5000]
+        assert by_step[50] < by_step[500] < by_step[5000]
+    # the bias of the fine step falls with stiffness
+    fine = [angles[k][5000] - critical_angle() for k in sorted(angles)]
+    assert fine == sorted(fine, reverse=True)
+
+
+@pytest.mark.parametrize("zeta", [0.0, 0.1, 0.7, 0.95])
+def test_integrated_contact_is_the_closed_form(zeta):
+    kept, clipped = integrate(4.0, 1.0, 4 * zeta), integrate(4.0, 1.0, 4 * zeta, "released")
+    assert kept.restitution == pytest.approx(restitution_unclipped(zeta), abs=1e-8)
+    assert kept.time == pytest.approx(math.pi / math.sqrt(1 - zeta**2) / 2, rel=1e-6)
+    assert clipped.restitution == pytest.approx(restitution_clipped(zeta), abs=1e-8)
+    assert clipped.time == pytest.approx(duration_clipped(zeta) / 2, rel=1e-8)
+
+
+def test_springs_in_series():
+    assert [stiffness_of_springs(n) for n in (1, 2, 5)] == pytest.approx([1, 1 / 2, 1 / 5])
