@@ -10,6 +10,7 @@ from harness.cli.critical_angle import critical_angle
 from harness.cli.engines import engines
 from harness.cli.impulse import impulse
 from harness.cli.inputs import inputs
+from harness.cli.reproduce import reproduce
 from harness.cli.theory import theory
 from harness.cli.tower import tower
 from harness.cli.verify import verify
@@ -47,5 +48,14 @@ def root(
     """
 
 
-for command in (verify, theory, critical_angle, tower, impulse, inputs, engines):
+for command in (
+    verify,
+    reproduce,
+    theory,
+    critical_angle,
+    tower,
+    impulse,
+    inputs,
+    engines,
+):
     app.command()(command)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from harness.comparison.exhibits import Exhibits
 from harness.comparison.findings import Findings
 from harness.comparison.ledger import Ledger
-from harness.comparison.source_figures import Exhibits
 from harness.observables.motions import Motions
 from harness.observables.provenance import Provenance
 

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import Literal
+from typing import Literal, Self
 
 from harness.errors import EngineError
 from harness.observables.incline import InclineRun
@@ -79,7 +79,7 @@ class Engine(ABC):
     def close(self) -> None:  # noqa: B027 - an engine without processes has nothing to close
         """End the engine's processes."""
 
-    def __enter__(self) -> Engine:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:

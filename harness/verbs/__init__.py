@@ -21,6 +21,7 @@ _HOMES = {
     "impulse_angles": "harness.verbs.impulse_angles",
     "impulse_by_gamma": "harness.verbs.impulse_angles",
     "impulse_table": "harness.verbs.impulses",
+    "reproduce": "harness.verbs.reproduction.run",
     "theory": "harness.verbs.closed_forms",
     "tower": "harness.verbs.towers",
     "verify": "harness.verbs.verification",
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from harness.verbs.incline import critical_angle as critical_angle
     from harness.verbs.incline import critical_angles as critical_angles
     from harness.verbs.incline import extrapolated_critical_angle as extrapolated_critical_angle
+    from harness.verbs.reproduction.run import reproduce as reproduce
     from harness.verbs.scripts import inputs as inputs
     from harness.verbs.scripts import outdated_inputs as outdated_inputs
     from harness.verbs.status import engines as engines

@@ -22,7 +22,7 @@ def findings_text(found: Reproduction) -> str:
     from jinja2 import Environment, StrictUndefined
 
     source = resources.files("harness.report").joinpath("templates", "findings.md.j2")
-    environment = Environment(undefined=StrictUndefined, trim_blocks=True, autoescape=False)  # noqa: S701
+    environment = Environment(undefined=StrictUndefined, trim_blocks=True, autoescape=False)
     environment.filters |= {"angle": _angle, "signed": _signed, "measured": _measured}
     template = environment.from_string(source.read_text(encoding="utf-8"))
     return template.render(
@@ -75,21 +75,21 @@ def _mfix(found: Reproduction) -> dict[str, Any]:
     findings = found.findings
     rows = [
         {
-            "k": f"{row.stiffness_N_per_m:.0e}".replace("e+0", "e"),
-            "factor": f"{row.factor:g}",
-            "euler": _measured(row.euler_deg, row.euler_uncertainty_deg),
-            "recorded": _measured(row.recorded_deg, math.nan),
-            "adams": _measured(row.adams_bashforth_deg, row.adams_bashforth_uncertainty_deg),
+            "k": _power(row["stiffness_N_per_m"]),
+            "factor": f"{row['factor']:g}",
+            "euler": _measured(row["euler_deg"], row["euler_uncertainty_deg"]),
+            "recorded": _measured(row["recorded_deg"], math.nan),
+            "adams": _measured(row["adams_bashforth_deg"], row["adams_bashforth_uncertainty_deg"]),
         }
-        for row in findings.mfix.itertuples()
+        for _, row in findings.mfix.iterrows()
     ]
     limits = [
         {
-            "k": f"{row.stiffness_N_per_m:.0e}".replace("e+0", "e"),
-            "angle": _angle(row.critical_angle_deg, 3),
-            "value": float(row.critical_angle_deg),
+            "k": _power(row["stiffness_N_per_m"]),
+            "angle": _angle(row["critical_angle_deg"], 3),
+            "value": float(row["critical_angle_deg"]),
         }
-        for row in findings.limits.itertuples()
+        for _, row in findings.limits.iterrows()
     ]
     at_1e6 = findings.mfix[findings.mfix["stiffness_N_per_m"] == 1e6]
     default = float(at_1e6[at_1e6["factor"] == 50]["euler_deg"].iloc[0])
@@ -115,6 +115,10 @@ def _crossing(frame: pd.DataFrame, angle: float) -> float:
         return math.nan
     i = int(rises[0])
     return math.exp(log[i] - value[i] * (log[i + 1] - log[i]) / (value[i + 1] - value[i]))
+
+
+def _power(stiffness: float) -> str:
+    return f"{stiffness:.0e}".replace("e+0", "e")
 
 
 def _angle(value: float, digits: int) -> str:

@@ -9,8 +9,8 @@ from pathlib import Path
 from harness.comparison.reproduction import Reproduction
 from harness.errors import RequestError
 from harness.report.movies import films as draw_films
-from harness.report.reproduction.page import html_page
 from harness.report.reproduction.gallery import all_pictures
+from harness.report.reproduction.page import html_page
 from harness.report.reproduction.text import markdown
 
 LEDGER = "ledger.csv"

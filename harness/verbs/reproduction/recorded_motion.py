@@ -2,31 +2,16 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
-from importlib import resources
-
-import numpy as np
 
 from harness.comparison.exhibits import VelocitySeries
+from harness.engines.mfix.recorded import PATHS, recorded_path
 from harness.observables.incline import Trajectory
-
-_NAME = re.compile(r"quartier_k1e6_euler_f(\d+)_th([\d.]+)\.csv")
-_LEFT_SPHERE = 0.5
-"""[d] The first fixed sphere from the left edge, from which MFiX counts x; d is 1 m."""
 
 
 def recorded_motions() -> dict[tuple[int, float], Trajectory]:
-    """Return the recorded paths by (steps per contact time, angle [deg]), k = 1e6 N/m, d = 1 m."""
-    folder = resources.files("harness").joinpath("engines", "mfix", "recorded")
-    found = {}
-    for entry in sorted(folder.iterdir(), key=lambda entry: entry.name):
-        if match := _NAME.fullmatch(entry.name):
-            with entry.open(encoding="utf-8") as lines:
-                t, x, y, vx, vy, _ = np.loadtxt(lines, delimiter=",", skiprows=1, unpack=True)
-            key = int(match[1]), float(match[2])
-            found[key] = Trajectory(t, x - _LEFT_SPHERE, y, vx, vy)
-    return found
+    """Return the recorded paths by (steps per contact time of MFiX, angle [deg]), k = 1e6 N/m."""
+    return {path: recorded_path(*path).trajectory for path in PATHS}
 
 
 def as_series(motions: Mapping[tuple[int, float], Trajectory]) -> list[VelocitySeries]:

@@ -51,7 +51,9 @@ def mfix_table() -> pd.DataFrame:
 def angles_without_step() -> pd.DataFrame:
     """Return the critical angle of the same contact by the adaptive integrator, for each k."""
     with Reference("adaptive") as engine:
-        angles = [critical_angle(case_at(10.2, k, 50), phases=1, engine=engine) for k in STIFFNESSES]
+        angles = [
+            critical_angle(case_at(10.2, k, 50), phases=1, engine=engine) for k in STIFFNESSES
+        ]
     return pd.DataFrame(
         {
             "stiffness_N_per_m": STIFFNESSES,

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-from importlib.resources import files
-
 import numpy as np
 from scipy.optimize import brentq
 
@@ -17,6 +14,7 @@ from harness.comparison.ledger import (
     untestable,
 )
 from harness.engines.contract import Engine
+from harness.engines.mfix.recorded import recorded_angles
 from harness.errors import EngineError
 from harness.observables.critical_angle import CriticalAngle
 from harness.parameters.contact import SOURCE, Contact
@@ -45,13 +43,11 @@ def statements(printed: Printed, engine: Engine | None) -> list[Statement]:
     ]
 
 
-def recorded_angles() -> Recorded:
+def angles_by_step() -> Recorded:
     """Return MFiX's recorded critical angles [deg] by stiffness [N/m] and steps per contact."""
-    path = files("harness.engines") / "mfix" / "recorded" / "critical_angles.csv"
     found: Recorded = {}
-    for row in csv.DictReader(path.read_text(encoding="utf-8").splitlines()):
-        by_step = found.setdefault(float(row["stiffness_N_per_m"]), {})
-        by_step[int(row["dtsolid_factor"])] = float(row["critical_angle_deg"])
+    for angle in recorded_angles():
+        found.setdefault(angle.stiffness, {})[angle.factor] = angle.value_deg
     return found
 
 
@@ -77,7 +73,7 @@ def _restitution(printed: Printed) -> Statement:
 
 
 def _mfix(printed: Printed) -> list[Statement]:
-    angles, exact = recorded_angles(), critical_angle()
+    angles, exact = angles_by_step(), critical_angle()
     coarse = {k: min(by_step) for k, by_step in angles.items()}
     off = {k: angles[k][coarse[k]] - exact for k in angles}
     stiffest = max(angles)
