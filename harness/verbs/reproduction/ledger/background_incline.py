@@ -47,7 +47,7 @@ def statements(printed: Printed, engine: Engine | None) -> list[Statement]:
 
 def recorded_angles() -> Recorded:
     """Return MFiX's recorded critical angles [deg] by stiffness [N/m] and steps per contact."""
-    path = files("harness.engines") / "mfix" / "recorded" / "critical_angles.csv"
+    path = files("harness.engines") / "mfix" / "recorded" / "critical_angles_euler.csv"
     found: Recorded = {}
     for row in csv.DictReader(path.read_text(encoding="utf-8").splitlines()):
         by_step = found.setdefault(float(row["stiffness_N_per_m"]), {})
