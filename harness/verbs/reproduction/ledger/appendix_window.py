@@ -46,10 +46,8 @@ def _told(intervals: list[tuple[float, float]]) -> str:
 
 def _packets(intervals: dict[int, list[tuple[float, float]]], printed: Printed) -> list[Statement]:
     end = printed.first_packet
-    late = {
-        n: [one for one in found if one[0] >= end] for n, found in intervals.items()
-    }  # contacts that begin after the first packet
-    last = {n: max(b for _, b in found if _ < end) for n, found in intervals.items()}
+    late = {n: [one for one in found if one[0] >= end] for n, found in intervals.items()}
+    last = {n: max(b for a, b in found if a < end) for n, found in intervals.items()}
     return [
         claim(
             Source(
@@ -69,8 +67,9 @@ def _packets(intervals: dict[int, list[tuple[float, float]]], printed: Printed) 
             ),
             holds=all(not late[n] or late[n][0][0] > last[n] + 1 for n in (10, 19)),
             computed=f"contacts of the grain with 11 particles: {_told(intervals[10])} t0; with "
-            f"20: {_told(intervals[19])} t0; nothing returns to it within {_SPAN:g} t0, by when it "
-            "has been thrown back",
+            f"20: {_told(intervals[19])} t0; {len(late[10]) + len(late[19])} of them begin after "
+            f"{end:g} t0, of {_SPAN:g} t0 watched: the grain is thrown back before the chain "
+            "answers",
             evidence=_CHAINS,
             why="more than a contact time between them",
         ),

@@ -69,7 +69,7 @@ def statements(printed: Printed) -> list[Statement]:
             Source(
                 "eq-6",
                 "Background, eq. (6)",
-                "E/(1 - E) >= 2 sin^2(pi/12 - theta/4)/sin(theta)",
+                "shock/(1 - shock) >= 2 sin^2(pi/12 - theta/4)/sin(theta)",
             ),
             printed=as_it_stands,
             found=found,

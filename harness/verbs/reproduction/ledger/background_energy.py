@@ -115,13 +115,18 @@ def _sums() -> list[Statement]:
     ratios = [(shock, n) for n, _, _, shock in cases]
     return [
         compare_everywhere(
-            Source("eq-2", "Background, eq. (2)", "E_n = E_0 E^n + dE E (E^(n-1) + E^(n-1) + ...)"),
+            Source(
+                "eq-2",
+                "Background, eq. (2)",
+                "E_n = E_0 shock^n + dE shock (shock^(n-1) + shock^(n-1) + ... + 1)",
+            ),
             printed=[as_printed.energy_series(*case) for case in cases],
             found=direct,
             width=round_off("m g d"),
-            computed=f"n steps of E_(j+1) = (E_j + dE) E at {_SAMPLES} random n, E_0, dE, E",
+            computed="n steps of E_(j+1) = shock (E_j + dE) at "
+            f"{_SAMPLES} random n, E_0, dE and shocks",
             corrected=[e * s**n + g * s * sum(s**p for p in range(n)) for n, e, g, s in cases],
-            correction="the second term is E^(n-2): every power from n - 1 to 0 once",
+            correction="the second term is shock^(n-2): every power from n - 1 to 0 once",
             evidence=_MAP,
         ),
         compare_everywhere(
@@ -136,21 +141,21 @@ def _sums() -> list[Statement]:
             Source(
                 "eq-3-index",
                 "Background, eqs. (2) and (3)",
-                "the bracket of eq. (2), E^(n-1) + ... + 1, is the S_n of eq. (3)",
+                "the bracket of eq. (2), shock^(n-1) + ... + 1, is the S_n of eq. (3)",
             ),
             printed=[as_printed.geometric_sum(x, n) for x, n in ratios],
             found=[sum(x**p for p in range(n)) for x, n in ratios],
             width=round_off(),
             computed="the bracket has n terms, the S_n of eq. (3) has n + 1",
             corrected=[as_printed.geometric_sum(x, n - 1) for x, n in ratios],
-            correction="the bracket is S_(n-1) of eq. (3), (1 - E^n)/(1 - E)",
+            correction="the bracket is S_(n-1) of eq. (3), (1 - shock^n)/(1 - shock)",
             evidence=_MAP,
         ),
         compare_everywhere(
             Source(
                 "eq-4",
                 "Background, eq. (4)",
-                "E_n = E_1 E^(n-1) + dE E (1 - E^(n-1))/(1 - E)",
+                "E_n = E_1 shock^(n-1) + dE shock (1 - shock^(n-1))/(1 - shock)",
             ),
             printed=[
                 as_printed.energy_closed(n, as_printed.energy_after_first(e, g, s), g, s)
@@ -176,16 +181,16 @@ def _divergence(printed: Printed) -> Statement:
         Source(
             "text-divergence",
             "Background, after eq. (4)",
-            "E_n goes to infinity if E > 1, where more energy is gained than dissipated; "
-            "else it approaches a constant",
+            "E_n goes to infinity if the shock is above 1, where more energy is gained "
+            "than dissipated; else it approaches a constant",
         ),
         holds=above and not at and not below,
         corrected_holds=above and at and not below,
-        computed=f"twice {_LONG} shocks raise E_n by half or more at E = {border + 0.01:g}: "
-        f"{above}, at {border:g}: {at}, at {border - 0.01:g}: {below}; at E = 1/4 a grain at rest "
-        f"gains more than it loses at first and still ends at {at_rest[0]:.4f} m g d "
+        computed=f"twice {_LONG} shocks raise E_n by half or more at shock {border + 0.01:g}: "
+        f"{above}, at {border:g}: {at}, at {border - 0.01:g}: {below}; at shock 1/4 a grain at "
+        f"rest gains more than it loses at first and still ends at {at_rest[0]:.4f} m g d "
         f"(E*: {at_rest[1]:.4f})",
-        correction="from E = 1 on (there by dE each shock); below 1 the energy is bounded, "
+        correction="from shock 1 on (there by dE each shock); below 1 the energy is bounded, "
         "however gain and loss compare at the start",
         evidence=_MAP,
     )
@@ -195,7 +200,7 @@ def _limit() -> Statement:
     random = generator()
     cases = [tuple(random.uniform([0.05, 0.1], [1.0, 0.9])) for _ in range(_SAMPLES)]
     return compare_everywhere(
-        Source("eq-5", "Background, eq. (5)", "lim E_n = dE E/(1 - E)"),
+        Source("eq-5", "Background, eq. (5)", "lim E_n = dE shock/(1 - shock)"),
         printed=[as_printed.limiting_energy(*case) for case in cases],
         found=[iterated(_LONG, 0.3, *case) for case in cases],
         width=round_off("m g d", 1e-11),

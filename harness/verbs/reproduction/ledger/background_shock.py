@@ -54,7 +54,7 @@ def _ratio(
         Source(
             "eq-7",
             "Background, eq. (7)",
-            "E = |(v' - v)/v'|^2 is the kinetic energy after over that before the shock",
+            "shock = |(v' - v)/v'|^2 is the kinetic energy after over that before the shock",
         ),
         printed=[as_printed.shock_of_velocities(1.0, speed) for speed in speeds],
         found=kept,
@@ -64,7 +64,7 @@ def _ratio(
         f"(e = 0) only; with velocities taken as vectors it would be {vector:.2f} there, "
         f"and theta_c {critical_angle(vector):.2f} deg",
         corrected=[speed**2 for speed in speeds],
-        correction="E = (v/v')^2",
+        correction="shock = (v/v')^2",
         evidence=_SHOCK,
     )
 
@@ -100,14 +100,14 @@ def _substituted() -> Statement:
 
 def _expanded(kept: list[float]) -> Statement:
     return compare_everywhere(
-        Source("eq-9", "Background, eq. (9)", "E = (1 - sqrt(1/4 + 3/4 e_n^2))^2"),
+        Source("eq-9", "Background, eq. (9)", "shock = (1 - sqrt(1/4 + 3/4 e_n^2))^2"),
         printed=[as_printed.shock_of_restitution(e) for e in _RESTITUTIONS],
         found=kept,
         width=round_off(),
         computed="energy after over before in vectors, e_n from 0 to 1: right at e_n = 0 only; at "
         "e_n = 1, where nothing is lost, the formula gives 0",
         corrected=[0.25 + 0.75 * e**2 for e in _RESTITUTIONS],
-        correction="E = 1/4 + 3/4 e_n^2",
+        correction="shock = 1/4 + 3/4 e_n^2",
         evidence=_SHOCK,
     )
 
@@ -115,7 +115,7 @@ def _expanded(kept: list[float]) -> Statement:
 def _without_rebound(printed: Printed, before: NDArray[np.float64]) -> Statement:
     found = float(np.sum(collide(before, 0.0) ** 2))
     return compare(
-        Source("text-shock", "Background, after eq. (9)", "E = 1/4 at e_n = 0"),
+        Source("text-shock", "Background, after eq. (9)", "shock = 1/4 at e_n = 0"),
         printed=printed.shock,
         found=found,
         width=Width(1e-12, "1", "a fraction, exact"),

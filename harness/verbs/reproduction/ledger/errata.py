@@ -79,7 +79,7 @@ _ERRATA = {
         Erratum("erratum-8", "the damping term of the collision time needs 1/4", ("eq-12",)),
         Erratum("erratum-9", "two particles have a solution, half a wave", ("text-no-solution",)),
         Erratum("erratum-10", "signs of a_1 and a_2 are exchanged", ("eq-15",)),
-        Erratum("erratum-11", "E_n goes to infinity at E = 1 already", ("text-divergence",)),
+        Erratum("erratum-11", "E_n goes to infinity at shock 1 already", ("text-divergence",)),
     )
 }
 

@@ -208,6 +208,6 @@ def _errors(printed: Printed) -> list[Statement]:
             correction="RK4's error depends on omega times the step alone: it does not change with "
             "stiffness at a step in contact times and grows at a fixed one",
             evidence=("tests/chain/test_propagators.py",),
-            why="a significant fall: to a tenth from 1e2 to 1e6 N/m, however the step is chosen",
+            why="a significant fall: to a tenth from 1e2 to 1e6 N/m, in one of the two ways",
         ),
     ]

@@ -50,12 +50,12 @@ def _shock() -> Statement:
         Source(
             "eq-13",
             "Methods, eq. (13)",
-            "v_i(n) = v_i alpha(n), hence E(n) = |(v_0 - v_s alpha(n))/v_0|^2",
+            "v_i(n) = v_i alpha(n), hence shock(n) = |(v_0 - v_s alpha(n))/v_0|^2",
         ),
         printed=[as_printed.modified_shock(1.0, after, a) for a in _RATIOS],
         found=[as_printed.modified_velocity(after, a) ** 2 for a in _RATIOS],
         width=round_off(),
-        computed="energy of the second line's velocity against the third line's E at e_n = 0, "
+        computed="energy of the second line's velocity against the third line's shock at e_n = 0, "
         f"alpha from 0.3 to 1: they agree at alpha = 1 only and lead opposite ways, theta_c "
         f"{falls[0]:.2f} to {falls[1]:.2f} deg by the third line, {rises[0]:.2f} to "
         f"{rises[1]:.2f} deg by the second, at alpha = {_REACHED:g}",

@@ -117,14 +117,13 @@ def _times(three: TowerRun, printed: Printed) -> list[Statement]:
 
 
 def _aligned(three: TowerRun) -> Statement:
-    assert three.profiles is not None
-    times, force = three.time, three.grain_force
-    changes = np.flatnonzero(np.diff(three.contacts) != 0)
-    rate = np.gradient(force, np.maximum.accumulate(times + 1e-15 * np.arange(times.size)))
-    scale = float(np.abs(rate[np.isfinite(rate)]).max())
-    kinks = []
-    for i in changes[(changes > 3) & (changes < times.size - 5)]:
-        kinks.append(abs(float(rate[i + 4] - rate[i - 3])) / scale)
+    once = np.diff(three.time, prepend=-1.0) > 0  # a change of contacts is sampled twice
+    force, contacts = three.grain_force[once], three.contacts[once]
+    rate = np.gradient(force, three.time[once])
+    scale = float(np.abs(rate).max())
+    changes = np.flatnonzero(np.diff(contacts) != 0)
+    inside = changes[(changes > 3) & (changes < force.size - 5)]
+    kinks = [abs(float(rate[i + 4] - rate[i - 3])) / scale for i in inside]
     return claim(
         Source(
             "text-aligned",

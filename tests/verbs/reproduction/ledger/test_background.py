@@ -2,11 +2,15 @@ import math
 
 import pytest
 
+from harness.comparison.ledger import Standing
+from harness.errors import EngineCrashError
 from harness.theory.critical_angle import critical_angle
 from harness.theory.dashpot import duration_clipped, restitution_clipped, restitution_unclipped
 from harness.theory.energy_map import gain_per_crest, well_depth
+from harness.verbs.reproduction.as_printed import PRINTED
+from harness.verbs.reproduction.ledger import background_incline
 from harness.verbs.reproduction.ledger.background_angle import depth_of_well, fate_angle, height
-from harness.verbs.reproduction.ledger.background_incline import recorded_angles
+from harness.verbs.reproduction.ledger.background_incline import angles_by_step
 from harness.verbs.reproduction.ledger.contact import integrate
 from harness.verbs.reproduction.ledger.introduction import stiffness_of_springs
 
@@ -24,7 +28,7 @@ def test_bisected_fate_is_the_closed_form(shock):
 
 
 def test_recorded_angles_cross_the_closed_form_as_the_step_is_refined():
-    angles = recorded_angles()
+    angles = angles_by_step()
     assert sorted(angles) == [1e5, 1e6, 1e7]
     for by_step in angles.values():
         assert sorted(by_step) == [50, 500, 5000]
@@ -46,3 +50,18 @@ def test_integrated_contact_is_the_closed_form(zeta):
 
 def test_springs_in_series():
     assert [stiffness_of_springs(n) for n in (1, 2, 5)] == pytest.approx([1, 1 / 2, 1 / 5])
+
+
+class DeadEngine:
+    """Fails in every run, as an engine whose program crashes."""
+
+    def measured(self, cases, route):
+        raise EngineCrashError(f"{route}: {len(cases)} runs, killed by signal 11")
+
+
+def test_an_engine_that_dies_is_the_reason_of_its_rows_and_of_no_others():
+    rows = {row.source.key: row for row in background_incline.statements(PRINTED, DeadEngine())}
+    for key in ("text-lammps-angle", "text-lammps-step", "text-restitution-angle"):
+        assert rows[key].standing is Standing.UNTESTABLE
+        assert "signal 11" in rows[key].why
+    assert rows["text-rest-angle"].standing is Standing.REPRODUCED
