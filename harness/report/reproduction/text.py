@@ -15,7 +15,8 @@ TITLE = "Harper, Dufek and Breard (arXiv 2409.13633), recomputed"
 LEAD = (
     "One row for every numbered equation, testable number and figure of the source, both "
     "appendices included, and for each erratum. A row holds what the statement gives as it "
-    "stands, the same quantity by a route of its own, and the standing that follows. "
+    "stands, the same quantity by a route of its own, and the standing that follows. The errata "
+    "come last, with those of our own restatement, from which this harness was planned. "
     "`dem-harness reproduce` makes this folder again; nothing in it is typed in."
 )
 

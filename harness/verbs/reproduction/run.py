@@ -41,6 +41,7 @@ def reproduce(*, engine: Engine | None = None, progress: Progress = silent) -> R
 
 def in_order(rows: list[Statement], figures: tuple[Statement, ...]) -> tuple[Statement, ...]:
     """Return equations and text, then the figures, then the errata."""
-    errata = [row for row in rows if row.source.key.startswith("erratum")]
-    text = [row for row in rows if not row.source.key.startswith("erratum")]
+    after = ("erratum", "beyond")
+    text = [row for row in rows if not row.source.key.startswith(after)]
+    errata = [row for row in rows if row.source.key.startswith(after)]
     return (*text, *figures, *errata)

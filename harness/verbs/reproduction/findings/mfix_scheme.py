@@ -26,7 +26,7 @@ FINE = 1000
 """Factor from which a passage will do: where in a step a contact begins is worth 1e-4 deg."""
 
 WELLS = 20
-"""Wells to pass in steady motion: after fewer, a grain may move on by the jitter of coarse steps."""
+"""Wells to pass in steady motion: jitter of coarse steps may carry a grain over a few."""
 
 
 def mfix_table() -> pd.DataFrame:

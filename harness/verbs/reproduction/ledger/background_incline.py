@@ -45,10 +45,6 @@ def statements(printed: Printed, engine: Engine | None) -> list[Statement]:
 
 def angles_by_step() -> Recorded:
     """Return MFiX's recorded critical angles [deg] by stiffness [N/m] and steps per contact."""
-<<<<<<< HEAD
-=======
-    path = files("harness.engines") / "mfix" / "recorded" / "critical_angles_euler.csv"
->>>>>>> ledger
     found: Recorded = {}
     for angle in recorded_angles():
         found.setdefault(angle.stiffness, {})[angle.factor] = angle.value_deg
