@@ -14,17 +14,17 @@ from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import OdeSolution, solve_ivp
 
-from harness.engines.reference.compiled import compiled
-from harness.engines.reference.contact import normal_force
 from harness.engines.reference.mover import Mover
 from harness.engines.reference.row import Grain, Row
+from harness.engines.reference.smooth_motion import (
+    State,
+    overlap,
+    rate_of_change,
+    unclipped_force,
+)
 from harness.errors import EngineNaNError
-
-State = NDArray[np.float64]
-"""x from the sphere behind [m], y [m], vx, vy [m/s]."""
 
 RELATIVE, ABSOLUTE = 1e-11, 1e-13
 """Tolerances of a step; the absolute one in units of d, and sqrt(g d) plus the first speed."""
@@ -114,7 +114,7 @@ class Adaptive(Mover):
         until = min(self._longest, self._time + STEPS_AT_ONCE * self._longest_step)
         pushing = [touch is Touch.PUSHES for touch in self._touch]
         found = solve_ivp(
-            lambda _, state: _rate(state, self._row, *pushing),
+            lambda _, state: rate_of_change(state, self._row, *pushing),
             (self._time, until),
             self._state,
             method="DOP853",
@@ -179,10 +179,10 @@ class Adaptive(Mover):
         """Return the changes that the contact with a sphere (0 behind, 1 ahead) can see next."""
 
         def gap(state: State) -> float:
-            return -_overlap(state, self._row, sphere)
+            return -overlap(state, self._row, sphere)
 
         def force(state: State) -> float:
-            return _force(state, self._row, sphere)
+            return unclipped_force(state, self._row, sphere)
 
         def becomes(touch: Touch) -> Callable[[], bool]:
             return lambda: self._change(sphere, touch)
@@ -202,7 +202,7 @@ class Adaptive(Mover):
 
     def _clip(self, sphere: int) -> bool:
         """Let the force go; where the overlap goes with it (no damping), they part."""
-        left = _overlap(self._state, self._row, sphere) > ROUNDING * self._row.diameter
+        left = overlap(self._state, self._row, sphere) > ROUNDING * self._row.diameter
         return self._change(sphere, Touch.SLACK if left else Touch.APART)
 
     def _shift(self, cells: int) -> bool:
@@ -219,9 +219,9 @@ class Adaptive(Mover):
         return direction < 0
 
     def _touching(self, sphere: int) -> Touch:
-        if _overlap(self._state, self._row, sphere) <= 0.0:
+        if overlap(self._state, self._row, sphere) <= 0.0:
             return Touch.APART
-        if self._row.clipped and _force(self._state, self._row, sphere) < 0.0:
+        if self._row.clipped and unclipped_force(self._state, self._row, sphere) < 0.0:
             return Touch.SLACK
         return Touch.PUSHES
 
@@ -229,7 +229,7 @@ class Adaptive(Mover):
         """Return the mechanical energy [J], zero on the line of centres at x = 0."""
         row = self._row
         x = state[0] + self._behind * row.diameter
-        springs = sum(max(_overlap(state, row, sphere), 0.0) ** 2 for sphere in (0, 1))
+        springs = sum(max(overlap(state, row, sphere), 0.0) ** 2 for sphere in (0, 1))
         motion = 0.5 * row.mass * (state[2] ** 2 + state[3] ** 2)
         weight = row.mass * (row.along * x + row.normal * state[1])
         return float(motion - weight + 0.5 * row.stiffness * springs)
@@ -244,31 +244,3 @@ def _terminal(event: Event) -> Callable[[float, State], float]:
     value.terminal = True  # type: ignore[attr-defined]
     value.direction = event.direction  # type: ignore[attr-defined]
     return value
-
-
-@compiled
-def _overlap(state: State, row: Row, sphere: int) -> float:
-    """Return the overlap [m] with a sphere (0 behind, 1 ahead); negative is a gap."""
-    return row.diameter - math.hypot(state[0] - sphere * row.diameter, state[1])
-
-
-@compiled
-def _force(state: State, row: Row, sphere: int) -> float:
-    """Return the force [N] that a sphere would exert, not clipped."""
-    dx, dy = state[0] - sphere * row.diameter, state[1]
-    distance = math.hypot(dx, dy)
-    speed = (state[2] * dx + state[3] * dy) / distance
-    return normal_force(row.diameter - distance, speed, row.stiffness, row.damping, False)
-
-
-@compiled
-def _rate(state: State, row: Row, behind: bool, ahead: bool) -> State:
-    """Return the state's rate of change while the same spheres push."""
-    rate = np.array([state[2], state[3], row.along, row.normal])
-    for sphere in range(2):
-        if (sphere == 0 and behind) or (sphere == 1 and ahead):
-            dx, dy = state[0] - sphere * row.diameter, state[1]
-            push = _force(state, row, sphere) / (row.mass * math.hypot(dx, dy))
-            rate[2] += push * dx
-            rate[3] += push * dy
-    return rate

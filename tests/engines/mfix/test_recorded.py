@@ -27,6 +27,10 @@ HALF_DIGIT = 0.5e-5  # of x between 1 and 10 m, with six digits
 WELLS = 20  # about what the recorded 45 s hold
 
 
+JITTERED = ((1e5, 50), (1e6, 50))
+"""Stiffness and factor at which the fate depends on how long one waits."""
+
+
 def follow(recorded, seconds):
     every = 20 * recorded.factor // 50
     start = start_in_well(recorded.case, START_SPEED)
@@ -94,21 +98,25 @@ def cost(recorded):
 
 @pytest.mark.parametrize(
     "recorded",
-    [cost(r) for r in recorded_angles() if (r.stiffness, r.factor) != (1e5, 50)],
+    [cost(r) for r in recorded_angles() if (r.stiffness, r.factor) not in JITTERED],
     ids=lambda r: f"k={r.stiffness:g}-f={r.factor}",
 )
 def test_the_recorded_critical_angle(recorded):
     assert critical_angle(recorded, WELLS).value_deg == pytest.approx(recorded.value_deg, abs=3e-3)
 
 
-def test_at_the_softest_and_coarsest_the_fate_is_a_matter_of_how_long_one_waits():
-    """Jitter of the contact's phase: from 10.164 deg over 20 wells to 10.171 deg over 150.
+@pytest.mark.parametrize(("stiffness", "factor"), JITTERED)
+def test_where_the_fate_is_a_matter_of_how_long_one_waits_the_recorded_angle_is_in_between(
+    stiffness, factor
+):
+    """Jitter of the contact's phase, at 4.8 steps a contact.
 
-    MFiX's angle at k = 1e5 N/m and f = 50 lies in this band.
+    Some angles last 20 wells and are trapped later: at k = 1e5 N/m from 10.162 to 10.172 deg,
+    at 1e6 from 10.192 to 10.197 deg.
     """
-    (recorded,) = [r for r in recorded_angles() if (r.stiffness, r.factor) == (1e5, 50)]
-    angles = np.arange(10.155, 10.180, 5e-4)
-    case = case_at(10.2, 1e5, 50).replace(wells=150, time_limit=15_000.0)
+    (recorded,) = [r for r in recorded_angles() if (r.stiffness, r.factor) == (stiffness, factor)]
+    angles = recorded.value_deg + np.arange(-0.012, 0.012, 4e-4)
+    case = case_at(10.2, stiffness, factor).replace(wells=150, time_limit=15_000.0)
     runs = Reference("mfix-euler").inclines(
         [case.replace(angle=float(a)) for a in angles],
         "steady",
@@ -116,8 +124,7 @@ def test_at_the_softest_and_coarsest_the_fate_is_a_matter_of_how_long_one_waits(
     )
     lasting = min(a for a, r in zip(angles, runs, strict=True) if len(r.crests.time_s) >= WELLS)
     trapped = max(a for a, r in zip(angles, runs, strict=True) if r.motion is Motion.TRAPPED)
-    assert lasting < recorded.value_deg < trapped
-    assert trapped - lasting < 0.01
+    assert angles[0] < lasting < recorded.value_deg < trapped < angles[-1]
 
 
 def test_what_was_not_recorded_is_refused():

@@ -1,0 +1,43 @@
+"""The motion between two changes of contact: which spheres push is given, not looked up."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from harness.engines.reference.compiled import compiled
+from harness.engines.reference.contact import normal_force
+from harness.engines.reference.row import Row
+
+State = NDArray[np.float64]
+"""x from the sphere behind [m], y [m], vx, vy [m/s]."""
+
+
+@compiled
+def overlap(state: State, row: Row, sphere: int) -> float:
+    """Return the overlap [m] with a sphere (0 behind, 1 ahead); negative is a gap."""
+    return row.diameter - math.hypot(state[0] - sphere * row.diameter, state[1])
+
+
+@compiled
+def unclipped_force(state: State, row: Row, sphere: int) -> float:
+    """Return the force [N] that a sphere would exert, not clipped."""
+    dx, dy = state[0] - sphere * row.diameter, state[1]
+    distance = math.hypot(dx, dy)
+    speed = (state[2] * dx + state[3] * dy) / distance
+    return normal_force(row.diameter - distance, speed, row.stiffness, row.damping, False)
+
+
+@compiled
+def rate_of_change(state: State, row: Row, behind: bool, ahead: bool) -> State:
+    """Return the state's rate of change while the same spheres push."""
+    rate = np.array([state[2], state[3], row.along, row.normal])
+    for sphere in range(2):
+        if (sphere == 0 and behind) or (sphere == 1 and ahead):
+            dx, dy = state[0] - sphere * row.diameter, state[1]
+            push = unclipped_force(state, row, sphere) / (row.mass * math.hypot(dx, dy))
+            rate[2] += push * dx
+            rate[3] += push * dy
+    return rate
