@@ -62,6 +62,10 @@ def against_baseline(
     baseline is not tested either.
     """
     found, rows = {case.name: case for case in measured}, _Rows()
+    if not baseline.of_level(level):
+        name, where = row_name(f"level {level}"), baseline.where or "any folder"
+        reason_none = f"no case of this level in {where}; `dem-harness baseline accept` writes them"
+        return Regression((not_tested(name, Kind.REGRESSION, reason_none),))
     for known in baseline.of_level(level):
         if known.engine not in engines:
             continue

@@ -10,7 +10,14 @@ from typing import TYPE_CHECKING
 from harness.comparison.evidence import TowerEvidence
 from harness.comparison.verification import Verification
 from harness.observables.reference import PEYNEAU_ROUX
-from harness.report.figures import chain_peak_error, chain_runs, impulse, incline, tower_comparison
+from harness.report.figures import (
+    chain_peak_error,
+    chain_runs,
+    impulse,
+    incline,
+    parting,
+    tower_comparison,
+)
 from harness.report.figures.style import house_style
 
 if TYPE_CHECKING:
@@ -72,9 +79,26 @@ def pictures(found: Verification) -> Iterator[Picture]:
             "against the recursion started from the first.",
             lambda: incline.energy_after_each_shock(recursion),
         )
+    yield from _parting_pictures(found)
     yield from _comparison_pictures(found.tower)
     yield from _impulse_pictures(found.tower)
     yield from _tower_pictures(found.tower)
+
+
+MOST_PARTINGS = 6
+"""Figures of partings that a report shows; the rows name them all."""
+
+
+def _parting_pictures(found: Verification) -> Iterator[Picture]:
+    first = {series.case: series for series in reversed(found.parted)}
+    for number, series in enumerate(list(first.values())[:MOST_PARTINGS], 1):
+        yield _picture(
+            f"parting-{number}",
+            f"Where it parts: {series.case}",
+            f"{series.run_label} against {series.reference_label} around the moment at which they "
+            "part, and their difference over the whole record with its tolerance.",
+            partial(parting.parting, series),
+        )
 
 
 def _tower_pictures(evidence: TowerEvidence) -> Iterator[Picture]:

@@ -34,9 +34,11 @@ ENGINE = "lammps"
 """Whose baseline it is when the engine does not even say who it is."""
 
 
-def chosen_baseline(folder: Path | None, tolerances: Path | None) -> Baseline:
+def chosen_baseline(given: Path | Baseline | None, tolerances: Path | None) -> Baseline:
     """Return the baseline of a folder, or the committed one; empty where there is none."""
-    where = folder or committed()
+    if isinstance(given, Baseline):
+        return given
+    where = given or committed()
     if where is None:
         return Baseline({}, "none")
     return read_baseline(where, tolerances)
@@ -62,7 +64,7 @@ def verify(
     *,
     engine: Engine | None = None,
     progress: Progress = silent,
-    baseline: Path | None = None,
+    baseline: Path | Baseline | None = None,
     tolerances: Path | None = None,
     compare: bool = True,
 ) -> Verification:
@@ -70,9 +72,9 @@ def verify(
 
     ``level`` is ``quick``, ``default`` or ``full``. An engine that fails leaves
     rows that say so and status 3; the theory is checked all the same. The results
-    are held against the ``baseline`` in a folder (the committed one) within its
-    tolerances and the overrides of the file ``tolerances``, unless ``compare`` is
-    false. Raise RequestError for an unknown level and a damaged baseline. Write
+    are held against a ``baseline``, read or in a folder (the committed one), within the
+    table of tolerances and the overrides of the file ``tolerances``, unless
+    ``compare`` is false. Raise RequestError for an unknown level and a damaged baseline. Write
     the report with :func:`harness.report.write`.
     """
     chosen = level_by_name(level)
