@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from harness.comparison.case import Case, Made, Quantity, made_by
@@ -9,6 +11,7 @@ from harness.comparison.contact_events import contact_events
 from harness.comparison.measured_incline import short
 from harness.comparison.parting import Comparison, Series
 from harness.comparison.series import SeriesComparison
+from harness.errors import RequestError
 from harness.observables.impulse import impulse
 from harness.observables.summary import peak_force
 from harness.observables.tower import TowerRun
@@ -32,13 +35,14 @@ def tower_name(case: Tower, solver: str) -> str:
 def tower_case(run: TowerRun, version: str) -> Case:
     """Return a run with profiles as a case: peak force, impulse, changes of contacts, force series.
 
-    ``version`` is that of this harness, for its own solvers.
+    ``version`` is that of this harness, for its own solvers. The impulse is NaN where
+    the run shows no window.
     """
     events = contact_events(run, LEAST_FORCE * peak_force(run))
     last = events[-1] if events else None
     quantities = {
         "peak_force_N": Quantity(peak_force(run), 0.0, "N"),
-        "impulse_Ns": Quantity(impulse(run), 0.0, "N s"),
+        "impulse_Ns": Quantity(_impulse(run), 0.0, "N s"),
         "contact_changes": Quantity(float(len(events)), 0.0, ""),
     }
     if last is not None:
@@ -82,6 +86,13 @@ def ratio_case(case: Tower, solver: str, ratio: float, made: Made) -> Case:
         quantities={"impulse_ratio": Quantity(ratio, 0.0, "")},
         **made,
     )  # fmt: skip
+
+
+def _impulse(run: TowerRun) -> float:
+    try:
+        return impulse(run)
+    except RequestError:
+        return math.nan
 
 
 def _series(run: TowerRun) -> Series:

@@ -11,6 +11,7 @@ come back; then its longest excursion counts, and ``stays`` is false.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -41,13 +42,17 @@ class Series:
     time: Floats
     columns: Mapping[str, Floats]
 
-    def thinned(self, first: int = 8, rows: int = 120) -> Series:
-        """Return the ``first`` samples and about ``rows`` of the others, evenly, with the last."""
+    def thinned(self, first: int = 8, rows: int = 200) -> Series:
+        """Return the ``first`` samples, and the last, and at most ``rows`` of the others.
+
+        Their distance is a power of two of samples, so that a run with twice the
+        step has most of them too.
+        """
         count = self.time.size
-        if count <= first + rows:
+        if count <= first + rows + 1:
             return self
-        evenly = np.linspace(0, count - 1, rows).round().astype(int)
-        keep = np.union1d(np.arange(min(first, count)), evenly)
+        stride = 2 ** math.ceil(math.log2(count / rows))
+        keep = np.union1d(np.arange(first), [*range(0, count, stride), count - 1])
         return Series(self.time[keep], {name: c[keep] for name, c in self.columns.items()})
 
 

@@ -103,7 +103,7 @@ def _compare(case: Case, known: Case, overrides: Sequence[Override], rows: _Rows
     parted: list[Comparison] = []
     if known.series is not None and not changed:
         parted = _series(case, known, overrides, note, rows)
-    class_of_series = _earliest(parted)
+    class_of_series = earliest(parted)
     for quantity, wanted in known.quantities.items():
         name = row_name(known.name, quantity)
         if quantity not in case.quantities:
@@ -120,7 +120,7 @@ def _compare(case: Case, known: Case, overrides: Sequence[Override], rows: _Rows
             row = replace(row, verdict=Verdict.FAIL, triage=wrong)
         elif row.verdict is Verdict.FAIL and quantity in INPUT:
             row = replace(row, triage=f"{Triage.WRONG_INPUT}: {quantity} is not the baseline's")
-        elif row.verdict is Verdict.FAIL and class_of_series and math.isfinite(here.value):
+        elif row.verdict is Verdict.FAIL and class_of_series:
             row = replace(row, triage=class_of_series)
         rows.checks.append(row)
 
@@ -158,7 +158,7 @@ def _series(
             Verdict.PASS if holds else Verdict.FAIL,
             width.reason,
             note,
-            _earliest(parted),
+            earliest(parted),
         )
     )
     return parted
@@ -169,10 +169,13 @@ def _over_band(column: Comparison) -> float:
     return size if math.isfinite(size) else math.inf
 
 
-def _earliest(parted: Sequence[Comparison]) -> str:
+def earliest(parted: Sequence[Comparison]) -> str:
     """Return the class of the column that left its band first, empty if none did."""
     found = [p for p in (column.parting for column in parted) if p is not None]
-    return of_parting(min(found, key=lambda p: (p.time, not p.stays))) if found else ""
+    if not found:
+        return ""
+    first = min(found, key=lambda p: p.time)
+    return of_parting(replace(first, stays=any(p.stays for p in found)))
 
 
 def changed_parameters(now: Mapping[str, Any], known: Mapping[str, Any]) -> list[str]:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from harness.comparison.case import Case, Quantity
 from harness.comparison.parting import compare_series
+from harness.comparison.regression import earliest
 from harness.comparison.regression_tolerances import regression_tolerance
-from harness.comparison.triage import of_parting
 from harness.observables.provenance import Provenance
 
 if TYPE_CHECKING:
@@ -204,5 +204,4 @@ def _when(case: Case, known: Case) -> str:
         return ""
     width = regression_tolerance(known.name, "series")[0]
     columns = compare_series(known.name, case.series, known.series, width.relative)
-    partings = [p for p in (column.parting for column in columns) if p is not None]
-    return of_parting(min(partings, key=lambda p: p.time)) if partings else ""
+    return earliest(columns)

@@ -105,8 +105,10 @@ def _quantity(name: str, record: Mapping[str, Any]) -> Quantity:
 def _read_series(path: Path) -> Series:
     text = path.read_text(encoding="utf-8")
     head = text.partition("\n")[0].split(",")
+    if len(text.splitlines()) < 3:
+        raise ValueError(f"{path.name} holds fewer than two samples")
     rows = np.loadtxt(io.StringIO(text), delimiter=",", skiprows=1, ndmin=2)
-    if head[0] != "time_s" or rows.shape[0] < 2 or rows.shape[1] != len(head):
+    if head[0] != "time_s" or rows.shape[1] != len(head):
         raise ValueError(f"{path.name} is not a series over time_s")
     if not np.isfinite(rows).all():
         raise ValueError(f"{path.name} holds values that are not numbers")

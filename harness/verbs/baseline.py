@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -82,6 +83,12 @@ def accept_baseline(compared: BaselineComparison, folder: Path | None = None) ->
     if compared.found.engine_errors:
         first = compared.found.engine_errors[0]
         raise EngineError(f"baseline: nothing is accepted from a run that died: {first}")
+    for change in compared.changes:
+        for name, quantity in change.case.quantities.items():
+            if not math.isfinite(quantity.value):
+                raise EngineError(
+                    f"baseline: {change.case.name}: {name} = {quantity.value} is not accepted"
+                )
     target = where_to_accept(folder)
     write(compared.changes, target)
     return target

@@ -27,7 +27,7 @@ from harness.comparison.verdicts import (
     not_tested,
 )
 from harness.engines.contract import Engine
-from harness.errors import EngineError
+from harness.errors import EngineError, EngineOutputError, RequestError
 from harness.observables.impulse import impulse
 from harness.observables.tower import TowerRun
 from harness.parameters.tower import LAWS, Law, Tower
@@ -82,6 +82,10 @@ def tower_checks(
             checks += part()
         except EngineError as error:
             checks.append(failed_run(f"tower: {name}", Kind.CROSS_CODE, error))
+        except RequestError as error:
+            # the cases are ours: a run that does not show its window is the engine's doing
+            bad = EngineOutputError(str(error))
+            checks.append(failed_run(f"tower: {name}", Kind.CROSS_CODE, bad))
     return checks
 
 
