@@ -66,8 +66,8 @@ def verify(
     folder = output or Path("reports") / "runs" / datetime.now().strftime("%Y-%m-%d-%H%M%S")
     if baseline is not None and no_baseline:
         raise RequestError("--baseline and --no-baseline: give one of them only")
-    check_folder(folder)
     known = None if no_baseline else chosen_baseline(baseline, tolerances)
+    check_folder(folder)
     level = "quick" if quick else "full" if full else "default"
     with progress_bars() as progress, open_engine(engine, lmp=lmp, launcher=mpirun) as opened:
         found = verify_with(

@@ -142,6 +142,11 @@ def _series(
     except RequestError as error:
         rows.checks.append(not_tested(name, Kind.REGRESSION, str(error)))
         return []
+    now, then = (f"{one.engine} {one.engine_version}" for one in (case, known))
+    columns = [
+        replace(c, run_label=f"this run, {now}", reference_label=f"baseline, {then}")
+        for c in columns
+    ]
     parted = [column for column in columns if not column.holds]
     rows.parted += parted
     worst = max(columns, key=_over_band)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import math
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
 from harness.comparison.evidence import TowerEvidence
+from harness.comparison.parting import Comparison
 from harness.comparison.verification import Verification
 from harness.observables.reference import PEYNEAU_ROUX
 from harness.report.figures import (
@@ -90,8 +92,7 @@ MOST_PARTINGS = 6
 
 
 def _parting_pictures(found: Verification) -> Iterator[Picture]:
-    first = {series.case: series for series in reversed(found.parted)}
-    for number, series in enumerate(list(first.values())[:MOST_PARTINGS], 1):
+    for number, series in enumerate(_first_to_part(found.parted)[:MOST_PARTINGS], 1):
         yield _picture(
             f"parting-{number}",
             f"Where it parts: {series.case}",
@@ -99,6 +100,16 @@ def _parting_pictures(found: Verification) -> Iterator[Picture]:
             "part, and their difference over the whole record with its tolerance.",
             partial(parting.parting, series),
         )
+
+
+def _first_to_part(parted: Sequence[Comparison]) -> list[Comparison]:
+    """Return of each case the column that left its band first."""
+    first: dict[str, tuple[float, Comparison]] = {}
+    for series in parted:
+        moment = series.parting
+        if moment is not None and moment.time < first.get(series.case, (math.inf, series))[0]:
+            first[series.case] = moment.time, series
+    return [series for _, series in first.values()]
 
 
 def _tower_pictures(evidence: TowerEvidence) -> Iterator[Picture]:

@@ -48,7 +48,7 @@ def parting(found: Comparison) -> Figure:
     below.semilogy(
         found.time, np.where(apart > LOWEST, apart, np.nan), color=BLACK, linewidth=1.1,
         marker="." if found.time.size < 200 else "", markersize=3,
-        label=f"|{found.run_label} - {found.reference_label}|; gaps where it is 0",
+        label="difference; gaps where it is 0",
     )  # fmt: skip
     below.axhline(
         found.band, color="0.4", linestyle="--", linewidth=1.2, label=f"tolerance {found.band:.1e}"
