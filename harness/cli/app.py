@@ -6,10 +6,12 @@ from typing import Annotated
 
 import typer
 
+from harness.cli.baseline import baseline
 from harness.cli.critical_angle import critical_angle
 from harness.cli.engines import engines
 from harness.cli.impulse import impulse
 from harness.cli.inputs import inputs
+from harness.cli.releases import releases
 from harness.cli.reproduce import reproduce
 from harness.cli.theory import theory
 from harness.cli.tower import tower
@@ -57,5 +59,7 @@ for command in (
     impulse,
     inputs,
     engines,
+    releases,
 ):
     app.command()(command)
+app.add_typer(baseline)

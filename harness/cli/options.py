@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -49,6 +50,16 @@ Mpirun = Annotated[
         metavar="COMMAND",
         help='An MPI launcher with its options, as in `--mpirun "mpirun -np 4"`.',
         rich_help_panel="Engine",
+    ),
+]
+
+Tolerances = Annotated[
+    Path | None,
+    typer.Option(
+        "--tolerances",
+        metavar="FILE",
+        help="Named overrides of the regression tolerances, TOML.  "
+        "[default: inputs/tolerances.toml]",
     ),
 ]
 

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from harness.comparison.verdicts import Check
     from harness.comparison.verification import Verification
 
@@ -25,6 +28,9 @@ def print_verification(found: Verification, folder: Path) -> None:
         rows = [check for check in found.checks if check.kind is kind]
         if not rows:
             continue
+        if kind is Kind.REGRESSION:
+            print_regression(rows, found.baseline, console)
+            continue
         table = Table(title=str(kind), title_justify="left", title_style="bold")
         table.add_column("check", overflow="fold")
         for name in ("value", "expected", "difference", "tolerance"):
@@ -34,11 +40,35 @@ def print_verification(found: Verification, folder: Path) -> None:
         for check in rows:
             colour = COLOURS[check.verdict]
             table.add_row(*_cells(check), f"[{colour}]{check.verdict}[/]")
-            if check.note and check.verdict in ("fail", "not tested"):
-                table.add_row(f"  {check.note}", *[""] * 6)
+            for said in filter(None, (check.triage, check.note)):
+                if check.verdict in ("fail", "not tested"):
+                    table.add_row(f"  {said}", *[""] * 6)
         console.print(table)
     console.print(*headline(found), sep="\n")
     console.print(f"report: {folder / 'report.html'}", soft_wrap=True)
+
+
+def print_regression(rows: Sequence[Check], where: str, console: Console | None = None) -> None:
+    """Print how many rows hold against the baseline, and those that do not, with their class."""
+    from rich.console import Console
+    from rich.table import Table
+
+    from harness.comparison.verdicts import Verdict
+
+    console = console or Console(width=None if Console().is_terminal else 120)
+    held = sum(check.verdict is Verdict.PASS for check in rows)
+    console.print(f"regression: {held} of {len(rows)} rows hold against {where}", soft_wrap=True)
+    failed = [check for check in rows if check.verdict is Verdict.FAIL]
+    untested = [check for check in rows if check.verdict is Verdict.NOT_TESTED]
+    if failed:
+        table = Table("row", "value", "difference", "tolerance", "", "class of failure")
+        for check in failed:
+            name, value, _, *others = _cells(check)
+            triage = f"{check.triage}\n{check.note}" if check.note else check.triage
+            table.add_row(name.removeprefix("baseline: "), value, *others, triage)
+        console.print(table)
+    for check in untested:
+        console.print(f"not tested: {check.name}: {check.note}", soft_wrap=True)
 
 
 def headline(found: Verification) -> list[str]:

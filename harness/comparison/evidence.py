@@ -8,9 +8,12 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from harness.comparison.case import Case
 from harness.comparison.extrapolation import ExtrapolatedAngle
+from harness.comparison.parting import Comparison
 from harness.comparison.series import SeriesComparison
 from harness.comparison.step_convergence import StepConvergence
+from harness.errors import EngineError
 from harness.observables.critical_angle import CriticalAngle
 from harness.observables.incline import InclineRun
 from harness.observables.tower import TowerRun
@@ -33,7 +36,8 @@ class InclineEvidence:
     """What the engine's runs of the incline left.
 
     ``by_contact`` maps the name of a contact to its angles over stiffness and
-    step.
+    step. ``measured`` are cases for the baseline that nothing else keeps,
+    ``errors`` those of its cases whose run died, by name.
     """
 
     closed_form_deg: float
@@ -42,6 +46,8 @@ class InclineEvidence:
     routes: list[CriticalAngle] = field(default_factory=list)
     motions: list[InclineRun] = field(default_factory=list)
     recursion: Recursion | None = None
+    measured: list[Case] = field(default_factory=list)
+    errors: dict[str, EngineError] = field(default_factory=dict)
 
 
 @dataclass
@@ -55,7 +61,9 @@ class TowerEvidence:
     to comparisons of codes with the exact propagator, ``different_law`` holds
     the laws against each other; ``impulses``, ``by_gamma``, ``ways``
     (the same Gamma reached in different ways) and ``scaling`` are the tables of
-    alpha(n) and the critical angle.
+    alpha(n) and the critical angle. ``measured`` are the runs as cases for the
+    baseline, ``errors`` those of cases whose run died, ``parted`` the series
+    that left the band about their reference.
     """
 
     collisions: list[TowerRun] = field(default_factory=list)
@@ -71,3 +79,6 @@ class TowerEvidence:
     by_gamma: pd.DataFrame | None = None
     ways: pd.DataFrame | None = None
     scaling: pd.DataFrame | None = None
+    measured: list[Case] = field(default_factory=list)
+    errors: dict[str, EngineError] = field(default_factory=dict)
+    parted: list[Comparison] = field(default_factory=list)

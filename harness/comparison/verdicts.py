@@ -8,6 +8,7 @@ from enum import StrEnum
 from typing import Any
 
 from harness.comparison.tolerances import Tolerance
+from harness.comparison.triage import Triage, of_error
 from harness.errors import EngineError
 
 
@@ -71,8 +72,12 @@ def judge(
     *,
     uncertainty: float = 0.0,
     note: str = "",
+    triage: str = "",
 ) -> Check:
-    """Return the check of a value against what is expected; NaN never passes."""
+    """Return the check of a value against what is expected; NaN never passes.
+
+    ``triage`` is the class if it fails, where more is known than the number.
+    """
     width = tolerance.width(expected)
     holds = abs(value - expected) <= width
     return Check(
@@ -86,7 +91,12 @@ def judge(
         verdict=Verdict.PASS if holds else Verdict.FAIL,
         why=tolerance.reason,
         note=note,
+        triage="" if holds else triage or _class(value),
     )
+
+
+def _class(value: float) -> str:
+    return Triage.NAN if math.isnan(value) else Triage.OUT_OF_TOLERANCE
 
 
 def judge_within_uncertainty(
@@ -95,7 +105,10 @@ def judge_within_uncertainty(
     """Return the check that the stated uncertainty holds the expected value."""
     holds = abs(value - expected) <= uncertainty
     verdict = Verdict.PASS if holds else Verdict.FAIL
-    return Check(name, kind, unit, value, expected, uncertainty, uncertainty, verdict, why)
+    triage = "" if holds else _class(value)
+    return Check(
+        name, kind, unit, value, expected, uncertainty, uncertainty, verdict, why, triage=triage
+    )
 
 
 def finding(
@@ -111,10 +124,13 @@ def failed_run(name: str, kind: Kind, error: EngineError, unit: str = "") -> Che
     """Return the row of a check whose engine died: a failure that says how."""
     nan = math.nan
     note = f"{error.kind}: {error}"
-    return Check(name, kind, unit, nan, nan, nan, nan, Verdict.FAIL, "", note, engine_died=True)
+    return Check(
+        name, kind, unit, nan, nan, nan, nan, Verdict.FAIL, "", note, of_error(error), True
+    )
 
 
 def not_tested(name: str, kind: Kind, reason: str, unit: str = "") -> Check:
     """Return the row of a check that could not be made, with the reason; never a pass."""
     nan = math.nan
-    return Check(name, kind, unit, nan, nan, nan, nan, Verdict.NOT_TESTED, "", reason)
+    triage = Triage.NOT_TESTED
+    return Check(name, kind, unit, nan, nan, nan, nan, Verdict.NOT_TESTED, "", reason, triage)

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from harness.comparison.case import Case
 from harness.comparison.evidence import InclineEvidence, TowerEvidence
+from harness.comparison.parting import Comparison
 from harness.comparison.verdicts import Check, Verdict
 from harness.observables.provenance import Provenance
 
@@ -18,7 +20,9 @@ class Verification:
     """The result of ``verify``.
 
     ``status`` is the exit status: 3 when an engine died, 1 when a verdict
-    failed, else 0. ``scripts`` are the exact inputs that ran, by name.
+    failed, else 0. ``scripts`` are the exact inputs that ran, by name. ``measured``
+    are the cases of the baseline that were run, ``parted`` the series that left the
+    band about their reference, ``baseline`` is where the accepted ones lie.
     """
 
     level: str
@@ -32,6 +36,9 @@ class Verification:
     tower: TowerEvidence
     scripts: dict[str, str]
     engine_errors: tuple[str, ...] = ()
+    measured: tuple[Case, ...] = ()
+    parted: tuple[Comparison, ...] = ()
+    baseline: str = ""
 
     @property
     def status(self) -> int:
@@ -59,6 +66,8 @@ class Verification:
             "status": self.status,
             "engine": self.provenance.record() if self.provenance else None,
             "engine_errors": list(self.engine_errors),
+            "baseline": self.baseline,
+            "partings": [series.record() for series in self.parted],
             "closed_form_deg": evidence.closed_form_deg,
             "checks": [check.record() for check in self.checks],
             "extrapolated": evidence.extrapolated.record() if evidence.extrapolated else None,

@@ -11,6 +11,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 _HOMES = {
+    "accept_baseline": "harness.verbs.baseline",
+    "compare_with_baseline": "harness.verbs.baseline",
     "critical_angle": "harness.verbs.incline",
     "critical_angles": "harness.verbs.incline",
     "energy_scaling_angles": "harness.verbs.impulse_angles",
@@ -22,12 +24,15 @@ _HOMES = {
     "impulse_by_gamma": "harness.verbs.impulse_angles",
     "impulse_table": "harness.verbs.impulses",
     "reproduce": "harness.verbs.reproduction.run",
+    "releases": "harness.verbs.releases",
     "theory": "harness.verbs.closed_forms",
     "tower": "harness.verbs.towers",
     "verify": "harness.verbs.verification",
 }
 
 if TYPE_CHECKING:
+    from harness.verbs.baseline import accept_baseline as accept_baseline
+    from harness.verbs.baseline import compare_with_baseline as compare_with_baseline
     from harness.verbs.closed_forms import theory as theory
     from harness.verbs.impulse_angles import energy_scaling_angles as energy_scaling_angles
     from harness.verbs.impulse_angles import impulse_angles as impulse_angles
@@ -36,6 +41,7 @@ if TYPE_CHECKING:
     from harness.verbs.incline import critical_angle as critical_angle
     from harness.verbs.incline import critical_angles as critical_angles
     from harness.verbs.incline import extrapolated_critical_angle as extrapolated_critical_angle
+    from harness.verbs.releases import releases as releases
     from harness.verbs.reproduction.run import reproduce as reproduce
     from harness.verbs.scripts import inputs as inputs
     from harness.verbs.scripts import outdated_inputs as outdated_inputs

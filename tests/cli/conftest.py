@@ -29,7 +29,7 @@ def harness(tmp_path):
 def answer(harness):
     """Run a command with --json and return its object: nothing else is on stdout."""
 
-    def run(*arguments, status=0):
-        return json.loads(harness(*arguments, "--json", status=status).stdout)
+    def run(*arguments, status=0, timeout=120):
+        return json.loads(harness(*arguments, "--json", status=status, timeout=timeout).stdout)
 
     return run

@@ -19,7 +19,10 @@ def test_quick(answer, tmp_path):
     assert abs(extrapolated["critical_angle_deg"] - closed_form) <= extrapolated["uncertainty_deg"]
     assert extrapolated["uncertainty_deg"] <= 6e-4
     kinds = {check["kind"] for check in record["checks"]}
-    assert kinds == {"analytic", "cross-code", "finding"}
+    assert kinds == {"analytic", "cross-code", "regression", "finding"}
+    against = [check for check in record["checks"] if check["kind"] == "regression"]
+    assert {check["verdict"] for check in against} == {"pass"}
+    assert not any(check["triage"] for check in against)
     on_disk = json.loads((tmp_path / "run" / "results.json").read_text())
     assert on_disk["checks"] == record["checks"]
     assert (tmp_path / "run" / "report.html").stat().st_size < 5e6
@@ -64,6 +67,7 @@ def test_a_lammps_that_dies_leaves_a_report_and_status_3(harness, tmp_path):
     record = json.loads((tmp_path / "run" / "results.json").read_text())
     died = [check for check in record["checks"] if check["engine_died"]]
     assert died
+    assert all(check["triage"] == "engine error: crashed" for check in died)
     assert all("crashed" in check["note"] and "SIGSEGV" in check["note"] for check in died)
     assert [
         c for c in record["checks"] if c["name"].startswith("theory") and c["verdict"] == "pass"

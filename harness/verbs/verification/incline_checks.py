@@ -8,6 +8,7 @@ import numpy as np
 
 from harness.comparison.evidence import InclineEvidence, Recursion
 from harness.comparison.extrapolation import extrapolate
+from harness.comparison.measured_incline import angle_case
 from harness.comparison.tolerances import TOLERANCES, Tolerance
 from harness.comparison.verdicts import (
     Check,
@@ -22,13 +23,16 @@ from harness.engines.contract import Engine
 from harness.engines.lammps.engine import Lammps
 from harness.errors import EngineError, RequestError
 from harness.observables.critical_angle import CriticalAngle
+from harness.observables.passage import PHASES
 from harness.parameters.contact import PLASTIC
 from harness.parameters.incline import Incline
 from harness.theory import energy_map
 from harness.theory.shock import SHOCK_WITHOUT_REBOUND
 from harness.verbs.incline import complete, critical_angle, critical_angles
 from harness.verbs.progress import Progress
+from harness.verbs.verification.baseline_rows import in_phases, keep_errors
 from harness.verbs.verification.levels import SOURCE_CASE, SOURCE_CLIPPED, Level
+from harness.verbs.verification.passages import passages
 
 RECURSION_CASE = Incline(contact=PLASTIC, stiffness=1e6, steps_per_contact=200.0, angle=10.6)
 NEAR_CRITICAL_DEG = (10.20, 10.22)
@@ -50,6 +54,7 @@ def incline_checks(
         ("motion near the critical angle", lambda: _motions(engine, evidence)),
         ("scale invariance", lambda: _scales(engine, progress)),
         ("two ways to run LAMMPS", lambda: _two_ways(engine)),
+        ("passages at a fixed angle", lambda: passages(engine, evidence)),
     ]
     checks: list[Check] = []
     for name, part in parts:
@@ -64,9 +69,11 @@ def _extrapolation(
     engine: Engine, level: Level, evidence: InclineEvidence, progress: Progress
 ) -> list[Check]:
     cases = level.ladder.cases(Incline(contact=PLASTIC))
-    angles = complete(
-        critical_angles(cases, engine, stage="plastic contact, extrapolation", progress=progress)
+    found_or_died = critical_angles(
+        cases, engine, stage="plastic contact, extrapolation", progress=progress
     )
+    keep_errors(evidence, engine.name, cases, found_or_died, PHASES)
+    angles = complete(found_or_died)
     evidence.by_contact[PLASTIC.name] = angles
     evidence.extrapolated = found = extrapolate(angles)
     expected = evidence.closed_form_deg
@@ -102,6 +109,7 @@ def _beside(
         stage="source's and clipped contact",
         progress=progress,
     )
+    keep_errors(evidence, engine.name, cases, angles, level.phases_beside)
     rows: list[Check] = []
     for case, angle in zip(cases, angles, strict=True):
         if isinstance(angle, EngineError):
@@ -113,6 +121,7 @@ def _beside(
         SOURCE_CASE.replace(contact=SOURCE_CLIPPED), engine=engine, method="passage"
     )
     kept = critical_angle(SOURCE_CASE, engine=engine, method="passage")
+    evidence.measured += [angle_case(angle, in_phases(PHASES)) for angle in (clipped, kept)]
     rows += [_bias(kept, evidence.closed_form_deg), _clipping(clipped, kept)]
     return rows
 
@@ -150,6 +159,10 @@ def _routes(
             case, method="steady", tolerance_deg=level.steady_tolerance_deg, engine=engine
         )
         evidence.routes += [passage, steady]
+        evidence.measured += [
+            angle_case(passage, in_phases(PHASES)),
+            angle_case(steady, f"{level.steady_tolerance_deg:g}-deg"),
+        ]
         rows.append(
             judge_within_uncertainty(
                 f"incline: steady against passage, {case.contact.name} contact",

@@ -6,9 +6,11 @@ import platform
 import time
 from datetime import UTC, datetime
 from functools import partial
+from pathlib import Path
 
 from harness import __version__
 from harness.comparison.evidence import InclineEvidence, TowerEvidence
+from harness.comparison.regression import Baseline, Regression
 from harness.comparison.verdicts import Check, Kind, failed_run
 from harness.comparison.verification import Verification
 from harness.engines.contract import Engine
@@ -17,8 +19,10 @@ from harness.engines.parallel import side_by_side
 from harness.engines.registry import open_engine
 from harness.errors import EngineError
 from harness.observables.provenance import Provenance
+from harness.store.baseline import committed, read_baseline
 from harness.theory.critical_angle import critical_angle
 from harness.verbs.progress import Progress, silent
+from harness.verbs.verification.baseline_rows import baseline_rows, measured_cases
 from harness.verbs.verification.chain_checks import chain_checks
 from harness.verbs.verification.incline_checks import incline_checks
 from harness.verbs.verification.levels import Level
@@ -26,6 +30,19 @@ from harness.verbs.verification.levels import level as level_by_name
 from harness.verbs.verification.reference_checks import reference_checks
 from harness.verbs.verification.theory_checks import theory_checks
 from harness.verbs.verification.tower_checks import tower_checks
+
+ENGINE = "lammps"
+"""Whose baseline it is when the engine does not even say who it is."""
+
+
+def chosen_baseline(given: Path | Baseline | None, tolerances: Path | None) -> Baseline:
+    """Return the baseline of a folder, or the committed one; empty where there is none."""
+    if isinstance(given, Baseline):
+        return given
+    where = given or committed()
+    if where is None:
+        return Baseline({}, "none")
+    return read_baseline(where, tolerances)
 
 
 def _both(
@@ -44,16 +61,25 @@ def _both(
 
 
 def verify(
-    level: str = "default", *, engine: Engine | None = None, progress: Progress = silent
+    level: str = "default",
+    *,
+    engine: Engine | None = None,
+    progress: Progress = silent,
+    baseline: Path | Baseline | None = None,
+    tolerances: Path | None = None,
+    compare: bool = True,
 ) -> Verification:
     """Hold LAMMPS against theory on the incline and return checks and evidence.
 
     ``level`` is ``quick``, ``default`` or ``full``. An engine that fails leaves
-    rows that say so and status 3; the theory is checked all the same. Raise
-    RequestError for an unknown level. Write the report with
-    :func:`harness.report.write`.
+    rows that say so and status 3; the theory is checked all the same. The results
+    are held against a ``baseline``, read or in a folder (the committed one), within the
+    table of tolerances and the overrides of the file ``tolerances``, unless
+    ``compare`` is false. Raise RequestError for an unknown level and a damaged baseline. Write
+    the report with :func:`harness.report.write`.
     """
     chosen = level_by_name(level)
+    known = chosen_baseline(baseline, tolerances) if compare else None
     started, clock = datetime.now(UTC), time.monotonic()
     evidence = InclineEvidence(closed_form_deg=critical_angle())
     towers = TowerEvidence()
@@ -70,6 +96,12 @@ def verify(
     finally:
         if own and engine is not None:
             engine.close()
+    own_checks = chain_checks(chosen, towers)
+    measured = measured_cases(chosen, evidence, towers)
+    regression = Regression()
+    if known is not None:
+        name, how = (provenance.engine, provenance.how) if provenance else (ENGINE, "in-process")
+        regression = baseline_rows(measured, known, chosen, name, evidence, towers, how)
     return Verification(
         level=chosen.name,
         started=started.isoformat(timespec="seconds"),
@@ -77,9 +109,12 @@ def verify(
         platform=f"{platform.system()} {platform.machine()}, Python {platform.python_version()}",
         harness_version=__version__,
         provenance=provenance,
-        checks=(*checks, *theory_checks(), *chain_checks(chosen, towers)),
+        checks=(*checks, *theory_checks(), *own_checks, *regression.checks),
         incline=evidence,
         tower=towers,
         scripts={script.name: script.text for script in all_scripts()},
         engine_errors=tuple(check.note for check in checks if check.engine_died),
+        measured=tuple(measured),
+        parted=(*towers.parted, *regression.parted),
+        baseline=known.where if known else "",
     )

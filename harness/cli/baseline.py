@@ -1,0 +1,140 @@
+"""``dem-harness baseline``."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from harness.cli.options import EngineName, Json, Lmp, Mpirun, Tolerances
+
+if TYPE_CHECKING:
+    from harness.verbs.baseline import BaselineComparison
+
+baseline = typer.Typer(
+    name="baseline",
+    help="Compare with the baseline, or accept a new one.",
+    no_args_is_help=True,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+class LevelName(StrEnum):
+    """The levels of ``verify``."""
+
+    QUICK = "quick"
+    DEFAULT = "default"
+    FULL = "full"
+
+
+Level = Annotated[LevelName, typer.Option("--level", help="Which cases: those of `verify`.")]
+
+Folder = Annotated[
+    Path | None,
+    typer.Option(
+        "--baseline",
+        metavar="DIR",
+        help="Folder of the baseline.  [default: reports/baseline of this project, or the "
+        "installed package's own]",
+    ),
+]
+
+
+@baseline.command()
+def compare(
+    level: Level = LevelName.DEFAULT,
+    folder: Folder = None,
+    tolerances: Tolerances = None,
+    engine: EngineName = "lammps",
+    lmp: Lmp = None,
+    mpirun: Mpirun = None,
+    json: Json = False,
+) -> None:
+    """Run the cases and hold each quantity against the baseline.
+
+    A failed row says of what class it is: diverged from the first step, diverged
+    late (and when), wrong input, engine error, NaN, out of time, out of memory.
+    """
+    from harness.cli.output import print_json
+    from harness.errors import RequestError
+
+    if folder is not None and not folder.is_dir():
+        raise RequestError(f"--baseline {folder}: no such folder")
+    compared = _run(level, folder, tolerances, engine, lmp, mpirun)
+    if json:
+        print_json(compared.record())
+    else:
+        _print_rows(compared)
+    raise typer.Exit(compared.status)
+
+
+@baseline.command()
+def accept(
+    level: Level = LevelName.DEFAULT,
+    folder: Folder = None,
+    yes: Annotated[bool, typer.Option("--yes", help="Write without asking.")] = False,
+    engine: EngineName = "lammps",
+    lmp: Lmp = None,
+    mpirun: Mpirun = None,
+    json: Json = False,
+) -> None:
+    """Run the cases, show what would change in the baseline, and write it if told to.
+
+    Asks on a terminal; without one, and without --yes, nothing is written.
+    """
+    import sys
+
+    from harness.cli.output import print_json
+    from harness.verbs.baseline import accept_baseline, where_to_accept
+
+    target = where_to_accept(folder)
+    compared = _run(level, folder, None, engine, lmp, mpirun)
+    if not json:
+        _print_changes(compared)
+    agreed = yes
+    if compared.changes and not yes and not json and sys.stdin.isatty():
+        agreed = typer.confirm(f"Write {len(compared.changes)} cases into {target}?")
+    written = agreed and bool(compared.changes)
+    if written:
+        accept_baseline(compared, target)
+    if json:
+        print_json({**compared.record(), "written": written, "folder": str(target)})
+    elif written:
+        print(f"{target}: {len(compared.changes)} cases written")
+    elif compared.changes:
+        print(f"{target}: nothing written; --yes writes it")
+
+
+def _run(
+    level: LevelName,
+    folder: Path | None,
+    tolerances: Path | None,
+    engine: str,
+    lmp: str | None,
+    mpirun: str | None,
+) -> BaselineComparison:
+    from harness.cli.progress import progress_bars
+    from harness.engines.registry import open_engine
+    from harness.verbs.baseline import compare_with_baseline
+
+    with progress_bars() as progress, open_engine(engine, lmp=lmp, launcher=mpirun) as opened:
+        return compare_with_baseline(
+            level.value, baseline=folder, tolerances=tolerances, engine=opened, progress=progress
+        )
+
+
+def _print_rows(compared: BaselineComparison) -> None:
+    from harness.cli.tables import print_regression
+
+    print_regression(compared.checks, compared.found.baseline)
+
+
+def _print_changes(compared: BaselineComparison) -> None:
+    if not compared.changes:
+        print("the baseline is what would be written")
+    for change in compared.changes:
+        print(f"{change.kind}: {change.case.name}")
+        for line in change.lines:
+            print(f"    {line}")

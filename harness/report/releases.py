@@ -1,0 +1,85 @@
+"""The matrix of releases as a folder: Markdown, CSV, JSON and a figure of the changes."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tempfile
+from pathlib import Path
+
+from harness.comparison.releases import Change, ReleaseMatrix
+from harness.report.figures.releases import changes as draw_changes
+from harness.report.figures.style import house_style
+from harness.report.finite import finite
+from harness.report.folder import check_folder
+
+SHOWN = {
+    Change.SAME: "same",
+    Change.ROUNDING: "round-off",
+    Change.TOLERATED: "in tolerance",
+    Change.MOVED: "**moved**",
+    Change.DIED: "**engine error**",
+    Change.NOT_TESTED: "not tested",
+}
+
+
+def write_releases(found: ReleaseMatrix, folder: Path) -> None:
+    """Write report.md, results.csv, results.json and the figure into a new folder, whole or not.
+
+    Raise RequestError when the folder cannot take them.
+    """
+    check_folder(folder)
+    aside = Path(tempfile.mkdtemp(dir=folder.parent, prefix=f".{folder.name}."))
+    try:
+        (aside / "report.md").write_text(markdown(found), encoding="utf-8")
+        found.frame().to_csv(aside / "results.csv", index=False)
+        record = json.dumps(finite(found.record()), indent=2, ensure_ascii=False)
+        (aside / "results.json").write_text(record + "\n", encoding="utf-8")
+        with house_style():
+            draw_changes(found).savefig(aside / "changes.svg", metadata={"Date": None})
+        aside.chmod(0o755)
+        if folder.is_dir():
+            folder.rmdir()
+        aside.rename(folder)
+    except BaseException:
+        shutil.rmtree(aside, ignore_errors=True)
+        raise
+
+
+def markdown(found: ReleaseMatrix) -> str:
+    """Return the matrix as Markdown: who ran, how much is of each class, and every row."""
+    reference = found.columns[found.reference].release
+    lines = [
+        "# LAMMPS releases",
+        "",
+        f"Cases of `verify --{found.level}`, each release through its own executable, on "
+        f"{found.platform}. Changes are against {reference}.",
+        "",
+        "| release | LAMMPS | " + " | ".join(str(c) for c in Change if c != "reference") + " |",
+        f"|---|---|{'--:|' * (len(Change) - 1)}",
+    ]
+    for i, column in enumerate(found.columns):
+        counts = found.counts(i)
+        who = column.provenance.engine_version if column.provenance else column.error
+        cells = [str(counts.get(str(c), "")) for c in Change if c != "reference"]
+        lines.append(f"| {column.release} | {_cell(who)} | {' | '.join(cells)} |")
+    lines += ["", "![Largest change of each case](changes.svg)", "", "## Every quantity", ""]
+    head = ["case", "quantity", reference, "tolerance"]
+    others = [(i, c) for i, c in enumerate(found.columns) if i != found.reference]
+    head += [column.release for _, column in others]
+    lines += [f"| {' | '.join(head)} |", f"|---|---|--:|--:|{'---|' * len(others)}"]
+    for row in found.rows:
+        value = row.cells[found.reference].value
+        cells = [row.case, row.quantity, "-" if value is None else f"{value:.12g} {row.unit}"]
+        cells += [f"{row.tolerance:.1g}"]
+        for i, _ in others:
+            cell = row.cells[i]
+            apart = f" ({cell.difference:+.1e})" if cell.difference else ""
+            note = f"; {cell.note}" if cell.note else ""
+            cells.append(_cell(f"{SHOWN.get(cell.change, cell.change)}{apart}{note}"))
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join([*lines, ""])
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|").replace("\n", " ")

@@ -1,0 +1,59 @@
+import json
+
+import pytest
+
+from harness.store.baseline import committed
+
+
+@pytest.mark.live
+def test_accept_shows_writes_only_when_told_to_and_then_compares_clean(harness, answer, tmp_path):
+    shown = harness("baseline", "accept", "--level", "quick", "--baseline", "base", timeout=300)
+    assert "new: lammps/incline-path-source-10.2-deg" in shown.stdout
+    assert "nothing written; --yes writes it" in shown.stdout
+    assert list(tmp_path.iterdir()) == []
+    accepted = ("baseline", "accept", "--level", "quick", "--yes", "--baseline", "base")
+    record = answer(*accepted, timeout=300)
+    assert record["written"]
+    # the same machine and LAMMPS: what was accepted is what is committed, to the last bit
+    path = tmp_path / "base" / "lammps" / "incline-path-source-10.2-deg.json"
+    assert json.loads(path.read_text())["quantities"]["step_s"]["value"] > 0
+    file = tmp_path / "base" / "lammps" / "incline-path-plastic-10.2-deg.json"
+    case = json.loads(file.read_text())
+    case["quantities"]["margin_over_mgd"]["value"] *= 1 + 1e-3
+    file.write_text(json.dumps(case))
+    found = answer(
+        "baseline", "compare", "--level", "quick", "--baseline", "base", status=1, timeout=300
+    )
+    failed = [check for check in found["checks"] if check["verdict"] == "fail"]
+    assert [check["name"] for check in failed] == [
+        "baseline: lammps/incline-path-plastic-10.2-deg: margin_over_mgd"
+    ]
+    assert failed[0]["triage"] == "out of tolerance"
+    (change,) = found["changes"]
+    assert change["kind"] == "changed"
+
+
+def test_bad_requests(harness, tmp_path):
+    assert "no such folder" in harness("baseline", "compare", "--baseline", "x", status=2).stderr
+    (tmp_path / "file").write_text("")
+    said = harness("baseline", "accept", "--baseline", "file", status=2).stderr
+    assert "--baseline file: is a file" in said
+    said = harness("verify", "--baseline", "x", "--no-baseline", status=2).stderr
+    assert "give one of them only" in said
+    (tmp_path / "t.toml").write_text("[override.x]\n")
+    said = harness("verify", "--tolerances", "t.toml", status=2).stderr
+    assert "[override.x]: case = None: must be a text" in said
+    assert {path.name for path in tmp_path.iterdir()} == {"file", "t.toml"}
+
+
+def test_damaged_file_is_named_before_anything_runs(harness, tmp_path):
+    folder = tmp_path / "base" / "lammps"
+    folder.mkdir(parents=True)
+    (folder / "case.json").write_text("{")
+    said = harness("verify", "--quick", "--baseline", "base", "--output", "run", status=2).stderr
+    assert "base/lammps/case.json is damaged" in said
+    assert not (tmp_path / "run").exists()
+
+
+def test_there_is_a_committed_baseline():
+    assert committed() is not None

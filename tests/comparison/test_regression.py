@@ -1,0 +1,161 @@
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from harness.comparison.case import Case, Quantity
+from harness.comparison.parting import Series
+from harness.comparison.regression import Baseline, against_baseline, changed_parameters
+from harness.comparison.regression_tolerances import REGRESSION, Override, regression_tolerance
+from harness.comparison.tolerances import Tolerance
+from harness.comparison.triage import Triage
+from harness.comparison.verdicts import Kind, Verdict
+from harness.errors import EngineMemoryError
+
+TIME = np.linspace(0.0, 1.0, 101)
+PATH = Case(
+    name="lammps/incline-path-source-10.2-deg",
+    parameters={"stiffness": 1e6, "contact": {"tail": "attractive"}},
+    quantities={"margin_over_mgd": Quantity(-1e-4, 0.0, ""), "step_s": Quantity(1e-5, 0.0, "s")},
+    engine="lammps",
+    engine_version="1 Jan 2025",
+    platform="Linux x86_64",
+    script_sha256="aa",
+    levels=("quick",),
+    series=Series(TIME, {"x_m": TIME**2}),
+)
+ANGLE = replace(
+    PATH,
+    name="lammps/incline-passage-source-k1e6-50-steps-8-phases",
+    quantities={"critical_angle_deg": Quantity(10.2053, 1e-3, "deg")},
+    series=None,
+)
+BASELINE = Baseline({case.name: case for case in (PATH, ANGLE)}, "here")
+ENGINES = {"lammps", "exact"}
+
+
+def rows(*measured, baseline=BASELINE, level="quick", **more):
+    return against_baseline(measured, baseline, level, engines=ENGINES, **more)
+
+
+def by_quantity(found):
+    return {check.name.rpartition(": ")[2].split(",")[0]: check for check in found.checks}
+
+
+def moved(case, quantity, by):
+    known = case.quantities[quantity]
+    return replace(
+        case,
+        quantities={**case.quantities, quantity: replace(known, value=known.value + by)},
+    )
+
+
+def test_the_same_again_holds_in_every_row():
+    found = rows(PATH, ANGLE)
+    assert [check.verdict for check in found.checks] == [Verdict.PASS] * 4
+    assert all(check.kind is Kind.REGRESSION and not check.note for check in found.checks)
+    assert found.parted == ()
+
+
+def test_number_that_moved_without_a_series_is_out_of_tolerance():
+    check = by_quantity(rows(PATH, moved(ANGLE, "critical_angle_deg", 1e-6)))["critical_angle_deg"]
+    assert check.verdict is Verdict.FAIL
+    assert check.triage == Triage.OUT_OF_TOLERANCE
+    assert check.difference == pytest.approx(1e-6)
+
+
+def test_it_takes_the_class_of_the_series_that_failed_beside_it():
+    late = Series(TIME, {"x_m": TIME**2 + np.where(TIME > 0.5, 1e-3 * (TIME - 0.5), 0.0)})
+    path = replace(moved(PATH, "margin_over_mgd", 1e-6), series=late)
+    found = rows(path, moved(ANGLE, "critical_angle_deg", 1e-6))
+    rows_ = by_quantity(found)
+    assert rows_["margin_over_mgd"].triage.startswith("diverged late: x_m, at 0.51 s")
+    assert rows_["critical_angle_deg"].triage.startswith("diverged late: x_m, at 0.51 s")
+    assert [series.case for series in found.parted] == [PATH.name]
+
+
+def test_step_that_moved_is_a_wrong_input():
+    check = by_quantity(rows(moved(PATH, "step_s", 1e-5), ANGLE))["step_s"]
+    assert check.triage.startswith(Triage.WRONG_INPUT)
+
+
+def test_other_parameters_fail_even_with_the_same_numbers():
+    other = replace(PATH, parameters={"stiffness": 2e6, "contact": {"tail": "attractive"}})
+    found = rows(other, ANGLE)
+    failed = [check for check in found.checks if check.verdict is Verdict.FAIL]
+    assert len(failed) == 2
+    assert all("wrong input: stiffness = 2000000.0" in check.triage for check in failed)
+
+
+def test_parameters_of_one_side_only_are_no_difference_and_nested_ones_are_seen():
+    assert changed_parameters({"a": 1, "new": 2}, {"a": 1, "old": 3}) == []
+    (said,) = changed_parameters({"contact": {"tail": "clipped"}}, PATH.parameters)
+    assert said == "contact tail = 'clipped', the baseline's is 'attractive'"
+
+
+def test_other_version_platform_and_script_are_compared_and_said():
+    other = replace(PATH, engine_version="2 Feb 2026", platform="Linux arm", script_sha256="bb")
+    for check in rows(other, ANGLE).checks[-3:]:
+        assert check.verdict is Verdict.PASS
+        for said in ("baseline of lammps 1 Jan 2025", "baseline of Linux x86_64", "script"):
+            assert said in check.note
+
+
+def test_case_that_was_not_run_is_not_tested_with_the_reason():
+    found = rows(ANGLE, reason=lambda case: f"{case.name} was left out")
+    (check,) = [c for c in found.checks if PATH.name in c.name]
+    assert check.verdict is Verdict.NOT_TESTED
+    assert check.note == f"{PATH.name} was left out"
+
+
+def test_case_that_died_fails_with_its_class():
+    found = rows(ANGLE, errors={PATH.name: EngineMemoryError("4 GB")})
+    (check,) = [c for c in found.checks if PATH.name in c.name]
+    assert check.verdict is Verdict.FAIL
+    assert check.triage == "out of memory"
+    assert check.note == "out of memory: 4 GB"
+
+
+def test_case_without_a_baseline_is_not_tested():
+    found = rows(PATH, ANGLE, replace(ANGLE, name="lammps/new"))
+    (check,) = [c for c in found.checks if "lammps/new" in c.name]
+    assert check.verdict is Verdict.NOT_TESTED
+    assert "baseline accept" in check.note
+
+
+def test_level_without_any_baseline_is_one_row():
+    (check,) = rows(PATH, ANGLE, level="full").checks
+    assert check.verdict is Verdict.NOT_TESTED
+    assert "no case of this level in here" in check.note
+
+
+def test_cases_of_another_engine_are_left_out():
+    other = replace(PATH, name="mfix/path", engine="mfix")
+    baseline = Baseline({**BASELINE.cases, other.name: other})
+    assert not [c for c in rows(PATH, ANGLE, baseline=baseline).checks if "mfix" in c.name]
+
+
+def test_number_that_is_not_one_fails_as_nan():
+    nan = moved(ANGLE, "critical_angle_deg", math.nan)
+    check = by_quantity(rows(PATH, nan))["critical_angle_deg"]
+    assert check.verdict is Verdict.FAIL
+    assert check.triage == Triage.NAN
+
+
+def test_override_decides_by_name():
+    wide = Tolerance("deg", 1e-3, 0.0, "a reason that is long enough")
+    override = Override("soft", "lammps/incline-passage-*", "critical_angle_deg", wide)
+    baseline = Baseline(BASELINE.cases, "here", (override,))
+    found = rows(PATH, moved(ANGLE, "critical_angle_deg", 1e-6), baseline=baseline)
+    check = by_quantity(found)["critical_angle_deg"]
+    assert check.verdict is Verdict.PASS
+    assert check.note == "override 'soft'"
+    assert check.why == wide.reason
+    assert regression_tolerance(PATH.name, "critical_angle_deg", (override,))[1] == ""
+
+
+def test_every_tolerance_says_why():
+    for name, tolerance in REGRESSION.items():
+        assert len(tolerance.reason) > 20, name
+        assert tolerance.absolute >= 0.0 <= tolerance.relative, name

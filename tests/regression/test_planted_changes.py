@@ -1,0 +1,274 @@
+"""Each planted change is caught by the rows against the baseline, and classed rightly."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from harness.comparison.triage import Triage
+from harness.comparison.verdicts import Verdict
+from harness.engines.lammps.engine import Lammps
+from harness.engines.lammps.jobs import Limits
+from harness.observables.incline import InclineRun
+from harness.parameters.incline import Incline
+from harness.verbs.verification.passages import CASES
+from tests.regression.planted import (
+    CLIPPED,
+    EVERYTHING,
+    PLASTIC,
+    SHORT,
+    SOURCE,
+    TALL,
+    TOWER_CASES,
+    bits,
+    case_of,
+    editing,
+    measure,
+    regression,
+)
+
+pytestmark = pytest.mark.live
+
+INCLINES = {SOURCE, CLIPPED, PLASTIC}
+TOWERS = {SHORT, TALL}
+BLOWN_UP = "exp(1000*(step>1000))"
+NAN = rf"variable bad equal {BLOWN_UP}-{BLOWN_UP}\nfix bad all addforce v_bad 0 0"
+
+
+@dataclass(frozen=True)
+class Plant:
+    """A change of the script, the cases that it moves, and the class of their series."""
+
+    sed: str
+    moved: frozenset[str]
+    triage: Triage
+
+
+PLANTS = {
+    "stiffness off by 0.1 %": Plant(
+        r"s/hooke \$(v_k:%.17g)/hooke $(1.001*v_k:%.17g)/", EVERYTHING, Triage.FIRST_STEP
+    ),
+    "clipping switched on": Plant(
+        r"s/linear_nohistory 0.0 0.0\"$/linear_nohistory 0.0 0.0 limit_damping\"/",
+        {SOURCE},  # the two others are clipped already, the towers have no damping
+        Triage.LATE,
+    ),
+    "effective mass halved": Plant(
+        r's/variable m_eff equal v_m"/variable m_eff equal v_m\/2"/', INCLINES, Triage.FIRST_STEP
+    ),
+    "gravity rotated by 0.01 deg": Plant(
+        r"s/(sin(v_theta):%.17g) \$(-cos(v_theta)/"
+        r"(sin(v_theta+PI\/18000):%.17g) $(-cos(v_theta+PI\/18000)/",
+        INCLINES,
+        Triage.FIRST_STEP,
+    ),
+    "one contact dropped": Plant(
+        r"s/^neigh_modify delay.*/&\ngroup two id 2\ngroup three id 3\n"
+        r"neigh_modify exclude group two three/",
+        TOWERS,  # two fixed spheres of the incline have no contact to lose
+        Triage.LATE,
+    ),
+}
+
+
+@pytest.fixture(scope="module")
+def lammps(lammps_here):  # noqa: ARG001
+    with Lammps(workers=2) as engine:
+        yield engine
+
+
+@pytest.fixture(scope="module")
+def plain(lammps):
+    return measure(lammps)
+
+
+@pytest.fixture(scope="module")
+def known():
+    """What was measured already, by the change that was planted."""
+    return {}
+
+
+@pytest.fixture
+def planted(lmp, script_file, known):
+    """Return a function that measures with a changed LAMMPS; cases, errors and the regression."""
+
+    def run(sed):
+        if sed not in known:
+            with Lammps(lmp=script_file(editing(lmp, sed)), workers=2) as engine:
+                measured, errors = measure(engine)
+            known[sed] = measured, errors, regression(measured, errors)
+        return known[sed]
+
+    return run
+
+
+def failed(found):
+    return [check for check in found.checks if check.verdict is Verdict.FAIL]
+
+
+def series_row(found, case):
+    (row,) = [c for c in found.checks if case_of(c) == case and ": series" in c.name]
+    return row
+
+
+def test_nothing_planted_nothing_found(plain):
+    found = regression(*plain)
+    assert {check.verdict for check in found.checks} == {Verdict.PASS}
+    assert not any(check.triage for check in found.checks)
+    assert found.parted == ()
+
+
+@pytest.mark.parametrize("plant", PLANTS.values(), ids=PLANTS)
+def test_a_change_is_caught_where_it_acts_and_nowhere_else(planted, plant):
+    _, errors, found = planted(plant.sed)
+    assert not errors
+    assert {case_of(check) for check in failed(found)} == plant.moved
+    for case in plant.moved:
+        assert series_row(found, case).triage.startswith(plant.triage)
+    for check in failed(found):
+        assert check.triage.startswith(plant.triage), check.name
+    assert {series.case for series in found.parted} == plant.moved
+
+
+def test_clipping_parts_when_a_contact_first_pulls(planted, lammps):
+    """The path leaves the baseline's where, in a run of its own, the force first turns attractive.
+
+    Force of the sphere that is left: k overlap - eta times the rate of separation.
+    """
+    _, _, found = planted(PLANTS["clipping switched on"].sed)
+    case = CASES[0]
+    (run,) = lammps.inclines([case], "passage", every=1)
+    assert isinstance(run, InclineRun)
+    path, d = run.trajectory, case.diameter
+    overlap = d - np.hypot(path.x_m, path.y_m)
+    parting_speed = (path.x_m * path.vx_m_per_s + path.y_m * path.vy_m_per_s) / (d - overlap)
+    eta = 2 * case.contact.zeta * np.sqrt(case.stiffness * case.mass)
+    pulls = (overlap > 0) & (case.stiffness * overlap - eta * parting_speed < 0)
+    first = path.time_s[np.argmax(pulls)]
+    (parted,) = [series for series in found.parted if series.column == "x_m"]
+    moment = parted.parting
+    assert pulls.any()
+    assert moment.stays
+    assert moment.last_inside <= first <= moment.time
+
+
+def test_a_dropped_contact_leaves_the_first_samples_as_they_are(planted):
+    """The grain feels what the second contact does to the particle behind it only later.
+
+    Up to there contact 1 alone acts; the missing force k delta_2 changes the grain's
+    force by k (omega t)^5 / 5! of v0/omega at first (series expansion of three particles).
+    """
+    _, _, found = planted(PLANTS["one contact dropped"].sed)
+    (parted,) = [s for s in found.parted if (s.case, s.column) == (SHORT, "grain_force_N")]
+    omega, stiffness, speed = 1e3, 1e6, 2.0
+
+    def missing(time):
+        return stiffness * speed / omega * (omega * time) ** 5 / 120
+
+    moment = parted.parting
+    assert not moment.from_first_step
+    assert missing(moment.last_inside) < 1.1 * parted.band
+    assert missing(moment.time) > 0.9 * parted.band
+
+
+def test_step_twice_as_long_is_a_wrong_input(planted):
+    _, _, found = planted(r"s/variable step_size equal PI/variable step_size equal 2*PI/")
+    steps = [check for check in failed(found) if check.name.endswith("step_s")]
+    assert {case_of(check) for check in steps} == INCLINES
+    for check in steps:
+        assert check.value == pytest.approx(2 * check.expected, rel=1e-12)
+        assert check.triage.startswith(Triage.WRONG_INPUT)
+    towers = [check for check in failed(found) if case_of(check) in TOWERS]
+    assert {case_of(check) for check in towers} == TOWERS
+    # the harness takes a tower's time from its steps: half of them are missing
+    assert all(check.triage.startswith("wrong input: duration_t0 = 1.5") for check in towers)
+
+
+def test_nan_after_a_thousand_steps(planted):
+    measured, errors, found = planted(rf"s/^fix plane .*all .*enforce2d$/&\n{NAN}/")
+    assert not measured
+    assert set(errors) == EVERYTHING
+    assert {check.triage for check in failed(found)} == {Triage.NAN}
+    assert {case_of(check) for check in failed(found)} == EVERYTHING
+
+
+@pytest.mark.parametrize("release", ["2022", "2023"])
+def test_release_without_coeff_restitution_by_its_recorded_log(release, recorded, script_file):
+    """The releases of 2022 and 2023 refuse the damping model, each in its own words."""
+    log = recorded(f"no-coeff-restitution-{release}.log")
+    help_text = recorded(f"help-{release}.txt")
+    program = (
+        f"if [ \"$1\" = -h ]; then cat <<'END'\n{help_text}\nEND\nexit 0\nfi\n"
+        f"cat > \"$(sed -n 's/^log //p' batch.in | head -1)\" <<'END'\n{log}\nEND\nexit 1\n"
+    )
+    with Lammps(lmp=script_file(program), workers=1) as engine:
+        measured, errors = measure(engine)
+    found = regression(measured, errors)
+    assert {case_of(check) for check in failed(found)} == EVERYTHING
+    for check in failed(found):
+        assert check.triage == f"{Triage.WRONG_INPUT}: refused"
+        assert "damping model" in check.note or "Illegal model type" in check.note
+
+
+@pytest.mark.parametrize(
+    ("body", "limits", "triage"),
+    [
+        ("sleep 30", {"seconds": 0.2}, Triage.OUT_OF_TIME),
+        ("echo std::bad_alloc >&2; exit 1", {}, Triage.OUT_OF_MEMORY),
+        ("kill -SEGV $$", {}, f"{Triage.ENGINE_ERROR}: crashed"),
+    ],
+    ids=["hangs", "asks for too much", "crashes"],
+)
+def test_a_lammps_that_dies_is_classed_by_how(body, limits, triage, recorded, script_file):
+    help_text = recorded("help-2025.txt")
+    program = f"if [ \"$1\" = -h ]; then cat <<'END'\n{help_text}\nEND\nexit 0\nfi\n{body}\n"
+    with Lammps(lmp=script_file(program), workers=2, limits=Limits(**limits)) as engine:
+        measured, errors = measure(engine)
+    found = regression(measured, errors)
+    assert {check.triage for check in failed(found)} == {triage}
+    assert {case_of(check) for check in failed(found)} == EVERYTHING
+
+
+def test_in_process_and_executable_give_the_same_bits(plain, lmp):
+    with Lammps(lmp=lmp, workers=2) as engine:
+        measured, errors = measure(engine)
+    assert not errors
+    assert bits(measured) == bits(plain[0])
+
+
+@pytest.mark.slow
+def test_no_false_alarm_in_twenty_repetitions(plain, lammps):
+    """The spread is nothing at all: every repetition gives the bits of the first."""
+    for _ in range(20):
+        measured, errors = measure(lammps)
+        found = regression(measured, errors)
+        assert {check.verdict for check in found.checks} == {Verdict.PASS}
+        assert bits(measured) == bits(plain[0])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_no_false_alarm_on_mpi_ranks(plain, lmp, mpirun, ranks):
+    with Lammps(lmp=lmp, launcher=f"{mpirun} -np {ranks}") as engine:
+        measured, errors = measure(engine)
+    assert not errors
+    found = regression(measured, errors)
+    assert {check.verdict for check in found.checks} == {Verdict.PASS}
+    assert bits(measured) == bits(plain[0])
+
+
+@pytest.mark.slow
+def test_four_ranks_give_the_same_bits(lammps, lmp, mpirun):
+    """Coarse steps: ranks that wait for each other on fewer cores take a second for a few steps."""
+    soft = Incline(angle=10.2, stiffness=1e4, steps_per_contact=15.0)
+    towers = [case.replace(stiffness=1e5) for case in TOWER_CASES]
+
+    def run(engine):
+        passage = engine.measured([soft], "passage")
+        runs = engine.towers(towers, 3.0, steps_per_contact=40.0)
+        forces = [run.grain_force.tobytes() for run in runs]
+        return passage[0].margin_J, passage[0].steps, forces
+
+    with Lammps(lmp=lmp, launcher=f"{mpirun} -np 4", limits=Limits(seconds=1200)) as engine:
+        four = run(engine)
+    assert four == run(lammps)
