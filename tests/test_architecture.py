@@ -17,6 +17,7 @@ ALLOWED = {
     "engines": {*ANYWHERE, "harness.observables"},
     "observables": ANYWHERE,
     "comparison": {*ANYWHERE, "harness.observables"},
+    "store": {*ANYWHERE, "harness.observables", "harness.engines"},
     "report": {*ANYWHERE, "harness.observables", "harness.comparison"},
 }
 WITHOUT_FILES = ("theory", "chain", "observables", "comparison")

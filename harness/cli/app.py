@@ -8,6 +8,7 @@ import typer
 
 from harness.cli.critical_angle import critical_angle
 from harness.cli.engines import engines
+from harness.cli.history import history
 from harness.cli.impulse import impulse
 from harness.cli.inputs import inputs
 from harness.cli.theory import theory
@@ -47,5 +48,5 @@ def root(
     """
 
 
-for command in (verify, theory, critical_angle, tower, impulse, inputs, engines):
+for command in (verify, theory, critical_angle, tower, impulse, inputs, engines, history):
     app.command()(command)

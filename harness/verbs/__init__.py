@@ -16,6 +16,7 @@ _HOMES = {
     "energy_scaling_angles": "harness.verbs.impulse_angles",
     "engines": "harness.verbs.status",
     "extrapolated_critical_angle": "harness.verbs.incline",
+    "history": "harness.verbs.history",
     "inputs": "harness.verbs.scripts",
     "outdated_inputs": "harness.verbs.scripts",
     "impulse_angles": "harness.verbs.impulse_angles",
@@ -28,6 +29,7 @@ _HOMES = {
 
 if TYPE_CHECKING:
     from harness.verbs.closed_forms import theory as theory
+    from harness.verbs.history import history as history
     from harness.verbs.impulse_angles import energy_scaling_angles as energy_scaling_angles
     from harness.verbs.impulse_angles import impulse_angles as impulse_angles
     from harness.verbs.impulse_angles import impulse_by_gamma as impulse_by_gamma

@@ -1,0 +1,1 @@
+"""What is kept between runs: results of engines and verifications, and the history of all runs."""
