@@ -177,13 +177,11 @@ def _print_columns(lines: Sequence[Sequence[str]], right: set[str]) -> None:
 
 
 def _run(row: Mapping[str, Any]) -> tuple[str, ...]:
-    import shlex
-
     verdicts = f"{row['judged'] - row['failed']} of {row['judged']}" if row["judged"] else ""
     took = "" if row["seconds"] is None else f"{row['seconds']:.1f} s"
     return (
         _when(row),
-        shlex.join([row["command"], *row["options"]]),
+        f"{row['command']} {row['options']}",
         ", ".join(part for part in (row["engine"], row["engine_version"], row["how"]) if part),
         "unfinished" if row["status"] is None else str(row["status"]),
         verdicts,
@@ -215,4 +213,4 @@ def _when(row: Mapping[str, Any]) -> str:
     """Return the start in local time, to the second."""
     from datetime import datetime
 
-    return datetime.fromisoformat(row["started"]).astimezone().strftime("%Y-%m-%d %H:%M:%S")
+    return datetime.fromisoformat(row["started"]).astimezone().isoformat(" ")[:19]

@@ -107,7 +107,7 @@ def _kept(entries: Entries | None, key: str | None, folder: Path) -> dict[str, A
     except NOT_ONE as error:
         entries.drop(key, f"not a verification: {error}")
         return None
-    return {**record, "cached": True, "engine_runs": 0}
+    return {**record, "cached": True, "engine_runs": 0, "engine_runs_from_cache": 0}
 
 
 def _measured(

@@ -10,8 +10,8 @@ from typing import Any
 from harness.store.history import History
 
 RUN_COLUMNS = (
-    "id, started, finished, command, options, engine, engine_version, how, status, seconds,"
-    " cached, judged, failed, folder, harness_version, harness_commit, platform, note"
+    "run.id AS run, started, finished, command, options, engine, engine_version, how, status,"
+    " seconds, cached, judged, failed, folder, harness_version, harness_commit, platform, note"
 )
 QUANTITY_COLUMNS = "name, kind, unit, value, uncertainty, expected, tolerance, verdict, triage"
 
@@ -56,9 +56,9 @@ def quantities(history: History, question: Question) -> list[sqlite3.Row]:
     where, values = _of_run(question)
     inner, more = _of_quantity(question)
     query = (
-        f"SELECT {', '.join(f'run.{name.strip()}' for name in RUN_COLUMNS.split(','))},"
-        f" {QUANTITY_COLUMNS} FROM measurement JOIN quantity ON quantity.id = quantity"
-        f" JOIN run ON run.id = run{_where([*where, *inner])}"
+        f"SELECT {RUN_COLUMNS}, {QUANTITY_COLUMNS} FROM measurement"
+        " JOIN quantity ON quantity.id = quantity JOIN run ON run.id = measurement.run"
+        f"{_where([*where, *inner])}"
         " ORDER BY started DESC, run.id DESC, quantity.id"
     )
     return history.rows(query + _limit(question), [*values, *more])

@@ -7,8 +7,8 @@ write-ahead log, so that readers and writers do not wait for each other.
 
 from __future__ import annotations
 
-import json
 import math
+import shlex
 import sqlite3
 import time
 from collections import Counter
@@ -97,7 +97,7 @@ class History:
             (
                 _now(),
                 start.command,
-                json.dumps(list(start.options)),
+                shlex.join(start.options),
                 start.harness_version,
                 start.harness_commit,
                 start.platform,

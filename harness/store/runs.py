@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import io
 import json
+import zipfile
 from dataclasses import asdict, fields
 from typing import Any
 
@@ -21,6 +22,9 @@ from harness.parameters.tower import Tower
 
 Arrays = dict[str, NDArray[Any]]
 FACTS = "facts"
+NOT_ONE = (ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile)
+"""What unpacking raises for bytes that are not those of a run."""
+
 SERIES = tuple(
     f.name
     for f in fields(TowerRun)
@@ -48,7 +52,7 @@ def pack_incline(run: InclineRun) -> bytes:
 def unpack_incline(data: bytes, case: Incline) -> InclineRun:
     """Return the run of a case from its bytes; ``seconds`` are those of the run when it was made.
 
-    Raise ValueError or KeyError when the bytes are not those of a run.
+    Raise one of :data:`NOT_ONE` when the bytes are not those of a run.
     """
     facts, arrays = _unpack(data)
     path = _group(arrays, "trajectory")
@@ -78,7 +82,7 @@ def pack_tower(run: TowerRun) -> bytes:
 def unpack_tower(data: bytes, case: Tower) -> TowerRun:
     """Return the run of a case from its bytes.
 
-    Raise ValueError or KeyError when the bytes are not those of a run.
+    Raise one of :data:`NOT_ONE` when the bytes are not those of a run.
     """
     facts, arrays = _unpack(data)
     who, profiles = facts.pop("provenance"), _group(arrays, "profiles")

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import json
-import shlex
 import sqlite3
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -51,16 +49,15 @@ class Recorded:
 
         types = _TYPES if self.quantities is None else {**_TYPES, **_QUANTITY_TYPES}
         frame = pd.DataFrame(list(self.rows), columns=list(types))
-        frame["options"] = frame["options"].map(shlex.join)
         for name in ("started", "finished"):
             frame[name] = pd.to_datetime(frame[name], utc=True, format="ISO8601")
-        return frame.astype({name: kind for name, kind in types.items() if kind})
+        return frame.astype(types)
 
 
 _TYPES = {
     "run": "int64",
-    "started": "",
-    "finished": "",
+    "started": "datetime64[us, UTC]",
+    "finished": "datetime64[us, UTC]",
     "command": "string",
     "options": "string",
     "engine": "string",
@@ -135,9 +132,9 @@ def history(
 
 
 def _record(row: sqlite3.Row) -> dict[str, Any]:
-    record = {"run": row["id"], **dict(row)}
-    del record["id"]
-    return {**record, "options": json.loads(row["options"]), "cached": bool(row["cached"])}
+    record = dict(row)
+    record["cached"] = bool(row["cached"])
+    return record
 
 
 def _check_known(pattern: str, names: list[str]) -> None:
