@@ -8,8 +8,9 @@ import platform
 import sqlite3
 import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +29,10 @@ class Recording:
     folder: Path | None = None
 
 
+Finish = Callable[[Recording, float, str], None]
+"""Completes a run: with what was told, the seconds it took, and a note on what ended it."""
+
+
 @contextlib.contextmanager
 def recorded(command: str) -> Iterator[Recording]:
     """Record a run from here to the end of the block, with the error that ended it, if any.
@@ -40,22 +45,19 @@ def recorded(command: str) -> Iterator[Recording]:
     from harness.errors import HarnessError
 
     told, clock = Recording(), time.monotonic()
-    history, run = _begin(command)
-    note = ""
-    try:
-        yield told
-    except HarnessError as error:
-        told.status, note = error.exit_status, str(error)
-        raise
-    except KeyboardInterrupt:
-        told.status, note = INTERRUPTED, "interrupted"
-        raise
-    finally:
+    with _begin(command) as finish:
+        try:
+            yield told
+        except HarnessError as error:
+            told.status = error.exit_status
+            finish(told, time.monotonic() - clock, str(error))
+            raise
+        except KeyboardInterrupt:
+            told.status = INTERRUPTED
+            finish(told, time.monotonic() - clock, "interrupted")
+            raise
         # of an exception that nobody foresaw the run stays unfinished
-        if history is not None:
-            with history:
-                if note or sys.exc_info()[0] is None:
-                    _finish(history, run, told, time.monotonic() - clock, note)
+        finish(told, time.monotonic() - clock, "")
 
 
 def verdicts(checks: Sequence[Mapping[str, Any]]) -> list[Quantity]:
@@ -82,7 +84,9 @@ def _number(value: Any) -> float:
     return math.nan if value is None else float(value)
 
 
-def _begin(command: str) -> tuple[History | None, int]:
+@contextlib.contextmanager
+def _begin(command: str) -> Iterator[Finish]:
+    """Insert a run that starts now; yield what completes it."""
     from harness import __version__
     from harness.store.checkout import commit
     from harness.store.entries import tell_stderr
@@ -91,15 +95,18 @@ def _begin(command: str) -> tuple[History | None, int]:
 
     place = history_place()
     system = f"{platform.system()} {platform.machine()}, Python {platform.python_version()}"
-    try:
-        history = History(place.path)
-        start = Start(command, _given(command), __version__, commit(), system)
-        return history, history.begin(start)
-    except (OSError, sqlite3.Error) as error:
-        if place.named_by:
-            raise place.refused(str(error)) from None
-        tell_stderr(f"history {place.path} cannot be written ({error}); this run is not recorded")
-        return None, 0
+    start = Start(command, _given(command), __version__, commit(), system)
+    with contextlib.ExitStack() as stack:
+        try:
+            history = stack.enter_context(History(place.path))
+            run = history.begin(start)
+        except (OSError, sqlite3.Error) as error:
+            if place.named_by:
+                raise place.refused(str(error)) from None
+            tell_stderr(f"history {place.path} cannot be written ({error}); no record of this run")
+            yield lambda *_: None
+        else:
+            yield partial(_finish, history, run)
 
 
 def _finish(history: History, run: int, told: Recording, seconds: float, note: str) -> None:

@@ -130,7 +130,7 @@ def test_a_default_place_that_cannot_be_used_costs_a_note(tmp_path, home):
         check=True,
     )
     assert json.loads(done.stdout)["height"] == 1
-    assert "this run is not recorded" in done.stderr
+    assert "no record of this run" in done.stderr
 
 
 def test_a_history_of_a_newer_harness_ends_the_command_before_it_runs(harness, file):
