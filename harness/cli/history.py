@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from harness.verbs.history import Recorded
 
 SHOWN = 30
+LONGEST = 56
+"""Characters of a command in the list."""
+
 _LOOK = "Look for"
 _OUT = "Draw and export"
 
@@ -181,7 +184,7 @@ def _run(row: Mapping[str, Any]) -> tuple[str, ...]:
     took = "" if row["seconds"] is None else f"{row['seconds']:.1f} s"
     return (
         _when(row),
-        f"{row['command']} {row['options']}",
+        _cut(f"{row['command']} {row['options']}"),
         ", ".join(part for part in (row["engine"], row["engine_version"], row["how"]) if part),
         "unfinished" if row["status"] is None else str(row["status"]),
         verdicts,
@@ -203,6 +206,11 @@ def _quantity(row: Mapping[str, Any]) -> tuple[str, ...]:
         row["unit"],
         row["verdict"],
     )
+
+
+def _cut(text: str) -> str:
+    """Return a text that leaves room for the columns beside it; JSON has it in full."""
+    return text if len(text) <= LONGEST else text[: LONGEST - 1] + "…"
 
 
 def _number(value: float | None, digits: int) -> str:
