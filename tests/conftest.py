@@ -16,6 +16,22 @@ RECORDED = Path(__file__).parent / "engines" / "lammps" / "recorded"
 SYNTHETIC = Provenance("synthetic", "1")
 
 
+@pytest.fixture(autouse=True, scope="session")
+def _nothing_in_the_home_of_the_user(tmp_path_factory):
+    """Keep cache and history out of the home, also of fixtures wider than a test."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("DEM_HARNESS_HOME", str(tmp_path_factory.mktemp("home")))
+        yield
+
+
+@pytest.fixture(autouse=True)
+def home(tmp_path_factory, monkeypatch):
+    """Give each test a cache and a history of its own, empty."""
+    folder = tmp_path_factory.mktemp("home")
+    monkeypatch.setenv("DEM_HARNESS_HOME", str(folder))
+    return folder
+
+
 class SyntheticIncline:
     """Stands in for an engine: the theory's map, with what a real engine adds to it.
 

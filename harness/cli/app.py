@@ -9,6 +9,7 @@ import typer
 from harness.cli.baseline import baseline
 from harness.cli.critical_angle import critical_angle
 from harness.cli.engines import engines
+from harness.cli.history import history
 from harness.cli.impulse import impulse
 from harness.cli.inputs import inputs
 from harness.cli.releases import releases
@@ -60,6 +61,7 @@ for command in (
     inputs,
     engines,
     releases,
+    history,
 ):
     app.command()(command)
 app.add_typer(baseline)

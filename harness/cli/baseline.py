@@ -128,7 +128,8 @@ def _run(
 def _print_rows(compared: BaselineComparison) -> None:
     from harness.cli.tables import print_regression
 
-    print_regression(compared.checks, compared.found.baseline)
+    rows = [check.record() for check in compared.checks]
+    print_regression(rows, compared.found.baseline)
 
 
 def _print_changes(compared: BaselineComparison) -> None:

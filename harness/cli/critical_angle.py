@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from harness.cli.keeping import Cache, Chosen, Fresh
 from harness.cli.options import ContactName, EngineName, Integrator, Json, Lmp, Method, Mpirun
 
 if TYPE_CHECKING:
@@ -98,6 +99,8 @@ def critical_angle(
     integrator: Integrator = None,
     lmp: Lmp = None,
     mpirun: Mpirun = None,
+    cache: Cache = None,
+    fresh: Fresh = False,
     json: Json = False,
 ) -> None:
     """Critical angle of the frictionless incline, measured in an engine.
@@ -106,8 +109,10 @@ def critical_angle(
     k = 1e6 N/m, 50 steps per contact time, passage route. A single value agrees
     with 10.2078 deg by cancellation at best: --extrapolate is what proves it.
     """
+    from harness.cli.keeping import open_entries, remembering, runs_made
+    from harness.cli.measured import angle_quantities
     from harness.cli.output import print_json, print_record
-    from harness.engines.registry import open_engine
+    from harness.cli.recording import recorded
     from harness.errors import RequestError
     from harness.parameters.incline import UNIT_MASS_DENSITY, Incline
 
@@ -125,9 +130,12 @@ def critical_angle(
         density=UNIT_MASS_DENSITY if density is None else density,
         gravity=gravity,
     )
-    with open_engine(engine, lmp=lmp, launcher=mpirun, integrator=integrator) as opened:
+    entries = open_entries(cache)
+    chosen = Chosen(engine, lmp, mpirun, integrator)
+    with recorded("critical-angle") as told, remembering(chosen, entries, fresh) as opened:
         found = _measure(case, opened, method, tolerance, extrapolate)
-    record = {"closed_form_deg": _closed_form(), **found}
+        record = {"closed_form_deg": _closed_form(), **found, **runs_made(opened)}
+        told.engine, told.quantities = record, angle_quantities(record)
     if json:
         print_json(record)
     else:

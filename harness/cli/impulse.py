@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
+from harness.cli.keeping import Cache, Fresh
 from harness.cli.options import Json, Lmp, Mpirun, Reading
-from harness.cli.tower import Solver, engine_of
+from harness.cli.tower import Solver, engine_of, own_solver
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -87,6 +88,8 @@ def impulse(
     ] = None,
     lmp: Lmp = None,
     mpirun: Mpirun = None,
+    cache: Cache = None,
+    fresh: Fresh = False,
     json: Json = False,
 ) -> None:
     """Impulse on the grain and critical angle against the height of the tower.
@@ -98,6 +101,8 @@ def impulse(
     from harness.cli.files import FORMATS, check_target, read_reference, save_figure, write_all
     from harness.cli.lists import heights as height_list
     from harness.cli.lists import numbers
+    from harness.cli.measured import impulse_quantities
+    from harness.cli.recording import recorded
     from harness.errors import RequestError
     from harness.observables.windows import WINDOWS
     from harness.parameters.tower import LAWS, Tower
@@ -109,7 +114,7 @@ def impulse(
     if figure is not None and csv is not None and figure.resolve() == csv.resolve():
         raise RequestError(f"--figure and --csv {csv}: must be two files")
     points = read_reference(reference) if reference is not None else None
-    with engine_of(solver, lmp, mpirun) as engine:
+    with recorded("impulse") as told, engine_of(solver, lmp, mpirun, cache, fresh) as engine:
         found = impulse_angles(
             heights=height_list(heights),
             stiffnesses=numbers(stiffness, "--stiffness") if stiffness else STIFFNESSES,
@@ -120,6 +125,12 @@ def impulse(
             case=Tower(mass=mass, gravity=gravity),
             reading=reading.value,
             engine=engine,
+        )
+        told.engine = engine.identify().record() if engine else own_solver(solver)
+        told.quantities = impulse_quantities(
+            found.to_dict(orient="records"),
+            solver.value,
+            {"mass_kg": mass, "gravity_m_per_s2": gravity},
         )
     files: dict[tuple[str, Path], Any] = {}
     if csv is not None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from harness.cli.keeping import Cache, Chosen, Fresh
 from harness.cli.options import Json, Lmp, Mpirun
 
 if TYPE_CHECKING:
@@ -84,6 +85,8 @@ def tower(
     ] = None,
     lmp: Lmp = None,
     mpirun: Mpirun = None,
+    cache: Cache = None,
+    fresh: Fresh = False,
     json: Json = False,
 ) -> None:
     """Drop a grain on a tower of particles: force, impulse and contacts of the grain.
@@ -93,7 +96,10 @@ def tower(
     that the grain would stay on one fixed particle.
     """
     from harness.cli.files import check_target, write_all
+    from harness.cli.keeping import runs_made
+    from harness.cli.measured import tower_quantities
     from harness.cli.output import print_json
+    from harness.cli.recording import recorded
     from harness.observables.summary import summary
     from harness.parameters.tower import Tower
     from harness.verbs.towers import covering
@@ -109,7 +115,7 @@ def tower(
         law=law.value,
         base=base.value,
     )
-    with engine_of(solver, lmp, mpirun) as engine:
+    with recorded("tower") as told, engine_of(solver, lmp, mpirun, cache, fresh) as engine:
         run = run_tower(
             case,
             solver=solver.value,
@@ -118,6 +124,8 @@ def tower(
             engine=engine,
         )
         record = summary(run, window.value, covering(run, window.value, engine))
+        record |= runs_made(engine)
+        told.engine, told.quantities = {**own_solver(solver), **record}, tower_quantities(record)
     if series is not None:
         write_all({("--series", series): lambda path: run.frame().to_csv(path, index=False)})
     if json:
@@ -127,20 +135,27 @@ def tower(
 
 
 def engine_of(
-    solver: Solver, lmp: str | None, mpirun: str | None
+    solver: Solver, lmp: str | None, mpirun: str | None, cache: Path | None, fresh: bool
 ) -> AbstractContextManager[Engine | None]:
-    """Return LAMMPS where it is asked for, to be closed after use.
+    """Return LAMMPS where it is asked for, remembering its runs, to be closed after use.
 
     Raise RequestError for an executable without it.
     """
-    from harness.engines.registry import open_engine
+    from harness.cli.keeping import open_entries, remembering
     from harness.errors import RequestError
 
     if solver is Solver.lammps:
-        return open_engine(lmp=lmp, launcher=mpirun)
+        return remembering(Chosen("lammps", lmp, mpirun), open_entries(cache), fresh)
     if lmp or mpirun:
         raise RequestError(f"--{'lmp' if lmp else 'mpirun'}: goes with --solver lammps only")
     return nullcontext()
+
+
+def own_solver(solver: Solver) -> dict[str, str]:
+    """Return what the history is told of a solver of the harness: it has the harness's version."""
+    from harness import __version__
+
+    return {"engine": solver.value, "engine_version": __version__, "how": "solver"}
 
 
 def _print(record: dict[str, object]) -> None:

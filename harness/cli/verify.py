@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from datetime import datetime
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
+from harness.cli.keeping import Cache, Chosen, Fresh
 from harness.cli.options import EngineName, Json, Lmp, Mpirun, Tolerances
+
+if TYPE_CHECKING:
+    from harness.store.entries import Entries
 
 
 def verify(
@@ -45,39 +49,109 @@ def verify(
     engine: EngineName = "lammps",
     lmp: Lmp = None,
     mpirun: Mpirun = None,
+    cache: Cache = None,
+    fresh: Fresh = False,
     json: Json = False,
 ) -> None:
     """Do the main job: hold LAMMPS against theory and the baseline, and write a report.
 
     Prints the verdicts and leaves a folder with report.html, report.md,
     results.json, results.csv, the figures and the exact scripts that ran.
+
+    What was verified before, with the same LAMMPS, code and platform, is not run
+    again: the report kept of it is handed out, and said to be so. An interrupted
+    verify goes on where it stopped.
     """
+    from harness.cli.keeping import open_entries
     from harness.cli.output import print_json
-    from harness.cli.progress import progress_bars
+    from harness.cli.recording import recorded, verdicts
     from harness.cli.tables import print_verification
-    from harness.engines.registry import open_engine
     from harness.errors import RequestError
-    from harness.report.folder import check_folder, write
-    from harness.verbs.verification import verify as verify_with
-    from harness.verbs.verification.run import chosen_baseline
+    from harness.report.target import check_folder
 
     if quick and full:
         raise RequestError("--quick and --full: give one of them only")
-    folder = output or Path("reports") / "runs" / datetime.now().strftime("%Y-%m-%d-%H%M%S")
     if baseline is not None and no_baseline:
         raise RequestError("--baseline and --no-baseline: give one of them only")
-    known = None if no_baseline else chosen_baseline(baseline, tolerances)
+    folder = output or Path("reports") / "runs" / datetime.now().strftime("%Y-%m-%d-%H%M%S")
     check_folder(folder)
     level = "quick" if quick else "full" if full else "default"
-    with progress_bars() as progress, open_engine(engine, lmp=lmp, launcher=mpirun) as opened:
+    asked = _Asked(level, Chosen(engine, lmp, mpirun), baseline, tolerances, not no_baseline)
+    entries = open_entries(cache)
+    with recorded("verify") as told:
+        key = _key(asked) if entries else None
+        record = None if fresh else _kept(entries, key, folder)
+        told.cached = record is not None
+        record = record or _measured(asked, entries, key, folder, fresh)
+        told.status, told.folder = record["status"], folder
+        told.engine, told.quantities = record["engine"] or {}, verdicts(record["checks"])
+    if json:
+        print_json({**record, "folder": str(folder)})
+    else:
+        print_verification(record, folder)
+    raise typer.Exit(record["status"])
+
+
+class _Asked(NamedTuple):
+    """What is to be verified: how much, in which engine, and against which baseline."""
+
+    level: str
+    chosen: Chosen
+    baseline: Path | None
+    tolerances: Path | None
+    compare: bool
+
+
+def _key(asked: _Asked) -> str | None:
+    from harness.store.baseline import digest
+    from harness.store.verifications import verification_key
+
+    against = digest(asked.baseline, asked.tolerances) if asked.compare else {}
+    engine, lmp, mpirun, _ = asked.chosen
+    return verification_key(
+        asked.level, engine=engine, lmp=lmp, launcher=mpirun, beside={"baseline": against}
+    )
+
+
+def _kept(entries: Entries | None, key: str | None, folder: Path) -> dict[str, Any] | None:
+    """Write the report that is kept under a key and return its record, or None."""
+    from harness.store.aside import whole_folder
+    from harness.store.verifications import NOT_ONE, unpack
+
+    payload = entries.get(key) if entries and key else None
+    if entries is None or key is None or payload is None:
+        return None
+    try:
+        with whole_folder(folder) as aside:
+            record = unpack(payload, aside)
+    except NOT_ONE as error:
+        entries.drop(key, f"not a verification: {error}")
+        return None
+    return {**record, "cached": True, "engine_runs": 0, "engine_runs_from_cache": 0}
+
+
+def _measured(
+    asked: _Asked, entries: Entries | None, key: str | None, folder: Path, fresh: bool
+) -> dict[str, Any]:
+    """Verify, write the report and return the record; keep both unless the engine died."""
+    from harness.cli.keeping import remembering, runs_made
+    from harness.cli.progress import progress_bars
+    from harness.report.folder import write
+    from harness.store.aside import whole_folder
+    from harness.store.verifications import pack
+    from harness.verbs.verification import verify as verify_with
+    from harness.verbs.verification.run import chosen_baseline
+
+    known = chosen_baseline(asked.baseline, asked.tolerances) if asked.compare else None
+    with progress_bars() as progress, remembering(asked.chosen, entries, fresh) as opened:
         found = verify_with(
-            level, engine=opened, progress=progress, baseline=known, compare=not no_baseline
+            asked.level, engine=opened, progress=progress, baseline=known, compare=asked.compare
         )
         progress("figures and report", 0, 1)
-        write(found, folder)
+        record = found.record()
+        with whole_folder(folder) as aside:
+            write(found, aside)
+            if entries is not None and key is not None and not found.engine_errors:
+                entries.put(key, pack(aside, record))
         progress("figures and report", 1, 1)
-    if json:
-        print_json({**found.record(), "folder": str(folder)})
-    else:
-        print_verification(found, folder)
-    raise typer.Exit(found.status)
+        return {**record, "cached": False, **runs_made(opened)}

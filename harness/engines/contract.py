@@ -17,8 +17,8 @@ the place of its result. Formulas are not shared with theory or chain solvers.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
-from typing import Literal, Self
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal, Self
 
 from harness.errors import EngineError
 from harness.observables.incline import InclineRun
@@ -66,6 +66,14 @@ class Engine(ABC):
         Steps count in pi sqrt(m/k), samples default to about 1000 per t0.
         Raise RequestError for a case that the engine cannot state.
         """
+
+    def fingerprint(self) -> Mapping[str, Any] | None:
+        """Return all that decides a result besides the case, JSON-ready, or None.
+
+        Contents of programs and libraries, not only their version: results are
+        kept under it. None, the default, has nothing kept.
+        """
+        return None
 
     def measured(self, cases: Sequence[Incline], route: Route) -> list[InclineRun]:
         """Run the cases and raise the first EngineError, for callers that need them all."""

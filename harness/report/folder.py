@@ -8,25 +8,13 @@ import tempfile
 from pathlib import Path
 
 from harness.comparison.verification import Verification
-from harness.errors import RequestError
 from harness.report.finite import finite
 from harness.report.gallery import pictures
 from harness.report.page import html_page
+from harness.report.target import check_folder
 from harness.report.text import markdown
 
-
-def check_folder(folder: Path) -> None:
-    """Raise RequestError when a folder cannot take a report: it holds something, or is not ours."""
-    if folder.is_dir() and any(folder.iterdir()):
-        raise RequestError(f"--output {folder}: holds something already; name a new folder")
-    if folder.exists() and not folder.is_dir():
-        raise RequestError(f"--output {folder}: is a file; name a new folder")
-    try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}."):
-            pass
-    except OSError as error:
-        raise RequestError(f"--output {folder}: cannot be written ({error.strerror})") from None
+__all__ = ["check_folder", "write"]
 
 
 def write(found: Verification, folder: Path) -> None:

@@ -93,7 +93,7 @@ MOST_PARTINGS = 6
 
 def _parting_pictures(found: Verification) -> Iterator[Picture]:
     for number, series in enumerate(_first_to_part(found.parted)[:MOST_PARTINGS], 1):
-        yield _picture(
+        yield picture(
             f"parting-{number}",
             f"Where it parts: {series.case}",
             f"{series.run_label} against {series.reference_label} around the moment at which they "

@@ -1,1 +1,1 @@
-"""What is kept between runs: baselines, cached runs, history."""
+"""What is kept between runs: baselines, results of engines and verifications, history."""

@@ -19,6 +19,7 @@ from harness.comparison.case import Case, Quantity
 from harness.comparison.parting import Series
 from harness.comparison.regression import Baseline
 from harness.errors import RequestError
+from harness.store.keys import digest_of_files, digest_of_tree
 from harness.store.overrides import read_overrides
 
 DIGITS = 12
@@ -48,6 +49,19 @@ def committed_tolerances() -> Path | None:
         package / "store" / "committed" / "tolerances.toml",
     )
     return next((file for file in files if file.is_file()), None)
+
+
+def digest(folder: Path | None, tolerances: Path | None) -> dict[str, str | None]:
+    """Return the digests of a baseline and of its overrides, the committed ones unless given.
+
+    None where there is none. They stand for all that a comparison depends on
+    besides the runs.
+    """
+    where, overrides = folder or committed(), tolerances or committed_tolerances()
+    return {
+        "folder": digest_of_tree(where) if where else None,
+        "tolerances": digest_of_files([overrides], overrides.parent) if overrides else None,
+    }
 
 
 def read_baseline(folder: Path, tolerances: Path | None = None) -> Baseline:

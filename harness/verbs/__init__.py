@@ -18,6 +18,7 @@ _HOMES = {
     "energy_scaling_angles": "harness.verbs.impulse_angles",
     "engines": "harness.verbs.status",
     "extrapolated_critical_angle": "harness.verbs.incline",
+    "history": "harness.verbs.history",
     "inputs": "harness.verbs.scripts",
     "outdated_inputs": "harness.verbs.scripts",
     "impulse_angles": "harness.verbs.impulse_angles",
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from harness.verbs.baseline import accept_baseline as accept_baseline
     from harness.verbs.baseline import compare_with_baseline as compare_with_baseline
     from harness.verbs.closed_forms import theory as theory
+    from harness.verbs.history import history as history
     from harness.verbs.impulse_angles import energy_scaling_angles as energy_scaling_angles
     from harness.verbs.impulse_angles import impulse_angles as impulse_angles
     from harness.verbs.impulse_angles import impulse_by_gamma as impulse_by_gamma

@@ -3,7 +3,16 @@ import sys
 
 import pytest
 
-COMMANDS = ["verify", "theory", "critical-angle", "tower", "impulse", "inputs", "engines"]
+COMMANDS = [
+    "verify",
+    "theory",
+    "critical-angle",
+    "tower",
+    "impulse",
+    "inputs",
+    "engines",
+    "history",
+]
 
 
 def test_help_lists_every_command(harness):

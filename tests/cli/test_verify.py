@@ -37,7 +37,7 @@ def test_requests_that_cannot_be_met(harness, tmp_path):
     assert "cannot be written" in harness("verify", "--output", "file/run", status=2).stderr
 
 
-def test_ctrl_c_leaves_nothing(tmp_path):
+def test_ctrl_c_leaves_nothing(tmp_path, answer):
     process = subprocess.Popen(
         [sys.executable, "-m", "harness", "verify", "--output", "run"],
         cwd=tmp_path,
@@ -53,6 +53,8 @@ def test_ctrl_c_leaves_nothing(tmp_path):
     assert "interrupted" in said
     assert "Traceback" not in said
     assert list(tmp_path.iterdir()) == []
+    (run,) = answer("history")["runs"]
+    assert (run["status"], run["note"]) == (130, "interrupted")
 
 
 def test_a_lammps_that_dies_leaves_a_report_and_status_3(harness, tmp_path):

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property
+from typing import Any
 
 from harness.engines.contract import Engine, Route
 from harness.engines.lammps.executable import Executable
+from harness.engines.lammps.fingerprint import fingerprint
 from harness.engines.lammps.inprocess import InProcess
 from harness.engines.lammps.jobs import Job, Limits, Output, Runner
 from harness.engines.lammps.read import read_incline
 from harness.engines.lammps.read_tower import read_tower
 from harness.engines.lammps.scripts import (
+    all_scripts,
     check_variables,
     incline_script,
     incline_variables,
@@ -45,6 +49,7 @@ class Lammps(Engine):
         limits: Limits | None = None,
     ) -> None:
         workers, limits = workers or cores(), limits or Limits()
+        self._asked = (lmp, launcher)
         self._runner: Runner
         if lmp is None and launcher is None:
             self._runner = InProcess(workers, limits)
@@ -54,6 +59,16 @@ class Lammps(Engine):
     def identify(self) -> Provenance:
         """Return version, packages, executable and how it is run."""
         return self._runner.identify()
+
+    def fingerprint(self) -> Mapping[str, Any] | None:
+        """Return the contents of LAMMPS and of the scripts it is given, read once."""
+        return self._fingerprint
+
+    @cached_property
+    def _fingerprint(self) -> dict[str, Any] | None:
+        who = fingerprint(*self._asked)
+        scripts = {script.name: script.sha256 for script in all_scripts()}
+        return None if who is None else {**who, "scripts": scripts}
 
     def inclines(
         self, cases: Sequence[Incline], route: Route, *, every: int | None = None

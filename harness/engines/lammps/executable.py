@@ -11,16 +11,15 @@ import contextlib
 import os
 import re
 import shlex
-import shutil
 import signal
 import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Sequence
 from pathlib import Path
 
 from harness.engines.lammps.jobs import Job, Limits, Output
+from harness.engines.lammps.programs import find_program
 from harness.engines.lammps.read import LAST_RESULT, error_from_text, version_in
 from harness.engines.lammps.scripts import names_to_forget
 from harness.engines.parallel import side_by_side
@@ -44,10 +43,10 @@ class Executable:
     """
 
     def __init__(self, lmp: str, launcher: str, workers: int, limits: Limits) -> None:
-        self._lmp = _find("lmp", lmp)
+        self._lmp = find_program("lmp", lmp)
         self._launcher = shlex.split(launcher)
         if self._launcher:
-            self._launcher[0] = _find("mpirun", self._launcher[0])
+            self._launcher[0] = find_program("mpirun", self._launcher[0])
         self._workers = 1 if self._launcher else workers
         self._limits = limits
         self._provenance = self._ask_for_help()
@@ -212,20 +211,6 @@ def _batch(jobs: Sequence[Job], folder: Path) -> str:
 def _packages(text: str) -> tuple[str, ...]:
     found = re.search(r"^Installed packages:\s*\n\s*\n((?:[A-Z0-9][A-Z0-9 \-]*\n)+)", text, re.M)
     return tuple(found.group(1).split()) if found else ()
-
-
-def _find(option: str, name: str) -> str:
-    """Return the absolute path of a program, on PATH or beside this Python.
-
-    Raise RequestError naming the option.
-    """
-    beside = str(Path(sys.executable).parent)
-    path = shutil.which(name) or shutil.which(name, path=beside)
-    if path is None:
-        raise RequestError(
-            f"--{option} {name!r}: no such executable; give a path, or a name found on PATH"
-        )
-    return str(Path(path).absolute())
 
 
 def _with_memory_limit(command: Sequence[str], limit: int) -> list[str]:

@@ -17,11 +17,15 @@ LIBRARIES = ("libmpi.so.12", "libmpi.12.dylib")
 
 def load_mpi() -> Path | None:
     """Load the MPI library of this environment for everybody; return it, or None if not here."""
-    for path in _candidates():
-        if path.is_file():
-            ctypes.CDLL(str(path), mode=ctypes.RTLD_GLOBAL)
-            return path
-    return None
+    path = find_mpi()
+    if path is not None:
+        ctypes.CDLL(str(path), mode=ctypes.RTLD_GLOBAL)
+    return path
+
+
+def find_mpi() -> Path | None:
+    """Return the MPI library of this environment, or None if not here."""
+    return next((path for path in _candidates() if path.is_file()), None)
 
 
 def _candidates() -> Iterator[Path]:

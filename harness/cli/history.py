@@ -1,0 +1,224 @@
+"""``dem-harness history``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from harness.cli.options import Json
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from harness.verbs.history import Recorded
+
+SHOWN = 30
+LONGEST = 56
+"""Characters of a command in the list."""
+
+_LOOK = "Look for"
+_OUT = "Draw and export"
+
+
+class Against(StrEnum):
+    """What a quantity is drawn against."""
+
+    DATE = "date"
+    VERSION = "version"
+
+
+def history(
+    command: Annotated[
+        str | None, typer.Option(help="Runs of this command.", rich_help_panel=_LOOK)
+    ] = None,
+    engine: Annotated[
+        str | None, typer.Option(help="Runs of this engine or solver.", rich_help_panel=_LOOK)
+    ] = None,
+    engine_version: Annotated[
+        str | None,
+        typer.Option(help='A release, or how it begins: "22 Jul 2025".', rich_help_panel=_LOOK),
+    ] = None,
+    quantity: Annotated[
+        str | None,
+        typer.Option(
+            metavar="PATTERN",
+            help="List these quantities of the runs, as `incline*`; `*` is all of them.",
+            rich_help_panel=_LOOK,
+        ),
+    ] = None,
+    since: Annotated[
+        str | None,
+        typer.Option(
+            metavar="DATE", help="From this date or time on, as 2025-07-22.", rich_help_panel=_LOOK
+        ),
+    ] = None,
+    verdict: Annotated[
+        str | None,
+        typer.Option(help="`pass`, `fail`, `not tested` or `finding`.", rich_help_panel=_LOOK),
+    ] = None,
+    status: Annotated[
+        str | None,
+        typer.Option(
+            help="Exit status, or `unfinished`: still running, or killed.", rich_help_panel=_LOOK
+        ),
+    ] = None,
+    limit: Annotated[
+        int | None,
+        typer.Option(
+            help=f"The newest so many.  [default: {SHOWN} in the list, all elsewhere]",
+            rich_help_panel=_LOOK,
+        ),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Draw the one --quantity: .svg, .png or .pdf.",
+            rich_help_panel=_OUT,
+        ),
+    ] = None,
+    against: Annotated[
+        Against, typer.Option(help="What to draw it against.", rich_help_panel=_OUT)
+    ] = Against.DATE,
+    csv: Annotated[
+        Path | None,
+        typer.Option("--csv", metavar="FILE", help="Write the rows here.", rich_help_panel=_OUT),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """List the recorded runs, or how a quantity went over date or release.
+
+    Every verify, critical-angle, tower and impulse is recorded when it starts
+    and when it ends, in DEM_HARNESS_HOME/history.sqlite, else
+    ~/.local/share/dem-harness/history.sqlite.
+    """
+    from harness.cli.files import FORMATS, check_target, save_figure, write_all
+    from harness.cli.output import print_json
+    from harness.errors import RequestError
+    from harness.verbs.history import history as ask
+
+    check_target(plot, "--plot", FORMATS)
+    check_target(csv, "--csv")
+    if plot is not None and quantity is None:
+        raise RequestError("--plot: needs --quantity, the name of what to draw")
+    listed = plot is None and csv is None and not json
+    found = ask(
+        command=command,
+        engine=engine,
+        engine_version=engine_version,
+        quantity=quantity,
+        since=since,
+        verdict=verdict,
+        status=status,
+        limit=limit if limit is not None or not listed else SHOWN,
+    )
+    files: dict[tuple[str, Path], Any] = {}
+    if csv is not None:
+        files["--csv", csv] = lambda path: found.frame().to_csv(path, index=False)
+    if plot is not None:
+        _check_one(found, str(quantity))
+        files["--plot", plot] = save_figure(lambda: _draw(found, against), plot.suffix)
+    write_all(files)
+    if json:
+        rows = {"runs": found.runs} if found.quantities is None else {"quantities": found.rows}
+        print_json({"history": str(found.file), **rows})
+    elif listed:
+        _print(found)
+
+
+def _check_one(found: Recorded, pattern: str) -> None:
+    """Raise RequestError unless one quantity, measured at least once, is to be drawn."""
+    from harness.errors import RequestError
+
+    drawn = sorted({row["name"] for row in found.rows if not row["cached"]})
+    if not drawn:
+        raise RequestError(f"--plot: no run in {found.file} measured --quantity {pattern!r}")
+    if len(drawn) > 1:
+        some = ", ".join(repr(name) for name in drawn[:3])
+        raise RequestError(
+            f"--plot: --quantity {pattern!r} fits {len(drawn)} quantities, must fit one: {some}"
+        )
+
+
+def _draw(found: Recorded, against: Against) -> Figure:
+    """Draw what was measured; a kept result handed out again is no measurement."""
+    from harness.report.figures.history import quantity_history
+
+    frame = found.frame()
+    return quantity_history(frame[~frame["cached"]], against.value)
+
+
+def _print(found: Recorded) -> None:
+    """Print one line a row, newest last, as a log; columns as wide as they need to be."""
+    if not found.rows:
+        print(f"no such run in {found.file}" if found.file.is_file() else _nothing(found.file))
+        return
+    oldest_first = sorted(found.rows, key=lambda row: (row["started"], row["run"]))
+    if found.quantities is None:
+        head: tuple[str, ...] = ("started", "command", "engine", "status", "verdicts", "took")
+        lines = [_run(row) for row in oldest_first]
+    else:
+        head = ("started", "release", "quantity", "value", "expected", "tolerance", "", "verdict")
+        lines = [_quantity(row) for row in oldest_first]
+    _print_columns([head, *lines], right={"value", "expected", "tolerance", "took"})
+
+
+def _nothing(file: Path) -> str:
+    return f"no run is recorded yet: {file} is written by the first verify, tower and so on"
+
+
+def _print_columns(lines: Sequence[Sequence[str]], right: set[str]) -> None:
+    head = lines[0]
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    turns = [">" if name in right else "<" for name in head]
+    form = "  ".join(f"{{:{turn}{width}}}" for turn, width in zip(turns, widths, strict=True))
+    print("\n".join(form.format(*line).rstrip() for line in lines))
+
+
+def _run(row: Mapping[str, Any]) -> tuple[str, ...]:
+    verdicts = f"{row['judged'] - row['failed']} of {row['judged']}" if row["judged"] else ""
+    took = "" if row["seconds"] is None else f"{row['seconds']:.1f} s"
+    return (
+        _when(row),
+        _cut(f"{row['command']} {row['options']}"),
+        ", ".join(part for part in (row["engine"], row["engine_version"], row["how"]) if part),
+        "unfinished" if row["status"] is None else str(row["status"]),
+        verdicts,
+        f"cached, {took}" if row["cached"] else took,
+    )
+
+
+def _quantity(row: Mapping[str, Any]) -> tuple[str, ...]:
+    value = _number(row["value"], 8)
+    if row["uncertainty"]:
+        value += f" ± {row['uncertainty']:.2g}"
+    return (
+        _when(row),
+        (row["engine_version"] or row["engine"]) + (", cached" if row["cached"] else ""),
+        row["name"],
+        value,
+        _number(row["expected"], 8),
+        _number(row["tolerance"], 2),
+        row["unit"],
+        row["verdict"],
+    )
+
+
+def _cut(text: str) -> str:
+    """Return a text that leaves room for the columns beside it; JSON has it in full."""
+    return text if len(text) <= LONGEST else text[: LONGEST - 1] + "…"
+
+
+def _number(value: float | None, digits: int) -> str:
+    return "" if value is None else f"{value:.{digits}g}"
+
+
+def _when(row: Mapping[str, Any]) -> str:
+    """Return the start in local time, to the second."""
+    from datetime import datetime
+
+    return datetime.fromisoformat(row["started"]).astimezone().isoformat(" ")[:19]

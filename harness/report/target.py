@@ -1,0 +1,22 @@
+"""Whether a folder can take a report; lean, so that a kept one waits for no figure library."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+from harness.errors import RequestError
+
+
+def check_folder(folder: Path) -> None:
+    """Raise RequestError when a folder cannot take a report: it holds something, or is not ours."""
+    if folder.is_dir() and any(folder.iterdir()):
+        raise RequestError(f"--output {folder}: holds something already; name a new folder")
+    if folder.exists() and not folder.is_dir():
+        raise RequestError(f"--output {folder}: is a file; name a new folder")
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}."):
+            pass
+    except OSError as error:
+        raise RequestError(f"--output {folder}: cannot be written ({error.strerror})") from None

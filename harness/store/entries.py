@@ -1,0 +1,160 @@
+"""Entries under a key, each with its checksum: what is damaged is dropped, never used.
+
+An entry is a file of four parts: a line with the form of the file, a line with
+the key, a line with the SHA-256 of the payload, and the payload.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import shutil
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+FORM = b"dem-harness entry 1"
+LIMIT = 1024**3
+"""[bytes] of all entries; beyond it the ones not asked for the longest are dropped."""
+
+ASIDE = ".aside"
+ABANDONED_SECONDS = 3600.0
+"""An entry is written in a fraction of a second: older ones aside belong to nobody."""
+
+Tell = Callable[[str], None]
+
+
+def tell_stderr(note: str) -> None:
+    """Print a note on stderr."""
+    print(f"dem-harness: {note}", file=sys.stderr)
+
+
+class Entries:
+    """A folder of entries, safe to use from several threads and processes.
+
+    ``limit`` [bytes] bounds its size, give or take a tenth. What goes wrong
+    with the folder later is told once, and nothing more is written: a cache
+    must not end a run. Raise OSError when the folder cannot be made or written.
+    """
+
+    def __init__(self, folder: Path, limit: int = LIMIT, tell: Tell = tell_stderr) -> None:
+        self.folder = folder
+        self._limit = limit
+        self._tell = tell
+        self._lock = threading.Lock()
+        self._unpruned = limit  # the first entry written looks through the folder
+        self._broken = False
+        (folder / ASIDE).mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder / ASIDE):
+            pass
+
+    def get(self, key: str) -> bytes | None:
+        """Return the payload of a key, or None; drop an entry that is damaged, with a note."""
+        path = self._path(key)
+        try:
+            data = path.read_bytes()
+        except FileNotFoundError:
+            return None
+        except OSError as error:
+            self.drop(key, error.strerror or str(error))
+            return None
+        payload, damage = _checked(data, key)
+        if damage:
+            self.drop(key, damage)
+            return None
+        with contextlib.suppress(OSError):
+            os.utime(path)
+        return payload
+
+    def put(self, key: str, payload: bytes) -> None:
+        """Keep a payload under a key: written aside, then renamed.
+
+        It is not forced onto the disk, which costs several milliseconds: what the
+        system holds survives the death of a process, and what a power cut tears
+        does not match its checksum.
+        """
+        if self._broken:
+            return
+        head = b"\n".join((FORM, key.encode(), hashlib.sha256(payload).hexdigest().encode(), b""))
+        try:
+            self._write(self._path(key), head + payload)
+            self._prune_sometimes(len(head) + len(payload))
+        except OSError as error:
+            self._broken = True
+            why = error.strerror or error
+            self._tell(f"cache {self.folder} cannot be written ({why}); nothing more is kept")
+
+    def drop(self, key: str, why: str) -> None:
+        """Remove the entry of a key, whatever it is, and say why."""
+        path = self._path(key)
+        self._tell(f"cache entry {path} is damaged ({why}): dropped, computed again")
+        with contextlib.suppress(OSError):
+            if path.is_dir() and not path.is_symlink():
+                shutil.rmtree(path)
+            else:
+                path.unlink()
+
+    def _path(self, key: str) -> Path:
+        return self.folder / key[:2] / key
+
+    def _write(self, path: Path, data: bytes) -> None:
+        path.parent.mkdir(exist_ok=True)
+        handle, aside = tempfile.mkstemp(dir=self.folder / ASIDE)
+        try:
+            with os.fdopen(handle, "wb") as stream:
+                stream.write(data)
+            os.replace(aside, path)  # noqa: PTH105 - a Path for each is a tenth of the write
+        except BaseException:
+            Path(aside).unlink(missing_ok=True)
+            raise
+
+    def _prune_sometimes(self, written: int) -> None:
+        """Prune when a tenth of the limit was written since the last time."""
+        with self._lock:
+            self._unpruned += written
+            if self._unpruned < self._limit / 10:
+                return
+            self._unpruned = 0
+        self._prune()
+
+    def _prune(self) -> None:
+        """Drop the entries not asked for the longest until nine tenths of the limit are left."""
+        self._sweep()
+        found = []
+        for path in self.folder.glob("??/*"):
+            with contextlib.suppress(OSError):
+                state = path.stat()
+                found.append((state.st_mtime, state.st_size, path))
+        excess = sum(size for _, size, _ in found) - self._limit * 9 // 10
+        if excess <= self._limit // 10:
+            return
+        for _, size, path in sorted(found):
+            if excess <= 0:
+                return
+            with contextlib.suppress(OSError):
+                path.unlink()
+                excess -= size
+
+    def _sweep(self) -> None:
+        """Remove what a killed process left aside."""
+        oldest = time.time() - ABANDONED_SECONDS
+        for path in (self.folder / ASIDE).iterdir():
+            with contextlib.suppress(OSError):
+                if path.stat().st_mtime < oldest:
+                    path.unlink()
+
+
+def _checked(data: bytes, key: str) -> tuple[bytes, str]:
+    """Return the payload of a file's content, and what is wrong with it, empty if nothing."""
+    parts = data.split(b"\n", 3)
+    if len(parts) < 4 or parts[0] != FORM:
+        return b"", "not an entry, or cut short"
+    if parts[1] != key.encode():
+        return b"", "that of another key"
+    if parts[2] != hashlib.sha256(parts[3]).hexdigest().encode():
+        return b"", "its checksum does not match"
+    return parts[3], ""

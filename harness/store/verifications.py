@@ -1,0 +1,85 @@
+"""Whole verifications kept: the folder of the report and the record, under one key."""
+
+from __future__ import annotations
+
+import io
+import json
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from harness.engines.fingerprints import fingerprint
+from harness.errors import RequestError
+from harness.store.keys import key_of, machine, source_digest, versions
+
+PACKAGES = ("jinja2", "matplotlib", "numba", "numpy", "pandas", "pydantic", "scipy")
+RECORD = "record.json"
+REPORT = "report/"
+NOT_ONE = (ValueError, KeyError, zipfile.BadZipFile)
+"""What :func:`unpack` raises for bytes that are not those of a verification."""
+
+
+def verification_key(
+    level: str,
+    *,
+    engine: str = "lammps",
+    lmp: str | None = None,
+    launcher: str | None = None,
+    beside: Mapping[str, Any] | None = None,
+) -> str | None:
+    """Return the key of a verification, or None where an engine cannot be told by its content.
+
+    ``beside`` is what else decides the verdicts, such as the digest of a
+    baseline. Raise RequestError for a program that is not there.
+    """
+    who = fingerprint(engine, lmp=lmp, launcher=launcher)
+    in_process = lmp is None and launcher is None
+    other = _second_way(engine) if in_process else {}
+    if who is None or other is None:
+        return None
+    return key_of(
+        {
+            "verification": level,
+            "engine": who,
+            "second way": other,
+            "machine": machine(),
+            "packages": versions(*PACKAGES),
+            "source": source_digest(),
+            "beside": dict(beside or {}),
+        }
+    )
+
+
+def _second_way(engine: str) -> Mapping[str, Any] | None:
+    """Return the executable that an in-process run is held against; it may be missing."""
+    try:
+        return fingerprint(engine, lmp="lmp")
+    except RequestError:
+        return {"how": "missing"}
+
+
+def pack(folder: Path, record: Mapping[str, Any]) -> bytes:
+    """Return a report's folder and the record as bytes; NaN in the record stays NaN."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+        archive.writestr(RECORD, json.dumps(record))
+        for path in sorted(path for path in folder.rglob("*") if path.is_file()):
+            archive.write(path, REPORT + path.relative_to(folder).as_posix())
+    return stream.getvalue()
+
+
+def unpack(payload: bytes, folder: Path) -> dict[str, Any]:
+    """Write a kept report into a new folder and return the record.
+
+    Raise one of :data:`NOT_ONE` when the bytes are not those of a verification.
+    """
+    with zipfile.ZipFile(io.BytesIO(payload)) as archive:
+        record: dict[str, Any] = json.loads(archive.read(RECORD))
+        folder.mkdir()
+        for name in archive.namelist():
+            if name.startswith(REPORT):
+                path = folder / name.removeprefix(REPORT)
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_bytes(archive.read(name))
+    return record

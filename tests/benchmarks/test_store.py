@@ -1,0 +1,83 @@
+"""What a kept verification and a long history cost, with the start of Python in it.
+
+Run with ``pytest -m benchmark -s tests/benchmarks``. Times are CPU time, of all
+processes started: what one waits for on a machine with nothing else to do.
+"""
+
+import json
+import resource
+import subprocess
+import sys
+
+import pytest
+
+from harness.store.history import End, History, Quantity, Start
+
+pytestmark = pytest.mark.benchmark
+
+RUNS = 10_000
+QUANTITIES = 60
+"""About as many as a verification has."""
+
+
+def _timed(folder, *arguments):
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    done = subprocess.run(
+        [sys.executable, "-m", "harness", *arguments],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return done.stdout, after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
+
+
+@pytest.mark.live
+def test_a_kept_verification_answers_in_under_2_s(tmp_path):
+    _, first = _timed(tmp_path, "verify", "--quick", "--output", "first")
+    times = []
+    for n in range(3):
+        out, seconds = _timed(tmp_path, "verify", "--quick", "--json", "--output", f"again-{n}")
+        assert json.loads(out)["cached"] is True
+        times.append(seconds)
+    files = [sorted(p.name for p in (tmp_path / n).rglob("*")) for n in ("first", "again-0")]
+    assert files[0] == files[1]
+    print(f"\nverify --quick: {first:.1f} s; kept: {', '.join(f'{t:.2f} s' for t in times)}")
+    assert min(times) < 2.0
+
+
+@pytest.fixture(scope="module")
+def long_history(tmp_path_factory):
+    path = tmp_path_factory.mktemp("long") / "history.sqlite"
+    kinds = [(f"incline: check {n}", "analytic", "deg") for n in range(QUANTITIES)]
+    found = [Quantity(*kind, 10.2, 1e-4, 10.2, 3e-4, "pass") for kind in kinds]
+    end = End(0, 12.0, "lammps", "22 Jul 2025 - Update 4", "in-process", folder="/runs/1")
+    with History(path) as history:
+        # as fast as a disk allows: durability is not what is measured here
+        history.rows("PRAGMA synchronous = OFF")
+        for _ in range(RUNS):
+            start = Start("verify", ["--quick"], "0.1.0", "abc", "Linux")
+            history.finish(history.begin(start), end, found)
+    return path
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        [],
+        ["--limit", str(RUNS)],
+        ["--engine-version", "22 Jul", "--verdict", "pass", "--quantity", "incline: check 7"],
+    ],
+)
+def test_ten_thousand_runs_are_listed_in_under_half_a_second(
+    long_history, tmp_path, monkeypatch, options
+):
+    monkeypatch.setenv("DEM_HARNESS_HOME", str(long_history.parent))
+    out, seconds = min(
+        (_timed(tmp_path, "history", *options) for _ in range(3)), key=lambda t: t[1]
+    )
+    lines = out.count("\n") - 1
+    print(f"\nhistory {' '.join(options)}: {lines} lines in {seconds:.2f} s")
+    assert lines == (RUNS if "--limit" in options else 30)
+    assert seconds < 0.5

@@ -1,0 +1,94 @@
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from harness.engines.fingerprints import fingerprint as by_name
+from harness.engines.lammps.engine import Lammps
+from harness.engines.lammps.fingerprint import digest, fingerprint
+from harness.errors import RequestError
+
+
+@pytest.fixture
+def program(tmp_path):
+    """A program with libraries, at a place of its own."""
+    path = tmp_path / "lmp"
+    shutil.copy(shutil.which("env") or "/usr/bin/env", path)
+    return path
+
+
+def _again(*arguments):
+    digest.cache_clear()
+    return fingerprint(*arguments)
+
+
+def test_a_program_is_told_by_its_content_and_that_of_its_libraries(program):
+    first = fingerprint(str(program))
+    assert first["how"] == "executable"
+    assert any("libc" in name for name in first["files"])
+    os.utime(program, (1, 1))
+    assert _again(str(program)) == first
+    with program.open("ab") as stream:
+        stream.write(b"\0")
+    assert _again(str(program)) != first
+
+
+def test_the_launcher_and_its_ranks_count(program):
+    ways = [fingerprint(str(program), launcher) for launcher in (None, "env A=2", "env A=4")]
+    assert len({str(way) for way in ways}) == 3
+
+
+def test_the_environment_of_the_loader_counts(program, monkeypatch):
+    first = fingerprint(str(program))
+    monkeypatch.setenv("LAMMPS_PLUGIN_PATH", "/plugins")
+    assert fingerprint(str(program)) != first
+
+
+def test_a_wrapper_script_hides_what_it_runs(script_file):
+    assert fingerprint(script_file('exec /opt/lammps/lmp "$@"\n')) is None
+
+
+def test_a_program_that_is_not_there_is_a_wrong_request():
+    with pytest.raises(RequestError, match=r"--lmp '/no/such/lmp'"):
+        fingerprint("/no/such/lmp")
+    with pytest.raises(RequestError, match=r"--mpirun 'no-such-mpirun'"):
+        fingerprint("sh", "no-such-mpirun -np 2")
+
+
+def test_an_engine_that_is_not_known_has_none():
+    assert by_name("mfix") is None
+
+
+@pytest.mark.usefixtures("lammps_here")
+def test_the_library_of_this_environment_is_told_without_loading_it():
+    found = by_name()
+    assert found["how"] == "in-process"
+    assert any("liblammps" in name for name in found["files"])
+    assert any("libmpi" in name for name in found["files"])
+    script = (
+        "import sys; from harness.store.verifications import verification_key\n"
+        "assert verification_key('quick')\n"
+        "print(sorted({'lammps', 'numpy', 'scipy', 'pandas', 'matplotlib', 'numba', 'pydantic'}"
+        " & set(sys.modules)))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    )
+    assert done.stdout == "[]\n"
+
+
+def test_the_script_of_the_wheel_is_told_by_the_program_behind_it(lmp):
+    if Path(lmp).resolve().read_bytes()[:2] != b"#!":
+        pytest.skip(f"{lmp} is a program of its own")
+    assert any("liblammps" in name for name in fingerprint(lmp)["files"])
+
+
+@pytest.mark.usefixtures("lammps_here")
+def test_the_engine_adds_the_scripts_that_it_runs():
+    with Lammps() as engine:
+        found = engine.fingerprint()
+    assert found["files"] == fingerprint()["files"]
+    assert {"tower.in", "incline-source.in"} <= found["scripts"].keys()

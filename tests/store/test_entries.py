@@ -1,0 +1,201 @@
+import os
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from harness.store.entries import ABANDONED_SECONDS, ASIDE, Entries
+from harness.store.keys import key_of
+
+KEY, OTHER = key_of({"n": 1}), key_of({"n": 2})
+
+
+@pytest.fixture
+def said():
+    return []
+
+
+@pytest.fixture
+def entries(tmp_path, said):
+    return Entries(tmp_path / "cache", tell=said.append)
+
+
+def path_of(entries, key):
+    return entries.folder / key[:2] / key
+
+
+def test_what_was_put_is_got(entries, said):
+    assert entries.get(KEY) is None
+    entries.put(KEY, b"payload\nof\nlines")
+    entries.put(OTHER, b"")
+    assert entries.get(KEY) == b"payload\nof\nlines"
+    assert entries.get(OTHER) == b""
+    assert Entries(entries.folder).get(KEY) == b"payload\nof\nlines"
+    assert said == []
+    assert list((entries.folder / ASIDE).iterdir()) == []
+
+
+def _truncated(path):
+    path.write_bytes(path.read_bytes()[:-3])
+
+
+def _head_only(path):
+    path.write_bytes(path.read_bytes()[:30])
+
+
+def _empty(path):
+    path.write_bytes(b"")
+
+
+def _flipped(path):
+    data = bytearray(path.read_bytes())
+    data[-5] ^= 0x10
+    path.write_bytes(bytes(data))
+
+
+def _longer(path):
+    path.write_bytes(path.read_bytes() + b"x")
+
+
+def _another_file(path):
+    path.write_text("# notes on granular flow\n" * 20)
+
+
+def _folder(path):
+    path.unlink()
+    path.mkdir()
+    (path / "inside").write_text("x")
+
+
+def _dangling(path):
+    path.unlink()
+    path.symlink_to(path.parent / "nowhere" / "at all")
+
+
+@pytest.mark.parametrize(
+    "damage", [_truncated, _head_only, _empty, _flipped, _longer, _another_file, _folder]
+)
+def test_a_damaged_entry_is_dropped_with_a_note_and_never_used(entries, said, damage):
+    entries.put(KEY, b"the result of a run")
+    damage(path_of(entries, KEY))
+    assert entries.get(KEY) is None
+    assert len(said) == 1
+    assert "damaged" in said[0]
+    assert KEY in said[0]
+    assert not path_of(entries, KEY).exists()
+    entries.put(KEY, b"computed again")
+    assert entries.get(KEY) == b"computed again"
+
+
+def test_the_entry_of_another_key_is_not_used(entries, said):
+    entries.put(OTHER, b"result of another run")
+    path_of(entries, KEY).parent.mkdir(exist_ok=True)
+    path_of(entries, OTHER).rename(path_of(entries, KEY))
+    assert entries.get(KEY) is None
+    assert "another key" in said[0]
+
+
+def test_a_dangling_link_is_a_miss_that_can_be_written_over(entries):
+    entries.put(KEY, b"x")
+    _dangling(path_of(entries, KEY))
+    assert entries.get(KEY) is None
+    entries.put(KEY, b"again")
+    assert entries.get(KEY) == b"again"
+
+
+@given(st.binary(max_size=200), st.integers(0), st.integers(0, 7))
+def test_no_single_flipped_bit_goes_unseen(tmp_path_factory, payload, where, bit):
+    entries = Entries(tmp_path_factory.mktemp("cache"), tell=lambda _: None)
+    entries.put(KEY, payload)
+    path = path_of(entries, KEY)
+    data = bytearray(path.read_bytes())
+    data[where % len(data)] ^= 1 << bit
+    path.write_bytes(bytes(data))
+    assert entries.get(KEY) is None
+
+
+def test_the_ones_not_asked_for_the_longest_are_dropped(tmp_path):
+    entries = Entries(tmp_path, limit=20_000)
+    names = [key_of({"n": n}) for n in range(30)]
+    for age, key in enumerate(names[:20]):
+        entries.put(key, bytes(800))
+        os.utime(path_of(entries, key), (time.time() - 1000 + age,) * 2)
+    assert entries.get(names[0]) is not None  # asked for: now the youngest
+    for key in names[20:30]:
+        entries.put(key, bytes(800))
+    size = sum(path.stat().st_size for path in tmp_path.glob("??/*"))
+    assert size <= 1.1 * 20_000
+    assert entries.get(names[0]) is not None
+    assert entries.get(names[1]) is None
+    assert entries.get(names[29]) is not None
+
+
+def test_what_a_killed_process_left_aside_is_removed_after_a_while(entries):
+    old, young = (entries.folder / ASIDE / name for name in ("old", "young"))
+    for path in (old, young):
+        path.write_bytes(b"half an ent")
+    os.utime(old, (time.time() - 2 * ABANDONED_SECONDS,) * 2)
+    entries.put(KEY, b"x")
+    assert not old.exists()
+    assert young.exists()
+
+
+def test_a_folder_that_goes_away_is_told_once_and_ends_nothing(entries, said):
+    entries.put(KEY, b"x")
+    for path in (path_of(entries, KEY), path_of(entries, KEY).parent, entries.folder / ASIDE):
+        path.unlink() if path.is_file() else path.rmdir()
+    entries.put(KEY, b"x")
+    entries.put(OTHER, b"x")
+    assert entries.get(KEY) is None
+    assert len(said) == 1
+    assert "nothing more is kept" in said[0]
+
+
+def test_a_file_in_the_place_of_the_folder_is_an_error(tmp_path):
+    (tmp_path / "cache").write_text("")
+    with pytest.raises(OSError, match="cache"):
+        Entries(tmp_path / "cache")
+
+
+def test_threads_may_write_and_read_the_same_entries(entries, said):
+    names = [key_of({"n": n % 7}) for n in range(200)]
+
+    def one(key):
+        entries.put(key, key.encode() * 100)
+        return entries.get(key) == key.encode() * 100
+
+    with ThreadPoolExecutor(8) as pool:
+        assert all(pool.map(one, names))
+    assert said == []
+
+
+WRITER = """
+import sys
+from pathlib import Path
+from harness.store.entries import Entries
+from harness.store.keys import key_of
+entries = Entries(Path(sys.argv[1]))
+print("ready", flush=True)
+n = 0
+while True:
+    entries.put(key_of({"n": n % 50}), bytes([n % 50]) * 200_000)
+    n += 1
+"""
+
+
+def test_a_killed_writer_leaves_whole_entries(tmp_path, said):
+    for _ in range(5):
+        writer = subprocess.Popen([sys.executable, "-c", WRITER, tmp_path], stdout=subprocess.PIPE)
+        assert writer.stdout.readline() == b"ready\n"
+        time.sleep(0.05)
+        writer.kill()
+        writer.communicate()
+    entries = Entries(tmp_path, tell=said.append)
+    kept = [entries.get(path.name) for path in tmp_path.glob("??/*")]
+    assert kept
+    assert None not in kept
+    assert said == []

@@ -1,0 +1,162 @@
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from harness.parameters.contact import CLIPPED, SOURCE, Contact
+from harness.parameters.incline import Incline
+from harness.parameters.tower import Tower
+from harness.store import keys
+from harness.store.cached_engine import ROOMS, run_key
+from harness.store.keys import digest_of_tree, key_of, source_digest, versions
+
+ENGINE = {"engine": "lammps", "how": "in-process", "files": ["abc liblammps.so"], "scripts": {}}
+OPTIONS = {"route": "passage", "every": None}
+
+CHANGED_INCLINE = {
+    "angle": 10.3,
+    "stiffness": 1.0000001e6,
+    "contact": CLIPPED,
+    "steps_per_contact": 51.0,
+    "diameter": 1.5,
+    "density": 2.0,
+    "gravity": 9.80,
+    "spheres": 10,
+    "wells": 11,
+    "phase": 0.5,
+    "time_limit": 401.0,
+}
+CHANGED_CONTACT = {
+    "name": "another",
+    "restitution": 2e-20,
+    "damping_ratio": 1.0,
+    "tail": "clipped",
+    "effective_mass": "half",
+}
+CHANGED_TOWER = {
+    "height": 4,
+    "stiffness": (1e6, 1e6, 1e6, 2e6),
+    "mass": 2.0,
+    "diameter": 2.0,
+    "speed": 3.0,
+    "gravity": 0.0,
+    "law": "overlap",
+    "base": "free",
+    "start": "preloaded",
+    "gap": 1e-3,
+}
+
+
+def test_the_tables_of_changes_name_every_parameter():
+    assert CHANGED_INCLINE.keys() == Incline.model_fields.keys()
+    assert CHANGED_CONTACT.keys() == Contact.model_fields.keys()
+    assert CHANGED_TOWER.keys() == Tower.model_fields.keys()
+
+
+@pytest.mark.parametrize("name", CHANGED_INCLINE)
+def test_every_parameter_of_the_incline_changes_the_key(name):
+    changed = Incline().replace(**{name: CHANGED_INCLINE[name]})
+    assert run_key(changed, OPTIONS, ENGINE) != run_key(Incline(), OPTIONS, ENGINE)
+
+
+@pytest.mark.parametrize("name", CHANGED_CONTACT)
+def test_every_parameter_of_the_contact_changes_the_key(name):
+    contact = SOURCE.replace(**{name: CHANGED_CONTACT[name]})
+    changed = Incline(contact=contact)
+    assert run_key(changed, OPTIONS, ENGINE) != run_key(Incline(), OPTIONS, ENGINE)
+
+
+@pytest.mark.parametrize("name", CHANGED_TOWER)
+def test_every_parameter_of_the_tower_changes_the_key(name):
+    base = Tower(height=3)
+    more = {"start": "gapped"} if name == "gap" else {}
+    reference = base.replace(start="gapped", gap=2e-3) if name == "gap" else base
+    changed = base.replace(**{name: CHANGED_TOWER[name]}, **more)
+    assert run_key(changed, OPTIONS, ENGINE) != run_key(reference, OPTIONS, ENGINE)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"engine": "another"},
+        {"how": "mpirun -np 2"},
+        {"files": ["abd liblammps.so"]},
+        {"scripts": {"tower.in": "f00"}},
+        {"environment": {"LD_PRELOAD": "x.so"}},
+    ],
+)
+def test_every_fact_of_the_engine_changes_the_key(change):
+    key = run_key(Incline(), OPTIONS, ENGINE)
+    assert run_key(Incline(), OPTIONS, ENGINE | change) != key
+
+
+@pytest.mark.parametrize("change", [{"route": "steady"}, {"every": 100}, {"samples": 10}])
+def test_every_option_of_a_run_changes_the_key(change):
+    assert run_key(Incline(), OPTIONS | change, ENGINE) != run_key(Incline(), OPTIONS, ENGINE)
+
+
+@pytest.mark.parametrize("fact", ["machine", "versions", "source_digest"])
+def test_platform_packages_and_source_change_the_key(monkeypatch, fact):
+    key = run_key(Incline(), OPTIONS, ENGINE)
+    monkeypatch.setattr(f"harness.store.cached_engine.{fact}", lambda *_: {"other": "1"})
+    assert run_key(Incline(), OPTIONS, ENGINE) != key
+
+
+numbers = st.floats(1e4, 1e9) | st.integers(10_000, 1_000_000_000).map(float)
+
+
+@given(numbers, numbers)
+def test_stiffnesses_share_a_key_only_when_they_are_the_same_double(one, other):
+    first, second = (run_key(Incline(stiffness=k), OPTIONS, ENGINE) for k in (one, other))
+    assert (first == second) == (one == other)
+
+
+json_values = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False) | st.text(),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(), inner, max_size=3),
+    max_leaves=5,
+)
+
+
+@settings(max_examples=50)
+@given(st.dictionaries(st.text(), json_values, max_size=5))
+def test_the_order_of_facts_does_not_matter(facts):
+    turned = dict(reversed(facts.items()))
+    assert key_of(facts) == key_of(turned)
+
+
+def test_a_value_that_json_cannot_state_is_no_part_of_a_key():
+    with pytest.raises(TypeError):
+        key_of({"case": object()})
+
+
+def test_the_digest_of_a_folder_sees_contents_names_and_no_caches(tmp_path):
+    (tmp_path / "a.py").write_text("1")
+    first = digest_of_tree(tmp_path)
+    (tmp_path / "__pycache__").mkdir()
+    (tmp_path / "__pycache__" / "a.pyc").write_text("x")
+    assert digest_of_tree(tmp_path) == first
+    (tmp_path / "a.py").write_text("2")
+    second = digest_of_tree(tmp_path)
+    (tmp_path / "a.py").rename(tmp_path / "b.py")
+    assert len({first, second, digest_of_tree(tmp_path)}) == 3
+
+
+def test_an_edit_of_the_source_changes_its_digest(tmp_path, monkeypatch):
+    for room in (*ROOMS, "report"):
+        (tmp_path / room).mkdir()
+        (tmp_path / room / "law.py").write_text("force = k * overlap")
+    monkeypatch.setattr(keys, "ROOT", tmp_path)
+    digests = []
+    for text in ("force = k * overlap", "force = 2 * k * overlap"):
+        (tmp_path / "engines" / "law.py").write_text(text)
+        source_digest.cache_clear()
+        digests.append((source_digest(), source_digest(*ROOMS), source_digest("report")))
+    source_digest.cache_clear()
+    whole, rooms, report = zip(*digests, strict=True)
+    assert whole[0] != whole[1]
+    assert rooms[0] != rooms[1]
+    assert report[0] == report[1]
+
+
+def test_a_package_that_is_not_here_has_no_version():
+    assert versions("no-such-package-at-all") == {"no-such-package-at-all": None}

@@ -1,0 +1,77 @@
+import math
+
+import pytest
+
+from harness.errors import RequestError
+from harness.store import verifications
+from harness.store.verifications import NOT_ONE, pack, unpack, verification_key
+
+
+@pytest.fixture
+def report(tmp_path):
+    folder = tmp_path / "report"
+    (folder / "figures").mkdir(parents=True)
+    (folder / "report.html").write_text("<p>±</p>", encoding="utf-8")
+    (folder / "figures" / "a.png").write_bytes(bytes(range(256)))
+    return folder
+
+
+def test_a_report_and_its_record_come_back(report, tmp_path):
+    record = {"status": 0, "checks": [{"value": math.inf, "tolerance": math.nan}]}
+    back = unpack(pack(report, record), tmp_path / "copy")
+    assert back["status"] == 0
+    assert back["checks"][0]["value"] == math.inf
+    assert math.isnan(back["checks"][0]["tolerance"])
+    files = {p.relative_to(report): p.read_bytes() for p in report.rglob("*") if p.is_file()}
+    copy = tmp_path / "copy"
+    assert files == {p.relative_to(copy): p.read_bytes() for p in copy.rglob("*") if p.is_file()}
+
+
+@pytest.mark.parametrize("payload", [b"", b"no archive"])
+def test_what_is_no_verification_is_refused(payload, tmp_path):
+    with pytest.raises(NOT_ONE):
+        unpack(payload, tmp_path / "copy")
+    assert not (tmp_path / "copy").exists()
+
+
+@pytest.fixture
+def told(monkeypatch):
+    """Stand in for the engines: each way to run has a digest that a test may change."""
+    digests = {None: "a", "lmp": "b", "/mine/lmp": "c"}
+
+    def fingerprint(name, *, lmp=None, launcher=None):
+        digest = digests[lmp]
+        if isinstance(digest, Exception):
+            raise digest
+        return digest and {"engine": name, "how": launcher, "files": [digest]}
+
+    monkeypatch.setattr(verifications, "fingerprint", fingerprint)
+    return digests
+
+
+def test_everything_that_decides_the_verdicts_changes_the_key(told, monkeypatch):
+    found = [
+        verification_key("quick"),
+        verification_key("full"),
+        verification_key("quick", lmp="/mine/lmp"),
+        verification_key("quick", lmp="/mine/lmp", launcher="mpirun -np 2"),
+        verification_key("quick", beside={"baseline": "1"}),
+    ]
+    told[None] = "another library"
+    found.append(verification_key("quick"))
+    told["lmp"] = "another executable to hold it against"
+    found.append(verification_key("quick"))
+    told["lmp"] = RequestError("no such executable")
+    found.append(verification_key("quick"))
+    for fact in ("machine", "versions", "source_digest"):
+        monkeypatch.setattr(verifications, fact, lambda *_: {"other": "1"})
+        found.append(verification_key("quick"))
+    assert None not in found
+    assert len(set(found)) == len(found)
+
+
+def test_an_engine_that_cannot_be_told_has_no_key(told):
+    told["/mine/lmp"] = None
+    assert verification_key("quick", lmp="/mine/lmp") is None
+    told["lmp"] = None
+    assert verification_key("quick") is None
