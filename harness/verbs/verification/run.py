@@ -80,4 +80,5 @@ def verify(
         tower=towers,
         scripts={script.name: script.text for script in all_scripts()},
         engine_errors=tuple(check.note for check in checks if check.engine_died),
+        logs=engine.logs() if engine is not None else {},
     )
