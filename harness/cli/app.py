@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from harness.cli.critical_angle import critical_angle
+from harness.cli.diff import diff
 from harness.cli.engines import engines
 from harness.cli.impulse import impulse
 from harness.cli.inputs import inputs
@@ -47,5 +48,5 @@ def root(
     """
 
 
-for command in (verify, theory, critical_angle, tower, impulse, inputs, engines):
+for command in (verify, theory, critical_angle, tower, impulse, inputs, engines, diff):
     app.command()(command)

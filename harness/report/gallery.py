@@ -12,6 +12,7 @@ from harness.comparison.verification import Verification
 from harness.observables.reference import PEYNEAU_ROUX
 from harness.report.figures import chain_peak_error, chain_runs, impulse, incline, tower_comparison
 from harness.report.figures.style import house_style
+from harness.report.vector import compact
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -202,4 +203,4 @@ def _picture(name: str, title: str, caption: str, draw: Callable[[], Figure]) ->
         svg, png = io.StringIO(), io.BytesIO()
         figure.savefig(svg, format="svg", metadata={"Date": None})
         figure.savefig(png, format="png", metadata={"Software": None})
-    return Picture(name, title, caption, svg.getvalue(), png.getvalue())
+    return Picture(name, title, caption, compact(svg.getvalue()), png.getvalue())

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 _HOMES = {
     "critical_angle": "harness.verbs.incline",
     "critical_angles": "harness.verbs.incline",
+    "diff": "harness.verbs.diff",
     "energy_scaling_angles": "harness.verbs.impulse_angles",
     "engines": "harness.verbs.status",
     "extrapolated_critical_angle": "harness.verbs.incline",
@@ -28,6 +29,7 @@ _HOMES = {
 
 if TYPE_CHECKING:
     from harness.verbs.closed_forms import theory as theory
+    from harness.verbs.diff import diff as diff
     from harness.verbs.impulse_angles import energy_scaling_angles as energy_scaling_angles
     from harness.verbs.impulse_angles import impulse_angles as impulse_angles
     from harness.verbs.impulse_angles import impulse_by_gamma as impulse_by_gamma

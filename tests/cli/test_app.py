@@ -3,7 +3,7 @@ import sys
 
 import pytest
 
-COMMANDS = ["verify", "theory", "critical-angle", "tower", "impulse", "inputs", "engines"]
+COMMANDS = ["verify", "theory", "critical-angle", "tower", "impulse", "inputs", "engines", "diff"]
 
 
 def test_help_lists_every_command(harness):
