@@ -16,7 +16,8 @@ from harness.errors import EngineTimeoutError
 pytest_plugins = ["pytester"]
 
 INSTALLED = any(e.value == "harness.pytest_plugin" for e in entry_points(group="pytest11"))
-LOADED = () if INSTALLED else ("-p", "harness.pytest_plugin")
+HERE = {} if INSTALLED else {"plugins": [harness.pytest_plugin]}
+ELSEWHERE = () if INSTALLED else ("-p", "harness.pytest_plugin")
 
 OWN = """
 def test_own(dem_verification):
@@ -63,6 +64,13 @@ def made_up():
     )
 
 
+def run_pytest(pytester, *arguments):
+    """Run pytest here, or for xdist in a process of its own."""
+    if "-n" in arguments:
+        return pytester.runpytest_subprocess(*ELSEWHERE, *arguments)
+    return pytester.runpytest_inprocess(*arguments, **HERE)
+
+
 @pytest.fixture
 def suite(pytester, monkeypatch):
     """Return a function that runs a user's suite, with a made-up verification that is counted."""
@@ -73,9 +81,9 @@ def suite(pytester, monkeypatch):
     pytester.makeconftest(STAND_IN)
     pytester.makeini("[pytest]\nfilterwarnings = error\n")
 
-    def run(*arguments, run=pytester.runpytest_inprocess, **files):
+    def run(*arguments, **files):
         pytester.makepyfile(**(files or {"test_plain": "def test_plain(): pass"}))
-        return run(*LOADED, "-p", "no:cacheprovider", *arguments)
+        return run_pytest(pytester, "-p", "no:cacheprovider", *arguments)
 
     return run
 
@@ -130,10 +138,8 @@ def test_the_fixture_needs_no_option_and_shares_the_run(suite, pytester):
     assert runs(pytester) == 2
 
 
-@pytest.mark.parametrize("workers", [1, 3])
-def test_under_xdist_one_worker_runs_it(suite, pytester, workers):
-    spread = ("--dem-harness", "-n", str(workers))
-    result = suite(*spread, run=pytester.runpytest_subprocess, test_own=OWN)
+def test_under_xdist_one_worker_runs_it(suite, pytester):
+    result = suite("--dem-harness", "-n", "2", test_own=OWN)
     result.assert_outcomes(passed=3, failed=3, skipped=1)
     assert runs(pytester) == 1
 
@@ -161,15 +167,14 @@ def test_junit_has_the_kind(suite, pytester):
 @pytest.mark.parametrize("spread", [(), ("-n", "2")])
 def test_options_that_are_wrong_fail_in_one_line(pytester, how, spread):
     pytester.makepyfile(OWN)
-    run = pytester.runpytest_subprocess if spread else pytester.runpytest_inprocess
-    result = run(*LOADED, "--dem-harness", *how, *spread)
+    result = run_pytest(pytester, "--dem-harness", *how, *spread)
     result.assert_outcomes(failed=1, errors=1)
     result.stdout.fnmatch_lines(["dem-harness: --lmp '/nowhere': no such executable*"])
     result.stdout.no_fnmatch_line("*Traceback*")
 
 
 def test_an_unknown_level_is_refused(pytester):
-    result = pytester.runpytest_inprocess(*LOADED, "--dem-harness", "--dem-harness-level", "huge")
+    result = run_pytest(pytester, "--dem-harness", "--dem-harness-level", "huge")
     result.stdout.fnmatch_lines(["dem-harness: level = 'huge' is not known*quick, default, full"])
 
 
@@ -192,7 +197,7 @@ def test_a_real_verification(pytester, lammps_here):  # noqa: ARG001
         "    found = dem_verification.incline.extrapolated\n"
         "    assert abs(found.value_deg - 10.2078187) < found.uncertainty_deg\n"
     )
-    result = pytester.runpytest_subprocess(*LOADED, "--dem-harness", "-W", "error")
+    result = pytester.runpytest_subprocess(*ELSEWHERE, "--dem-harness", "-W", "error")
     counts = result.parseoutcomes()
     assert counts["passed"] > 50
     assert "failed" not in counts

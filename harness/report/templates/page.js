@@ -10,7 +10,9 @@
     const first = 25, body = table.tBodies[0], rows = [...body.rows], form = document.querySelector(".filters");
     const more = document.querySelector(".more"), heads = [...table.tHead.rows[0].cells];
     const { text, kind, verdict, sorted } = form.elements, count = form.querySelector("output");
-    rows.forEach((row) => { row.words = row.textContent.toLowerCase(); });
+    rows.forEach((row) => {
+      row.words = [...row.cells].filter((cell) => !cell.classList.contains("n")).map((cell) => cell.textContent).join(" ").toLowerCase();
+    });
     let all = false;
 
     function show() {
