@@ -22,10 +22,12 @@ class RequestError(HarnessError, ValueError):
 class EngineError(HarnessError, RuntimeError):
     """An engine that could not be run, or died.
 
-    ``kind`` is one word for the row of a report.
+    ``kind`` is one word for the row of a report; ``log`` is what the engine left
+    of the run that failed: script, parameters and log. Empty when it left none.
     """
 
     kind = "engine error"
+    log = ""
 
 
 class EngineMissingError(EngineError):

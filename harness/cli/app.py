@@ -8,6 +8,7 @@ import typer
 
 from harness.cli.baseline import baseline
 from harness.cli.critical_angle import critical_angle
+from harness.cli.diff import diff
 from harness.cli.engines import engines
 from harness.cli.history import history
 from harness.cli.impulse import impulse
@@ -61,6 +62,7 @@ for command in (
     inputs,
     engines,
     releases,
+    diff,
     history,
 ):
     app.command()(command)

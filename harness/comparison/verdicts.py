@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
-from dataclasses import asdict, dataclass
+import re
+from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from typing import Any
 
@@ -37,6 +39,7 @@ class Check:
     ``difference`` is value - expected, always in full. ``why`` says where the
     tolerance comes from, ``note`` what went wrong or what is to be seen, and
     ``triage`` of what class a failure is (empty for a check that holds).
+    ``log`` is the text that an engine left of a run that failed.
     """
 
     name: str
@@ -51,15 +54,25 @@ class Check:
     note: str = ""
     triage: str = ""
     engine_died: bool = False
+    log: str = field(default="", repr=False)
 
     @property
     def difference(self) -> float:
         """Return value - expected."""
         return self.value - self.expected
 
+    @property
+    def log_name(self) -> str:
+        """Return the name of the log's file: of the check, and of what the log says; or empty."""
+        if not self.log:
+            return ""
+        digest = hashlib.sha256(self.log.encode()).hexdigest()[:8]
+        words = re.sub(r"[^a-z0-9]+", "-", self.name.lower()).strip("-")
+        return f"{words[:60]}-{digest}.log"
+
     def record(self) -> dict[str, Any]:
-        """Return the row as a JSON-ready mapping."""
-        row = {**asdict(self), "difference": self.difference}
+        """Return the row as a JSON-ready mapping; its log by the name of the file."""
+        row = {**asdict(self), "difference": self.difference, "log": self.log_name}
         return {key: str(v) if isinstance(v, StrEnum) else v for key, v in row.items()}
 
 
@@ -125,7 +138,19 @@ def failed_run(name: str, kind: Kind, error: EngineError, unit: str = "") -> Che
     nan = math.nan
     note = f"{error.kind}: {error}"
     return Check(
-        name, kind, unit, nan, nan, nan, nan, Verdict.FAIL, "", note, of_error(error), True
+        name,
+        kind,
+        unit,
+        nan,
+        nan,
+        nan,
+        nan,
+        Verdict.FAIL,
+        "",
+        note,
+        of_error(error),
+        engine_died=True,
+        log=error.log,
     )
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import hashlib
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from harness.comparison.case import Case
@@ -14,15 +15,20 @@ from harness.observables.provenance import Provenance
 if TYPE_CHECKING:
     import pandas as pd
 
+SCHEMA = 1
+"""Version of the published form of results.json; raised when a key goes or changes its meaning."""
+
 
 @dataclass(frozen=True)
 class Verification:
     """The result of ``verify``.
 
     ``status`` is the exit status: 3 when an engine died, 1 when a verdict
-    failed, else 0. ``scripts`` are the exact inputs that ran, by name. ``measured``
-    are the cases of the baseline that were run, ``parted`` the series that left the
-    band about their reference, ``baseline`` is where the accepted ones lie.
+    failed, else 0. ``scripts`` are the exact inputs that ran, by name, ``logs``
+    the engine's log of one run that finished for each script, by the same names.
+    ``measured`` are the cases of the baseline that were run, ``parted`` the
+    series that left the band about their reference, ``baseline`` is where the
+    accepted ones lie.
     """
 
     level: str
@@ -39,6 +45,7 @@ class Verification:
     measured: tuple[Case, ...] = ()
     parted: tuple[Comparison, ...] = ()
     baseline: str = ""
+    logs: dict[str, str] = field(default_factory=dict)
 
     @property
     def status(self) -> int:
@@ -58,6 +65,7 @@ class Verification:
         evidence = self.incline
         ladders = [a.record() for angles in evidence.by_contact.values() for a in angles]
         return {
+            "schema": SCHEMA,
             "level": self.level,
             "started": self.started,
             "seconds": self.seconds,
@@ -72,4 +80,8 @@ class Verification:
             "checks": [check.record() for check in self.checks],
             "extrapolated": evidence.extrapolated.record() if evidence.extrapolated else None,
             "critical_angles": ladders + [a.record() for a in evidence.routes],
+            "scripts": {
+                name: hashlib.sha256(text.encode()).hexdigest()
+                for name, text in self.scripts.items()
+            },
         }

@@ -84,6 +84,10 @@ class Engine(ABC):
             runs.append(run)
         return runs
 
+    def logs(self) -> dict[str, str]:
+        """Return the log of one finished run for each script, by the script's name."""
+        return {}
+
     def close(self) -> None:  # noqa: B027 - an engine without processes has nothing to close
         """End the engine's processes."""
 

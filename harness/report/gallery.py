@@ -21,6 +21,7 @@ from harness.report.figures import (
     tower_comparison,
 )
 from harness.report.figures.style import house_style
+from harness.report.vector import compact
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -238,4 +239,4 @@ def picture(name: str, title: str, caption: str, draw: Callable[[], Figure]) -> 
         svg, png = io.StringIO(), io.BytesIO()
         figure.savefig(svg, format="svg", metadata={"Date": None})
         figure.savefig(png, format="png", metadata={"Software": None})
-    return Picture(name, title, caption, svg.getvalue(), png.getvalue())
+    return Picture(name, title, caption, compact(svg.getvalue()), png.getvalue())

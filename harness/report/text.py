@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
-from harness.comparison.verdicts import Check, Kind
+from harness.comparison.verdicts import Check
 from harness.comparison.verification import Verification
 from harness.report.gallery import Picture
-
-KINDS = {
-    Kind.ANALYTIC: "Analytic: against a closed form",
-    Kind.CROSS_CODE: "Cross-code: against another code or route, same law",
-    Kind.REGRESSION: "Regression: against the baseline",
-    Kind.FINDING: "Findings: differences between models, reported and not judged",
-}
+from harness.report.standing import KINDS, headline, standings
+from harness.report.templating import number
 
 
 def markdown(found: Verification, shown: Sequence[Picture]) -> str:
@@ -44,12 +38,9 @@ def markdown(found: Verification, shown: Sequence[Picture]) -> str:
 
 
 def summary(found: Verification) -> list[str]:
-    """Return the two or three sentences that open the report."""
-    failed = sum(check.verdict == "fail" for check in found.checks)
-    judged = sum(check.verdict in ("pass", "fail") for check in found.checks)
-    untested = sum(check.verdict == "not tested" for check in found.checks)
-    verdict = f"{judged - failed} of {judged} checks hold"
-    lines = [f"{verdict}{f'; {untested} not tested' if untested else ''}."]
+    """Return the sentences that open the report: the outcome kind by kind, and the angle."""
+    counts = "; ".join(f"{s.kind} {s.text}" for s in standings(found.checks))
+    lines = [f"**{headline(found)}.**", f"{counts}."]
     angle = found.incline.extrapolated
     if angle is not None:
         lines.append(
@@ -162,11 +153,6 @@ def provenance(found: Verification) -> list[tuple[str, str]]:
     return pairs
 
 
-def number(value: float, digits: int = 8) -> str:
-    """Return a number for a table; a dash for one that is missing."""
-    return "-" if math.isnan(value) else f"{value:.{digits}g}"
-
-
 def _table(rows: Sequence[Check]) -> list[str]:
     head = [
         "check",
@@ -182,7 +168,8 @@ def _table(rows: Sequence[Check]) -> list[str]:
     for check in rows:
         numbers = [number(check.value), number(check.expected), number(check.difference, 2)]
         numbers += [number(check.uncertainty, 2), number(check.tolerance, 2)]
-        remark = f" ({check.note})" if check.note else ""
+        remarks = ": ".join(text for text in (check.triage, check.note) if text)
+        remark = f" ({remarks})" if remarks else ""
         cells = [check.name + remark, *numbers, check.unit, str(check.verdict)]
         lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
     return lines

@@ -50,6 +50,10 @@ class CachedEngine(Engine):
         """Return the engine's own."""
         return self._engine.fingerprint()
 
+    def logs(self) -> dict[str, str]:
+        """Return the logs of what the engine ran itself; kept results have none."""
+        return self._engine.logs()
+
     def inclines(
         self, cases: Sequence[Incline], route: Route, *, every: int | None = None
     ) -> list[InclineRun | EngineError]:

@@ -15,6 +15,7 @@ _HOMES = {
     "compare_with_baseline": "harness.verbs.baseline",
     "critical_angle": "harness.verbs.incline",
     "critical_angles": "harness.verbs.incline",
+    "diff": "harness.verbs.diff",
     "energy_scaling_angles": "harness.verbs.impulse_angles",
     "engines": "harness.verbs.status",
     "extrapolated_critical_angle": "harness.verbs.incline",
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from harness.verbs.baseline import accept_baseline as accept_baseline
     from harness.verbs.baseline import compare_with_baseline as compare_with_baseline
     from harness.verbs.closed_forms import theory as theory
+    from harness.verbs.diff import diff as diff
     from harness.verbs.history import history as history
     from harness.verbs.impulse_angles import energy_scaling_angles as energy_scaling_angles
     from harness.verbs.impulse_angles import impulse_angles as impulse_angles

@@ -12,6 +12,10 @@ COMMANDS = [
     "inputs",
     "engines",
     "history",
+    "reproduce",
+    "releases",
+    "baseline",
+    "diff",
 ]
 
 

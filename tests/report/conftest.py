@@ -31,6 +31,12 @@ def _run(angle, motion):
     return InclineRun(case, motion, 0.01, True, crests, 10.0, 1000, 0.1, ENGINE, path)
 
 
+def _hung():
+    error = EngineTimeoutError("5 s")
+    error.log = "# lmp -in incline-source.in -var angle 10.2\nLAMMPS (1 Jan 2030)\nStep 1 <&> 2\n"
+    return error
+
+
 @pytest.fixture(scope="session")
 def verification():
     """A verification with every kind of row and of evidence, made up."""
@@ -54,7 +60,7 @@ def verification():
         checks=(
             judge("angle <holds>", Kind.ANALYTIC, 10.2, 10.2001, width),
             judge("angle | fails", Kind.ANALYTIC, 10.2, 10.3, width),
-            failed_run("a run that hung", Kind.CROSS_CODE, EngineTimeoutError("5 s")),
+            failed_run("a run that hung", Kind.CROSS_CODE, _hung()),
             not_tested("no engine", Kind.CROSS_CODE, "not installed"),
             finding("laws differ", 1.0, 2.0, "deg", "as they should"),
         ),
@@ -68,4 +74,5 @@ def verification():
         tower=towers,
         scripts={"incline-plastic.in": "run 0\n"},
         engine_errors=("out of time: 5 s",),
+        logs={"incline-plastic.in": "# lmp -in incline-plastic.in\nTotal wall time: 0:00:01\n"},
     )

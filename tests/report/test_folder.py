@@ -35,10 +35,32 @@ def test_the_folder_is_complete(verification, target):
 
 def test_the_page_is_self_contained(verification, target):
     page = (target / "report.html").read_text()
-    assert "http://" not in re.sub(r"data:image/svg\+xml;base64,[A-Za-z0-9+/=]+", "", page)
+    assert "http" not in re.sub(r'src="data:image/svg\+xml,[^"]+"', "", page)
     assert not re.search(r'src="(?!data:)', page)
     for check in verification.checks:
         assert html.escape(check.name) in page
+
+
+def test_every_link_of_the_page_leads_to_a_file_or_a_place_in_it(target):
+    page = (target / "report.html").read_text()
+    links = set(re.findall(r'href="(?!data:)([^"]+)"', page))
+    assert {"figures", "scripts", "logs"} <= {link.partition("/")[0] for link in links}
+    for link in links:
+        if link.startswith("#"):
+            assert f'id="{link[1:]}"' in page
+        else:
+            assert (target / link).is_file()
+
+
+def test_the_log_of_a_failed_run_is_found_from_its_row(verification, target):
+    (died,) = (check for check in verification.checks if check.engine_died)
+    assert (target / "logs" / died.log_name).read_text() == died.log
+    rows = json.loads((target / "results.json").read_text())["checks"]
+    assert [row["log"] for row in rows if row["engine_died"]] == [died.log_name]
+    page = (target / "report.html").read_text()
+    assert f'href="logs/{died.log_name}"' in page
+    assert html.escape("Step 1 <&> 2") in page
+    assert (target / "logs" / "incline-plastic.in.log").is_file()
 
 
 def test_figures_are_the_same_file_twice(verification, target):

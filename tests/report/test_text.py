@@ -1,5 +1,6 @@
 from harness.report.gallery import pictures
-from harness.report.text import angle_rows, markdown, number, summary
+from harness.report.templating import number
+from harness.report.text import angle_rows, markdown, summary
 
 
 def test_kinds_stand_apart_and_rows_are_whole(verification):
@@ -14,8 +15,11 @@ def test_kinds_stand_apart_and_rows_are_whole(verification):
     assert "out of time: 5 s" in text
 
 
-def test_the_summary_counts_what_was_judged(verification):
-    assert summary(verification)[0] == "1 of 3 checks hold; 1 not tested."
+def test_the_summary_counts_what_was_judged_kind_by_kind(verification):
+    assert summary(verification)[:2] == [
+        "**Failed: 1 analytic, 1 cross-code.**",
+        "analytic 1 of 2 hold; cross-code 0 of 1 hold, 1 not tested; finding 1 reported.",
+    ]
 
 
 def test_missing_numbers_are_a_dash():

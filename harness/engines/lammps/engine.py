@@ -50,6 +50,7 @@ class Lammps(Engine):
     ) -> None:
         workers, limits = workers or cores(), limits or Limits()
         self._asked = (lmp, launcher)
+        self._logs: dict[str, str] = {}
         self._runner: Runner
         if lmp is None and launcher is None:
             self._runner = InProcess(workers, limits)
@@ -97,15 +98,20 @@ class Lammps(Engine):
         results: list[TowerRun | EngineError] = []
         for case, timing, job, output in zip(cases, plans, jobs, outputs, strict=True):
             if isinstance(output, EngineError):
-                results.append(output)
+                results.append(_with_log(output, job, output.log))
                 continue
             try:
                 run = read_tower(case, timing.step, output.series or "", self._who(job), profiles)
             except EngineError as error:
-                results.append(error)
+                results.append(_with_log(error, job, output.log))
             else:
+                self._keep(job, output)
                 results.append(run)
         return results
+
+    def logs(self) -> dict[str, str]:
+        """Return, for each script, the log of the first run of it that finished."""
+        return dict(self._logs)
 
     def close(self) -> None:
         """End LAMMPS's processes."""
@@ -115,11 +121,16 @@ class Lammps(Engine):
         self, case: Incline, job: Job, output: Output | EngineError
     ) -> InclineRun | EngineError:
         if isinstance(output, EngineError):
-            return output
+            return _with_log(output, job, output.log)
         try:
-            return read_incline(case, output.log, output.series, output.seconds, self._who(job))
+            run = read_incline(case, output.log, output.series, output.seconds, self._who(job))
         except EngineError as error:
-            return error
+            return _with_log(error, job, output.log)
+        self._keep(job, output)
+        return run
+
+    def _keep(self, job: Job, output: Output) -> None:
+        self._logs.setdefault(job.script.name, _headed(job, output.log))
 
     def _who(self, job: Job) -> Provenance:
         """Return the engine's identity with the script that ran."""
@@ -152,3 +163,17 @@ def _tower_job(case: Tower, timing: Plan) -> Job:
     if case.law == "deformable":
         law = (case.height, case.each("stiffness")[0], case.each("diameter")[0])
     return Job(script, variables, series=True, deformable=law)
+
+
+def _with_log(error: EngineError, job: Job, log: str) -> EngineError:
+    """Return the error with what the run left, headed by what was run."""
+    error.log = _headed(job, log)
+    return error
+
+
+def _headed(job: Job, log: str) -> str:
+    """Return a log below the command that runs the same again."""
+    variables = " ".join(f"-var {name} {value}" for name, value in job.variables.items())
+    law = "\n# with the deformable law as an external force" if job.deformable else ""
+    head = f"# lmp -in {job.script.name} {variables}{law}\n# sha256 of the script: "
+    return f"{head}{job.script.sha256}\n{log or 'LAMMPS left no log.'}\n"

@@ -110,6 +110,7 @@ class Executable:
                     error = EngineTimeoutError(
                         f"LAMMPS ({self._lmp}) did not finish within {self._limits.seconds:g} s"
                     )
+                error.log = "\n".join(text for text in (log, said) if text)
                 return [*done, error]
             done.append(Output(log, _text(folder / f"{index}.csv") if job.series else None, share))
         return done

@@ -169,13 +169,17 @@ class _Worker:
             "deformable": job.deformable,
         }
         start = time.monotonic()
-        answer = self._ask(order, start + self._limits.seconds)
-        seconds = time.monotonic() - start
-        text = log.read_text(encoding="utf-8", errors="replace") if log.exists() else ""
-        if "error" in answer:
-            raise error_from_text(answer["error"] if "ERROR" in answer["error"] else text)
-        if LAST_RESULT not in text:
-            raise error_from_text(text)
+        try:
+            answer = self._ask(order, start + self._limits.seconds)
+            seconds = time.monotonic() - start
+            text = _text(log)
+            if "error" in answer:
+                raise error_from_text(answer["error"] if "ERROR" in answer["error"] else text)
+            if LAST_RESULT not in text:
+                raise error_from_text(text)
+        except EngineError as error:
+            error.log = _text(log)
+            raise
         return Output(text, series.read_text() if job.series else None, seconds)
 
     def kill(self) -> None:
@@ -237,6 +241,10 @@ class _Worker:
 def _environment() -> dict[str, str]:
     """Return the worker's environment: one thread each, since the workers share the cores."""
     return {**os.environ, "OMP_NUM_THREADS": "1", "PYTHONUNBUFFERED": "1"}
+
+
+def _text(path: Path) -> str:
+    return path.read_text(encoding="utf-8", errors="replace") if path.exists() else ""
 
 
 def _library() -> str:

@@ -117,4 +117,5 @@ def verify(
         measured=tuple(measured),
         parted=(*towers.parted, *regression.parted),
         baseline=known.where if known else "",
+        logs=engine.logs() if engine is not None else {},
     )

@@ -67,6 +67,18 @@ def test_each_way_to_fail_has_its_error_and_costs_only_its_own_job(fake, mode, l
         assert result.motion is Motion.UNDECIDED
 
 
+def test_the_log_of_a_run_that_failed_says_what_ran_and_where_it_ended(fake):
+    engine = fake("segfault")
+    good, bad = engine.inclines([GOOD, BAD], "passage")
+    assert isinstance(good, InclineRun)
+    head, digest, *rest = bad.log.splitlines()
+    assert head.startswith(f"# lmp -in incline-{BAD.contact.name}.in -var route passage -var angle")
+    assert digest.endswith(incline_script(BAD.contact.name).sha256)
+    assert rest
+    (name,) = engine.logs()
+    assert "RESULT verdict" in engine.logs()[name]
+
+
 def test_fake_that_fits_into_its_memory_is_not_stopped(fake):
     (run,) = fake("exceed memory", memory=8 * GIGABYTE).inclines([BAD], "passage")
     assert isinstance(run, InclineRun)

@@ -75,6 +75,14 @@ def test_lammps_killed_by_a_signal_costs_its_job_only(shared, suicide, name):
     assert isinstance(after, Output)
 
 
+def test_refused_script_leaves_its_log(shared):
+    (refused,) = shared.run(
+        [Job(Script("wrong.in", "units si\nno_such_command 1\n", frozenset()), {})]
+    )
+    assert "units si" in refused.log
+    assert "no_such_command" in refused.log
+
+
 def test_worker_killed_in_the_middle_of_a_run_costs_that_run_only(runner):
     one, others = runner(), children()
     results = []

@@ -1,0 +1,210 @@
+"""Two verification runs held side by side: which rows moved, and what else is not the same."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any
+
+from harness.comparison.results import CheckRow, Results
+from harness.comparison.verdicts import Verdict
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+class Change(StrEnum):
+    """What became of a row from the first run to the second, in the order of reading."""
+
+    WORSE = "worse"
+    BETTER = "better"
+    MOVED = "moved"
+    REMOVED = "removed"
+    ADDED = "added"
+    SAME = "same"
+
+
+_RANK = {Verdict.FAIL: 0, Verdict.NOT_TESTED: 1, Verdict.FINDING: 2, Verdict.PASS: 2}
+"""From bad to good. What is not tested is worse than what holds: it may fail unseen."""
+
+
+@dataclass(frozen=True)
+class RowDiff:
+    """One check in two runs; ``before`` or ``after`` is None where it is not there.
+
+    ``worsens`` is true when it asks for exit status 1.
+    """
+
+    before: CheckRow | None
+    after: CheckRow | None
+    change: Change
+    worsens: bool
+
+    @property
+    def row(self) -> CheckRow:
+        """Return the check of the later run that has it."""
+        found = self.after or self.before
+        assert found is not None
+        return found
+
+    @property
+    def moved_by(self) -> float:
+        """Return value after - value before, in the row's unit; NaN where one is missing."""
+        if self.before is None or self.after is None:
+            return math.nan
+        return self.after.value - self.before.value
+
+    @property
+    def in_tolerances(self) -> float:
+        """Return the move over the later tolerance; infinite for a move where that is 0."""
+        return _over(self.moved_by, self.row.tolerance)
+
+    @property
+    def in_uncertainties(self) -> float:
+        """Return the move over both uncertainties, added in quadrature as for independent runs."""
+        if self.before is None or self.after is None:
+            return math.nan
+        return _over(self.moved_by, math.hypot(self.before.uncertainty, self.after.uncertainty))
+
+    def record(self) -> dict[str, Any]:
+        """Return the row as a flat JSON-ready mapping."""
+        before, after = self.before, self.after
+        return {
+            "change": str(self.change),
+            "kind": str(self.row.kind),
+            "name": self.row.name,
+            "unit": self.row.unit,
+            "verdict_before": str(before.verdict) if before else None,
+            "verdict_after": str(after.verdict) if after else None,
+            "value_before": before.value if before else math.nan,
+            "value_after": after.value if after else math.nan,
+            "moved_by": self.moved_by,
+            "moved_in_tolerances": self.in_tolerances,
+            "moved_in_uncertainties": self.in_uncertainties,
+            "tolerance_before": before.tolerance if before else math.nan,
+            "tolerance_after": after.tolerance if after else math.nan,
+            "triage": self.row.triage,
+            "worsens": self.worsens,
+        }
+
+
+@dataclass(frozen=True)
+class Circumstance:
+    """Something beside the checks that is not the same: release, platform, level, a script."""
+
+    name: str
+    before: str
+    after: str
+
+
+@dataclass(frozen=True)
+class RunDiff:
+    """All that is not the same in two runs; ``rows`` are the gravest first, then the largest."""
+
+    before: Results
+    after: Results
+    rows: tuple[RowDiff, ...]
+    circumstances: tuple[Circumstance, ...]
+
+    @property
+    def status(self) -> int:
+        """Return 1 when a verdict changed for the worse, else 0."""
+        return int(any(row.worsens for row in self.rows))
+
+    def count(self, change: Change) -> int:
+        """Return how many rows changed in a way."""
+        return sum(row.change is change for row in self.rows)
+
+    def frame(self) -> pd.DataFrame:
+        """Return all rows as a table, those that stayed the same too."""
+        import pandas as pd
+
+        return pd.DataFrame([row.record() for row in self.rows])
+
+    def record(self) -> dict[str, Any]:
+        """Return everything as a JSON-ready mapping; rows that stayed the same by number only."""
+        return {
+            "status": self.status,
+            "counts": {str(change): self.count(change) for change in Change},
+            "circumstances": [vars(c) for c in self.circumstances],
+            "rows": [row.record() for row in self.rows if row.change is not Change.SAME],
+        }
+
+
+def diff_runs(before: Results, after: Results) -> RunDiff:
+    """Return what is not the same in two runs.
+
+    Rows meet by kind and name; where a name stands more than once, in order.
+    """
+    first, second = _numbered(before.checks), _numbered(after.checks)
+    same_level = before.level == after.level
+    rows = [_row(first.get(key), second.get(key), same_level) for key in {**first, **second}]
+    return RunDiff(before, after, tuple(sorted(rows, key=_gravity)), _circumstances(before, after))
+
+
+def _row(before: CheckRow | None, after: CheckRow | None, same_level: bool) -> RowDiff:
+    if after is None:
+        assert before is not None
+        # another level has other rows; at the same level one that is gone was lost
+        return RowDiff(before, None, Change.REMOVED, same_level and before.judged)
+    if before is None:
+        return RowDiff(None, after, Change.ADDED, after.verdict is Verdict.FAIL)
+    ranks = _RANK[before.verdict], _RANK[after.verdict]
+    if ranks[1] < ranks[0]:
+        return RowDiff(before, after, Change.WORSE, True)
+    if ranks[1] > ranks[0]:
+        return RowDiff(before, after, Change.BETTER, False)
+    moved = _differ(before.value, after.value) or _differ(before.tolerance, after.tolerance)
+    return RowDiff(before, after, Change.MOVED if moved else Change.SAME, False)
+
+
+def _circumstances(before: Results, after: Results) -> tuple[Circumstance, ...]:
+    pairs = [
+        (name, _text(getattr(before, name)), _text(getattr(after, name)))
+        for name in ("level", "platform", "harness_version", "closed_form_deg")
+    ]
+    for name in ("engine", "engine_version", "how", "executable", "packages"):
+        ours, theirs = (_text(getattr(run.engine, name, "none")) for run in (before, after))
+        pairs.append((name.replace("_", " "), ours, theirs))
+    # runs of an early version do not name their scripts
+    names = {*before.scripts, *after.scripts} if before.scripts and after.scripts else set()
+    for name in sorted(names):
+        ours, theirs = (run.scripts.get(name, "not there")[:12] for run in (before, after))
+        pairs.append((f"script {name}", ours, theirs))
+    return tuple(Circumstance(*pair) for pair in pairs if pair[1] != pair[2])
+
+
+def _numbered(rows: Iterable[CheckRow]) -> dict[tuple[str, str, int], CheckRow]:
+    seen: Counter[tuple[str, str]] = Counter()
+    found = {}
+    for row in rows:
+        key = (str(row.kind), row.name)
+        found[(*key, seen[key])] = row
+        seen[key] += 1
+    return found
+
+
+def _gravity(row: RowDiff) -> tuple[bool, int, float]:
+    size = abs(row.in_tolerances)
+    if math.isnan(size):
+        size = abs(row.in_uncertainties)
+    return not row.worsens, list(Change).index(row.change), -(0.0 if math.isnan(size) else size)
+
+
+def _over(move: float, width: float) -> float:
+    if width > 0.0 or math.isnan(width) or math.isnan(move):
+        return move / width
+    return math.copysign(math.inf, move) if move else 0.0
+
+
+def _differ(one: float, other: float) -> bool:
+    return one != other and not (math.isnan(one) and math.isnan(other))
+
+
+def _text(value: object) -> str:
+    if isinstance(value, (list, tuple)):
+        return " ".join(map(str, value))
+    return f"{value:.10g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,250 @@
+"""pytest plugin: ``pytest --dem-harness`` makes each check an item of the user's own suite.
+
+The fixture ``dem_verification`` is the same verification, for assertions of one's
+own; it needs no option. A verification runs once in a session; under xdist one
+worker runs it and the others wait for what it found.
+
+pytest loads this module in every session of an environment that has it:
+nothing but pytest and the standard library is imported here.
+"""
+
+from __future__ import annotations
+
+import pickle
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from harness.comparison.verdicts import Check
+    from harness.comparison.verification import Verification
+
+OPTIONS = {
+    "lmp": "a LAMMPS executable of your own; without it, LAMMPS runs in-process",
+    "mpirun": 'an MPI launcher with its options, as in "mpirun -np 4"',
+    "level": "quick, default or full  [default: quick]",
+}
+"""Each an option ``--dem-harness-NAME`` and an ini setting ``dem_harness_NAME``."""
+
+MARK = "dem_harness"
+_FOUND = pytest.StashKey["Verification"]()
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the options and their ini settings."""
+    group = parser.getgroup("dem-harness", "verification of a DEM code (dem-harness)")
+    group.addoption(
+        "--dem-harness",
+        action="store_true",
+        help="run a verification of LAMMPS and make each of its checks a test",
+    )
+    for name, text in OPTIONS.items():
+        group.addoption(f"--dem-harness-{name}", metavar=name.upper(), default=None, help=text)
+        parser.addini(f"dem_harness_{name}", text, default="")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Name the mark that the checks carry."""
+    config.addinivalue_line("markers", f"{MARK}: a check of dem-harness (--dem-harness)")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(
+    session: pytest.Session, config: pytest.Config, items: list[pytest.Item]
+) -> None:
+    """Add the checks, before -k, -m and others choose among the items."""
+    if not config.getoption("dem_harness"):
+        return
+    parent = Verified.from_parent(session, name="dem-harness", nodeid="dem-harness")
+    if config.option.collectonly:
+        # what there is to check is known only after a run
+        items.append(Whole.from_parent(parent, name="verification"))
+    else:
+        items.extend(parent.collect())
+
+
+@pytest.fixture(scope="session")
+def dem_verification(request: pytest.FixtureRequest) -> Verification:
+    """Return the verification of this session: its checks, evidence and ``frame()``."""
+    try:
+        return verification(request.config)
+    except CannotVerifyError as error:
+        pytest.fail(str(error), pytrace=False)
+
+
+def verification(config: pytest.Config) -> Verification:
+    """Return the session's verification, run when it is first asked for.
+
+    Raise CannotVerifyError, in the words of the harness, for options that are wrong
+    and for an engine that cannot be run.
+    """
+    if _FOUND not in config.stash:
+        shared = _shared_folder(config)
+        config.stash[_FOUND] = _run_once(config, shared) if shared else _run(config)
+    return config.stash[_FOUND]
+
+
+class Verified(pytest.Collector):
+    """The verification, which gives its checks."""
+
+    def collect(self) -> Iterable[pytest.Item]:
+        """Yield an item for each check; a name that comes again in its kind is numbered."""
+        try:
+            checks = verification(self.config).checks
+        except CannotVerifyError as error:
+            yield Whole.from_parent(self, name="verification", error=error)
+            return
+        seen: Counter[str] = Counter()
+        for check in checks:
+            name = f"{check.kind}: {check.name}"
+            seen[name] += 1
+            again = f" ({seen[name]})" if seen[name] > 1 else ""
+            yield Item.from_parent(self, name=name + again, check=check)
+
+
+class _Placed(pytest.Item):
+    """An item that stands in no file."""
+
+    def reportinfo(self) -> tuple[Path, int | None, str]:
+        """Return a place that reads ``dem-harness`` in the terminal."""
+        return self.config.rootpath / "dem-harness", None, self.name
+
+
+class Whole(_Placed):
+    """Stands for all checks where there are none: not run yet, or not to be run."""
+
+    def __init__(self, *, error: CannotVerifyError | None = None, **rest: Any) -> None:
+        super().__init__(**rest)
+        self.error = error
+
+    def runtest(self) -> None:
+        """Fail when there can be no verification."""
+        if self.error:
+            pytest.fail(str(self.error), pytrace=False)
+
+
+class Item(_Placed):
+    """One check as a test."""
+
+    def __init__(self, *, check: Check, **rest: Any) -> None:
+        super().__init__(**rest)
+        self.check = check
+        self.add_marker(MARK)
+
+    def runtest(self) -> None:
+        """Fail, skip or pass as the check does; a finding passes, since nobody judges it."""
+        self.user_properties.append(("kind", str(self.check.kind)))
+        self.add_report_section("call", "dem-harness", _numbers(self.check))
+        if self.check.verdict == "not tested":
+            pytest.skip(f"not tested: {self.check.note}")
+        if self.check.verdict == "fail":
+            raise CheckFailedError(self.check)
+
+    def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], *_: Any) -> Any:
+        """Return what failed in words and numbers, without a traceback."""
+        if isinstance(excinfo.value, CheckFailedError):
+            return _story(excinfo.value.check)
+        return super().repr_failure(excinfo)
+
+
+class CannotVerifyError(Exception):
+    """The verification cannot be run as it was asked for."""
+
+
+class CheckFailedError(AssertionError):
+    """A check whose verdict is fail."""
+
+    def __init__(self, check: Check) -> None:
+        super().__init__(f"{_numbers(check)}{'; ' if check.note else ''}{check.note}")
+        self.check = check
+
+
+def _numbers(check: Check) -> str:
+    unit = f" {check.unit}" if check.unit else ""
+    return (
+        f"value {check.value:.8g}{unit}, expected {check.expected:.8g}{unit}, "
+        f"difference {check.difference:.3g}, uncertainty {check.uncertainty:.3g}, "
+        f"tolerance {check.tolerance:.3g}"
+    )
+
+
+def _story(check: Check) -> str:
+    """Return why a check failed: a line that says it all, then what else is known."""
+    if check.engine_died:
+        return "\n".join(filter(None, (f"{check.name}: {check.note}", check.log[-2000:].strip())))
+    rows = {
+        "value": f"{check.value:.10g} {check.unit}",
+        "expected": f"{check.expected:.10g} {check.unit}",
+        "difference": f"{check.difference:.3g}",
+        "tolerance": f"{check.tolerance:.3g}" + (f"  ({check.why})" if check.why else ""),
+        "uncertainty": f"{check.uncertainty:.3g}",
+        "class": check.triage,
+        "note": check.note,
+    }
+    first = f"{check.name}: {abs(check.difference):.3g} apart, {check.tolerance:.3g} allowed"
+    lines = (f"  {name:<12}{text}".rstrip() for name, text in rows.items() if text)
+    return "\n".join([first, *lines])
+
+
+def _run(config: pytest.Config) -> Verification:
+    import warnings
+
+    from harness.engines.registry import open_engine
+    from harness.errors import HarnessError
+    from harness.verbs.verification import verify
+
+    asked = {
+        n: config.getoption(f"dem_harness_{n}") or config.getini(f"dem_harness_{n}")
+        for n in OPTIONS
+    }
+    try:
+        # warnings of a library below are not the user's, who may have made them errors
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            lmp, launcher = asked["lmp"] or None, asked["mpirun"] or None
+            with open_engine("lammps", lmp=lmp, launcher=launcher) as engine:
+                return verify(asked["level"] or "quick", engine=engine)
+    except HarnessError as error:
+        raise CannotVerifyError(f"dem-harness: {error}") from None
+
+
+def _shared_folder(config: pytest.Config) -> Path | None:
+    """Return the folder that the xdist workers of this session share; None without xdist."""
+    if not hasattr(config, "workerinput"):
+        return None
+    factory: pytest.TempPathFactory = config._tmp_path_factory  # type: ignore[attr-defined]
+    return factory.getbasetemp().parent
+
+
+def _run_once(config: pytest.Config, folder: Path) -> Verification:
+    """Return what the first worker found; the others wait for it at a lock."""
+    run = config.workerinput["testrunuid"]  # type: ignore[attr-defined]
+    kept = folder / f"dem-harness-{run}.pickle"
+    with _locked(kept.with_suffix(".lock")):
+        if not kept.exists():
+            outcome: Verification | str
+            try:
+                outcome = _run(config)
+            except CannotVerifyError as error:
+                outcome = str(error)
+            aside = kept.with_suffix(".part")
+            aside.write_bytes(pickle.dumps(outcome))
+            aside.rename(kept)
+    outcome = pickle.loads(kept.read_bytes())
+    if isinstance(outcome, str):
+        raise CannotVerifyError(outcome)
+    return outcome
+
+
+@contextmanager
+def _locked(path: Path) -> Iterator[None]:
+    """Hold a lock between processes; it ends with the process, however that ends."""
+    import fcntl
+
+    with path.open("w") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        yield

@@ -1,0 +1,94 @@
+"""Write two runs side by side: a page and its numbers, aside first, then renamed."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import shutil
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from harness.comparison.run_diff import RunDiff
+from harness.report.diff_page import Pair, diff_page
+from harness.report.finite import finite
+from harness.report.folder import check_folder
+from harness.report.page import embedded
+
+if TYPE_CHECKING:
+    from markupsafe import Markup
+
+LONGEST = 400
+"""Lines of one script's difference that are shown."""
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A figure of a run as it stands in a page: its URI and size [pt]."""
+
+    uri: Markup
+    width: int
+    height: int
+    title: str
+
+
+def write_diff(found: RunDiff, before: Path, after: Path, folder: Path) -> None:
+    """Write diff.html, diff.json and diff.csv into a folder.
+
+    ``before`` and ``after`` are the runs: figures and scripts are taken from
+    beside their results.json, and left out where they are not there. Raise
+    RequestError when the folder cannot take them.
+    """
+    check_folder(folder)
+    runs = [run if run.is_dir() else run.parent for run in (before, after)]
+    aside = Path(tempfile.mkdtemp(dir=folder.parent, prefix=f".{folder.name}."))
+    try:
+        page = diff_page(found, (str(before), str(after)), list(_pairs(*runs)), _scripts(*runs))
+        (aside / "diff.html").write_text(page, encoding="utf-8")
+        record = json.dumps(finite(found.record()), indent=2, ensure_ascii=False)
+        (aside / "diff.json").write_text(record + "\n", encoding="utf-8")
+        found.frame().to_csv(aside / "diff.csv", index=False)
+        aside.chmod(0o755)
+        if folder.is_dir():
+            folder.rmdir()
+        aside.rename(folder)
+    except BaseException:
+        shutil.rmtree(aside, ignore_errors=True)
+        raise
+
+
+def _pairs(before: Path, after: Path) -> Iterator[Pair]:
+    """Yield the figures of both runs by name; one that is the same in both is shown once."""
+    names = {path.stem for run in (before, after) for path in (run / "figures").glob("*.svg")}
+    for name in sorted(names):
+        texts = [_text(run / "figures" / f"{name}.svg") for run in (before, after)]
+        same = texts[0] == texts[1]
+        drawings = [_drawing(name, text) for text in (texts[:1] if same else texts)]
+        yield Pair(name.replace("-", " ").capitalize(), same, drawings)
+
+
+def _drawing(name: str, svg: str | None) -> Drawing | None:
+    if svg is None or "<svg" not in svg:
+        return None
+    return Drawing(*embedded(svg), title=name.replace("-", " "))
+
+
+def _scripts(before: Path, after: Path) -> dict[str, str]:
+    """Return, for each script that is not the same, the difference in lines."""
+    names = {path.name for run in (before, after) for path in (run / "scripts").glob("*.in")}
+    found = {}
+    for name in sorted(names):
+        old, new = ((_text(r / "scripts" / name) or "").splitlines() for r in (before, after))
+        lines = list(difflib.unified_diff(old, new, "before", "after", lineterm=""))
+        if lines:
+            found[name] = "\n".join(lines[:LONGEST])
+    return found
+
+
+def _text(path: Path) -> str | None:
+    try:
+        return path.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return None

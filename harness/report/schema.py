@@ -1,0 +1,31 @@
+"""The JSON Schema of results.json. Write it anew with ``python -m harness.report.schema``."""
+
+from __future__ import annotations
+
+import json
+from importlib import resources
+from pathlib import Path
+
+from harness.comparison.results import Results
+from harness.comparison.verification import SCHEMA
+
+NAME = "results.schema.json"
+
+
+def published() -> str:
+    """Return the committed schema, which lies beside results.json in every report."""
+    return resources.files("harness.report").joinpath(NAME).read_text(encoding="utf-8")
+
+
+def generated() -> str:
+    """Return the schema as the models of :mod:`harness.comparison.results` give it."""
+    schema = {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "$id": f"urn:dem-harness:results:{SCHEMA}",
+        **Results.model_json_schema(mode="validation"),
+    }
+    return json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
+
+
+if __name__ == "__main__":
+    Path(__file__).with_name(NAME).write_text(generated(), encoding="utf-8")

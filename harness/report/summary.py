@@ -1,0 +1,71 @@
+"""The report in short, as Markdown for a pull request or a job's summary."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from harness.comparison.verdicts import Check, Kind, Verdict
+from harness.comparison.verification import Verification
+from harness.report.standing import KINDS, by_gravity, standings
+from harness.report.templating import number
+from harness.report.text import provenance, summary
+from harness.report.triage import happened, triage
+
+LIMIT = 60_000
+"""Characters. A comment on GitHub holds 65,536, of which others may want some."""
+
+GRAVE = (Verdict.FAIL, Verdict.NOT_TESTED)
+HEAD = ("| check | value | expected | difference | tolerance | |", "|---|--:|--:|--:|--:|---|")
+
+
+def short_markdown(found: Verification) -> str:
+    """Return outcome, failed rows, and all others folded away by kind; under 60,000 characters."""
+    lines = ["## DEM verification", "", *summary(found), ""]
+    grave = [check for check in by_gravity(found.checks) if check.verdict in GRAVE]
+    if grave:
+        lines += ["| check | kind | what happened |", "|---|---|---|"]
+        lines += [*_within(LIMIT // 3, [_grave(check) for check in grave]), ""]
+    for standing in standings(found.checks):
+        rows = [check for check in standing.checks if check.verdict not in GRAVE]
+        if rows:
+            lines += _folded(standing.kind, rows, (LIMIT // 2) // len(KINDS))
+    lines += ["<details><summary>Provenance</summary>", ""]
+    lines += [f"- {name}: {_plain(text)[:1500]}" for name, text in provenance(found)]
+    return "\n".join([*lines, "", "</details>", ""])
+
+
+def _grave(check: Check) -> str:
+    about = "" if check.engine_died else triage(check)
+    note = "" if math.isnan(check.value) else check.note
+    texts = (happened(check), about, note)
+    mark = "**failed**" if check.verdict is Verdict.FAIL else "not tested"
+    happening = _plain("; ".join(filter(None, texts)))[:600]
+    return f"| {mark} {_plain(check.name)} | {check.kind} | {happening} |"
+
+
+def _folded(kind: Kind, rows: Sequence[Check], room: int) -> list[str]:
+    table = [
+        f"| {_plain(c.name)} | {number(c.value)} | {number(c.expected)} "
+        f"| {number(c.difference, 2)} | {number(c.tolerance, 2)} | {_plain(c.unit)} |"
+        for c in rows
+    ]
+    title = f"<details><summary>{KINDS[kind]} ({len(rows)})</summary>"
+    return [title, "", *HEAD, *_within(room, table), "", "</details>", ""]
+
+
+def _within(room: int, rows: Sequence[str]) -> list[str]:
+    """Return the rows that there is room for, and a last one that counts the others."""
+    kept: list[str] = []
+    for row in rows:
+        room -= len(row) + 1
+        if room < 0:
+            return [*kept, f"| and {len(rows) - len(kept)} more, in report.html | | |"]
+        kept.append(row)
+    return kept
+
+
+def _plain(text: str) -> str:
+    """Return text that breaks no table and opens no tag or mention."""
+    text = text.replace("|", "\\|").replace("<", "&lt;").replace("@", "@\u200b")
+    return " ".join(text.split())

@@ -1,0 +1,58 @@
+"""What the pages share: their templates, and how numbers are written."""
+
+from __future__ import annotations
+
+import math
+from importlib import resources
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+TAIL = 12_000
+"""Characters of a log that a page shows; the file beside it has the whole."""
+
+
+def environment() -> Environment:
+    """Return the templates, with style and script to be put inside the page."""
+    from jinja2 import Environment, FunctionLoader, StrictUndefined
+    from markupsafe import Markup
+
+    made = Environment(
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        loader=FunctionLoader(_template),
+    )
+    made.filters |= {"number": number, "sortable": sortable, "tail": tail}
+    made.globals["missing"] = math.nan
+    made.globals["file"] = lambda name: Markup(_template(name))
+    return made
+
+
+def number(value: float, digits: int = 8) -> str:
+    """Return a number for a table; a dash for one that is missing."""
+    return "-" if math.isnan(value) else f"{value:.{digits}g}"
+
+
+def sortable(value: float) -> str:
+    """Return a number as a script reads it; empty for one that is missing."""
+    if math.isinf(value):
+        return "Infinity" if value > 0 else "-Infinity"
+    return "" if math.isnan(value) else repr(float(value))
+
+
+def tail(text: str) -> str:
+    """Return the head and the end of a log that is too long for a page."""
+    if len(text) <= TAIL:
+        return text
+    head = text[:600].rpartition("\n")[0]
+    end = text[-(TAIL - 600) :].partition("\n")[2]
+    return (
+        f"{head}\n\n[ ... {len(text) - len(head) - len(end)} characters, in the file ... ]\n\n{end}"
+    )
+
+
+def _template(name: str) -> str:
+    return resources.files("harness.report").joinpath("templates", name).read_text("utf-8")

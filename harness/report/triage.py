@@ -1,0 +1,49 @@
+"""What the class of a failure means, for those who meet it in a report."""
+
+from __future__ import annotations
+
+import math
+
+from harness.comparison.verdicts import Check
+from harness.report.templating import number
+
+EXPLAINED = {
+    "diverged from the first step": "The two differ from the start: another law, parameter or "
+    "initial state, not an accumulated error.",
+    "diverged late": "The two agree at first and part later: an event (a contact that opens or "
+    "closes) fell differently, or an error grew.",
+    "wrong input": "The engine was given something else than was asked for.",
+    "refused": "The engine refused its input and said why.",
+    "engine error": "The engine ended with an error of its own.",
+    "crashed": "The engine's process died: a signal, an abort, or an exit status.",
+    "bad output": "The engine ended without a complete result.",
+    "lost atoms": "A particle left its box: most often a step that is too long.",
+    "not found": "The engine, or a library it needs, is not here.",
+    "nan": "A value that is not a number was met or returned.",
+    "out of time": "The run did not finish in the time it was given.",
+    "out of memory": "The run asked for more memory than it was given.",
+    "not tested": "The check could not be made; its note says why. This is never a pass.",
+}
+"""By class in lower case; a class that is not here stands without an explanation."""
+
+
+def triage(check: Check) -> str:
+    """Return the class of a failure: as triaged, or as the engine died."""
+    if check.triage or not check.engine_died:
+        return check.triage
+    return check.note.partition(":")[0]
+
+
+def explained(check: Check) -> str:
+    """Return what the class of a failure means; empty where there is nothing to say."""
+    return EXPLAINED.get(triage(check).lower(), "")
+
+
+def happened(check: Check) -> str:
+    """Return in a line why a check stands as it does: value against expected, or the note."""
+    if math.isnan(check.value):
+        return check.note
+    return (
+        f"{number(check.value)} against {number(check.expected)} {check.unit}".rstrip()
+        + f", {number(check.difference, 2)} apart, {number(check.tolerance, 2)} allowed"
+    )

@@ -1,0 +1,139 @@
+import math
+
+import pytest
+
+from harness.comparison.results import Results
+from harness.comparison.run_diff import Change, diff_runs
+
+
+def row(name="angle", verdict="pass", kind="analytic", **changes):
+    return {
+        "name": name,
+        "kind": kind,
+        "unit": "deg",
+        "value": 10.0,
+        "expected": 10.0,
+        "difference": 0.0,
+        "uncertainty": 0.3,
+        "tolerance": 0.5,
+        "verdict": verdict,
+        **changes,
+    }
+
+
+def run(*rows, **changes):
+    return Results.model_validate(
+        {
+            "schema": 1,
+            "level": "quick",
+            "started": "2030-01-01T00:00:00+00:00",
+            "seconds": 1.0,
+            "platform": "a test",
+            "harness_version": "1",
+            "status": 0,
+            "engine": {"engine": "lammps", "engine_version": "1 Jan 2030"},
+            "closed_form_deg": 10.2,
+            "checks": rows,
+            **changes,
+        }
+    )
+
+
+def only(found):
+    (one,) = found.rows
+    return one
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "change", "status"),
+    [
+        ("pass", "pass", Change.SAME, 0),
+        ("pass", "fail", Change.WORSE, 1),
+        ("pass", "not tested", Change.WORSE, 1),
+        ("not tested", "fail", Change.WORSE, 1),
+        ("fail", "pass", Change.BETTER, 0),
+        ("fail", "not tested", Change.BETTER, 0),
+        ("not tested", "pass", Change.BETTER, 0),
+        ("fail", "fail", Change.SAME, 0),
+    ],
+)
+def test_change_of_a_verdict(before, after, change, status):
+    found = diff_runs(run(row(verdict=before)), run(row(verdict=after)))
+    assert only(found).change is change
+    assert found.status == status
+
+
+def test_a_move_is_told_in_its_unit_in_tolerances_and_in_both_uncertainties():
+    one = only(diff_runs(run(row()), run(row(value=11.0, uncertainty=0.4))))
+    assert one.change is Change.MOVED
+    assert one.moved_by == pytest.approx(1.0)
+    assert one.in_tolerances == pytest.approx(2.0)
+    assert one.in_uncertainties == pytest.approx(2.0)  # 3, 4, 5
+
+
+def test_a_move_where_none_is_allowed_is_infinite_and_no_move_is_none():
+    exact = {"tolerance": 0.0, "uncertainty": 0.0}
+    assert (
+        only(diff_runs(run(row(**exact)), run(row(value=9.0, **exact)))).in_tolerances == -math.inf
+    )
+    assert only(diff_runs(run(row(**exact)), run(row(**exact)))).in_tolerances == 0.0
+
+
+def test_the_smallest_move_is_a_move():
+    moved = run(row(value=math.nextafter(10.0, 11.0)))
+    assert only(diff_runs(run(row()), moved)).change is Change.MOVED
+
+
+def test_a_missing_number_that_stays_missing_has_not_moved():
+    assert only(diff_runs(run(row(value=None)), run(row(value=None)))).change is Change.SAME
+    assert only(diff_runs(run(row(value=None)), run(row()))).change is Change.MOVED
+
+
+def test_a_check_that_is_gone_is_worse_at_the_same_level_only():
+    assert diff_runs(run(row()), run()).status == 1
+    assert diff_runs(run(row()), run(level="full")).status == 0
+    assert diff_runs(run(row(verdict="finding", kind="finding")), run()).status == 0
+
+
+@pytest.mark.parametrize(("verdict", "status"), [("pass", 0), ("fail", 1)])
+def test_a_check_that_is_new(verdict, status):
+    found = diff_runs(run(), run(row(verdict=verdict)))
+    assert only(found).change is Change.ADDED
+    assert found.status == status
+
+
+def test_names_meet_within_their_kind_and_in_order():
+    first = run(row(value=1.0), row(value=2.0), row(kind="regression", value=3.0))
+    second = run(row(kind="regression", value=3.0), row(value=1.0), row(value=5.0))
+    moved = [r for r in diff_runs(first, second).rows if r.change is Change.MOVED]
+    assert [(r.before.value, r.after.value) for r in moved] == [(2.0, 5.0)]
+
+
+def test_what_is_worse_comes_first_then_the_largest_move():
+    before = run(row("a"), row("b"), row("c"), row("d"))
+    after = run(row("a"), row("b", value=10.1), row("c", value=8.0), row("d", verdict="fail"))
+    assert [r.row.name for r in diff_runs(before, after).rows] == ["d", "c", "b", "a"]
+
+
+def test_everything_else_that_differs_is_named():
+    engine = {"engine": "lammps", "engine_version": "2 Feb 2031"}
+    before = run(scripts={"tower.in": "a" * 64, "same.in": "b" * 64})
+    after = run(platform="elsewhere", engine=engine, scripts={"same.in": "b" * 64, "new.in": "c"})
+    found = diff_runs(before, after)
+    assert {c.name: (c.before, c.after) for c in found.circumstances} == {
+        "platform": ("a test", "elsewhere"),
+        "engine version": ("1 Jan 2030", "2 Feb 2031"),
+        "script tower.in": ("a" * 12, "not there"),
+        "script new.in": ("not there", "c"),
+    }
+
+
+def test_table_and_record_have_the_rows():
+    found = diff_runs(run(row("a"), row("b")), run(row("a"), row("b", value=9.0)))
+    assert list(found.frame()["name"]) == ["b", "a"]
+    assert [r["name"] for r in found.record()["rows"]] == ["b"]
+    assert found.record()["counts"]["same"] == 1
+
+
+def test_a_run_without_an_engine_is_a_run():
+    assert only(diff_runs(run(row()), run(row(), engine=None))).change is Change.SAME

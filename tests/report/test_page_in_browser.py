@@ -1,0 +1,291 @@
+"""The pages in a real headless Chromium: what they load, show first, sort and enlarge."""
+
+import json
+import shutil
+from dataclasses import replace
+from itertools import islice
+
+import pytest
+
+from harness.comparison.results import Results
+from harness.comparison.run_diff import diff_runs
+from harness.report.diff_folder import write_diff
+from harness.report.finite import finite
+from harness.report.gallery import pictures
+from harness.report.page import html_page
+
+DESK, PHONE = (1280, 800), (390, 844)
+SIZES = pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
+SCHEMES = pytest.mark.parametrize("scheme", ["light", "dark"])
+FIGURES = 4
+READABLE = 4.5
+"""Contrast that WCAG 2 asks of text at level AA."""
+
+CONTRAST = """() => {
+  const parse = (text) => text.match(/[\\d.]+/g).map(Number);
+  const light = (rgb) => rgb.slice(0, 3).map((c) => c / 255)
+    .map((c) => c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4)
+    .reduce((sum, c, i) => sum + c * [0.2126, 0.7152, 0.0722][i], 0);
+  const behind = (node) => {
+    for (; node; node = node.parentElement) {
+      const colour = parse(getComputedStyle(node).backgroundColor);
+      if (colour.length === 3 || colour[3] === 1) return colour;
+    }
+    return [255, 255, 255];
+  };
+  const poor = [];
+  for (const node of document.querySelectorAll("body *")) {
+    const own = [...node.childNodes].some((n) => n.nodeType === 3 && n.textContent.trim());
+    if (!own || !node.checkVisibility() || node.matches("script, option")) continue;
+    const pair = [light(parse(getComputedStyle(node).color)), light(behind(node))];
+    const ratio = (Math.max(...pair) + 0.05) / (Math.min(...pair) + 0.05);
+    poor.push([ratio, node.tagName + " " + node.textContent.trim().slice(0, 40)]);
+  }
+  return poor.sort((a, b) => a[0] - b[0]).slice(0, 3);
+}"""
+
+NAMES = "rows => rows.map((row) => row.querySelector('.what').innerText.trim().split('\\n')[0])"
+VALUES = "rows => rows.map((row) => row.cells[3].dataset.v)"
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """Start the Chromium that is here; skip, with the reason, where there is none."""
+    names = ("chromium", "chromium-browser", "google-chrome")
+    path = next(filter(None, map(shutil.which, names)), None)
+    if path is None:
+        pytest.skip(f"no browser on PATH ({', '.join(names)}); Debian's package is chromium")
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    with playwright.sync_playwright() as started:
+        # a root user, as in a container, has no sandbox of Chromium's
+        chromium = started.chromium.launch(executable_path=path, args=["--no-sandbox"])
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture(scope="module")
+def pages(verification, tmp_path_factory):
+    """Write a report with many rows, one of a run that holds, and two runs side by side."""
+    folder = tmp_path_factory.mktemp("pages")
+    many = [replace(verification.checks[0], name=f"row {n}", value=10.2 - n) for n in range(60)]
+    found = replace(verification, checks=(*verification.checks, *many))
+    holding = [check for check in verification.checks if check.verdict in ("pass", "finding")]
+    shown = list(islice(pictures(verification), FIGURES))
+    for name, run in (("report", found), ("holds", replace(found, checks=tuple(holding * 3)))):
+        (folder / f"{name}.html").write_text(html_page(run, shown))
+    (folder / "run" / "figures").mkdir(parents=True)
+    for picture in shown:
+        (folder / "run" / "figures" / f"{picture.name}.svg").write_text(picture.svg)
+    before, after = (
+        Results.model_validate(json.loads(json.dumps(finite(run.record()))))
+        for run in (found, verification)
+    )
+    write_diff(diff_runs(before, after), folder / "run", folder / "run", folder / "two")
+    shutil.copy(folder / "two" / "diff.html", folder)
+    return folder
+
+
+@pytest.fixture
+def look(browser, pages):
+    """Return a function that opens a page; whatever it asks for or complains of is kept."""
+    contexts = []
+
+    def open_page(name="report", size=DESK, scheme="light", scripts=True, fragment=""):
+        context = browser.new_context(
+            viewport=dict(zip(("width", "height"), size, strict=True)),
+            color_scheme=scheme,
+            java_script_enabled=scripts,
+            reduced_motion="reduce",
+        )
+        contexts.append(context)
+        page = context.new_page()
+        page.asked, page.complaints = [], []
+        page.on("request", lambda request: page.asked.append(request.url))
+        page.on("console", lambda message: page.complaints.append(message.text))
+        page.on("pageerror", lambda error: page.complaints.append(str(error)))
+        page.goto((pages / f"{name}.html").as_uri() + fragment)
+        return page
+
+    yield open_page
+    for context in contexts:
+        context.close()
+
+
+def bottom(page, selector):
+    found = page.locator(selector).first.bounding_box()
+    return found["y"] + found["height"]
+
+
+def names(page):
+    """Return the names of the checks that are shown, in order."""
+    return page.locator(".checks tbody tr:not([hidden])").evaluate_all(NAMES)
+
+
+@pytest.mark.parametrize("name", ["report", "diff"])
+@SIZES
+def test_nothing_is_asked_for_and_nothing_complained_of(look, pages, name, size):
+    page = look(name, size)
+    page.keyboard.press("End")
+    page.wait_for_load_state("networkidle")
+    assert {url for url in page.asked if not url.startswith("data:")} == {
+        (pages / f"{name}.html").as_uri()
+    }
+    assert page.complaints == []
+
+
+@pytest.mark.parametrize("name", ["report", "diff"])
+@SIZES
+@pytest.mark.parametrize("scripts", [True, False], ids=["scripts", "no-scripts"])
+def test_no_page_is_wider_than_the_screen(look, name, size, scripts):
+    page = look(name, size, scripts=scripts)
+    if scripts:
+        assert page.evaluate("document.documentElement.scrollWidth") == size[0]
+    for selector in ("main", ".hero", ".table", ".files, figure"):
+        for found in page.locator(selector).all():
+            place = found.bounding_box()
+            assert place is None or place["x"] + place["width"] <= size[0]
+
+
+@SIZES
+def test_the_first_screen_has_outcome_angles_failures_and_where_they_are(look, size):
+    page = look(size=size)
+    for selector in (".outcome b", ".kinds", ".angle", ".failures li"):
+        assert bottom(page, selector) <= size[1]
+    said = page.locator(".hero").inner_text()
+    for text in ("Failed: 1 analytic, 1 cross-code", "61 of 62 hold", "10.20000°", "LAMMPS"):
+        assert text in said
+    listed = page.locator(".failures").inner_text()
+    assert "angle | fails" in listed
+    assert "out of time" in listed
+
+
+@SIZES
+def test_a_run_that_holds_has_its_first_verdicts_on_the_first_screen(look, size):
+    page = look("holds", size)
+    assert "All verdicts hold" in page.locator(".outcome").inner_text()
+    assert bottom(page, ".checks tbody tr") <= size[1]
+
+
+def test_failures_are_the_first_rows_and_open(look):
+    page = look()
+    first = page.locator(".checks tbody tr").first
+    assert first.get_attribute("data-verdict") == "fail"
+    assert first.locator(".in").is_visible()
+    assert not page.locator(".checks tbody tr[data-verdict=pass] .in").first.is_visible()
+
+
+@pytest.mark.parametrize(
+    ("presses", "direction", "first"),
+    [(1, "ascending", "row 59"), (2, "descending", "angle | fails")],
+)
+def test_a_head_sorts_by_its_numbers(look, presses, direction, first):
+    page = look()
+    head = page.locator("th", has_text="value")
+    for _ in range(presses):
+        head.get_by_role("button").focus()
+        page.keyboard.press("Enter")
+    assert head.get_attribute("aria-sort") == direction
+    assert page.locator("th[aria-sort]").count() == 1
+    assert names(page)[0].startswith(first)
+    values = page.locator(".checks tbody tr").evaluate_all(VALUES)
+    numbers = [float(value) for value in values if value]
+    assert numbers == sorted(numbers, reverse=direction == "descending")
+    assert values[-2:] == ["", ""]  # what is missing is last, both ways
+
+
+def test_a_third_press_brings_the_first_order_back(look):
+    page = look()
+    before = names(page)
+    for _ in range(3):
+        page.locator("th", has_text="value").get_by_role("button").click()
+    assert page.locator("th[aria-sort]").count() == 0
+    assert names(page) == before
+
+
+def test_the_filters_work_together_and_say_how_many(look):
+    page = look()
+    assert page.locator("output").inner_text() == "65 of 65 checks"
+    assert len(names(page)) == 25
+    page.get_by_role("button", name="Show all 65").click()
+    assert len(names(page)) == 65
+    page.get_by_label("Filter by text").fill("row 1")
+    assert len(names(page)) == 15  # row 1, 10 to 19, 21, 31, 41, 51
+    page.get_by_label("Filter by kind").select_option("cross-code")
+    assert names(page) == []
+    page.get_by_label("Filter by text").fill("")
+    page.get_by_label("Filter by verdict").select_option("not tested")
+    assert names(page) == ["no engine"]
+    assert page.locator("output").inner_text() == "1 of 65 checks"
+
+
+def test_a_phone_sorts_by_a_list(look):
+    page = look(size=PHONE)
+    page.get_by_label("Sort", exact=True).select_option("value, rising")
+    assert names(page)[0] == "row 59"
+
+
+def test_a_link_to_a_row_that_is_not_shown_shows_it(look):
+    page = look(fragment="#check-60")
+    row = page.locator("#check-60")
+    assert row.is_visible()
+    assert 0 <= row.bounding_box()["y"] < DESK[1]
+
+
+def test_without_scripts_every_row_is_there_and_no_dead_control(look):
+    page = look(scripts=False)
+    assert page.locator(".checks tbody tr").count() >= 65
+    assert page.locator("#check-65").is_visible()
+    assert not page.locator(".filters").is_visible()
+    assert not page.locator(".more").is_visible()
+
+
+@SIZES
+def test_a_figure_opens_large_zooms_and_closes_by_keyboard(look, size):
+    page = look(size=size)
+    dialog, image = page.locator("dialog"), page.locator("dialog img")
+    link = page.locator("a.paper").first
+    link.focus()
+    page.keyboard.press("Enter")
+    assert dialog.is_visible()
+    fitted = image.bounding_box()
+    assert fitted["width"] >= 0.9 * size[0] or fitted["height"] >= 0.7 * size[1]
+    assert fitted["width"] <= size[0]
+    page.keyboard.press("+")
+    assert image.bounding_box()["width"] > 1.4 * fitted["width"]
+    title = dialog.locator("b").inner_text()
+    page.keyboard.press("ArrowRight")
+    assert dialog.locator("b").inner_text() != title
+    page.keyboard.press("Escape")
+    assert not dialog.is_visible()
+    assert page.evaluate("document.activeElement.matches('a.paper')")
+
+
+@pytest.mark.parametrize("name", ["report", "diff"])
+@SCHEMES
+def test_text_is_readable(look, name, scheme):
+    page = look(name, scheme=scheme)
+    worst = page.evaluate(CONTRAST)
+    assert worst[0][0] >= READABLE, worst
+
+
+def test_dark_is_dark_but_for_the_figures(look):
+    page = look(scheme="dark")
+    colours = [
+        page.locator(selector).first.evaluate("node => getComputedStyle(node).backgroundColor")
+        for selector in ("body", "a.paper")
+    ]
+    page_sum, paper_sum = (sum(map(int, c.strip("rgb()").split(","))) for c in colours)
+    assert page_sum < 120
+    assert paper_sum == 3 * 255
+
+
+@SIZES
+def test_every_figure_is_drawn(look, size):
+    page = look(size=size)
+    drawn = page.evaluate(
+        "async () => { const all = [...document.querySelectorAll('figure img')];"
+        " await Promise.all(all.map((i) => i.decode()));"
+        " return all.map((i) => i.naturalWidth > 100 && i.clientWidth > 250); }"
+    )
+    assert len(drawn) == FIGURES
+    assert all(drawn)

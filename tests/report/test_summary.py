@@ -1,0 +1,37 @@
+from dataclasses import replace
+
+from harness.report.summary import short_markdown
+
+COMMENT = 65_536
+"""Characters that a comment on GitHub holds."""
+
+
+def test_failures_come_first_and_all_else_is_folded(verification):
+    text = short_markdown(verification)
+    opened = text.index("<details>")
+    for said in ("angle \\| fails", "a run that hung", "out of time: 5 s", "not installed"):
+        assert text.index(said) < opened
+    for said in ("angle &lt;holds>", "laws differ"):
+        assert text.index(said) > opened
+    assert text.count("<details>") == text.count("</details>")
+
+
+def test_a_run_that_holds_has_no_table_of_failures(verification):
+    text = short_markdown(replace(verification, checks=verification.checks[:1]))
+    assert "All verdicts hold" in text
+    assert "what happened" not in text
+
+
+def test_however_many_rows_it_fits_into_a_comment(verification):
+    wordy = [replace(check, note="n" * 900, name="x" * 300) for check in verification.checks]
+    text = short_markdown(replace(verification, checks=tuple(wordy * 400)))
+    assert len(text) < COMMENT
+    assert "more, in report.html" in text
+
+
+def test_text_opens_no_tag_and_mentions_nobody(verification):
+    check = replace(verification.checks[1], name="<script> @somebody\nnew | row")
+    text = short_markdown(replace(verification, checks=(check,)))
+    assert "<script>" not in text
+    assert "@somebody" not in text
+    assert "&lt;script> @\u200bsomebody new \\| row" in text

