@@ -73,13 +73,19 @@ def integrate(
 ) -> tuple[Record, int]:
     """Advance ``chain`` in place; return as :func:`harness.chain.rk4_deformable.integrate` does."""
     particles, contacts = chain.mass.size, chain.diagonal.size
+    state, factors, sample = (
+        np.empty((2, particles)),
+        np.empty((2, contacts)),
+        np.empty((2, contacts)),
+    )
     row = _Row(
-        chain.displacement, chain.velocity, *np.empty((2, particles)), np.zeros(contacts, np.bool_),
-        *np.empty((2, contacts)), no_cuts(particles), *np.empty((2, contacts)),
+        chain.displacement, chain.velocity, state[0], state[1], np.zeros(contacts, np.bool_),
+        factors[0], factors[1], no_cuts(particles), sample[0], sample[1],
     )  # fmt: skip
+    stages, edges = np.empty((3, particles)), np.zeros((3, STAGES))
     room = _Room(
-        np.empty(contacts), np.empty(contacts + 2), *np.empty((3, particles)),
-        np.empty((3, contacts)), *np.zeros((3, STAGES)),
+        np.empty(contacts), np.empty(contacts + 2), stages[0], stages[1], stages[2],
+        np.empty((3, contacts)), edges[0], edges[1], edges[2],
     )  # fmt: skip
     limits = _Limits(step, 1e-14 * chain.length, longest, *equal_run(chain))
     return _integrate(chain, row, room, limits, record, steps, every)
