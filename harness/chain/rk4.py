@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import math
 
-from harness.chain import rk4_deformable, rk4_overlap
+from harness.chain import rk4_deformable, rk4_long_rows, rk4_overlap
 from harness.chain.arrays import Chain, assemble
+from harness.chain.parting import BLOCK
 from harness.chain.record import Record, as_run, blank_record, wanted_samples
 from harness.chain.stability import chosen_step
 from harness.errors import RequestError
@@ -77,6 +78,8 @@ def integrate(
     Negative rows say why the deformable law stopped
     (:func:`harness.chain.rk4_deformable.integrate`).
     """
+    if chain.deformable and chain.mass.size >= 2 * BLOCK:
+        return rk4_long_rows.integrate(chain, record, step, steps, every, longest)
     if chain.deformable:
         return rk4_deformable.integrate(chain, record, step, steps, every, longest)
     return rk4_overlap.integrate(chain, record, step, steps, every)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from harness.chain.arrays import Chain, Floats
+from harness.chain.arrays import Chain, Floats, equal_run
 from harness.chain.compiled import compiled
 from harness.chain.overlap import forces
 from harness.chain.record import Record, with_room, write_sample
@@ -18,7 +18,6 @@ _BLOCK = 512
 _HALO = 4
 
 
-@compiled
 def integrate(
     chain: Chain, record: Record, step: float, steps: int, every: int
 ) -> tuple[Record, int]:
@@ -27,12 +26,20 @@ def integrate(
     Samples: every so many steps, at the end, and whenever the number of
     contacts in the grain's chain has changed.
     """
+    overlap, force = np.empty((2, chain.diagonal.size))
+    return _integrate(chain, 1 / chain.diagonal, overlap, force, record, step, steps, every)
+
+
+@compiled
+def _integrate(
+    chain: Chain, stiffness: Floats, overlap: Floats, force: Floats,
+    record: Record, step: float, steps: int, every: int,
+) -> tuple[Record, int]:  # fmt: skip
     u, v, mass, gravity = chain.displacement, chain.velocity, chain.mass, chain.gravity
-    mobility, stiffness = chain.mobility, 1 / chain.diagonal
-    n = stiffness.size
-    overlap, force = np.empty(n), np.empty(n)
+    mobility, n = chain.mobility, stiffness.size
     block = np.zeros((7, min(n + 1, _BLOCK + 2 * _HALO)))
     halo = np.zeros((2, _HALO))
+    first, end = equal_run(chain)
     rows, contacts = 0, -1
     for count in range(steps + 1):
         touching = 0
@@ -47,14 +54,14 @@ def integrate(
             write_sample(record, rows, count * step, u, v, overlap, force, mass, gravity)
             rows += 1
         if count < steps:
-            _step(u, v, stiffness, mobility, gravity, step, block, halo)
+            _step(u, v, stiffness, mobility, gravity, step, block, halo, first, end)
     return record, rows
 
 
 @compiled
 def _step(
     u: Floats, v: Floats, stiffness: Floats, mobility: Floats, gravity: Floats, step: float,
-    block: Floats, halo: Floats,
+    block: Floats, halo: Floats, first: int, end: int,
 ) -> None:  # fmt: skip
     """Advance displacements and velocities (N,) by one step."""
     particles = u.size
@@ -64,6 +71,7 @@ def _step(
         stop = min(start + _BLOCK, particles)
         low, high = max(start - _HALO, 0), min(stop + _HALO, particles)
         before, size = start - low, high - low
+        at = first if low >= first and high <= end else low
         for i in range(before):  # the block before has overwritten these
             x[i], w[i] = halo[0, i], halo[1, i]
         for i in range(before, size):
@@ -71,14 +79,14 @@ def _step(
         if stop < particles:
             for i in range(_HALO):
                 halo[0, i], halo[1, i] = u[stop - _HALO + i], v[stop - _HALO + i]
-        _press(x, w, a, 0.0, 0.0, low, size, stiffness, force)
-        _accelerate(force, low, size, mobility, gravity, a)
-        _press(x, w, a, 0.5 * step, 0.0, low, size, stiffness, force)
-        _accelerate(force, low, size, mobility, gravity, b)
-        _press(x, w, a, 0.5 * step, 0.25 * step**2, low, size, stiffness, force)
-        _accelerate(force, low, size, mobility, gravity, c)
-        _press(x, w, b, step, 0.5 * step**2, low, size, stiffness, force)
-        _accelerate(force, low, size, mobility, gravity, d)
+        _press(x, w, a, 0.0, 0.0, at, size, stiffness, force)
+        _accelerate(force, at, size, mobility, gravity, a)
+        _press(x, w, a, 0.5 * step, 0.0, at, size, stiffness, force)
+        _accelerate(force, at, size, mobility, gravity, b)
+        _press(x, w, a, 0.5 * step, 0.25 * step**2, at, size, stiffness, force)
+        _accelerate(force, at, size, mobility, gravity, c)
+        _press(x, w, b, step, 0.5 * step**2, at, size, stiffness, force)
+        _accelerate(force, at, size, mobility, gravity, d)
         for i in range(before, before + stop - start):
             u[low + i] = x[i] + step * w[i] + step**2 / 6 * (a[i] + b[i] + c[i])
             v[low + i] = w[i] + step / 6 * (a[i] + 2 * (b[i] + c[i]) + d[i])
@@ -86,21 +94,23 @@ def _step(
 
 @compiled
 def _press(
-    x: Floats, w: Floats, a: Floats, shift: float, lift: float, low: int, size: int,
+    x: Floats, w: Floats, a: Floats, shift: float, lift: float, at: int, size: int,
     stiffness: Floats, force: Floats,
 ) -> None:  # fmt: skip
-    """Set the forces in a block [N] at ``x + shift w + lift a``; ``low`` is its first particle."""
+    """Set the forces in a block [N] at ``x + shift w + lift a``; properties from ``at`` on."""
+    k = stiffness[at : at + size - 1]
     for i in range(size - 1):
         overlap = (x[i] - x[i + 1]) + shift * (w[i] - w[i + 1]) + lift * (a[i] - a[i + 1])
-        force[i] = max(overlap, 0.0) * stiffness[low + i]
+        force[i] = max(overlap, 0.0) * k[i]
 
 
 @compiled
 def _accelerate(
-    force: Floats, low: int, size: int, mobility: Floats, gravity: Floats, a: Floats
+    force: Floats, at: int, size: int, mobility: Floats, gravity: Floats, a: Floats
 ) -> None:
     """Set the accelerations in a block [m/s2]; those at an inner edge miss a force."""
-    a[0] = gravity[low] - force[0] * mobility[low]
+    m, g = mobility[at : at + size], gravity[at : at + size]
+    a[0] = g[0] - force[0] * m[0]
     for i in range(1, size - 1):
-        a[i] = (force[i - 1] - force[i]) * mobility[low + i] + gravity[low + i]
-    a[size - 1] = force[size - 2] * mobility[low + size - 1] + gravity[low + size - 1]
+        a[i] = (force[i - 1] - force[i]) * m[i] + g[i]
+    a[size - 1] = force[size - 2] * m[size - 1] + g[size - 1]

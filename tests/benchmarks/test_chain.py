@@ -27,6 +27,7 @@ pytestmark = pytest.mark.benchmark
 STEP = 3e-6  # [s] about 1000 steps in pi sqrt(m/k)
 REPEATS = 5
 TURNS = 9
+FLAT = 1.3
 PARTICLE_STEPS = 4_000_000
 
 
@@ -41,18 +42,33 @@ def thrown(particles):
     return velocity
 
 
-def rk4_spent(particles, law, moving=False):
-    """Return the seconds per particle and step of one run of the RK4 kernel, compiled."""
-    steps = steps_for(particles)
+def rk4_seconds(particles, law, moving, steps):
+    """Return the seconds of one run of the RK4 kernel, compiled.
+
+    Of processor time: whatever else the machine does takes turns with it.
+    """
     chain = assemble(Tower(height=particles - 1, law=law))
     if moving:
         chain.velocity[:] = thrown(particles)
     record = blank_record(3, particles, False)
-    begin = time.perf_counter()
+    begin = time.process_time()
     _, rows = rk4.integrate(chain, record, STEP, steps, steps, particles)
-    spent = time.perf_counter() - begin
+    spent = time.process_time() - begin
     assert rows > 0
-    return spent / steps / particles
+    return spent
+
+
+def rk4_spent(particles, law, moving=False):
+    """Return the seconds per particle and step of one run, its start and its samples included."""
+    steps = steps_for(particles)
+    return rk4_seconds(particles, law, moving, steps) / steps / particles
+
+
+def rk4_step(particles, law, moving):
+    """Return the seconds per particle of one more step: those of a long run less a short one's."""
+    steps = max(20, PARTICLE_STEPS // particles)
+    less = rk4_seconds(particles, law, moving, 5)
+    return (rk4_seconds(particles, law, moving, 5 + steps) - less) / steps / particles
 
 
 def rk4_cost(particles, law, moving=False):
@@ -112,9 +128,9 @@ def lammps_row(particles, moving):
     steps = steps_for(particles)
 
     def spent():
-        begin = time.perf_counter()
+        begin = time.process_time()
         lmp.command(f"run {steps} pre no post no")
-        return (time.perf_counter() - begin) / steps / particles
+        return (time.process_time() - begin) / steps / particles
 
     yield spent
     lmp.close()
@@ -142,19 +158,27 @@ def test_cost_of_a_step_against_lammps(particles, moving):
     assert (ratios < 1.0).all()
 
 
+@pytest.mark.parametrize("moving", [False, True])
 @pytest.mark.parametrize("law", ["overlap", "deformable"])
-def test_cost_of_a_particle_is_flat(law):
-    """Measured: overlap 1.2 to 1.3 at 1e6 particles; deformable 1.4 at 1e5, 1.8 to 2.0 at 1e6.
+def test_cost_of_a_particle_is_flat(law, moving):
+    """One more step costs a particle no more than 1.3 of what it does at N = 1000.
 
-    The deformable law substitutes along the whole row four times a step, from both
-    ends: some 90 bytes a particle pass through memory each time once the row has
-    outgrown the caches. Stepping the row in blocks brought 1.5, and cost twice as
-    much as one LAMMPS step at 20 particles: it was left out.
+    Starting up is not in it, as it is not in that of LAMMPS. Medians of five turns,
+    beside ten other busy processes on two cores: overlap 1.03 at rest and 1.12 in
+    motion at 1e6 particles, deformable 1.27 and 0.65; from the best turns 0.98,
+    1.09, 1.12 and 0.57. In motion the deformable law is cheaper in a long row, where
+    a change of contacts is looked for in a block, than in one of 1000.
     """
-    costs = {n: rk4_cost(n, law) for n in (1_000, 10_000, 100_000, 1_000_000)}
-    for n, cost in costs.items():
-        print(f"\nN = {n}, {law}: {cost * 1e9:.1f} ns, {cost / costs[1_000]:.2f} of N = 1000")
-    assert max(costs.values()) < 2.5 * costs[1_000]
+    sizes = (1_000, 10_000, 100_000, 1_000_000)
+    turns = [[rk4_step(n, law, moving) for n in sizes] for _ in range(TURNS + 1)]
+    costs = np.array(turns[1:])
+    ratios = np.median(costs / costs[:, :1], axis=0)
+    for n, cost, ratio in zip(sizes, costs.min(axis=0), ratios, strict=True):
+        print(
+            f"\nN = {n}{', all in motion' if moving else ''}, {law}: {cost * 1e9:.1f} ns, "
+            f"median ratio to N = 1000 {ratio:.2f}"
+        )
+    assert (ratios < FLAT).all()
 
 
 @pytest.mark.parametrize("law", ["overlap", "deformable"])

@@ -1,0 +1,206 @@
+"""RK4 of the deformable law in a long row, block by block.
+
+The stages of a block stay in the cache, and a change of contacts is looked for
+among few: the cost of a particle hardly depends on how many there are. Blocks
+part at open contacts (:mod:`harness.chain.parting`). When one of these closes in a
+stage after all, the step is done again with the whole row as one block.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from harness.chain.arrays import Chain, Floats, equal_run
+from harness.chain.compiled import compiled
+from harness.chain.complementarity import Flags
+from harness.chain.parting import Cuts, end_of_block, no_cuts, stays_open
+from harness.chain.record import Record, chain_of_grain, with_room, write_sample
+from harness.chain.stages import (
+    STAGES,
+    accelerate,
+    count_wrong,
+    finish,
+    look_anew,
+    set_overlaps,
+    stage_shift,
+)
+from harness.chain.twisted import factorise_from_both_ends, substitute_from_both_ends
+
+
+class _Row(NamedTuple):
+    """What a step needs to know and keeps of N particles and n contacts."""
+
+    u: Floats  # (N,) [m]
+    v: Floats  # (N,) [m/s]
+    next_u: Floats  # (N,) [m] after the step
+    next_v: Floats  # (N,) [m/s]
+    closed: Flags  # (n,) the contact set
+    pivot: Floats  # (n,) its factors
+    carry: Floats  # (n,)
+    cuts: Cuts  # where blocks part
+    overlap: Floats  # (n,) [m] at a sample
+    force: Floats  # (n,) [N] at a sample
+
+
+class _Room(NamedTuple):
+    """Arrays of a block, which may be the whole row."""
+
+    overlap: Floats  # (n,) [m]
+    force: Floats  # (n + 2,) [N] between two zeros
+    a: Floats  # (N,) [m/s2] accelerations of three stages
+    b: Floats  # (N,) [m/s2]
+    c: Floats  # (N,) [m/s2]
+    factor: Floats  # (3, n) of the search for a contact set
+    first: Floats  # (STAGES,) [N] force of the first contact
+    last: Floats  # (STAGES,) [N] force of the last contact
+    before: Floats  # (STAGES,) [N] force of the last contact of the block before
+
+
+class _Limits(NamedTuple):
+    """What a step is held to; the equal particles are those of ``equal_run``."""
+
+    step: float  # [s]
+    tolerance: float  # [m] by which a gap may be negative
+    longest: int  # touching contacts in a row
+    equal_from: int
+    equal_to: int
+
+
+def integrate(
+    chain: Chain, record: Record, step: float, steps: int, every: int, longest: int
+) -> tuple[Record, int]:
+    """Advance ``chain`` in place; return as :func:`harness.chain.rk4_deformable.integrate` does."""
+    particles, contacts = chain.mass.size, chain.diagonal.size
+    state, factors, sample = (
+        np.empty((2, particles)),
+        np.empty((2, contacts)),
+        np.empty((2, contacts)),
+    )
+    row = _Row(
+        chain.displacement, chain.velocity, state[0], state[1], np.zeros(contacts, np.bool_),
+        factors[0], factors[1], no_cuts(particles), sample[0], sample[1],
+    )  # fmt: skip
+    stages, edges = np.empty((3, particles)), np.zeros((3, STAGES))
+    room = _Room(
+        np.empty(contacts), np.empty(contacts + 2), stages[0], stages[1], stages[2],
+        np.empty((3, contacts)), edges[0], edges[1], edges[2],
+    )  # fmt: skip
+    limits = _Limits(step, 1e-14 * chain.length, longest, *equal_run(chain))
+    return _integrate(chain, row, room, limits, record, steps, every)
+
+
+@compiled
+def _integrate(
+    chain: Chain, row: _Row, room: _Room, limits: _Limits, record: Record, steps: int, every: int
+) -> tuple[Record, int]:
+    """Do the steps; return as :func:`integrate` does."""
+    rows, contacts = 0, -1
+    # all open: the first stage finds the set, and holds a preloaded row to its longest chain
+    renewed = True
+    u, v, next_u, next_v = row.u, row.v, row.next_u, row.next_v
+    for count in range(steps + 1):
+        here = _Row(
+            u, v, next_u, next_v, row.closed, row.pivot, row.carry, row.cuts, row.overlap, row.force
+        )
+        touching = contacts
+        if count < steps:
+            touching = _advance_row(chain, here, room, limits, STAGES, renewed)
+            renewed = False
+        if touching != contacts or count % every == 0 or count == steps:
+            if touching >= 0 or count == steps:
+                touching = _advance_row(chain, here, room, limits, 1, renewed)
+            if touching < 0:
+                return record, touching
+            contacts = touching
+            record = with_room(record, rows)
+            write_sample(
+                record, rows, count * limits.step, u, v, row.overlap, row.force,
+                chain.mass, chain.gravity,
+            )  # fmt: skip
+            rows += 1
+        if count < steps:
+            u, next_u, v, next_v = next_u, u, next_v, v
+    chain.displacement[:] = u
+    chain.velocity[:] = v
+    return record, rows
+
+
+@compiled
+def _advance_row(
+    chain: Chain, row: _Row, room: _Room, limits: _Limits, stages: int, renewed: bool
+) -> int:
+    """Do so many ``stages`` in the row; return how many contacts touch from the grain on.
+
+    One stage alone leaves its overlaps and forces in ``row``. ``renewed`` says that
+    the first block has no factors yet. Return a negative number as
+    :func:`harness.chain.rk4_deformable.integrate` does.
+    """
+    particles = row.u.size
+    low, window, touching = 0, 0, 0
+    while low < particles:
+        high, window, moved = end_of_block(row.u, row.v, row.closed, row.cuts, window, limits.step)
+        n = high - low - 1
+        if moved or renewed:
+            room.a[: n + 1] = 0.0
+            factorise_from_both_ends(
+                row.closed, chain.diagonal, chain.beside, low, n, row.pivot, row.carry
+            )
+        renewed = moved
+        found = _advance_block(chain, row, room, limits, low, n, stages)
+        if found < 0:
+            return found
+        if stages == 1:
+            row.overlap[low : high - 1] = room.overlap[:n]
+            row.force[low : high - 1] = room.force[1 : n + 1]
+        if low == 0:
+            touching = found
+        elif stages == 1:
+            row.overlap[low - 1], row.force[low - 1] = row.u[low - 1] - row.u[low], 0.0
+        elif not stays_open(
+            row.u, row.v, chain.mobility, chain.gravity, chain.beside,
+            room.before, room.first, low - 1, limits.step, limits.tolerance,
+        ):  # fmt: skip
+            row.cuts[:] = 0
+            low, window, renewed = 0, row.cuts.size, True
+            continue
+        room.before[:] = room.last
+        low = high
+    return touching
+
+
+@compiled
+def _advance_block(
+    chain: Chain, row: _Row, room: _Room, limits: _Limits, low: int, n: int, stages: int
+) -> int:
+    """Do so many ``stages`` in the block of n contacts from ``low`` on; return as the row does."""
+    within = low >= limits.equal_from and low + n < limits.equal_to
+    at = limits.equal_from if within else low
+    mobility, gravity, beside, force = chain.mobility, chain.gravity, chain.beside, room.force
+    force[0] = force[n + 1] = 0.0
+    touching = 0
+    for stage in range(stages):
+        shift, lift = stage_shift(stage, limits.step)
+        a = room.a if stage < STAGES - 1 else room.b
+        set_overlaps(row.u, row.v, a, low, n, shift, lift, room.overlap)
+        substitute_from_both_ends(room.overlap, row.pivot, row.carry, low, n, force)
+        if count_wrong(room.overlap, beside, row.pivot, at, low, n, force, limits.tolerance):
+            found = look_anew(
+                room.overlap, chain.diagonal, beside, row.closed, row.pivot, row.carry,
+                low, n, room.factor, force, limits.tolerance,
+            )  # fmt: skip
+            if found < 0 or found > limits.longest:
+                return -abs(found)
+        room.first[stage], room.last[stage] = force[1], force[n]
+        if stage == 0:
+            touching = chain_of_grain(force[1 : n + 1])
+        if stage < STAGES - 1:
+            to = room.a if stage == 0 else room.b if stage == 1 else room.c
+            accelerate(force, mobility, gravity, at, n, to)
+    if stages == STAGES:
+        finish(
+            row.u, row.v, row.next_u, row.next_v, room.a, room.b, room.c, force,
+            mobility, gravity, at, low, n, limits.step,
+        )  # fmt: skip
+    return touching
