@@ -1,1 +1,1 @@
-"""Tables, figures, HTML, Markdown, JSON."""
+"""Tables, figures, HTML, Markdown, JSON, JUnit."""

@@ -25,7 +25,7 @@ def junit(found: Verification) -> str:
     rows = standings(found.checks)
     suites = [_suite(found, row, found.seconds if row is rows[0] else 0.0) for row in rows]
     whole = Xml.Element("testsuites", name="dem-harness", time=f"{found.seconds:.3f}")
-    for key in ("tests", "failures", "errors", "skipped"):
+    for key in ("tests", "failures", "errors"):  # Jenkins's schema knows no more here
         whole.set(key, str(sum(int(suite.get(key, "0")) for suite in suites)))
     whole.extend(suites)
     Xml.indent(whole)

@@ -149,6 +149,10 @@ def embedded(svg: str) -> tuple[Markup, int, int]:
 
 def _who(found: Verification) -> str:
     engine = found.provenance
-    who = (engine.engine.upper(), engine.engine_version, engine.how) if engine else ("no engine",)
+    who = (
+        (f"{engine.engine.upper()} {engine.engine_version}", engine.how)
+        if engine
+        else ("no engine",)
+    )
     started = found.started[:16].replace("T", " ")
     return f"{', '.join(who)} · {started} UTC · {found.level} · {found.seconds:.0f} s"

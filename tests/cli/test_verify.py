@@ -5,6 +5,7 @@ import subprocess
 import sys
 import time
 
+import jsonschema
 import pytest
 
 pytestmark = pytest.mark.live
@@ -25,6 +26,12 @@ def test_quick(answer, tmp_path):
     assert not any(check["triage"] for check in against)
     on_disk = json.loads((tmp_path / "run" / "results.json").read_text())
     assert on_disk["checks"] == record["checks"]
+    jsonschema.validate(on_disk, json.loads((tmp_path / "run" / "results.schema.json").read_text()))
+    assert set(record["scripts"]) == {p.name for p in (tmp_path / "run" / "scripts").iterdir()}
+    for name in record["scripts"]:  # each script that ran left a log that names its command
+        assert (
+            (tmp_path / "run" / "logs" / f"{name}.log").read_text().startswith(f"# lmp -in {name}")
+        )
     assert (tmp_path / "run" / "report.html").stat().st_size < 5e6
 
 
@@ -71,6 +78,8 @@ def test_a_lammps_that_dies_leaves_a_report_and_status_3(harness, tmp_path):
     assert died
     assert all(check["triage"] == "engine error: crashed" for check in died)
     assert all("crashed" in check["note"] and "SIGSEGV" in check["note"] for check in died)
+    for check in died:
+        assert "sha256 of the script" in (tmp_path / "run" / "logs" / check["log"]).read_text()
     assert [
         c for c in record["checks"] if c["name"].startswith("theory") and c["verdict"] == "pass"
     ]

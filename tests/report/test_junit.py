@@ -1,3 +1,4 @@
+import re
 from dataclasses import replace
 from xml.etree import ElementTree
 
@@ -22,12 +23,30 @@ def test_a_suite_for_each_kind_and_a_case_for_each_check(verification):
 
 def test_the_counts_are_those_of_the_cases(verification):
     root = parsed(verification)
+    tags = {"failures": "failure", "errors": "error", "skipped": "skipped"}
     for node in (root, *root):
         cases = list(node.iter("testcase"))
         assert int(node.get("tests")) == len(cases)
-        for key, tag in (("failures", "failure"), ("errors", "error"), ("skipped", "skipped")):
-            assert int(node.get(key)) == sum(case.find(tag) is not None for case in cases)
-    assert (root.get("failures"), root.get("errors"), root.get("skipped")) == ("1", "1", "2")
+        for key in tags.keys() & node.keys():
+            assert int(node.get(key)) == sum(case.find(tags[key]) is not None for case in cases)
+    assert (root.get("failures"), root.get("errors")) == ("1", "1")
+    assert [suite.get("skipped") for suite in root] == ["0", "1", "1"]
+
+
+def test_the_attributes_are_those_that_readers_know(verification):
+    known = {
+        "testsuites": {"name", "time", "tests", "failures", "errors"},
+        "testsuite": {"name", "tests", "failures", "errors", "skipped", "time", "timestamp"},
+        "testcase": {"name", "classname", "time"},
+        "property": {"name", "value"},
+        "failure": {"type", "message"},
+        "error": {"type", "message"},
+        "skipped": {"message"},
+    }
+    for node in parsed(verification).iter():
+        assert set(node.keys()) <= known.get(node.tag, set())
+        if node.get("time"):
+            assert re.fullmatch(r"\d+\.\d{3}", node.get("time"))
 
 
 def test_a_failure_tells_all_its_numbers_and_why(verification):
