@@ -7,12 +7,13 @@ write-ahead log, so that readers and writers do not wait for each other.
 
 from __future__ import annotations
 
+import contextlib
 import math
 import shlex
 import sqlite3
 import time
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -91,17 +92,11 @@ class History:
 
     def begin(self, start: Start) -> int:
         """Insert a run that starts now and return its number."""
+        facts = {**vars(start), "options": shlex.join(start.options), "started": _now()}
         cursor = self._db.execute(
             "INSERT INTO run (started, command, options, harness_version, harness_commit, platform)"
-            " VALUES (?, ?, ?, ?, ?, ?)",
-            (
-                _now(),
-                start.command,
-                shlex.join(start.options),
-                start.harness_version,
-                start.harness_commit,
-                start.platform,
-            ),
+            " VALUES (:started, :command, :options, :harness_version, :harness_commit, :platform)",
+            facts,
         )
         assert cursor.lastrowid is not None
         return cursor.lastrowid
@@ -109,29 +104,18 @@ class History:
     def finish(self, run: int, end: End, quantities: Iterable[Quantity] = ()) -> None:
         """Complete a run with how it ended and its quantities, all or nothing."""
         found = _distinct(quantities)
-        judged = [one.verdict for one in found if one.verdict in ("pass", "fail")]
+        verdicts = Counter(one.verdict for one in found)
+        facts = {
+            **vars(end),
+            "finished": _now(),
+            "judged": verdicts["pass"] + verdicts["fail"],
+            "failed": verdicts["fail"],
+        }
+        columns = ", ".join(f"{name} = :{name}" for name in facts)
         with self._transaction():
-            self._db.execute(
-                "UPDATE run SET finished = ?, status = ?, seconds = ?, engine = ?,"
-                " engine_version = ?, how = ?, cached = ?, folder = ?, note = ?, judged = ?,"
-                " failed = ? WHERE id = ?",
-                (
-                    _now(),
-                    end.status,
-                    end.seconds,
-                    end.engine,
-                    end.engine_version,
-                    end.how,
-                    end.cached,
-                    end.folder,
-                    end.note,
-                    len(judged),
-                    judged.count("fail"),
-                    run,
-                ),
-            )
+            self._db.execute(f"UPDATE run SET {columns} WHERE id = :run", {**facts, "run": run})
             for one in found:
-                self._add(run, one)
+                self._add({**vars(one), "run": run})
 
     def rows(self, query: str, values: Iterable[Any] = ()) -> list[sqlite3.Row]:
         """Return the rows of a query, columns by name."""
@@ -149,40 +133,28 @@ class History:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _add(self, run: int, one: Quantity) -> None:
-        key = (one.name, one.kind, one.unit)
-        self._db.execute("INSERT OR IGNORE INTO quantity (name, kind, unit) VALUES (?, ?, ?)", key)
+    def _add(self, facts: dict[str, Any]) -> None:
+        self._db.execute(
+            "INSERT OR IGNORE INTO quantity (name, kind, unit) VALUES (:name, :kind, :unit)", facts
+        )
         self._db.execute(
             "INSERT INTO measurement (run, quantity, value, uncertainty, expected, tolerance,"
-            " verdict, triage) SELECT ?, id, ?, ?, ?, ?, ?, ? FROM quantity"
-            " WHERE name = ? AND kind = ? AND unit = ?",
-            (
-                run,
-                one.value,
-                one.uncertainty,
-                one.expected,
-                one.tolerance,
-                one.verdict,
-                one.triage,
-                *key,
-            ),
+            " verdict, triage) SELECT :run, id, :value, :uncertainty, :expected, :tolerance,"
+            " :verdict, :triage FROM quantity"
+            " WHERE name = :name AND kind = :kind AND unit = :unit",
+            facts,
         )
 
-    def _transaction(self) -> _Transaction:
-        return _Transaction(self._db)
-
-
-class _Transaction:
-    """A write transaction, taken at once: waiting for it later could fail halfway."""
-
-    def __init__(self, db: sqlite3.Connection) -> None:
-        self._db = db
-
-    def __enter__(self) -> None:
+    @contextlib.contextmanager
+    def _transaction(self) -> Iterator[None]:
+        """Hold the right to write from the start: to wait for it later could fail halfway."""
         self._db.execute("BEGIN IMMEDIATE")
-
-    def __exit__(self, kind: object, *_: object) -> None:
-        self._db.execute("COMMIT" if kind is None else "ROLLBACK")
+        try:
+            yield
+        except BaseException:
+            self._db.execute("ROLLBACK")
+            raise
+        self._db.execute("COMMIT")
 
 
 def _write_ahead(db: sqlite3.Connection) -> None:

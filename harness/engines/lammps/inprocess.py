@@ -18,6 +18,7 @@ from typing import Any
 from harness.engines.lammps.jobs import Job, Limits, Output
 from harness.engines.lammps.read import LAST_RESULT, error_from_text, version_in
 from harness.engines.lammps.scripts import names_to_forget
+from harness.engines.lammps.worker import FOLDER
 from harness.engines.parallel import side_by_side
 from harness.errors import (
     EngineCrashError,
@@ -40,7 +41,7 @@ class InProcess:
 
     def __init__(self, workers: int, limits: Limits) -> None:
         self._limits = limits
-        self._folder = tempfile.TemporaryDirectory(prefix="dem-harness-")
+        self._folder = tempfile.TemporaryDirectory(prefix=FOLDER)
         self._slots: queue.LifoQueue[_Worker | None] = queue.LifoQueue()
         for _ in range(workers):
             self._slots.put(None)

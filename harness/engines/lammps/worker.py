@@ -18,6 +18,9 @@ from typing import Any, TextIO
 
 from harness.engines.lammps.library import open_lammps
 
+FOLDER = "dem-harness-"
+"""How the name of a runner's temporary folder begins; each worker has a folder in it."""
+
 MOTION = "# ---- motion"
 """The line of the tower's script before which the deformable law must be there."""
 
@@ -45,6 +48,7 @@ def main() -> None:
         except Exception as error:
             _answer(answers, {"error": str(error)})
             instance = open_lammps()
+    _clear_away()
 
 
 def _execute(lammps: Any, order: dict[str, Any]) -> None:
@@ -95,7 +99,17 @@ def _end_with_parent(parent: int) -> None:
     """Exit when the harness is gone: a run in LAMMPS would not notice that stdin ended."""
     while os.getppid() == parent:
         time.sleep(1.0)
+    _clear_away()
     os._exit(1)
+
+
+def _clear_away() -> None:
+    """Remove the runner's folder: who outlives the harness is the last that can."""
+    import shutil
+
+    folder = Path.cwd().parent
+    if folder.name.startswith(FOLDER):
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,7 @@
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 from pathlib import Path
@@ -170,3 +172,34 @@ def test_close_ends_the_workers_and_removes_their_files(runner):
     one.close()
     assert not children() & born
     assert not folder.exists()
+
+
+OWNER = """
+import sys, threading
+from harness.engines.lammps.inprocess import InProcess
+from harness.engines.lammps.jobs import Limits
+from tests.engines.lammps.test_inprocess import ENDLESS, GOOD
+runner = InProcess(2, Limits())
+runner.run([GOOD, GOOD])
+threading.Thread(target=runner.run, args=([ENDLESS],), daemon=True).start()
+print("at work", flush=True)
+sys.stdin.read()
+"""
+
+
+def test_workers_clear_away_what_a_killed_harness_cannot(tmp_path):
+    owner = subprocess.Popen(
+        [sys.executable, "-c", OWNER],
+        cwd=Path(__file__).parents[3],
+        env={**os.environ, "TMPDIR": str(tmp_path)},
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+    )
+    assert owner.stdout.readline() == b"at work\n"
+    (folder,) = tmp_path.glob("dem-harness-*")
+    owner.kill()
+    owner.communicate()
+    deadline = time.monotonic() + 30
+    while folder.exists() and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert list(tmp_path.iterdir()) == []
