@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 from harness.comparison.case import Case
+from harness.comparison.circumstances import changed_parameters, circumstances
 from harness.comparison.parting import Comparison, compare_series
 from harness.comparison.regression_tolerances import Override, regression_tolerance
 from harness.comparison.triage import Triage, of_error, of_parting
@@ -98,7 +98,7 @@ def _died(known: Case, error: EngineError) -> Check:
 def _compare(case: Case, known: Case, overrides: Sequence[Override], rows: _Rows) -> None:
     """Add the rows of one case."""
     changed = changed_parameters(case.parameters, known.parameters)
-    note = "; ".join([*changed, *_circumstances(case, known)])
+    note = "; ".join([*changed, *circumstances(case, known)])
     wrong = f"{Triage.WRONG_INPUT}: {changed[0]}" if changed else ""
     parted: list[Comparison] = []
     if known.series is not None and not changed:
@@ -181,31 +181,6 @@ def earliest(parted: Sequence[Comparison]) -> str:
         return ""
     first = min(found, key=lambda p: p.time)
     return of_parting(replace(first, stays=any(p.stays for p in found)))
-
-
-def changed_parameters(now: Mapping[str, Any], known: Mapping[str, Any]) -> list[str]:
-    """Say which parameters differ; one that only one side knows is no difference of the case."""
-    found = []
-    for key, wanted in known.items():
-        if key not in now:
-            continue
-        if isinstance(wanted, Mapping) and isinstance(now[key], Mapping):
-            found += [f"{key} {text}" for text in changed_parameters(now[key], wanted)]
-        elif now[key] != wanted:
-            found.append(f"{key} = {now[key]!r}, the baseline's is {wanted!r}")
-    return found
-
-
-def _circumstances(case: Case, known: Case) -> list[str]:
-    """Say what differs between the two runs besides the case."""
-    said = []
-    if case.engine_version != known.engine_version:
-        said.append(f"baseline of {known.engine} {known.engine_version}")
-    if case.platform != known.platform:
-        said.append(f"baseline of {known.platform}")
-    if case.script_sha256 != known.script_sha256:
-        said.append(f"script {case.script} is not the baseline's")
-    return said
 
 
 def _with_relatives(rows: _Rows) -> list[Check]:

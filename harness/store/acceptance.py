@@ -9,7 +9,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from harness.comparison.case import Case
-from harness.comparison.regression import Baseline, changed_parameters
+from harness.comparison.circumstances import changed_parameters
+from harness.comparison.regression import Baseline
 from harness.errors import RequestError
 from harness.store.baseline import case_text, in_checkout, series_text
 

@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 
 from harness.comparison.case import Case, Quantity
+from harness.comparison.circumstances import changed_parameters
 from harness.comparison.parting import Series
-from harness.comparison.regression import Baseline, against_baseline, changed_parameters
+from harness.comparison.regression import Baseline, against_baseline
 from harness.comparison.regression_tolerances import REGRESSION, Override, regression_tolerance
 from harness.comparison.tolerances import Tolerance
 from harness.comparison.triage import Triage

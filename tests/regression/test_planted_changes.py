@@ -9,7 +9,6 @@ from harness.comparison.triage import Triage
 from harness.comparison.verdicts import Verdict
 from harness.engines.lammps.engine import Lammps
 from harness.engines.lammps.jobs import Limits
-from harness.observables.incline import InclineRun
 from harness.parameters.incline import Incline
 from harness.verbs.verification.passages import CASES
 from tests.regression.planted import (
@@ -131,20 +130,23 @@ def test_a_change_is_caught_where_it_acts_and_nowhere_else(planted, plant):
 
 
 def test_clipping_parts_when_a_contact_first_pulls(planted, lammps):
-    """The path leaves the baseline's where, in a run of its own, the force first turns attractive.
+    """The path leaves the baseline's where, in a run of its own, a contact force turns attractive.
 
-    Force of the sphere that is left: k overlap - eta times the rate of separation.
+    Force of either sphere: k overlap - eta times the rate of separation, with the
+    velocity of the half step, which LAMMPS evaluates it with: x(i) - x(i-1) over the step.
     """
     _, _, found = planted(PLANTS["clipping switched on"].sed)
     case = CASES[0]
     (run,) = lammps.inclines([case], "passage", every=1)
-    assert isinstance(run, InclineRun)
     path, d = run.trajectory, case.diameter
-    overlap = d - np.hypot(path.x_m, path.y_m)
-    parting_speed = (path.x_m * path.vx_m_per_s + path.y_m * path.vy_m_per_s) / (d - overlap)
     eta = 2 * case.contact.zeta * np.sqrt(case.stiffness * case.mass)
-    pulls = (overlap > 0) & (case.stiffness * overlap - eta * parting_speed < 0)
-    first = path.time_s[np.argmax(pulls)]
+    pulls = np.zeros(path.time_s.size - 1, dtype=bool)
+    for sphere in (0.0, d):
+        distance = np.hypot(path.x_m - sphere, path.y_m)[1:]
+        along, up = (path.x_m - sphere)[1:] / distance, path.y_m[1:] / distance
+        separation = (along * np.diff(path.x_m) + up * np.diff(path.y_m)) / case.step
+        pulls |= (distance < d) & (case.stiffness * (d - distance) < eta * separation)
+    first = path.time_s[1:][np.argmax(pulls)]
     (parted,) = [series for series in found.parted if series.column == "x_m"]
     moment = parted.parting
     assert pulls.any()
