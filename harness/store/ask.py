@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sqlite3
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
@@ -35,7 +34,7 @@ class Question:
     limit: int | None = None
 
 
-def runs(history: History, question: Question) -> list[sqlite3.Row]:
+def runs(history: History, question: Question) -> list[dict[str, Any]]:
     """Return the runs that fit, newest first, one row each.
 
     With a quantity or a verdict, those that have such a one.
@@ -51,7 +50,7 @@ def runs(history: History, question: Question) -> list[sqlite3.Row]:
     return history.rows(query + _limit(question), [*values, *more])
 
 
-def quantities(history: History, question: Question) -> list[sqlite3.Row]:
+def quantities(history: History, question: Question) -> list[dict[str, Any]]:
     """Return the quantities that fit with the columns of their runs, newest first."""
     where, values = _of_run(question)
     inner, more = _of_quantity(question)
@@ -66,7 +65,7 @@ def quantities(history: History, question: Question) -> list[sqlite3.Row]:
 
 def names(history: History) -> list[str]:
     """Return the names of all quantities ever recorded, sorted."""
-    return [row[0] for row in history.rows("SELECT DISTINCT name FROM quantity ORDER BY name")]
+    return [row["name"] for row in history.rows("SELECT DISTINCT name FROM quantity ORDER BY name")]
 
 
 def _of_run(question: Question) -> tuple[list[str], list[Any]]:

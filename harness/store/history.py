@@ -117,11 +117,11 @@ class History:
             for one in found:
                 self._add({**vars(one), "run": run})
 
-    def rows(self, query: str, values: Iterable[Any] = ()) -> list[sqlite3.Row]:
+    def rows(self, query: str, values: Iterable[Any] = ()) -> list[dict[str, Any]]:
         """Return the rows of a query, columns by name."""
         cursor = self._db.execute(query, tuple(values))
-        cursor.row_factory = sqlite3.Row
-        return cursor.fetchall()
+        names = [column[0] for column in cursor.description or ()]
+        return [dict(zip(names, row, strict=True)) for row in cursor]
 
     def close(self) -> None:
         """Close the database."""

@@ -131,10 +131,9 @@ def history(
         raise RequestError(f"history {path}: cannot be read ({error})") from None
 
 
-def _record(row: sqlite3.Row) -> dict[str, Any]:
-    record = dict(row)
-    record["cached"] = bool(row["cached"])
-    return record
+def _record(row: dict[str, Any]) -> dict[str, Any]:
+    row["cached"] = bool(row["cached"])
+    return row
 
 
 def _check_known(pattern: str, names: list[str]) -> None:

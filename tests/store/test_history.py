@@ -101,7 +101,7 @@ def test_a_history_of_version_1_is_brought_up_to_date_with_its_runs(path):
         angle, ratio = ask.quantities(history, Question(quantity="*"))
         assert (angle["value"], angle["triage"], ratio["verdict"]) == (10.2, "", "pass")
         history.finish(history.begin(START), END, [ANGLE])
-        assert history.rows("PRAGMA user_version")[0][0] == VERSION
+        assert history.rows("PRAGMA user_version") == [{"user_version": VERSION}]
     assert integrity(path) == [("ok",)]
 
 
@@ -111,7 +111,7 @@ def test_the_same_schema_is_reached_from_version_1_and_from_nothing(path, tmp_pa
     for file in (path, tmp_path / "new.sqlite"):
         with History(file) as history:
             rows = history.rows("SELECT type, name, sql FROM sqlite_master ORDER BY name")
-            schemas.append([tuple(row) for row in rows])
+            schemas.append(rows)
     assert schemas[0] == schemas[1]
 
 
