@@ -83,6 +83,18 @@ class AngleRow(_Published):
     steps_per_contact: Number
 
 
+class PartingRow(_Published):
+    """A series that left the band about its reference, and when."""
+
+    case: str
+    column: str
+    largest_difference: Number = Field(description="from the reference, over the whole series")
+    band: Number = Field(description="largest difference that passes")
+    parting_time_s: Number = Field(description="first time outside for good [s]")
+    from_first_step: bool | None = None
+    stays: bool | None = Field(None, description="whether it is outside up to the end")
+
+
 class Results(_Published):
     """One verification run, as results.json holds it."""
 
@@ -99,6 +111,8 @@ class Results(_Published):
     status: int = Field(description="exit status: 0 holds, 1 a verdict failed, 3 an engine died")
     engine: EngineRow | None = Field(description="null when no engine could be run")
     engine_errors: tuple[str, ...] = ()
+    baseline: str = Field("", description="where the accepted values lie; empty without them")
+    partings: tuple[PartingRow, ...] = ()
     closed_form_deg: Number = Field(description="critical angle of the incline by theory [deg]")
     checks: tuple[CheckRow, ...]
     extrapolated: ExtrapolatedRow | None = None

@@ -10,7 +10,7 @@ from harness.comparison.verdicts import Check, Verdict
 from harness.comparison.verification import Verification
 from harness.report.standing import KindStanding, standings
 from harness.report.templating import number, tail
-from harness.report.triage import explained, triage
+from harness.report.triage import details, explained, triage
 
 _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """What XML 1.0 cannot hold, not even escaped."""
@@ -105,7 +105,7 @@ def _story(check: Check) -> str:
         f"{check.kind}: {check.name}",
         _numbers(check),
         check.why and f"tolerance: {check.why}",
-        about and f"class: {about}. {explained(check)}",
+        about and f"class: {about}. {details(check)} {explained(check)}",
         check.note,
         check.log and f"log: logs/{check.log_name}\n{tail(check.log)}",
     ]

@@ -51,6 +51,11 @@ class Row:
         return triage.triage(self.check)
 
     @property
+    def details(self) -> str:
+        """Return of what kind, where and when."""
+        return triage.details(self.check)
+
+    @property
     def explained(self) -> str:
         """Return what that class means."""
         return triage.explained(self.check)

@@ -10,7 +10,7 @@ from harness.comparison.verification import Verification
 from harness.report.standing import KINDS, by_gravity, standings
 from harness.report.templating import number
 from harness.report.text import provenance, summary
-from harness.report.triage import happened, triage
+from harness.report.triage import details, happened, triage
 
 LIMIT = 60_000
 """Characters. A comment on GitHub holds 65,536, of which others may want some."""
@@ -38,7 +38,7 @@ def short_markdown(found: Verification) -> str:
 def _grave(check: Check) -> str:
     about = "" if check.engine_died else triage(check)
     note = "" if math.isnan(check.value) else check.note
-    texts = (happened(check), about, note)
+    texts = (happened(check), about, details(check), note)
     mark = "**failed**" if check.verdict is Verdict.FAIL else "not tested"
     happening = _plain("; ".join(filter(None, texts)))[:600]
     return f"| {mark} {_plain(check.name)} | {check.kind} | {happening} |"

@@ -14,9 +14,10 @@ def check_folder(folder: Path) -> None:
         raise RequestError(f"--output {folder}: holds something already; name a new folder")
     if folder.exists() and not folder.is_dir():
         raise RequestError(f"--output {folder}: is a file; name a new folder")
+    # nothing is made yet: what is asked for may turn out to be wrong in another way
+    there = next(parent for parent in folder.absolute().parents if parent.exists())
     try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}."):
+        with tempfile.TemporaryDirectory(dir=there, prefix=f".{folder.name}."):
             pass
     except OSError as error:
         raise RequestError(f"--output {folder}: cannot be written ({error.strerror})") from None

@@ -12,6 +12,7 @@ EXPLAINED = {
     "initial state, not an accumulated error.",
     "diverged late": "The two agree at first and part later: an event (a contact that opens or "
     "closes) fell differently, or an error grew.",
+    "out of tolerance": "The value moved by more than its tolerance; no series tells when.",
     "wrong input": "The engine was given something else than was asked for.",
     "refused": "The engine refused its input and said why.",
     "engine error": "The engine ended with an error of its own.",
@@ -28,15 +29,19 @@ EXPLAINED = {
 
 
 def triage(check: Check) -> str:
-    """Return the class of a failure: as triaged, or as the engine died."""
-    if check.triage or not check.engine_died:
-        return check.triage
-    return check.note.partition(":")[0]
+    """Return the class of a failure; empty for what the verdict says already."""
+    return "" if check.triage == check.verdict else check.triage.partition(":")[0]
+
+
+def details(check: Check) -> str:
+    """Return what the triage says beyond the class: of what kind, where and when."""
+    return check.triage.partition(":")[2].strip()
 
 
 def explained(check: Check) -> str:
-    """Return what the class of a failure means; empty where there is nothing to say."""
-    return EXPLAINED.get(triage(check).lower(), "")
+    """Return what the class of a failure means, by its kind where that is known."""
+    by_class = EXPLAINED.get(check.triage.partition(":")[0].lower(), "")
+    return EXPLAINED.get(details(check).lower(), by_class)
 
 
 def happened(check: Check) -> str:

@@ -10,6 +10,7 @@ from types import SimpleNamespace
 import pytest
 
 from harness.cli import keeping, verify
+from harness.cli.keeping import Chosen
 from harness.errors import RequestError
 from harness.report import folder as report_folder
 from harness.store.entries import Entries
@@ -103,7 +104,7 @@ def died(monkeypatch):
 
 def test_a_verification_whose_engine_died_is_not_kept(died, tmp_path):
     entries = Entries(tmp_path / "cache")
-    asked = verify._Asked("quick", "lammps", None, None)
+    asked = verify._Asked("quick", Chosen("lammps"), None, None, compare=False)
     verify._measured(asked, entries, "ab" * 32, tmp_path / "run", fresh=False)
     assert entries.get("ab" * 32) is None
     died.engine_errors = ()
