@@ -66,13 +66,22 @@ def remembering(chosen: Chosen, entries: Entries | None, fresh: bool) -> Iterato
     from harness.engines.registry import open_engine
 
     name, lmp, mpirun, integrator = chosen
-    with open_engine(name, lmp=lmp, launcher=mpirun, integrator=integrator) as opened:
-        if entries is None:
-            yield opened
-            return
-        from harness.store.cached_engine import CachedEngine
+    with (
+        open_engine(name, lmp=lmp, launcher=mpirun, integrator=integrator) as opened,
+        remembered(opened, entries, fresh) as engine,
+    ):
+        yield engine
 
-        yield CachedEngine(opened, entries, fresh=fresh)
+
+@contextlib.contextmanager
+def remembered(opened: Engine, entries: Entries | None, fresh: bool) -> Iterator[Engine]:
+    """Yield an open engine so that it remembers its runs where there is a cache."""
+    if entries is None:
+        yield opened
+        return
+    from harness.store.cached_engine import CachedEngine
+
+    yield CachedEngine(opened, entries, fresh=fresh)
 
 
 def runs_made(engine: Engine | None) -> dict[str, int]:

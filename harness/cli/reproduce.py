@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from harness.cli.keeping import Cache, Chosen, Fresh
 from harness.cli.options import EngineName, Json, Lmp, Mpirun
 
 if TYPE_CHECKING:
@@ -37,6 +38,8 @@ def reproduce(
     engine: EngineName = "lammps",
     lmp: Lmp = None,
     mpirun: Mpirun = None,
+    cache: Cache = None,
+    fresh: Fresh = False,
     json: Json = False,
 ) -> None:
     """Recompute the source: every equation, number and figure, and whether it holds.
@@ -45,18 +48,21 @@ def reproduce(
     source from our own runs, movies, and dump files for OVITO. A statement that
     does not hold is a finding, not a failure: exit status 0.
     """
+    from harness.cli.keeping import open_entries, remembering
     from harness.cli.output import print_json
     from harness.cli.progress import progress_bars
+    from harness.cli.recording import recorded
     from harness.comparison.ledger_differences import ledger_differences
-    from harness.engines.registry import open_engine
     from harness.report.reproduction.folder import check_folder, write
     from harness.verbs.reproduction.run import reproduce as reproduce_with
 
     committed = _committed(output) if check else None
     if not check:
         check_folder(output)
-    with progress_bars() as progress, open_engine(engine, lmp=lmp, launcher=mpirun) as opened:
+    remembered = remembering(Chosen(engine, lmp, mpirun), open_entries(cache), fresh)
+    with recorded("reproduce") as told, progress_bars() as progress, remembered as opened:
         found = reproduce_with(engine=opened, progress=progress)
+        told.engine, told.folder = found.provenance.record(), None if check else output
         if not check:
             progress("figures, movies and report", 0, 1)
             write(found, output)

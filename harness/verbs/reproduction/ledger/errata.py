@@ -15,7 +15,7 @@ from harness.theory.tower import series_stiffness
 from harness.verbs.reproduction.as_printed import Printed
 from harness.verbs.reproduction.ledger.discussion_energy import row_energy
 
-_PLACE = "a finding about the source, of our restatement"
+_PLACE = "Errata, of the source"
 
 
 @dataclass(frozen=True)

@@ -71,7 +71,7 @@ def test_equations_stand_in_the_order_of_the_publication(ledger):
 def test_rows_about_the_restatement_are_told_apart(ledger):
     for row in ledger.statements:
         own = row.source.key.startswith(("erratum", "beyond"))
-        assert own == bool(re.match("our restatement|a finding|the source, App", row.source.where))
+        assert own == bool(re.match("Errata|the source, App", row.source.where))
 
 
 @pytest.mark.parametrize("key", STANDINGS)
