@@ -1,7 +1,8 @@
 """RK4 of the deformable law in a long row, block by block.
 
 The stages of a block stay in the cache, and a change of contacts is looked for
-among few: the cost of a particle hardly depends on how many there are. Blocks
+among few: the cost of a particle hardly depends on how many there are. Blocks in
+which nothing touches fall freely, and need neither stages nor factors. Blocks
 part at open contacts (:mod:`harness.chain.parting`). When one of these closes in a
 stage after all, the step is done again with the whole row as one block.
 """
@@ -22,6 +23,7 @@ from harness.chain.stages import (
     accelerate,
     count_wrong,
     finish,
+    in_free_flight,
     look_anew,
     set_overlaps,
     stage_shift,
@@ -180,7 +182,12 @@ def _advance_block(
     mobility, gravity, beside, force = chain.mobility, chain.gravity, chain.beside, room.force
     force[0] = force[n + 1] = 0.0
     touching = 0
-    for stage in range(stages):
+    falls = stages == STAGES and in_free_flight(
+        row.u, row.v, row.closed, gravity, at, low, n, limits.step, limits.tolerance
+    )
+    if falls:
+        _fall(room, gravity, at, n)
+    for stage in range(0 if falls else stages):
         shift, lift = stage_shift(stage, limits.step)
         a = room.a if stage < STAGES - 1 else room.b
         set_overlaps(row.u, row.v, a, low, n, shift, lift, room.overlap)
@@ -199,8 +206,17 @@ def _advance_block(
             to = room.a if stage == 0 else room.b if stage == 1 else room.c
             accelerate(force, mobility, gravity, at, n, to)
     if stages == STAGES:
+        # after free flight too: equal particles on both sides of a cut stay equal to the last bit
         finish(
             row.u, row.v, row.next_u, row.next_v, room.a, room.b, room.c, force,
             mobility, gravity, at, low, n, limits.step,
         )  # fmt: skip
     return touching
+
+
+@compiled
+def _fall(room: _Room, gravity: Floats, at: int, n: int) -> None:
+    """Set the forces and accelerations of all stages of a block of n contacts in free flight."""
+    room.force[: n + 2] = room.first[:] = room.last[:] = 0.0
+    g = gravity[at : at + n + 1]
+    room.a[: n + 1] = room.b[: n + 1] = room.c[: n + 1] = g

@@ -38,6 +38,30 @@ def set_overlaps(
 
 
 @compiled
+def in_free_flight(
+    u: Floats, v: Floats, closed: Flags, gravity: Floats, at: int, low: int, n: int, step: float,
+    tolerance: float,
+) -> bool:  # fmt: skip
+    """Return whether the contacts of a block are open in all stages, to ``tolerance`` [m].
+
+    If none is closed at the start and none overlaps under gravity alone, no force is
+    the solution. Each overlap of the second and the third stage is the mean of that of
+    the first and another: at ``u + step v`` or in the fourth.
+    """
+    for flag in closed[low : low + n]:
+        if flag:
+            return False
+    x, w, g = u[low : low + n + 1], v[low : low + n + 1], gravity[at : at + n + 1]
+    lift, meeting = 0.5 * step**2, 0
+    for i in range(n):
+        overlap = x[i] - x[i + 1]
+        later = overlap + step * (w[i] - w[i + 1])
+        last = later + lift * (g[i] - g[i + 1])
+        meeting += max(overlap, later, last) > tolerance
+    return meeting == 0
+
+
+@compiled
 def count_wrong(
     overlap: Floats, beside: Floats, pivot: Floats, at: int, low: int, n: int, force: Floats,
     tolerance: float,

@@ -164,11 +164,11 @@ def test_cost_of_a_particle_is_flat(law, moving):
     """One more step costs a particle no more than 1.3 of what it does at N = 1000.
 
     Starting up is not in it, as it is not in that of LAMMPS. Medians of turns at 1e6
-    particles, beside ten other busy processes on two cores: overlap 1.03 at rest and
-    1.12 in motion; deformable 0.65 in motion and, at rest, 1.27 in one session and 1.42
-    in another, where this fails: a row of 1e6 waits for the memory that the others use.
-    In motion the deformable law is cheaper in a long row, where a change of contacts
-    is looked for in a block, than in one of 1000.
+    particles on a shared machine: overlap 1.12 to 1.21 at rest and 1.02 to 1.11 in
+    motion; deformable 0.2 to 0.4 at rest and 0.67 to 0.74 in motion. In a long row the
+    deformable law is cheaper: what rests but for the grain falls freely block by block,
+    and in motion a change of contacts is looked for in a block. Each is done for the
+    whole row at N = 1000.
     """
     sizes = (1_000, 10_000, 100_000, 1_000_000)
     turns = [[rk4_step(n, law, moving) for n in sizes] for _ in range(TURNS + 1)]

@@ -10,6 +10,7 @@ from harness.chain.arrays import assemble
 from harness.chain.complementarity import forces_of_overlaps
 from harness.chain.parting import BLOCK
 from harness.chain.record import blank_record
+from harness.chain.stages import STAGES, in_free_flight, set_overlaps, stage_shift
 from harness.observables.impulse import impulse_until
 from harness.parameters.tower import Tower
 
@@ -99,6 +100,63 @@ def test_blocks_sample_what_the_whole_row_does(start, seed):
     for blocks, whole in zip(*records, strict=True):
         # rounding grows with each change of contacts it meets, and forces differ by it times k
         assert blocks == pytest.approx(whole, rel=1e-9, abs=1e-9 * np.abs(whole).max())
+
+
+@pytest.mark.parametrize("gravity", [0.0, 9.81])
+def test_two_particles_meet_where_nothing_touched(gravity):
+    """A block falls freely, its first contact closes and opens, and it falls freely again."""
+    step, steps, gap = 1e-5, 300, 1e-2
+    case = Tower(height=3 * BLOCK - 1, start="gapped", gap=gap, gravity=gravity)
+    chain, at = assemble(case), 3 * BLOCK // 2
+    chain.gravity[-1] = gravity  # the base falls too: no other contact closes
+    chain.velocity[:] = 0.0
+    chain.displacement[at] += gap - 1e-4
+    chain.velocity[at : at + 2] = 0.5, -0.5
+    start, thrown = chain.displacement.copy(), chain.velocity.copy()
+    record, rows = rk4_long_rows.integrate(
+        chain, blank_record(8, 3 * BLOCK, True), step, steps, 50, 2
+    )
+    pressed = record.forces[:rows] > 0
+    assert pressed.sum(axis=1).tolist() == [0, 1, 1, 1, 1, 0, 0]  # from 0.1 ms for pi sqrt(m/2k)
+    assert not np.delete(pressed, at, axis=1).any()
+    others = np.delete(np.arange(3 * BLOCK), [at, at + 1])
+    time = step * steps
+    fall = start + gravity * time**2 / 2
+    rounding = steps * 1e-15 * np.abs(start).max()  # a few ulp in each step
+    assert chain.displacement[others] == pytest.approx(fall[others], abs=rounding)
+    assert chain.velocity[others] == pytest.approx(gravity * time, abs=rounding)
+    exchanged = thrown[[at + 1, at]] + gravity * time
+    # the kink of the force at the two changes of contact
+    assert chain.velocity[[at, at + 1]] == pytest.approx(exchanged, abs=1e-4)
+
+
+@pytest.mark.parametrize("equal", [True, False])
+def test_free_flight_is_what_the_stages_find(equal):
+    """Against the overlaps of each stage; where gravity differs it may be too cautious."""
+    rng = np.random.default_rng(1)
+    step, tolerance, n, answers = 1e-2, 1e-12, 3, []
+    for _ in range(400):
+        u, v = np.cumsum(rng.uniform(0, 1e-2, 8)), rng.normal(0, 0.5, 8)
+        gravity = np.full(8, 9.81) if equal else rng.normal(0, 40, 8)
+        low, at = 2, 4
+        overlap, stages = np.empty(n), []
+        for stage in range(STAGES):
+            set_overlaps(u, v, gravity[at:], low, n, *stage_shift(stage, step), overlap)
+            stages.append(overlap.max())
+        free = in_free_flight(u, v, np.zeros(7, np.bool_), gravity, at, low, n, step, tolerance)
+        answers.append((bool(free), max(stages) <= tolerance))
+    assert {(True, True), (False, False)} <= set(answers)
+    assert (True, False) not in answers
+    assert not equal or (False, True) not in answers
+
+
+def test_a_closed_contact_is_not_in_free_flight():
+    """It may carry a force as small as the tolerance, until a stage has found it open."""
+    u, v, gravity = np.zeros(8), np.zeros(8), np.zeros(8)
+    for contact in range(7):
+        closed = np.arange(7) == contact
+        free = in_free_flight(u, v, closed, gravity, 2, 2, 3, 1e-5, 1e-14)
+        assert free == (contact not in (2, 3, 4))
 
 
 def test_particles_that_nothing_touches_fall_alike():
