@@ -164,11 +164,11 @@ def test_cost_of_a_particle_is_flat(law, moving):
     """One more step costs a particle no more than 1.3 of what it does at N = 1000.
 
     Starting up is not in it, as it is not in that of LAMMPS. Medians of turns at 1e6
-    particles on a shared machine: overlap 1.12 to 1.21 at rest and 1.02 to 1.11 in
-    motion; deformable 0.2 to 0.4 at rest and 0.67 to 0.74 in motion. In a long row the
-    deformable law is cheaper: what rests but for the grain falls freely block by block,
-    and in motion a change of contacts is looked for in a block. Each is done for the
-    whole row at N = 1000.
+    particles, in four sessions on a shared machine: overlap 1.02 to 1.21 at rest and 1.01
+    to 1.11 in motion; deformable 0.2 to 0.45 at rest and 0.66 to 0.74 in motion. In a
+    long row the deformable law is cheaper: where all rests but the grain, blocks fall
+    freely, and in motion a change of contacts is looked for in a block; at N = 1000 the
+    whole row is stepped. What memory costs is seen in motion from 1e5 to 1e6: 1.2 to 1.3.
     """
     sizes = (1_000, 10_000, 100_000, 1_000_000)
     turns = [[rk4_step(n, law, moving) for n in sizes] for _ in range(TURNS + 1)]
