@@ -190,6 +190,7 @@ def test_loading_imports_nothing_heavy():
     assert done.stdout.strip() == "[]"
 
 
+@pytest.mark.slow
 @pytest.mark.live
 def test_a_real_verification(pytester, lammps_here):  # noqa: ARG001
     pytester.makepyfile(

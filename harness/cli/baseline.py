@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
+from harness.cli.keeping import Cache, Chosen, Fresh
 from harness.cli.options import EngineName, Json, Lmp, Mpirun, Tolerances
 
 if TYPE_CHECKING:
@@ -50,6 +51,8 @@ def compare(
     engine: EngineName = "lammps",
     lmp: Lmp = None,
     mpirun: Mpirun = None,
+    cache: Cache = None,
+    fresh: Fresh = False,
     json: Json = False,
 ) -> None:
     """Run the cases and hold each quantity against the baseline.
@@ -62,7 +65,8 @@ def compare(
 
     if folder is not None and not folder.is_dir():
         raise RequestError(f"--baseline {folder}: no such folder")
-    compared = _run(level, folder, tolerances, engine, lmp, mpirun)
+    how = _How(level, Chosen(engine, lmp, mpirun), cache, fresh)
+    compared = _run(how, folder, tolerances)
     if json:
         print_json(compared.record())
     else:
@@ -78,6 +82,8 @@ def accept(
     engine: EngineName = "lammps",
     lmp: Lmp = None,
     mpirun: Mpirun = None,
+    cache: Cache = None,
+    fresh: Fresh = False,
     json: Json = False,
 ) -> None:
     """Run the cases, show what would change in the baseline, and write it if told to.
@@ -90,7 +96,7 @@ def accept(
     from harness.verbs.baseline import accept_baseline, where_to_accept
 
     target = where_to_accept(folder)
-    compared = _run(level, folder, None, engine, lmp, mpirun)
+    compared = _run(_How(level, Chosen(engine, lmp, mpirun), cache, fresh), folder, None)
     if not json:
         _print_changes(compared)
     agreed = yes
@@ -107,22 +113,34 @@ def accept(
         print(f"{target}: nothing written; --yes writes it")
 
 
-def _run(
-    level: LevelName,
-    folder: Path | None,
-    tolerances: Path | None,
-    engine: str,
-    lmp: str | None,
-    mpirun: str | None,
-) -> BaselineComparison:
+class _How(NamedTuple):
+    """What is run, in which engine, and what of it may be taken from the cache."""
+
+    level: LevelName
+    chosen: Chosen
+    cache: Path | None
+    fresh: bool
+
+
+def _run(how: _How, folder: Path | None, tolerances: Path | None) -> BaselineComparison:
+    from harness.cli.keeping import open_entries, remembering
     from harness.cli.progress import progress_bars
-    from harness.engines.registry import open_engine
+    from harness.cli.recording import recorded, verdicts
     from harness.verbs.baseline import compare_with_baseline
 
-    with progress_bars() as progress, open_engine(engine, lmp=lmp, launcher=mpirun) as opened:
-        return compare_with_baseline(
-            level.value, baseline=folder, tolerances=tolerances, engine=opened, progress=progress
+    remembered = remembering(how.chosen, open_entries(how.cache), how.fresh)
+    with recorded("baseline") as told, progress_bars() as progress, remembered as opened:
+        compared = compare_with_baseline(
+            how.level.value,
+            baseline=folder,
+            tolerances=tolerances,
+            engine=opened,
+            progress=progress,
         )
+        told.status = compared.status
+        told.engine = compared.found.provenance.record() if compared.found.provenance else {}
+        told.quantities = verdicts([check.record() for check in compared.checks])
+    return compared
 
 
 def _print_rows(compared: BaselineComparison) -> None:

@@ -97,7 +97,7 @@ class Shown:
     name: str
     title: str
     caption: str
-    uri: Markup
+    uri: Markup | str
     width: int
     height: int
 

@@ -5,6 +5,7 @@ import pytest
 from harness.store.baseline import committed
 
 
+@pytest.mark.slow
 @pytest.mark.live
 def test_accept_shows_writes_only_when_told_to_and_then_compares_clean(harness, answer, tmp_path):
     shown = harness("baseline", "accept", "--level", "quick", "--baseline", "base", timeout=300)

@@ -17,6 +17,7 @@ def test_release_that_cannot_be_run_is_a_column_and_status_3(harness, tmp_path, 
     assert "is not LAMMPS" in (tmp_path / "out" / "report.md").read_text()
 
 
+@pytest.mark.slow
 @pytest.mark.live
 def test_the_same_executable_twice_is_the_same_to_the_last_bit(harness, tmp_path, lmp, script_file):
     other = script_file(f'exec "{lmp}" "$@"\n', name="other")

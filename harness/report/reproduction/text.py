@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import PurePosixPath
 
 from harness.comparison.ledger import Standing, Statement
 from harness.comparison.reproduction import Reproduction
@@ -67,10 +68,7 @@ def explained(statement: Statement) -> str:
 
 def links(statement: Statement) -> list[tuple[str, str]]:
     """Return name and address of each piece of evidence, seen from the report's folder."""
-    return [
-        (path.rsplit("/", 1)[-1].rsplit(".", 1)[0], path if path.startswith("figures/") else f"../../{path}")
-        for path in statement.evidence
-    ]
+    return [(PurePosixPath(path).stem, _address(path)) for path in statement.evidence]
 
 
 def provenance(found: Reproduction) -> list[tuple[str, str]]:
@@ -81,6 +79,10 @@ def provenance(found: Reproduction) -> list[tuple[str, str]]:
         ("platform", found.platform),
         ("engine", f"{engine.engine} {engine.engine_version}, {engine.how}"),
     ]
+
+
+def _address(path: str) -> str:
+    return path if path.startswith("figures/") else f"../../{path}"
 
 
 def _counts(found: Reproduction) -> list[str]:

@@ -9,7 +9,8 @@ from harness.report.reproduction.page import html_page
 from harness.report.reproduction.text import markdown
 from harness.theory.critical_angle import critical_angle
 
-PICTURE = Picture("fig-04-velocity-series", "Figure 4", "It agrees.", "<svg/>", b"")
+SVG = '<svg width="400pt" viewBox="0 0 400 200" />'
+PICTURE = Picture("fig-04-velocity-series", "Figure 4", "It agrees.", SVG, b"")
 FILM = Film("two-particles", "Two particles", "They exchange.", b"GIF", b"PNG", b"dump")
 
 
