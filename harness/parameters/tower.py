@@ -14,6 +14,9 @@ Property = Literal["mass", "stiffness", "diameter"]
 Law = Literal["overlap", "deformable"]
 LAWS: tuple[Law, ...] = ("overlap", "deformable")
 Base = Literal["fixed", "free"]
+MOST_COMPRESSION = 0.25
+"""[diameters] of the lowest contact at rest; twice that is what two neighbours may overlap."""
+
 Start = Literal["touching", "preloaded", "gapped"]
 
 Positive = Annotated[float, Field(gt=0)]
@@ -63,7 +66,24 @@ class Tower(Parameters):
             raise ValueError(f"gap = {self.gap} m: must be 0 for a {self.start} start")
         if self.start == "preloaded" and self.base == "free" and self.gravity > 0:
             raise ValueError("start = 'preloaded': needs base = 'fixed' (nothing rests on air)")
+        if self.start == "preloaded":
+            self._bears_its_weight()
         return self
+
+    def _bears_its_weight(self) -> None:
+        """Raise ValueError where the weight of a tower presses its lowest particles into a third.
+
+        The partial compression of the lowest contact is the weight above over k; the
+        deformable law adds that of the contact before.
+        """
+        weight = self.gravity * math.fsum(self.each("mass")[:-1])
+        compression = weight / min(self.each("stiffness")) / min(self.each("diameter"))
+        if compression > MOST_COMPRESSION:
+            raise ValueError(
+                f"start = 'preloaded': the tower's weight compresses its lowest contact by "
+                f"{100 * compression:.3g} % of a diameter: must be at most "
+                f"{100 * MOST_COMPRESSION:g} % (stiffer, lighter or lower)"
+            )
 
     @property
     def particles(self) -> int:

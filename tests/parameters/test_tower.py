@@ -60,3 +60,10 @@ def test_unequal_particles():
 def test_gamma():
     assert Tower().gamma == pytest.approx(9.81 / (2 * 1000))
     assert Tower(speed=0.0).gamma == math.inf
+
+
+@pytest.mark.parametrize("law", ["overlap", "deformable"])
+def test_a_tower_that_its_own_weight_crushes_is_refused(law):
+    with pytest.raises(RequestError, match=r"lowest contact by 98.1 % of a diameter: must be at"):
+        Tower(height=100_000, start="preloaded", law=law)
+    assert Tower(height=25_000, start="preloaded", law=law).particles == 25_001
