@@ -57,6 +57,7 @@ def _files(folder):
     return {p.relative_to(folder): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
 
 
+@pytest.mark.slow
 @pytest.mark.live
 def test_what_was_verified_is_handed_out_again_and_said_to_be_so(kept):
     again = json.loads(kept.run("verify", "--quick", "--json", "--output", "again").stdout)
@@ -73,6 +74,7 @@ def test_what_was_verified_is_handed_out_again_and_said_to_be_so(kept):
     assert {run["judged"] for run in runs} == {runs[0]["judged"]}
 
 
+@pytest.mark.slow
 @pytest.mark.live
 def test_only_what_is_damaged_is_run_again(kept, copy):
     *runs, report = copy.entries()

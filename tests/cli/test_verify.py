@@ -33,6 +33,11 @@ def test_quick(answer, tmp_path):
             (tmp_path / "run" / "logs" / f"{name}.log").read_text().startswith(f"# lmp -in {name}")
         )
     assert (tmp_path / "run" / "report.html").stat().st_size < 5e6
+    again = answer("verify", "--quick", "--output", "again")
+    assert (record["cached"], again["cached"], again["engine_runs"]) == (False, True, 0)
+    assert again["checks"] == record["checks"]
+    page = "report.html"
+    assert (tmp_path / "again" / page).read_bytes() == (tmp_path / "run" / page).read_bytes()
 
 
 def test_requests_that_cannot_be_met(harness, tmp_path):
