@@ -119,7 +119,7 @@ def _tower_pictures(evidence: TowerEvidence) -> Iterator[Picture]:
             "two-and-three-particles",
             "Velocity and deformation of two and three particles",
             "The source's figure: two particles exchange their velocities; with three, the grain "
-            "is thrown back, and the middle particle deforms most.",
+            "is thrown back, and the two others deform most, both as far, while it is away.",
             lambda: chain_runs.velocity_and_deformation(evidence.collisions),
         )
     for law, runs in evidence.by_law.items():
