@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 
 INTERRUPTED = 130
@@ -21,4 +22,9 @@ def main() -> None:
     except SystemExit as ending:
         if ending.code == INTERRUPTED:
             print("dem-harness: interrupted; nothing half-written is left", file=sys.stderr)
+            # all is cleared away by now; threads that go on with what nobody waits for
+            # would keep the process until they are done
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(INTERRUPTED)
         raise
