@@ -11,14 +11,21 @@ ANYWHERE = {"harness", "harness.errors", "harness.parameters"}
 
 ALLOWED = {
     "errors.py": set(),
+    "aside.py": set(),
     "parameters": {"harness.errors"},
     "theory": {*ANYWHERE, "harness.observables"},
     "chain": {*ANYWHERE, "harness.observables"},
     "engines": {*ANYWHERE, "harness.observables"},
     "observables": ANYWHERE,
     "comparison": {*ANYWHERE, "harness.observables"},
-    "store": {*ANYWHERE, "harness.observables", "harness.comparison", "harness.engines"},
-    "report": {*ANYWHERE, "harness.observables", "harness.comparison"},
+    "store": {
+        *ANYWHERE,
+        "harness.aside",
+        "harness.observables",
+        "harness.comparison",
+        "harness.engines",
+    },
+    "report": {*ANYWHERE, "harness.aside", "harness.observables", "harness.comparison"},
 }
 WITHOUT_FILES = ("theory", "chain", "observables", "comparison")
 PROCESSES_AND_FILES = {"subprocess", "pathlib", "tempfile", "shutil", "io", "multiprocessing"}

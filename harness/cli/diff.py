@@ -44,7 +44,7 @@ def diff(
     from harness.verbs.diff import diff as hold
 
     if output is not None:
-        from harness.report.folder import check_folder
+        from harness.report.target import check_folder
 
         check_folder(output)
     found = hold(before, after)

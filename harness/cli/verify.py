@@ -115,7 +115,7 @@ def _key(asked: _Asked) -> str | None:
 
 def _kept(entries: Entries | None, key: str | None, folder: Path) -> dict[str, Any] | None:
     """Write the report that is kept under a key and return its record, or None."""
-    from harness.store.aside import whole_folder
+    from harness.aside import whole_folder
     from harness.store.verifications import NOT_ONE, unpack
 
     payload = entries.get(key) if entries and key else None
@@ -137,7 +137,6 @@ def _measured(
     from harness.cli.keeping import remembering, runs_made
     from harness.cli.progress import progress_bars
     from harness.report.folder import write
-    from harness.store.aside import whole_folder
     from harness.store.verifications import pack
     from harness.verbs.verification import verify as verify_with
     from harness.verbs.verification.run import chosen_baseline
@@ -149,9 +148,8 @@ def _measured(
         )
         progress("figures and report", 0, 1)
         record = found.record()
-        with whole_folder(folder) as aside:
-            write(found, aside)
-            if entries is not None and key is not None and not found.engine_errors:
-                entries.put(key, pack(aside, record))
+        write(found, folder)
+        if entries is not None and key is not None and not found.engine_errors:
+            entries.put(key, pack(folder, record))
         progress("figures and report", 1, 1)
         return {**record, "cached": False, **runs_made(opened)}

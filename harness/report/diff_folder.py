@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import difflib
 import json
-import shutil
-import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from harness.aside import whole_folder
 from harness.comparison.run_diff import RunDiff
 from harness.report.diff_page import Pair, diff_page
 from harness.report.finite import finite
-from harness.report.folder import check_folder
 from harness.report.page import embedded
+from harness.report.target import check_folder
 
 if TYPE_CHECKING:
     from markupsafe import Markup
@@ -43,20 +42,13 @@ def write_diff(found: RunDiff, before: Path, after: Path, folder: Path) -> None:
     """
     check_folder(folder)
     runs = [run if run.is_dir() else run.parent for run in (before, after)]
-    aside = Path(tempfile.mkdtemp(dir=folder.parent, prefix=f".{folder.name}."))
-    try:
+    with whole_folder(folder) as aside:
+        aside.mkdir()
         page = diff_page(found, (str(before), str(after)), list(_pairs(*runs)), _scripts(*runs))
         (aside / "diff.html").write_text(page, encoding="utf-8")
         record = json.dumps(finite(found.record()), indent=2, ensure_ascii=False)
         (aside / "diff.json").write_text(record + "\n", encoding="utf-8")
         found.frame().to_csv(aside / "diff.csv", index=False)
-        aside.chmod(0o755)
-        if folder.is_dir():
-            folder.rmdir()
-        aside.rename(folder)
-    except BaseException:
-        shutil.rmtree(aside, ignore_errors=True)
-        raise
 
 
 def _pairs(before: Path, after: Path) -> Iterator[Pair]:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import json
-import shutil
-import tempfile
 from pathlib import Path
 
+from harness.aside import whole_folder
 from harness.comparison.verification import Verification
 from harness.report.finite import finite
 from harness.report.gallery import pictures
@@ -16,8 +15,6 @@ from harness.report.schema import NAME, published
 from harness.report.summary import short_markdown
 from harness.report.target import check_folder
 from harness.report.text import markdown
-
-__all__ = ["check_folder", "write"]
 
 
 def write(found: Verification, folder: Path) -> None:
@@ -29,16 +26,9 @@ def write(found: Verification, folder: Path) -> None:
     Raise RequestError as :func:`check_folder` does.
     """
     check_folder(folder)
-    aside = Path(tempfile.mkdtemp(dir=folder.parent, prefix=f".{folder.name}."))
-    try:
+    with whole_folder(folder) as aside:
+        aside.mkdir()
         _fill(found, aside)
-        aside.chmod(0o755)
-        if folder.is_dir():
-            folder.rmdir()
-        aside.rename(folder)
-    except BaseException:
-        shutil.rmtree(aside, ignore_errors=True)
-        raise
 
 
 def _fill(found: Verification, folder: Path) -> None:

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import json
-import shutil
-import tempfile
 from pathlib import Path
 
+from harness.aside import whole_folder
 from harness.comparison.releases import Change, ReleaseMatrix
 from harness.report.figures.releases import changes as draw_changes
 from harness.report.figures.style import house_style
 from harness.report.finite import finite
-from harness.report.folder import check_folder
+from harness.report.target import check_folder
 
 SHOWN = {
     Change.SAME: "same",
@@ -29,21 +28,14 @@ def write_releases(found: ReleaseMatrix, folder: Path) -> None:
     Raise RequestError when the folder cannot take them.
     """
     check_folder(folder)
-    aside = Path(tempfile.mkdtemp(dir=folder.parent, prefix=f".{folder.name}."))
-    try:
+    with whole_folder(folder) as aside:
+        aside.mkdir()
         (aside / "report.md").write_text(markdown(found), encoding="utf-8")
         found.frame().to_csv(aside / "results.csv", index=False)
         record = json.dumps(finite(found.record()), indent=2, ensure_ascii=False)
         (aside / "results.json").write_text(record + "\n", encoding="utf-8")
         with house_style():
             draw_changes(found).savefig(aside / "changes.svg", metadata={"Date": None})
-        aside.chmod(0o755)
-        if folder.is_dir():
-            folder.rmdir()
-        aside.rename(folder)
-    except BaseException:
-        shutil.rmtree(aside, ignore_errors=True)
-        raise
 
 
 def markdown(found: ReleaseMatrix) -> str:

@@ -14,6 +14,11 @@ def check_folder(folder: Path) -> None:
         raise RequestError(f"--output {folder}: holds something already; name a new folder")
     if folder.exists() and not folder.is_dir():
         raise RequestError(f"--output {folder}: is a file; name a new folder")
+    check_writable(folder)
+
+
+def check_writable(folder: Path) -> None:
+    """Raise RequestError when a folder cannot be made where it is asked for."""
     # nothing is made yet: what is asked for may turn out to be wrong in another way
     there = next(parent for parent in folder.absolute().parents if parent.exists())
     try:

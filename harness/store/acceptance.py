@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import shutil
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from harness.aside import whole_folder
 from harness.comparison.case import Case
 from harness.comparison.circumstances import changed_parameters
 from harness.comparison.regression import Baseline
@@ -91,28 +91,13 @@ def write(accepted: Sequence[Change], folder: Path) -> None:
     """
     check_target(folder)
     try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        aside = Path(tempfile.mkdtemp(dir=folder.parent, prefix=f".{folder.name}."))
+        with whole_folder(folder, replace=True) as aside:
+            if folder.is_dir():
+                shutil.copytree(folder, aside)
+            for change in accepted:
+                _write_case(change.case, aside)
     except OSError as error:
         raise RequestError(f"--baseline {folder}: cannot be written ({error.strerror})") from None
-    try:
-        fresh = aside / "new"
-        if folder.is_dir():
-            shutil.copytree(folder, fresh)
-        for change in accepted:
-            _write_case(change.case, fresh)
-        if folder.is_dir():
-            folder.rename(aside / "old")
-        try:
-            fresh.rename(folder)
-        except OSError:
-            (aside / "old").rename(folder)
-            raise
-    except OSError as error:
-        raise RequestError(f"--baseline {folder}: cannot be written ({error.strerror})") from None
-    finally:
-        if folder.is_dir() or not (aside / "old").is_dir():
-            shutil.rmtree(aside, ignore_errors=True)
 
 
 def _write_case(case: Case, folder: Path) -> None:

@@ -1,7 +1,8 @@
 """What a kept verification and a long history cost, with the start of Python in it.
 
 Run with ``pytest -m benchmark -s tests/benchmarks``. Times are CPU time, of all
-processes started: what one waits for on a machine with nothing else to do.
+processes started: what one waits for on a machine with nothing else to do. What is
+asserted are ratios to something else in the same run: a slower machine is slower in both.
 """
 
 import json
@@ -15,15 +16,18 @@ from harness.store.history import End, History, Quantity, Start
 
 pytestmark = pytest.mark.benchmark
 
+HARNESS = ("-m", "harness")
+
 RUNS = 10_000
 QUANTITIES = 60
 """About as many as a verification has."""
 
 
 def _timed(folder, *arguments):
+    """Return what Python prints and the CPU time [s] it takes, given these arguments."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     done = subprocess.run(
-        [sys.executable, "-m", "harness", *arguments],
+        [sys.executable, *arguments],
         cwd=folder,
         capture_output=True,
         text=True,
@@ -34,17 +38,19 @@ def _timed(folder, *arguments):
 
 
 @pytest.mark.live
-def test_a_kept_verification_answers_in_under_2_s(tmp_path):
-    _, first = _timed(tmp_path, "verify", "--quick", "--output", "first")
+def test_a_kept_verification_costs_a_tenth_of_a_quick_one_at_most(tmp_path):
+    _, first = _timed(tmp_path, *HARNESS, "verify", "--quick", "--output", "first")
     times = []
     for n in range(3):
-        out, seconds = _timed(tmp_path, "verify", "--quick", "--json", "--output", f"again-{n}")
+        out, seconds = _timed(
+            tmp_path, *HARNESS, "verify", "--quick", "--json", "--output", f"again-{n}"
+        )
         assert json.loads(out)["cached"] is True
         times.append(seconds)
     files = [sorted(p.name for p in (tmp_path / n).rglob("*")) for n in ("first", "again-0")]
     assert files[0] == files[1]
     print(f"\nverify --quick: {first:.1f} s; kept: {', '.join(f'{t:.2f} s' for t in times)}")
-    assert min(times) < 2.0
+    assert min(times) < first / 10.0
 
 
 @pytest.fixture(scope="module")
@@ -62,6 +68,16 @@ def long_history(tmp_path_factory):
     return path
 
 
+PANDAS = """
+import sqlite3, sys
+import pandas
+with sqlite3.connect(sys.argv[1]) as history:
+    frame = pandas.read_sql("SELECT * FROM run ORDER BY started DESC", history)
+print(frame.to_string())
+"""
+"""The same list as the first tool at hand would make it."""
+
+
 @pytest.mark.parametrize(
     "options",
     [
@@ -70,14 +86,19 @@ def long_history(tmp_path_factory):
         ["--engine-version", "22 Jul", "--verdict", "pass", "--quantity", "incline: check 7"],
     ],
 )
-def test_ten_thousand_runs_are_listed_in_under_half_a_second(
+def test_ten_thousand_runs_are_listed_in_half_the_time_pandas_takes(
     long_history, tmp_path, monkeypatch, options
 ):
     monkeypatch.setenv("DEM_HARNESS_HOME", str(long_history.parent))
-    out, seconds = min(
-        (_timed(tmp_path, "history", *options) for _ in range(3)), key=lambda t: t[1]
-    )
-    lines = out.count("\n") - 1
-    print(f"\nhistory {' '.join(options)}: {lines} lines in {seconds:.2f} s")
+    turns = [
+        (
+            _timed(tmp_path, *HARNESS, "history", *options),
+            _timed(tmp_path, "-c", PANDAS, str(long_history)),
+        )
+        for _ in range(3)
+    ]
+    lines = turns[0][0][0].count("\n") - 1
+    seconds, pandas = (min(turn[i][1] for turn in turns) for i in (0, 1))
+    print(f"\nhistory {' '.join(options)}: {lines} lines in {seconds:.2f} s; pandas {pandas:.2f} s")
     assert lines == (RUNS if "--limit" in options else 30)
-    assert seconds < 0.5
+    assert seconds < 0.5 * pandas

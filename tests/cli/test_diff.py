@@ -76,6 +76,11 @@ def test_the_page_has_both_runs_figures_in_pairs_and_the_scripts_difference(runs
     assert len((tmp_path / "page" / "diff.csv").read_text().splitlines()) == 2
 
 
+def test_a_page_below_folders_that_are_not_there_makes_them(runs, harness, tmp_path):
+    harness("diff", *map(str, runs), "--output", "reports/runs/diff", status=1)
+    assert (tmp_path / "reports" / "runs" / "diff" / "diff.html").is_file()
+
+
 def test_runs_without_figures_have_a_page(runs, tmp_path):
     for run in runs:
         shutil.rmtree(run / "figures")

@@ -12,9 +12,9 @@ def test_bad_requests(harness):
 
 def test_release_that_cannot_be_run_is_a_column_and_status_3(harness, tmp_path, script_file):
     fake = script_file("echo I am a teapot\n")
-    shown = harness("releases", fake, "--output", "out", status=3)
+    shown = harness("releases", fake, "--output", "reports/runs/out", status=3)
     assert "is not LAMMPS" in shown.stdout
-    assert "is not LAMMPS" in (tmp_path / "out" / "report.md").read_text()
+    assert "is not LAMMPS" in (tmp_path / "reports/runs/out/report.md").read_text()
 
 
 @pytest.mark.slow

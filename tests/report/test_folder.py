@@ -8,8 +8,9 @@ import pytest
 
 from harness.errors import RequestError
 from harness.report import folder as report_folder
-from harness.report.folder import check_folder, write
+from harness.report.folder import write
 from harness.report.gallery import pictures
+from harness.report.target import check_folder
 
 
 @pytest.fixture(scope="module")

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import shutil
-import tempfile
 from pathlib import Path
 
+from harness.aside import whole_folder
 from harness.comparison.reproduction import Reproduction
 from harness.errors import RequestError
 from harness.report.movies import films as draw_films
 from harness.report.reproduction.gallery import all_pictures
 from harness.report.reproduction.page import html_page
 from harness.report.reproduction.text import markdown
+from harness.report.target import check_writable
 
 LEDGER = "ledger.csv"
 
@@ -29,12 +29,7 @@ def check_folder(folder: Path) -> None:
         raise RequestError(
             f"--output {folder}: holds something that is not a reproduction; name a new folder"
         )
-    try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}."):
-            pass
-    except OSError as error:
-        raise RequestError(f"--output {folder}: cannot be written ({error.strerror})") from None
+    check_writable(folder)
 
 
 def write(found: Reproduction, folder: Path) -> None:
@@ -44,20 +39,9 @@ def write(found: Reproduction, folder: Path) -> None:
     :func:`check_folder` does.
     """
     check_folder(folder)
-    aside = Path(tempfile.mkdtemp(dir=folder.parent, prefix=f".{folder.name}."))
-    old = aside.with_name(f"{aside.name}.old")
-    try:
+    with whole_folder(folder, replace=True) as aside:
+        aside.mkdir()
         _fill(found, aside)
-        aside.chmod(0o755)
-        if folder.is_dir():
-            folder.rename(old)
-        aside.rename(folder)
-    except BaseException:
-        shutil.rmtree(aside, ignore_errors=True)
-        if old.is_dir() and not folder.exists():
-            old.rename(folder)
-        raise
-    shutil.rmtree(old, ignore_errors=True)
 
 
 def _fill(found: Reproduction, folder: Path) -> None:
