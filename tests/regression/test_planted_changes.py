@@ -8,7 +8,7 @@ import pytest
 from harness.comparison.triage import Triage
 from harness.comparison.verdicts import Verdict
 from harness.engines.lammps.engine import Lammps
-from harness.engines.lammps.jobs import Limits
+from harness.engines.process import Limits
 from harness.parameters.incline import Incline
 from harness.verbs.verification.passages import CASES
 from tests.regression.planted import (

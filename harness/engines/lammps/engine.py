@@ -11,7 +11,7 @@ from harness.engines.contract import Engine, Route
 from harness.engines.lammps.executable import Executable
 from harness.engines.lammps.fingerprint import fingerprint
 from harness.engines.lammps.inprocess import InProcess
-from harness.engines.lammps.jobs import Job, Limits, Output, Runner
+from harness.engines.lammps.jobs import Job, Output, Runner
 from harness.engines.lammps.read import read_incline
 from harness.engines.lammps.read_tower import read_tower
 from harness.engines.lammps.scripts import (
@@ -22,8 +22,9 @@ from harness.engines.lammps.scripts import (
     tower_script,
     tower_variables,
 )
-from harness.engines.lammps.timing import Plan, plan
 from harness.engines.parallel import cores
+from harness.engines.process import Limits
+from harness.engines.timing import Plan, plan
 from harness.errors import EngineError
 from harness.observables.incline import InclineRun
 from harness.observables.provenance import Provenance

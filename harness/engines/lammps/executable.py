@@ -7,22 +7,19 @@ and the rest go on in a new process.
 
 from __future__ import annotations
 
-import contextlib
-import os
 import re
 import shlex
-import signal
 import subprocess
 import tempfile
-import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from harness.engines.lammps.jobs import Job, Limits, Output
-from harness.engines.lammps.programs import find_program
+from harness.engines.lammps.jobs import Job, Output
 from harness.engines.lammps.read import LAST_RESULT, error_from_text, version_in
 from harness.engines.lammps.scripts import names_to_forget
 from harness.engines.parallel import side_by_side
+from harness.engines.process import Ended, Limits, Processes, first_words, text_of
+from harness.engines.programs import find_program
 from harness.errors import (
     EngineCrashError,
     EngineError,
@@ -51,8 +48,7 @@ class Executable:
         self._limits = limits
         self._provenance = self._ask_for_help()
         self._folder = tempfile.TemporaryDirectory(prefix="dem-harness-")
-        self._live: set[subprocess.Popen[bytes]] = set()
-        self._closed = False
+        self._processes = Processes()
         if self._launcher:
             self._check_launcher()
 
@@ -86,33 +82,30 @@ class Executable:
 
     def close(self) -> None:
         """End what runs and remove the temporary files."""
-        self._closed = True
-        for process in list(self._live):
-            _kill(process)
+        self._processes.close()
         self._folder.cleanup()
 
     def _run_batch(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         """Run jobs in one process; return what the finished ones left, and one error if it died."""
-        if self._closed:
+        if self._processes.closed:
             return [EngineCrashError(f"LAMMPS ({self._lmp}) was closed")]
         folder = Path(tempfile.mkdtemp(dir=self._folder.name))
         (folder / "batch.in").write_text(_batch(jobs, folder), encoding="utf-8")
-        start = time.monotonic()
         quiet = ["-log", "none", "-screen", "none"]
-        said, code, timed_out = self._execute(folder, quiet, self._limits.seconds * len(jobs))
-        share = (time.monotonic() - start) / len(jobs)
+        ended = self._execute(folder, quiet, self._limits.seconds * len(jobs))
         done: list[Output | EngineError] = []
         for index, job in enumerate(jobs):
-            log = _text(folder / f"{index}.log")
+            log = text_of(folder / f"{index}.log")
             if LAST_RESULT not in log:
-                error = error_from_text(log if "ERROR" in log else said, code)
-                if timed_out:
+                error = error_from_text(log if "ERROR" in log else ended.said, ended.code)
+                if ended.timed_out:
                     error = EngineTimeoutError(
                         f"LAMMPS ({self._lmp}) did not finish within {self._limits.seconds:g} s"
                     )
-                error.log = "\n".join(text for text in (log, said) if text)
+                error.log = "\n".join(text for text in (log, ended.said) if text)
                 return [*done, error]
-            done.append(Output(log, _text(folder / f"{index}.csv") if job.series else None, share))
+            series = text_of(folder / f"{index}.csv") if job.series else None
+            done.append(Output(log, series, ended.seconds / len(jobs)))
         return done
 
     def _check_launcher(self) -> None:
@@ -123,9 +116,9 @@ class Executable:
         """
         folder = Path(tempfile.mkdtemp(dir=self._folder.name))
         (folder / "batch.in").write_text("print hello\n", encoding="utf-8")
-        said, code, timed_out = self._execute(folder, ["-log", "none"], HELP_SECONDS)
-        greetings = len(re.findall(r"^LAMMPS \(", said, re.MULTILINE))
-        if greetings == 1 and code == 0 and not timed_out:
+        ended = self._execute(folder, ["-log", "none"], HELP_SECONDS)
+        greetings = len(re.findall(r"^LAMMPS \(", ended.said, re.MULTILINE))
+        if greetings == 1 and ended.code == 0 and not ended.timed_out:
             return
         launcher = shlex.join(self._launcher)
         if greetings > 1:
@@ -133,35 +126,17 @@ class Executable:
                 f"--mpirun {launcher!r} started {greetings} separate LAMMPS instead of one on all "
                 f"ranks: launcher and {self._lmp} belong to different MPI libraries"
             )
-        reason = "it gave no answer" if timed_out else f"exit status {code}{_first_line(said)}"
+        reason = (
+            "it gave no answer"
+            if ended.timed_out
+            else f"exit status {ended.code}{first_words(ended.said)}"
+        )
         raise EngineMissingError(f"--mpirun {launcher!r} does not run {self._lmp}: {reason}")
 
-    def _execute(
-        self, folder: Path, options: Sequence[str], seconds: float
-    ) -> tuple[str, int, bool]:
-        """Run ``batch.in`` under the limits; return its words, its exit status, and if it hung."""
+    def _execute(self, folder: Path, options: Sequence[str], seconds: float) -> Ended:
+        """Run ``batch.in`` under the limits."""
         command = [*self._launcher, self._lmp, "-in", "batch.in", *options]
-        with (folder / "said").open("wb") as said:
-            process = subprocess.Popen(
-                _with_memory_limit(command, self._limits.memory),
-                stdin=subprocess.DEVNULL,
-                stdout=said,
-                stderr=subprocess.STDOUT,
-                cwd=folder,
-                env={**os.environ, "OMP_NUM_THREADS": "1"},
-                start_new_session=True,
-            )
-            self._live.add(process)
-            timed_out = False
-            try:
-                process.wait(seconds)
-            except subprocess.TimeoutExpired:
-                timed_out = True
-            finally:
-                # also when the harness is interrupted
-                _kill(process)
-                self._live.discard(process)
-        return _text(folder / "said")[-4000:], process.returncode, timed_out
+        return self._processes.run(command, folder, seconds=seconds, memory=self._limits.memory)
 
     def _ask_for_help(self) -> Provenance:
         """Return what ``lmp -h`` says of version and packages."""
@@ -180,7 +155,7 @@ class Executable:
             version = version_in(text)
         except EngineMissingError:
             raise EngineMissingError(
-                f"--lmp {self._lmp} is not LAMMPS: its -h names no release{_first_line(text)}"
+                f"--lmp {self._lmp} is not LAMMPS: its -h names no release{first_words(text)}"
             ) from None
         packages = _packages(text)
         if "GRANULAR" not in packages:
@@ -212,25 +187,3 @@ def _batch(jobs: Sequence[Job], folder: Path) -> str:
 def _packages(text: str) -> tuple[str, ...]:
     found = re.search(r"^Installed packages:\s*\n\s*\n((?:[A-Z0-9][A-Z0-9 \-]*\n)+)", text, re.M)
     return tuple(found.group(1).split()) if found else ()
-
-
-def _with_memory_limit(command: Sequence[str], limit: int) -> list[str]:
-    """Return the command under a bound on its address space, which its children inherit."""
-    return ["sh", "-c", 'ulimit -v "$0" && exec "$@"', str(limit // 1024), *command]
-
-
-def _kill(process: subprocess.Popen[bytes]) -> None:
-    """End a process that still runs, and the ranks of its launcher with it."""
-    if process.poll() is None:
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(process.pid, signal.SIGKILL)
-    process.wait()
-
-
-def _text(path: Path) -> str:
-    return path.read_text(encoding="utf-8", errors="replace") if path.exists() else ""
-
-
-def _first_line(text: str) -> str:
-    lines = text.strip().splitlines()
-    return f" (it says: {lines[0][:120]})" if lines else ""

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from harness.engines.lammps.library import LIBRARIES, find_mpi
-from harness.engines.lammps.programs import find_program
+from harness.engines.programs import find_program
 
 ENVIRONMENT = ("LD_LIBRARY_PATH", "LD_PRELOAD", "DYLD_LIBRARY_PATH", "LAMMPS_PLUGIN_PATH")
 """What else decides which code runs."""

@@ -15,11 +15,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from harness.engines.lammps.jobs import Job, Limits, Output
+from harness.engines.lammps.jobs import Job, Output
 from harness.engines.lammps.read import LAST_RESULT, error_from_text, version_in
 from harness.engines.lammps.scripts import names_to_forget
 from harness.engines.lammps.worker import FOLDER
 from harness.engines.parallel import side_by_side
+from harness.engines.process import Limits
 from harness.errors import (
     EngineCrashError,
     EngineError,

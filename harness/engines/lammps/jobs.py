@@ -12,14 +12,6 @@ from harness.observables.provenance import Provenance
 
 
 @dataclass(frozen=True)
-class Limits:
-    """Bounds on one run: wall time [s] and address space [bytes]."""
-
-    seconds: float = 300.0
-    memory: int = 4 * 1024**3
-
-
-@dataclass(frozen=True)
 class Job:
     """A script, the variables set for it, and whether it writes a series.
 

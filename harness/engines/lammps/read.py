@@ -8,6 +8,7 @@ import re
 
 import numpy as np
 
+from harness.engines.process import last_words, way_of_death
 from harness.errors import (
     EngineCrashError,
     EngineError,
@@ -101,7 +102,7 @@ def error_from_text(text: str, returncode: int | None = None) -> EngineError:
     errors = [line.strip() for line in text.splitlines() if _ERROR.search(line)]
     message = errors[-1] if errors else ""
     if re.search(_OUT_OF_MEMORY, text, re.IGNORECASE):
-        said = f": {message}" if message else _last_words(text)
+        said = f": {message}" if message else last_words(text)
         return EngineMemoryError(f"LAMMPS ran out of memory{said}")
     if re.search(r"non-numeric|\bnan\b", message, re.IGNORECASE):
         return EngineNaNError(f"LAMMPS met a value that is not a number: {message}")
@@ -110,25 +111,8 @@ def error_from_text(text: str, returncode: int | None = None) -> EngineError:
     if message:
         return EngineInputError(f"LAMMPS refused its input: {message}")
     if returncode is not None and returncode != 0:
-        return EngineCrashError(f"LAMMPS died: {_way_of_death(returncode)}{_last_words(text)}")
-    return EngineOutputError(f"LAMMPS ended without a result{_last_words(text)}")
-
-
-def _way_of_death(returncode: int) -> str:
-    import signal
-
-    if returncode < 0 or returncode > 128:
-        number = -returncode if returncode < 0 else returncode - 128
-        try:
-            return f"signal {signal.Signals(number).name}"
-        except ValueError:
-            pass
-    return f"exit status {returncode}"
-
-
-def _last_words(text: str) -> str:
-    lines = [line.strip() for line in text.splitlines() if line.strip()]
-    return f" (its last line: {lines[-1][:160]})" if lines else ""
+        return EngineCrashError(f"LAMMPS died: {way_of_death(returncode)}{last_words(text)}")
+    return EngineOutputError(f"LAMMPS ended without a result{last_words(text)}")
 
 
 def _number(name: str, text: str) -> float:

@@ -21,9 +21,9 @@ from harness.engines.reference.adaptive import Adaptive
 from harness.engines.reference.fixed_step import FixedStep
 from harness.engines.reference.incline import run
 from harness.engines.reference.mover import Mover
-from harness.engines.reference.row import row_of
+from harness.engines.reference.row import Grain, row_of
 from harness.engines.reference.stability import Growth, fewest_steps_per_contact
-from harness.engines.reference.start import Start, start_behind_crest, start_in_well
+from harness.engines.routes import Start, start_of
 from harness.errors import EngineError, RequestError
 from harness.observables.incline import InclineRun, Trajectory
 from harness.observables.provenance import Provenance
@@ -104,14 +104,13 @@ class Reference(Engine):
         step that the integrator cannot take.
         """
         self._check(cases)
-        own = start_behind_crest if route == "passage" else start_in_well
         who = self.identify()
 
         def one(case: Incline) -> InclineRun | EngineError:
             seconds = case.time_limit * math.sqrt(case.diameter / case.gravity)
             longest = math.ceil(seconds / case.step)
             try:
-                mover = self._mover(case, start or own(case), longest, every)
+                mover = self._mover(case, start or start_of(case, route), longest, every)
                 return run(case, route, mover, who, sampled=every is not None)
             except EngineError as error:
                 return error
@@ -168,7 +167,7 @@ class Reference(Engine):
     def _mover(self, case: Incline, start: Start, longest: int, every: int | None) -> Mover:
         if every is not None and every < 1:
             raise RequestError(f"every = {every}: must be at least 1 step")
-        row, grain = row_of(case), start.grain()
+        row, grain = row_of(case), Grain(*start.state())
         if self.integrator == ADAPTIVE:
             sampling = None if every is None else every * case.step
             return Adaptive(grain, row, longest * case.step, sampling, self._seconds)

@@ -8,13 +8,7 @@ import numpy as np
 
 from harness.engines.contract import Route
 from harness.engines.reference.mover import Mover
-from harness.engines.reference.start import (
-    crest_place,
-    energy,
-    margin,
-    overlaps,
-    settled_place,
-)
+from harness.engines.routes import end_of, energy, margin, overlaps
 from harness.observables.incline import Crests, InclineRun, Motion
 from harness.observables.provenance import Provenance
 from harness.parameters.incline import Incline
@@ -34,16 +28,15 @@ def run(
     motion, well = Motion.MOVES_ON, 0
     while motion is Motion.MOVES_ON and well < wells:
         well += 1
-        place = settled_place(case) if route == "passage" else crest_place(case, well)
-        motion = _one_well(case, route, mover, well, place)
+        motion = _one_well(case, route, mover, well)
         if motion is Motion.MOVES_ON:
-            passed.append((mover.time, margin(case, mover.grain, well)))
+            passed.append((mover.time, margin(case, well, *mover.grain[:4])))
     crests = np.array(passed).reshape(-1, 2)
     return InclineRun(
         case=case,
         motion=motion,
-        margin_J=margin(case, mover.grain, well),
-        touching=max(overlaps(case, mover.grain)) > 0.0,
+        margin_J=float(margin(case, well, *mover.grain[:4])),
+        touching=bool(max(overlaps(case, mover.grain.x, mover.grain.y)) > 0.0),
         crests=Crests(time_s=crests[:, 0], margin_J=crests[:, 1]),
         time_s=mover.time,
         steps=mover.steps,
@@ -53,12 +46,15 @@ def run(
     )
 
 
-def _one_well(case: Incline, route: Route, mover: Mover, well: int, place: float) -> Motion:
-    """Return whether the grain passes ``place`` [m], is trapped before, or time is over."""
-    floor = energy(case, mover.grain) - margin(case, mover.grain, well)
+@np.errstate(over="ignore", invalid="ignore")  # NaN is the mover's to name
+def _one_well(case: Incline, route: Route, mover: Mover, well: int) -> Motion:
+    """Return whether the grain passes the end of the well, is trapped before, or time is over."""
+    place = end_of(case, route, well)
+    here = mover.grain[:4]
+    floor = float(energy(case, *here) - margin(case, well, *here))
     while True:
         mover.watch(place, floor)
-        short = margin(case, mover.grain, well) < 0.0
+        short = margin(case, well, *mover.grain[:4]) < 0.0
         if mover.grain.x > place:
             return Motion.TRAPPED if route == "passage" and short else Motion.MOVES_ON
         if short and mover.grain.vx < 0.0:

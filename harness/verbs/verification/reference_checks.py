@@ -15,7 +15,7 @@ from harness.comparison.tolerances import TOLERANCES
 from harness.comparison.verdicts import Check, Kind, failed_run, finding, judge, not_tested
 from harness.engines.contract import Engine
 from harness.engines.reference.engine import Reference
-from harness.engines.reference.start import Start
+from harness.engines.routes import Start
 from harness.errors import EngineError
 from harness.observables.critical_angle import CriticalAngle
 from harness.observables.incline import InclineRun

@@ -5,9 +5,10 @@ import pytest
 
 from harness.engines.lammps.engine import Lammps
 from harness.engines.lammps.executable import Executable
-from harness.engines.lammps.jobs import Job, Limits
+from harness.engines.lammps.jobs import Job
 from harness.engines.lammps.read import read_incline
 from harness.engines.lammps.scripts import incline_script, incline_variables
+from harness.engines.process import Limits
 from harness.errors import EngineError, EngineMissingError
 from harness.observables.incline import Motion
 from harness.observables.passage import critical_angle_by_passage

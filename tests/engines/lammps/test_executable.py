@@ -6,8 +6,9 @@ import pytest
 
 from harness.engines.lammps.engine import Lammps
 from harness.engines.lammps.executable import Executable
-from harness.engines.lammps.jobs import Job, Limits
+from harness.engines.lammps.jobs import Job
 from harness.engines.lammps.scripts import Script, incline_script, incline_variables
+from harness.engines.process import Limits
 from harness.errors import (
     EngineCrashError,
     EngineInputError,

@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 
 from harness.engines.lammps.inprocess import InProcess
-from harness.engines.lammps.jobs import Job, Limits, Output
+from harness.engines.lammps.jobs import Job, Output
 from harness.engines.lammps.scripts import Script, incline_script, incline_variables
+from harness.engines.process import Limits
 from harness.errors import (
     EngineCrashError,
     EngineInputError,
@@ -177,7 +178,7 @@ def test_close_ends_the_workers_and_removes_their_files(runner):
 OWNER = """
 import sys, threading
 from harness.engines.lammps.inprocess import InProcess
-from harness.engines.lammps.jobs import Limits
+from harness.engines.process import Limits
 from tests.engines.lammps.test_inprocess import ENDLESS, GOOD
 runner = InProcess(2, Limits())
 runner.run([GOOD, GOOD])

@@ -16,7 +16,7 @@ from harness.engines.mfix.recorded import (
 )
 from harness.engines.mfix.step import steps_per_contact
 from harness.engines.reference.engine import Reference
-from harness.engines.reference.start import start_in_well
+from harness.engines.routes import start_in_well
 from harness.errors import RequestError
 from harness.observables.incline import Motion
 from harness.observables.steady import critical_angle_by_steady_motion

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from harness.engines.reference.engine import Reference
-from harness.engines.reference.start import Start
+from harness.engines.routes import Start
 from harness.parameters.contact import Contact
 from harness.parameters.incline import Incline
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from harness.engines.reference.engine import Reference
-from harness.engines.reference.start import Start, start_in_well
 from harness.engines.registry import open_engine
+from harness.engines.routes import Start, start_in_well
 from harness.errors import EngineNaNError, EngineTimeoutError, RequestError
 from harness.observables.incline import Motion
 from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE

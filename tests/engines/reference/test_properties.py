@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from harness.engines.reference.engine import INTEGRATORS, Reference
-from harness.engines.reference.start import Start, crest_energy, energy, start_behind_crest
+from harness.engines.routes import Start, crest_energy, energy, start_behind_crest
 from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE
 from harness.parameters.incline import Incline
 
@@ -76,5 +76,5 @@ def test_only_the_relative_stiffness_matters(integrator, contact, diameter, dens
 @given(CONTACTS, st.floats(0.0, 25.0), st.floats(0.0, 1.0))
 def test_the_passage_starts_with_the_energy_of_the_crest(contact, angle, phase):
     case = Incline(contact=contact, angle=angle, phase=phase)
-    total = energy(case, start_behind_crest(case).grain())
+    total = energy(case, *start_behind_crest(case).state())
     assert total == pytest.approx(crest_energy(case), rel=1e-12)

@@ -9,7 +9,7 @@ import pandas as pd
 
 from harness.engines.mfix.recorded import START_SPEED, case_at, recorded_angles
 from harness.engines.reference.engine import Reference
-from harness.engines.reference.start import start_in_well
+from harness.engines.routes import start_in_well
 from harness.errors import EngineError, RequestError
 from harness.observables.critical_angle import CriticalAngle
 from harness.observables.incline import InclineRun

@@ -1,14 +1,22 @@
-"""Where a grain starts, and the energy by which it is judged: as in the LAMMPS script."""
+"""The two routes of the incline: where a grain starts, where it ends, by what energy it is judged.
+
+What the LAMMPS script says in its own language, for the engines that are driven from
+Python. Nothing here is a force: it is how a motion is measured.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
+from typing import TypeVar
 
-from harness.engines.reference.contact import damping
-from harness.engines.reference.row import Grain
+import numpy as np
+from numpy.typing import NDArray
+
 from harness.errors import RequestError
 from harness.parameters.incline import Incline
+
+Number = TypeVar("Number", float, NDArray[np.float64])
 
 STEADY_SPEED = 0.48
 """[sqrt(g d)] first speed of the steady route."""
@@ -31,12 +39,18 @@ class Start:
     vx_m_per_s: float
     vy_m_per_s: float
 
-    def grain(self) -> Grain:
-        """Return the grain; raise RequestError when a number is not finite."""
-        values = (self.x_m, self.y_m, self.vx_m_per_s, self.vy_m_per_s)
+    def state(self) -> tuple[float, float, float, float]:
+        """Return (x, y, vx, vy); raise RequestError when one is not finite."""
+        values = tuple(float(value) for value in astuple(self))
         if not all(math.isfinite(value) for value in values):
             raise RequestError(f"start = {values}: must be finite numbers, in m and m/s")
-        return Grain(*(float(value) for value in values))
+        x, y, vx, vy = values
+        return x, y, vx, vy
+
+
+def start_of(case: Incline, route: str) -> Start:
+    """Return the start of a route, ``passage`` or ``steady``."""
+    return start_behind_crest(case) if route == "passage" else start_in_well(case)
 
 
 def start_in_well(case: Incline, speed: float | None = None) -> Start:
@@ -84,29 +98,33 @@ def crest_energy(case: Incline) -> float:
     return weight * _crest_radius(case) + 0.5 * weight**2 / case.stiffness
 
 
-def energy(case: Incline, grain: Grain) -> float:
-    """Return the mechanical energy [J]: motion, height over the first sphere, springs."""
-    tilt = math.radians(case.angle)
-    height = grain.y * math.cos(tilt) - grain.x * math.sin(tilt)
-    spring = 0.5 * case.stiffness * sum(max(o, 0.0) * max(o, 0.0) for o in overlaps(case, grain))
-    motion = 0.5 * case.mass * (grain.vx * grain.vx + grain.vy * grain.vy)
-    return motion + case.mass * case.gravity * height + spring
-
-
-def overlaps(case: Incline, grain: Grain) -> tuple[float, float]:
+def overlaps(case: Incline, x: Number, y: Number) -> tuple[Number, Number]:
     """Return the overlaps [m] with the spheres behind and ahead; negative is a gap."""
     d = case.diameter
-    behind = d * math.floor(grain.x / d)
-    return (
-        d - math.hypot(grain.x - behind, grain.y),
-        d - math.hypot(grain.x - behind - d, grain.y),
-    )
+    behind = d * np.floor(x / d)
+    return d - np.hypot(x - behind, y), d - np.hypot(x - behind - d, y)
 
 
-def margin(case: Incline, grain: Grain, well: int) -> float:
+def energy(case: Incline, x: Number, y: Number, vx: Number, vy: Number) -> Number:
+    """Return the mechanical energy [J]: motion, height over the first sphere, springs."""
+    tilt = math.radians(case.angle)
+    height = y * math.cos(tilt) - x * math.sin(tilt)
+    pressed = [np.maximum(overlap, 0.0) for overlap in overlaps(case, x, y)]
+    springs = 0.5 * case.stiffness * (pressed[0] ** 2 + pressed[1] ** 2)
+    motion = 0.5 * case.mass * (vx * vx + vy * vy)
+    total: Number = motion + case.mass * case.gravity * height + springs
+    return total
+
+
+def margin(case: Incline, well: int, x: Number, y: Number, vx: Number, vy: Number) -> Number:
     """Return the energy [J] above that of a grain at rest on the crest after ``well`` wells."""
     drop = case.mass * case.gravity * well * case.diameter * math.sin(math.radians(case.angle))
-    return energy(case, grain) - crest_energy(case) + drop
+    return energy(case, x, y, vx, vy) - crest_energy(case) + drop
+
+
+def end_of(case: Incline, route: str, well: int) -> float:
+    """Return the x [m] whose passage ends a well: a crest, or where a passage has settled."""
+    return settled_place(case) if route == "passage" else crest_place(case, well)
 
 
 def crest_place(case: Incline, well: int) -> float:
@@ -123,7 +141,7 @@ def settled_place(case: Incline) -> float:
     x'' + 2 zeta omega x' + omega^2 x.
     """
     d, omega = case.diameter, math.sqrt(case.stiffness / case.mass)
-    zeta = damping(case.contact, case.stiffness, case.mass) / (2.0 * case.mass * omega)
+    zeta = case.contact.zeta_against_full_mass
     slowest = zeta + math.sqrt(zeta * zeta - 1.0) if zeta >= 1.0 else 1.0 / (zeta + 1e-9)
     swept = SETTLED * slowest / omega * SPEED_AFTER_SHOCK * math.sqrt(case.gravity / d)
     tilt = math.radians(case.angle)

@@ -1,0 +1,155 @@
+"""Run a program under limits of time and memory, and tell how it ended."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from harness.errors import (
+    EngineCrashError,
+    EngineError,
+    EngineMemoryError,
+    EngineTimeoutError,
+)
+
+LAST_WORDS = 4000
+"""Characters that are kept of what a program said."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Bounds on one run: wall time [s] and address space [bytes]."""
+
+    seconds: float = 300.0
+    memory: int = 4 * 1024**3
+
+
+@dataclass(frozen=True)
+class Ended:
+    """How a program ended: its last words, exit status, wall time [s], and whether it hung."""
+
+    said: str
+    code: int
+    seconds: float
+    timed_out: bool
+
+    def error(self, who: str, limit: float) -> EngineError | None:
+        """Return the error that its end speaks of, or None where it ended well.
+
+        ``who`` is the engine, ``limit`` [s] the time that it was given.
+        """
+        if self.timed_out:
+            return self._logged(EngineTimeoutError(f"{who} did not finish within {limit:g} s"))
+        if self.code == 0:
+            return None
+        if "bad_alloc" in self.said or "MemoryError" in self.said:
+            return self._logged(EngineMemoryError(f"{who} ran out of memory"))
+        death = f"{who} died: {way_of_death(self.code)}{last_words(self.said)}"
+        return self._logged(EngineCrashError(death))
+
+    def _logged(self, error: EngineError) -> EngineError:
+        error.log = self.said
+        return error
+
+
+class Processes:
+    """Runs programs; :meth:`close` ends those that run, from whatever thread."""
+
+    def __init__(self) -> None:
+        self._live: set[subprocess.Popen[bytes]] = set()
+        self.closed = False
+
+    def run(
+        self,
+        command: Sequence[str],
+        folder: Path,
+        *,
+        seconds: float,
+        memory: int,
+        environment: Mapping[str, str] | None = None,
+    ) -> Ended:
+        """Run a command in a folder, one thread, its words in ``folder/said``; wait for its end.
+
+        Its whole process group is killed when time is over or the harness is
+        interrupted. Raise EngineCrashError after :meth:`close`.
+        """
+        if self.closed:
+            raise EngineCrashError(f"{Path(command[0]).name} was closed")
+        start = time.monotonic()
+        with (folder / "said").open("wb") as said:
+            process = subprocess.Popen(
+                _with_memory_limit(command, memory),
+                stdin=subprocess.DEVNULL,
+                stdout=said,
+                stderr=subprocess.STDOUT,
+                cwd=folder,
+                env={**(os.environ if environment is None else environment), **ONE_THREAD},
+                start_new_session=True,
+            )
+            self._live.add(process)
+            timed_out = False
+            try:
+                process.wait(seconds)
+            except subprocess.TimeoutExpired:
+                timed_out = True
+            finally:
+                # also when the harness is interrupted
+                _kill(process)
+                self._live.discard(process)
+        words = text_of(folder / "said")[-LAST_WORDS:]
+        return Ended(words, process.returncode, time.monotonic() - start, timed_out)
+
+    def close(self) -> None:
+        """End what runs; nothing is started any more."""
+        self.closed = True
+        for process in list(self._live):
+            _kill(process)
+
+
+ONE_THREAD = {"OMP_NUM_THREADS": "1"}
+"""Runs go side by side, one a core."""
+
+
+def way_of_death(code: int) -> str:
+    """Return what an exit status says: a signal's name, or the status."""
+    if code < 0 or code > 128:
+        number = -code if code < 0 else code - 128
+        with contextlib.suppress(ValueError):
+            return f"signal {signal.Signals(number).name}"
+    return f"exit status {code}"
+
+
+def last_words(text: str) -> str:
+    """Return the last line of what a program said, in brackets; nothing where it said nothing."""
+    lines = [line.strip() for line in text.splitlines() if line.strip()]
+    return f" (its last line: {lines[-1][:160]})" if lines else ""
+
+
+def first_words(text: str) -> str:
+    """Return the first line of what a program said, in brackets; nothing where it said nothing."""
+    lines = text.strip().splitlines()
+    return f" (it says: {lines[0][:120]})" if lines else ""
+
+
+def text_of(path: Path) -> str:
+    """Return the text of a file, or nothing where there is none."""
+    return path.read_text(encoding="utf-8", errors="replace") if path.exists() else ""
+
+
+def _with_memory_limit(command: Sequence[str], limit: int) -> list[str]:
+    """Return the command under a bound on its address space, which its children inherit."""
+    return ["sh", "-c", 'ulimit -v "$0" && exec "$@"', str(limit // 1024), *command]
+
+
+def _kill(process: subprocess.Popen[bytes]) -> None:
+    """End a process that still runs, and the ranks of its launcher with it."""
+    if process.poll() is None:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
