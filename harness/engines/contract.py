@@ -3,15 +3,24 @@
 To add an engine, make a folder beside ``lammps`` and ``reference`` with a subclass of
 :class:`Engine` and name it in ``registry.py``:
 
-1. ``identify`` says who it is (version, packages, executable), or raises
+1. ``traits`` declares its rules: tails, effective mass, integrator, digits, lineage;
+2. ``identify`` says who it is (version, packages, executable), or raises
    EngineMissingError with what to install;
-2. ``inclines`` and ``towers`` run cases. Split them into *write* (case to input,
-   a pure function), *execute* (run it, under limits of time and memory) and
-   *read* (output to result, a pure function tested on recorded output).
-   Convert units at this edge and nowhere else.
+3. ``drops``, ``inclines`` and ``towers`` run cases. Split them into *write* (case to
+   input, a pure function), *execute* (run it under limits of time and memory:
+   ``process.py``) and *read* (output to result, a pure function tested on recorded
+   output). Convert units at this edge and nowhere else.
+4. a function named in ``registry.INPUTS`` returns the files that ``dem-harness inputs``
+   writes, each of which runs with the engine alone.
+
+``routes.py`` says where the grain of an incline starts and ends, ``path.py`` judges
+a path that the engine wrote, ``tower_record.py`` makes the result of a tower from the
+motion of its particles, ``timing.py`` plans the steps of a tower.
 
 What goes wrong in one run must not touch the others: return the EngineError in
-the place of its result. Formulas are not shared with theory or chain solvers.
+the place of its result. Raise RequestError for a case that the engine cannot state
+(``traits.refuses`` tells of contacts). Formulas are not shared with theory or chain solvers.
+The engine qualifies by its drops before it is believed (``verbs.qualification``).
 """
 
 from __future__ import annotations
@@ -20,10 +29,13 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, Self
 
+from harness.engines.traits import Traits
 from harness.errors import EngineError
+from harness.observables.drop import DropRun
 from harness.observables.incline import InclineRun
 from harness.observables.provenance import Provenance
 from harness.observables.tower import TowerRun
+from harness.parameters.drop import Drop
 from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 
@@ -34,6 +46,7 @@ class Engine(ABC):
     """A DEM code that can run the cases of this harness. Use it as a context manager."""
 
     name: str
+    traits: Traits
 
     states_towers = True
     """Whether it can run towers at all."""
@@ -41,6 +54,13 @@ class Engine(ABC):
     @abstractmethod
     def identify(self) -> Provenance:
         """Return version, packages and executable; raise EngineMissingError with the remedy."""
+
+    @abstractmethod
+    def drops(self, cases: Sequence[Drop]) -> list[DropRun | EngineError]:
+        """Run a grain against one fixed sphere, case by case, and return the paths in order.
+
+        A sample at the start and after every ``case.every`` steps, ``case.steps`` in all.
+        """
 
     @abstractmethod
     def inclines(

@@ -2,38 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from importlib import import_module
+from typing import Any
 
 from harness.engines.contract import Engine
 from harness.errors import RequestError
 
-Options = Mapping[str, str]
-
-
-def _lammps(options: Options) -> Engine:
-    from harness.engines.lammps.engine import Lammps
-
-    return Lammps(lmp=options.get("lmp"), launcher=options.get("launcher"))
-
-
-def _reference(options: Options) -> Engine:
-    from harness.engines.reference.engine import DEFAULT_INTEGRATOR, Reference
-
-    return Reference(options.get("integrator", DEFAULT_INTEGRATOR))
-
-
-ENGINES: dict[str, Callable[[Options], Engine]] = {
-    "lammps": _lammps,
-    "reference": _reference,
+ENGINES: dict[str, str] = {
+    "lammps": "harness.engines.lammps.engine:Lammps",
+    "reference": "harness.engines.reference.engine:Reference",
 }
-"""Opened when they are asked for: none pays for the imports of another."""
+"""Where each engine's class is. Imported when it is asked for: none pays for another's imports."""
+
+INPUTS: dict[str, str] = {
+    "lammps": "harness.engines.lammps.scripts:input_files",
+}
+"""Where each engine's generated inputs are made: texts by their names below ``inputs``."""
 
 OPTIONS = {
     "lmp": ("--lmp", "lammps"),
     "launcher": ("--mpirun", "lammps"),
     "integrator": ("--integrator", "reference"),
 }
-"""How the command line calls an option, and whose it is."""
+"""How the command line calls an option of an engine's class, and whose it is."""
+
+
+def engine_class(name: str) -> type[Engine]:
+    """Return the class of an engine, which need not be here; raise RequestError for no engine."""
+    if name not in ENGINES:
+        raise RequestError(f"--engine {name!r} is not known: must be one of {', '.join(ENGINES)}")
+    found: type[Engine] = _named(ENGINES[name])
+    return found
 
 
 def open_engine(
@@ -42,15 +42,16 @@ def open_engine(
     lmp: str | None = None,
     launcher: str | None = None,
     integrator: str | None = None,
+    programs: Mapping[str, str] | None = None,
 ) -> Engine:
     """Return an engine, ready to run; close it after use.
 
     ``lmp`` and ``launcher`` are LAMMPS's, ``integrator`` is the reference
-    DEM's. Raise RequestError for a name that is not known or an option of
+    DEM's; ``programs`` are executables of other engines by the engine's name, of which only
+    this one's is used. Raise RequestError for a name that is not known or an option of
     another engine, EngineMissingError when the engine is not here.
     """
-    if name not in ENGINES:
-        raise RequestError(f"--engine {name!r} is not known: must be one of {', '.join(ENGINES)}")
+    kind = engine_class(name)
     values = {"lmp": lmp, "launcher": launcher, "integrator": integrator}
     given = {key: value for key, value in values.items() if value is not None}
     for key, value in given.items():
@@ -59,4 +60,16 @@ def open_engine(
             raise RequestError(
                 f"{option} {value!r} is an option of --engine {owner}, not of {name!r}"
             )
-    return ENGINES[name](given)
+    if programs and name in programs:
+        given["program"] = programs[name]
+    return kind(**given)
+
+
+def input_files() -> dict[str, str]:
+    """Return every generated input of every engine, by its name below ``inputs``."""
+    return {path: text for where in INPUTS.values() for path, text in _named(where)().items()}
+
+
+def _named(where: str) -> Any:
+    module, _, name = where.partition(":")
+    return getattr(import_module(module), name)

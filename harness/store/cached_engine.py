@@ -8,9 +8,11 @@ from typing import Any, TypeVar
 
 from harness.engines.contract import Engine, Route
 from harness.errors import EngineError
+from harness.observables.drop import DropRun
 from harness.observables.incline import InclineRun
 from harness.observables.provenance import Provenance
 from harness.observables.tower import TowerRun
+from harness.parameters.drop import Drop
 from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 from harness.store.entries import Entries
@@ -34,6 +36,7 @@ class CachedEngine(Engine):
 
     def __init__(self, engine: Engine, entries: Entries, *, fresh: bool = False) -> None:
         self.name = engine.name
+        self.traits = engine.traits
         self.states_towers = engine.states_towers
         self.ran = 0
         self.read = 0
@@ -53,6 +56,10 @@ class CachedEngine(Engine):
     def logs(self) -> dict[str, str]:
         """Return the logs of what the engine ran itself; kept results have none."""
         return self._engine.logs()
+
+    def drops(self, cases: Sequence[Drop]) -> list[DropRun | EngineError]:
+        """Run the drops anew: an engine qualifies afresh, and they take no time."""
+        return self._engine.drops(cases)
 
     def inclines(
         self, cases: Sequence[Incline], route: Route, *, every: int | None = None

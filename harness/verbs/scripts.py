@@ -1,4 +1,4 @@
-"""The generated LAMMPS scripts: write them, or check that the written ones are up to date."""
+"""The generated inputs of the engines: write them, or check that those written are up to date."""
 
 from __future__ import annotations
 
@@ -7,51 +7,52 @@ import os
 import tempfile
 from pathlib import Path
 
-from harness.engines.lammps.scripts import all_scripts
+from harness.engines.registry import input_files
 from harness.errors import RequestError
 
 
 def inputs(folder: Path) -> list[Path]:
-    """Write every script into a folder, made if need be; return the files.
+    """Write every input into a folder, made if need be; return the files.
 
     Each is written aside and renamed. Raise RequestError when the folder
     cannot be written.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        return [_write(folder / script.name, script.text) for script in all_scripts()]
+        return [_write(folder / name, text) for name, text in input_files().items()]
     except OSError as error:
         raise RequestError(f"folder {folder} cannot be written: {error.strerror}") from None
 
 
 def outdated_inputs(folder: Path) -> dict[str, str]:
-    """Return, for each script that is missing or differs in a folder, what differs.
+    """Return, for each input that is missing or differs in a folder, what differs.
 
     Raise RequestError when there is no such folder.
     """
     if not folder.is_dir():
-        raise RequestError(f"folder {folder}: no such folder; give the one that holds the scripts")
+        raise RequestError(f"folder {folder}: no such folder; give the one that holds the inputs")
     differences: dict[str, str] = {}
-    for script in all_scripts():
-        path = folder / script.name
+    for name, generated in input_files().items():
+        path = folder / name
         if not path.is_file():
-            differences[script.name] = "is missing"
+            differences[name] = "is missing"
             continue
         text = path.read_text(encoding="utf-8", errors="replace")
-        if text != script.text:
+        if text != generated:
             lines = difflib.unified_diff(
                 text.splitlines(),
-                script.text.splitlines(),
+                generated.splitlines(),
                 "committed",
                 "generated",
                 lineterm="",
                 n=0,
             )
-            differences[script.name] = "\n".join(lines) or "differs in its line ends"
+            differences[name] = "\n".join(lines) or "differs in its line ends"
     return differences
 
 
 def _write(path: Path, text: str) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
     handle, aside = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     try:
         with os.fdopen(handle, "w", encoding="utf-8") as stream:

@@ -38,6 +38,9 @@ class HalfBroken(Engine):
     def identify(self):
         raise NotImplementedError
 
+    def drops(self, cases):
+        raise NotImplementedError
+
     def inclines(self, cases, route, *, every=None):
         return [EngineCrashError(f"{route}, {every}") if c.angle > 10 else c for c in cases]
 

@@ -2,6 +2,7 @@ import pytest
 
 from harness.chain import exact
 from harness.engines.contract import Engine
+from harness.engines.traits import Traits
 from harness.errors import EngineCrashError
 from harness.observables.incline import InclineRun
 from harness.observables.provenance import Provenance
@@ -18,6 +19,7 @@ class Synthetic(Engine):
     """The theory's map and the exact propagator as an engine that counts what it runs."""
 
     name = "synthetic"
+    traits = Traits(obtain="comes with the tests", versions=("1",), integrator="")
 
     def __init__(self, incline, who=WHO):
         self._incline = incline
@@ -32,6 +34,9 @@ class Synthetic(Engine):
 
     def fingerprint(self):
         return self.who
+
+    def drops(self, cases):
+        raise NotImplementedError
 
     def inclines(self, cases, route, *, every=None):  # noqa: ARG002
         results = []

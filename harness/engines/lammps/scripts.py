@@ -12,6 +12,7 @@ from importlib import resources
 from harness import __version__
 from harness.errors import RequestError
 from harness.parameters.contact import CONTACTS, PLASTIC, Contact
+from harness.parameters.drop import Drop
 from harness.parameters.incline import Incline
 from harness.parameters.tower import Property, Tower
 
@@ -20,6 +21,9 @@ STORIES = {
     "clipped": "critical damping, tail clipped; it rebounds with e = exp(-2) = 0.135.",
     "plastic": "overdamped and clipped: no tail, no rebound; the one to extrapolate.",
 }
+
+HEAD_ON = Contact(name="head-on", restitution=0.5, damping_ratio=None)
+"""The contact of the drop's script as it stands."""
 
 
 @dataclass(frozen=True)
@@ -79,9 +83,39 @@ def tower_script() -> Script:
     return Script("tower.in", text, _declared(text))
 
 
+@cache
+def drop_script() -> Script:
+    """Return the script of a grain on one fixed sphere, a head-on collision by default."""
+    case = Drop(contact=HEAD_ON, gap=1e-3, speed=1.0)
+    text = _render("drop.in.j2", name="drop.in", **drop_variables(case))
+    return Script("drop.in", text, _declared(text))
+
+
 def all_scripts() -> list[Script]:
     """Return every script that is committed under ``inputs``."""
-    return [*(incline_script(name) for name in CONTACTS), tower_script()]
+    return [*(incline_script(name) for name in CONTACTS), tower_script(), drop_script()]
+
+
+def input_files() -> dict[str, str]:
+    """Return the scripts by their names below ``inputs``."""
+    return {script.name: script.text for script in all_scripts()}
+
+
+def drop_variables(case: Drop) -> dict[str, str]:
+    """Return what ``-var`` sets for a drop, at full precision."""
+    return {
+        "stiffness": _number(case.stiffness),
+        "steps_per_contact": _number(case.steps_per_contact),
+        "gravity": _number(case.gravity),
+        "diameter": _number(case.diameter),
+        "density": _number(case.density),
+        "gap": _number(case.gap),
+        "speed": _number(case.speed),
+        "sideways": _number(case.sideways),
+        "steps": str(case.steps),
+        "series_every": str(case.every),
+        **_contact_variables(case.contact),
+    }
 
 
 def incline_variables(case: Incline) -> dict[str, str]:

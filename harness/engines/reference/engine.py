@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Sequence
 from functools import cache
 from typing import NamedTuple
@@ -21,13 +22,16 @@ from harness.engines.reference.adaptive import Adaptive
 from harness.engines.reference.fixed_step import FixedStep
 from harness.engines.reference.incline import run
 from harness.engines.reference.mover import Mover
-from harness.engines.reference.row import Grain, row_of
+from harness.engines.reference.row import Grain, Row, row_below, row_of
 from harness.engines.reference.stability import Growth, fewest_steps_per_contact
 from harness.engines.routes import Start, start_of
+from harness.engines.traits import Traits
 from harness.errors import EngineError, RequestError
+from harness.observables.drop import DropRun
 from harness.observables.incline import InclineRun, Trajectory
 from harness.observables.provenance import Provenance
 from harness.observables.tower import TowerRun
+from harness.parameters.drop import Drop
 from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 
@@ -64,6 +68,11 @@ class Reference(Engine):
     """
 
     name = "reference"
+    traits = Traits(
+        obtain="comes with the harness",
+        versions=(__version__,),
+        integrator=DEFAULT_INTEGRATOR,
+    )
     states_towers = False
 
     def __init__(
@@ -89,6 +98,22 @@ class Reference(Engine):
             how="compiled",
             integrator=self.integrator,
         )
+
+    def drops(self, cases: Sequence[Drop]) -> list[DropRun | EngineError]:
+        """Run the grain against the first sphere of the row; the others are out of its reach."""
+        who = self.identify()
+
+        def one(case: Drop) -> DropRun | EngineError:
+            started = time.perf_counter()
+            grain = Grain(0.0, case.diameter + case.gap, case.sideways, -case.speed)
+            try:
+                mover = self._moved(grain, row_below(case), case.step, case.steps, case.every)
+                mover.finish()
+                return DropRun(case, mover.trajectory(), time.perf_counter() - started, who)
+            except EngineError as error:
+                return error
+
+        return [one(case) for case in cases]
 
     def inclines(
         self,
@@ -167,12 +192,15 @@ class Reference(Engine):
     def _mover(self, case: Incline, start: Start, longest: int, every: int | None) -> Mover:
         if every is not None and every < 1:
             raise RequestError(f"every = {every}: must be at least 1 step")
-        row, grain = row_of(case), Grain(*start.state())
+        grain = Grain(*start.state())
+        return self._moved(grain, row_of(case), case.step, longest, every)
+
+    def _moved(self, grain: Grain, row: Row, step: float, longest: int, every: int | None) -> Mover:
         if self.integrator == ADAPTIVE:
-            sampling = None if every is None else every * case.step
-            return Adaptive(grain, row, longest * case.step, sampling, self._seconds)
+            sampling = None if every is None else every * step
+            return Adaptive(grain, row, longest * step, sampling, self._seconds)
         number = FIXED_STEP[self.integrator].number
-        return FixedStep(number, grain, row, case.step, longest, every, self._seconds)
+        return FixedStep(number, grain, row, step, longest, every, self._seconds)
 
     def _side_by_side(
         self, one: Callable[[Incline], InclineRun | EngineError], cases: Sequence[Incline]

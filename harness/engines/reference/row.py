@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from harness.engines.reference.compiled import compiled
 from harness.engines.reference.contact import damping, normal_force
+from harness.parameters.drop import Drop
 from harness.parameters.incline import Incline
 
 ROUNDING = 1e-15
@@ -56,6 +57,19 @@ def row_of(case: Incline) -> Row:
         clipped=case.contact.tail == "clipped",
         along=case.gravity * math.sin(tilt),
         normal=-case.gravity * math.cos(tilt),
+    )
+
+
+def row_below(case: Drop) -> Row:
+    """Return the row, level, under a grain that drops on its first sphere."""
+    return Row(
+        diameter=case.diameter,
+        mass=case.mass,
+        stiffness=case.stiffness,
+        damping=damping(case.contact, case.stiffness, case.mass),
+        clipped=case.contact.tail == "clipped",
+        along=0.0,
+        normal=-case.gravity,
     )
 
 
