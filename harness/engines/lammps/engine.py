@@ -12,7 +12,7 @@ from harness.engines.lammps.executable import Executable
 from harness.engines.lammps.fingerprint import fingerprint
 from harness.engines.lammps.inprocess import InProcess
 from harness.engines.lammps.jobs import Job, Output, Runner
-from harness.engines.lammps.read import read_incline, read_trajectory
+from harness.engines.lammps.read import read_drop, read_incline
 from harness.engines.lammps.read_tower import read_tower
 from harness.engines.lammps.scripts import (
     all_scripts,
@@ -93,7 +93,7 @@ class Lammps(Engine):
                 results.append(_with_log(output, job, output.log))
                 continue
             try:
-                path = read_trajectory(output.series or "")
+                path = read_drop(case, output.series or "")
             except EngineError as error:
                 results.append(_with_log(error, job, output.log))
             else:

@@ -21,6 +21,7 @@ from harness.errors import (
 )
 from harness.observables.incline import Crests, InclineRun, Motion, Trajectory
 from harness.observables.provenance import Provenance
+from harness.parameters.drop import Drop
 from harness.parameters.incline import Incline
 
 _RESULT = re.compile(r"^RESULT (\w+) = (.*)$", re.MULTILINE)
@@ -65,6 +66,22 @@ def read_incline(
         )
     except (KeyError, ValueError) as error:
         raise EngineOutputError(f"LAMMPS left an incomplete result ({error})") from None
+
+
+def read_drop(case: Drop, series: str) -> Trajectory:
+    """Return the path that a drop's series tells of.
+
+    Raise EngineOutputError when rows are cut or missing, EngineNaNError when a
+    number is not finite.
+    """
+    try:
+        path = read_trajectory(series)
+    except ValueError as error:
+        raise EngineOutputError(f"LAMMPS left an incomplete series ({error})") from None
+    rows = case.steps // case.every + 1
+    if path.time_s.size != rows:
+        raise EngineOutputError(f"LAMMPS left {path.time_s.size} rows of a series of {rows}")
+    return path
 
 
 def version_in(text: str) -> str:

@@ -17,8 +17,12 @@ from harness.parameters.incline import Incline
 SCRIPTS = all_scripts()
 BY_NAME = pytest.mark.parametrize("script", SCRIPTS, ids=lambda s: s.name)
 INCLINES = pytest.mark.parametrize(
-    "script", [s for s in SCRIPTS if s.name != "tower.in"], ids=lambda s: s.name
+    "script", [s for s in SCRIPTS if s.name.startswith("incline")], ids=lambda s: s.name
 )
+DROP_OVERRIDES = {
+    *("stiffness", "steps_per_contact", "gravity", "diameter", "density", "gap", "speed"),
+    *("sideways", "damping", "restitution", "damping_ratio", "effective_mass", "tail", "steps"),
+}
 TOWER_OVERRIDES = {
     *("height", "base", "gravity", "start", "speed", "stiffness", "restitution"),
     *("steps_per_contact", "mass", "diameter", "law", "everyone", "duration"),
@@ -49,7 +53,8 @@ def test_every_committed_input_is_generated(inputs):
 
 @BY_NAME
 def test_every_override_of_the_issue_is_declared(script):
-    assert script.variables >= (TOWER_OVERRIDES if script.name == "tower.in" else OVERRIDES)
+    special = {"tower.in": TOWER_OVERRIDES, "drop.in": DROP_OVERRIDES}
+    assert script.variables >= special.get(script.name, OVERRIDES)
     assert script.variables == set(defaults(script))
 
 

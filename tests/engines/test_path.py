@@ -1,0 +1,93 @@
+"""A path that an engine wrote is judged as the engine that looks at every step judges."""
+
+import math
+
+import numpy as np
+import pytest
+
+from harness.engines.path import run_of_path
+from harness.engines.reference.engine import Reference
+from harness.engines.routes import start_of
+from harness.errors import EngineNaNError, EngineOutputError
+from harness.observables.incline import Motion, Trajectory
+from harness.observables.provenance import Provenance
+from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE
+from harness.parameters.incline import Incline
+
+WHO = Provenance("some engine", "1")
+
+
+def followed(case, route, seconds, every=1):
+    return Reference().follow(case, start_of(case, route), seconds, every=every)
+
+
+@pytest.mark.parametrize("contact", [SOURCE, CLIPPED, PLASTIC], ids=lambda c: c.name)
+@pytest.mark.parametrize(
+    ("route", "angle", "motion"),
+    [
+        ("passage", 9.5, Motion.TRAPPED),
+        ("passage", 11.0, Motion.MOVES_ON),
+        ("steady", 9.5, Motion.TRAPPED),
+        ("steady", 11.0, Motion.MOVES_ON),
+    ],
+)
+def test_the_verdict_and_the_margin_are_those_of_the_reference(contact, route, angle, motion):
+    case = Incline(contact=contact, angle=angle, steps_per_contact=50.0, stiffness=1e5, wells=3)
+    (expected,) = Reference().inclines([case], route)
+    path = followed(case, route, expected.time_s + 50 * case.step)
+    found = run_of_path(case, route, path, WHO, seconds=1.0)
+    assert found.motion is expected.motion is motion
+    # the reference looks every 50 steps: what is dissipated within them is between the two
+    assert found.margin_J == pytest.approx(expected.margin_J, abs=2e-3 * case.weight_energy)
+    assert abs(found.steps - expected.steps) <= 50
+    assert len(found.crests.time_s) == len(expected.crests.time_s)
+    assert found.trajectory is None
+
+
+def test_the_path_is_kept_up_to_where_it_is_decided():
+    case = Incline(contact=PLASTIC, angle=11.0, steps_per_contact=50.0, stiffness=1e5)
+    path = followed(case, "passage", 3.0)
+    run = run_of_path(case, "passage", path, WHO, seconds=1.0, keep=True)
+    assert run.trajectory.time_s[-1] == run.time_s < path.time_s[-1]
+    assert run.time_s == run.crests.time_s[0]
+
+
+@pytest.fixture
+def resting():
+    """Return a grain at rest in a well, up to the time limit."""
+    case = Incline(contact=PLASTIC, time_limit=2.0)
+    times = np.linspace(0.0, 2.0 / math.sqrt(case.gravity), 50)
+    still = np.full(50, 1.0)
+    return case, Trajectory(times, 0.5 * still, math.sqrt(0.75) * still, 0 * still, 0 * still)
+
+
+def test_a_grain_at_rest_is_undecided_not_trapped(resting):
+    case, path = resting
+    assert run_of_path(case, "steady", path, WHO, seconds=0.0).motion is Motion.UNDECIDED
+
+
+def test_a_path_that_ends_too_early_is_no_result(resting):
+    case, path = resting
+    half = Trajectory(*(column[:25] for column in vars(path).values()))
+    with pytest.raises(EngineOutputError, match=r"ends at 0.31.* s, undecided, before the time"):
+        run_of_path(case, "steady", half, WHO, seconds=0.0)
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "words"),
+    [
+        (lambda p: p.x_m.__setitem__(3, np.nan), EngineNaNError, "not numbers"),
+        (lambda p: p.time_s.__setitem__(3, 0.0), EngineOutputError, "50 samples out of order"),
+    ],
+)
+def test_a_damaged_path_is_named(resting, change, error, words):
+    case, path = resting
+    change(path)
+    with pytest.raises(error, match=f"some engine wrote a path .*{words}"):
+        run_of_path(case, "steady", path, WHO, seconds=0.0)
+
+
+def test_no_path_at_all():
+    nothing = Trajectory(*(np.empty(0) for _ in range(5)))
+    with pytest.raises(EngineOutputError, match="0 samples"):
+        run_of_path(Incline(), "steady", nothing, WHO, seconds=0.0)
