@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from harness.comparison.verdicts import Verdict
-from harness.engines.reference.engine import FIXED_STEP, Reference
+from harness.engines.reference.engine import INTEGRATORS, Reference
 from harness.engines.registry import open_engine
 from harness.errors import EngineCrashError, EngineError
 from harness.observables.incline import Trajectory
@@ -34,7 +34,7 @@ def failed(engine):
             c.verdict is Verdict.FAIL}  # fmt: skip
 
 
-@pytest.mark.parametrize("integrator", FIXED_STEP)
+@pytest.mark.parametrize("integrator", INTEGRATORS)
 def test_the_reference_qualifies_with_every_integrator(integrator):
     found = qualify(Reference(integrator))
     assert found.holds, found.failures

@@ -189,7 +189,9 @@ class Adaptive(Mover):
 
         match self._touch[sphere]:
             case Touch.APART:
-                return [Event(gap, -1, becomes(Touch.PUSHES))]
+                # a grain that has parted at the speed of rounding shall not part for ever
+                begun = ROUNDING * self._row.diameter
+                return [Event(lambda s: gap(s) + begun, -1, becomes(Touch.PUSHES))]
             case Touch.SLACK:
                 return [Event(gap, 1, becomes(Touch.APART)), Event(force, 1, becomes(Touch.PUSHES))]
         if self._row.clipped:
