@@ -8,6 +8,7 @@ a start is paid per core.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import sys
@@ -107,9 +108,10 @@ def _clear_away() -> None:
     """Remove the runner's folder: who outlives the harness is the last that can."""
     import shutil
 
-    folder = Path.cwd().parent
-    if folder.name.startswith(FOLDER):
-        shutil.rmtree(folder, ignore_errors=True)
+    with contextlib.suppress(FileNotFoundError):  # another worker was first
+        folder = Path.cwd().parent
+        if folder.name.startswith(FOLDER):
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 if __name__ == "__main__":

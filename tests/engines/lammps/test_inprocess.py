@@ -1,3 +1,4 @@
+import contextlib
 import os
 import signal
 import subprocess
@@ -176,13 +177,14 @@ def test_close_ends_the_workers_and_removes_their_files(runner):
 
 
 OWNER = """
-import sys, threading
+import sys, threading, time
 from harness.engines.lammps.inprocess import InProcess
 from harness.engines.process import Limits
 from tests.engines.lammps.test_inprocess import ENDLESS, GOOD
 runner = InProcess(2, Limits())
 runner.run([GOOD, GOOD])
-threading.Thread(target=runner.run, args=([ENDLESS],), daemon=True).start()
+threading.Thread(target=runner.run, args=([ENDLESS, ENDLESS],), daemon=True).start()
+time.sleep(0.5)
 print("at work", flush=True)
 sys.stdin.read()
 """
@@ -204,3 +206,16 @@ def test_workers_clear_away_what_a_killed_harness_cannot(tmp_path):
     while folder.exists() and time.monotonic() < deadline:
         time.sleep(0.1)
     assert list(tmp_path.iterdir()) == []
+    while working_below(tmp_path) and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert working_below(tmp_path) == []
+
+
+def working_below(folder):
+    """Return the processes that work in a folder, also in one that is gone by now."""
+    found = []
+    for process in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):
+            if str((process / "cwd").readlink()).startswith(f"{folder}/"):
+                found.append(process.name)
+    return found
