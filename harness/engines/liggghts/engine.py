@@ -1,0 +1,213 @@
+"""LIGGGHTS as an engine of the harness: cases in, results out, through its executable."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TypeVar
+
+from harness.engines.contract import Engine, Route
+from harness.engines.lammps.jobs import Job, Output
+from harness.engines.lammps.read import read_incline, read_trajectory
+from harness.engines.lammps.read_tower import read_tower
+from harness.engines.lammps.scripts import (
+    Script,
+    check_variables,
+    drop_variables,
+    incline_variables,
+)
+from harness.engines.liggghts.executable import Executable
+from harness.engines.liggghts.scripts import (
+    drop_script,
+    incline_script,
+    tower_script,
+    tower_variables,
+)
+from harness.engines.parallel import cores
+from harness.engines.process import Limits
+from harness.engines.programs import find_program
+from harness.engines.timing import Plan, plan
+from harness.engines.traits import Traits
+from harness.errors import EngineError, EngineMissingError, EngineOutputError, RequestError
+from harness.observables.drop import DropRun
+from harness.observables.incline import InclineRun
+from harness.observables.provenance import Provenance
+from harness.observables.tower import TowerRun
+from harness.parameters.drop import Drop
+from harness.parameters.incline import Incline
+from harness.parameters.tower import Tower
+
+PROGRAM = "liggghts"
+INTEGRATOR = "velocity-verlet"
+
+Case = TypeVar("Case")
+Run = TypeVar("Run")
+
+
+class Liggghts(Engine):
+    """LIGGGHTS-PUBLIC's executable, ``liggghts`` on PATH unless ``program`` says otherwise.
+
+    ``workers`` processes run side by side, as many as there are cores unless told
+    otherwise. Raise RequestError for a program that is not there, EngineMissingError
+    where none was named and there is none.
+    """
+
+    name = "liggghts"
+    traits = Traits(
+        obtain="Debian or Ubuntu: apt install liggghts, or --liggghts PATH",
+        versions=("LIGGGHTS-PUBLIC 3.8.0",),
+        integrator=INTEGRATOR,
+        digits=16,
+        lineage="LAMMPS",
+        quirks=(
+            "In two dimensions (dimension 2) its particles are discs of unit height: 3/2 of the "
+            "mass of spheres of 1 m.",
+            "Clipping the tail (limitForce) is an option, off by default.",
+            "Model hooke refuses restitutions up to 0.05, and its stiffness grows with the "
+            "effective mass to the power 1/5: take hooke/stiffness.",
+            "Words cannot be compared in its scripts, and errors are silent without a log.",
+        ),
+    )
+
+    def __init__(
+        self,
+        program: str | None = None,
+        workers: int | None = None,
+        limits: Limits | None = None,
+    ) -> None:
+        self._logs: dict[str, str] = {}
+        self._runner = Executable(self._found(program), workers or cores(), limits or Limits())
+
+    def identify(self) -> Provenance:
+        """Return version and executable."""
+        return self._runner.identify()
+
+    def drops(self, cases: Sequence[Drop]) -> list[DropRun | EngineError]:
+        """Run the drop's generated script for each case, in order."""
+        script = self.drop_script()
+
+        def read(case: Drop, output: Output, who: Provenance) -> DropRun:
+            path = read_trajectory(output.series or "", "LIGGGHTS")
+            return DropRun(case, path, output.seconds, who)
+
+        jobs = [_job(script, drop_variables(case), series=True) for case in cases]
+        return self._results(cases, jobs, read)
+
+    def inclines(
+        self, cases: Sequence[Incline], route: Route, *, every: int | None = None
+    ) -> list[InclineRun | EngineError]:
+        """Run the incline's generated script for each case, in order."""
+
+        def read(case: Incline, output: Output, who: Provenance) -> InclineRun:
+            return read_incline(case, output.log, output.series, output.seconds, who)
+
+        return self._results(cases, [_incline_job(case, route, every) for case in cases], read)
+
+    def towers(
+        self,
+        cases: Sequence[Tower],
+        duration: float,
+        *,
+        steps_per_contact: float | None = None,
+        samples: int | None = None,
+        profiles: bool = False,
+    ) -> list[TowerRun | EngineError]:
+        """Run the tower's generated script for each case, in order."""
+        jobs = [
+            _tower_job(case, plan(case, duration, steps_per_contact, samples)) for case in cases
+        ]
+
+        def read(case: Tower, output: Output, who: Provenance) -> TowerRun:
+            step = plan(case, duration, steps_per_contact, samples).step
+            return read_tower(case, step, output.series or "", who, profiles)
+
+        return self._results(cases, jobs, read)
+
+    def logs(self) -> dict[str, str]:
+        """Return, for each script, the log of the first run of it that finished."""
+        return dict(self._logs)
+
+    def close(self) -> None:
+        """End LIGGGHTS's processes."""
+        self._runner.close()
+
+    def drop_script(self) -> Script:
+        """Return the script that states a drop."""
+        return drop_script()
+
+    def _found(self, program: str | None) -> str:
+        if program is not None:
+            return find_program(self.name, program)
+        try:
+            return find_program(self.name, PROGRAM)
+        except RequestError:
+            raise EngineMissingError(
+                f"no {PROGRAM} on PATH; install it: {self.traits.obtain}"
+            ) from None
+
+    def _results(
+        self,
+        cases: Sequence[Case],
+        jobs: Sequence[Job],
+        read: Callable[[Case, Output, Provenance], Run],
+    ) -> list[Run | EngineError]:
+        """Run the jobs and read each; an error stands in the place of its result."""
+        results: list[Run | EngineError] = []
+        for case, job, output in zip(cases, jobs, self._runner.run(jobs), strict=True):
+            if isinstance(output, EngineError):
+                results.append(_with_log(output, job, output.log))
+                continue
+            try:
+                run = read(case, output, self._who(job))
+            except EngineError as error:
+                results.append(_with_log(error, job, output.log))
+            except ValueError as error:
+                cut = EngineOutputError(f"LIGGGHTS wrote a series that cannot be read ({error})")
+                results.append(_with_log(cut, job, output.log))
+            else:
+                self._logs.setdefault(job.script.name, _headed(job, output.log))
+                results.append(run)
+        return results
+
+    def _who(self, job: Job) -> Provenance:
+        """Return the engine's identity with the script that ran."""
+        return replace(
+            self.identify(),
+            script=job.script.name,
+            script_sha256=job.script.sha256,
+            integrator=INTEGRATOR,
+        )
+
+
+def _job(script: Script, variables: dict[str, str], *, series: bool) -> Job:
+    check_variables(script, variables)
+    return Job(script, variables, series)
+
+
+def _incline_job(case: Incline, route: Route, every: int | None) -> Job:
+    variables = {"route": route, **incline_variables(case)}
+    if every is not None:
+        variables |= {"record": "yes", "series_every": str(every)}
+    return _job(incline_script(case.contact.name), variables, series=every is not None)
+
+
+def _tower_job(case: Tower, timing: Plan) -> Job:
+    variables = {
+        **tower_variables(case, timing.duration, timing.steps_per_contact),
+        "everyone": "yes",
+        "series_every": str(timing.every),
+    }
+    return _job(tower_script(), variables, series=True)
+
+
+def _with_log(error: EngineError, job: Job, log: str) -> EngineError:
+    """Return the error with what the run left, headed by what was run."""
+    error.log = _headed(job, log)
+    return error
+
+
+def _headed(job: Job, log: str) -> str:
+    """Return a log below the command that runs the same again."""
+    variables = " ".join(f"-var {name} {value}" for name, value in job.variables.items())
+    head = f"# liggghts -in {job.script.name} {variables}\n# sha256 of the script: "
+    return f"{head}{job.script.sha256}\n{log or 'LIGGGHTS left no log.'}\n"
