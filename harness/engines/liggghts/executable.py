@@ -115,7 +115,7 @@ class Executable:
         """Return what ``liggghts -help`` says of version and models."""
         try:
             answer = subprocess.run(
-                [self._program, "-help"],
+                [self._program, "-log", "none", "-help"],
                 stdin=subprocess.DEVNULL,
                 capture_output=True,
                 timeout=HELP_SECONDS,
