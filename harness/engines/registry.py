@@ -11,8 +11,8 @@ from harness.errors import RequestError
 
 ENGINES: dict[str, str] = {
     "lammps": "harness.engines.lammps.engine:Lammps",
-    "liggghts": "harness.engines.liggghts.engine:Liggghts",
     "reference": "harness.engines.reference.engine:Reference",
+    "liggghts": "harness.engines.liggghts.engine:Liggghts",
 }
 """Where each engine's class is. Imported when it is asked for: none pays for another's imports."""
 

@@ -33,8 +33,9 @@ _OUT_OF_MEMORY = (
     r"|cannot allocate memory|failed to map segment|can't start new thread"
 )
 
-LAST_RESULT = "RESULT verdict = "
-"""A log without this line is that of a run that did not finish."""
+LAST_RESULT = "\nRESULT verdict = "
+"""A log without this line is that of a run that did not finish. A log echoes comments and commands
+that name it, but not from the first column on."""
 
 
 def read_incline(

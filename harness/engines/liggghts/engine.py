@@ -57,7 +57,6 @@ class Liggghts(Engine):
         obtain="Debian or Ubuntu: apt install liggghts, or --liggghts PATH",
         versions=("LIGGGHTS-PUBLIC 3.8.0",),
         integrator=INTEGRATOR,
-        digits=16,
         lineage="LAMMPS",
         quirks=(
             "In two dimensions (dimension 2) its particles are discs of unit height: 3/2 of the "
@@ -84,7 +83,7 @@ class Liggghts(Engine):
 
     def drops(self, cases: Sequence[Drop]) -> list[DropRun | EngineError]:
         """Run the drop's generated script for each case, in order."""
-        script = self.drop_script()
+        script = drop_script()
 
         def read(case: Drop, output: Output, who: Provenance) -> DropRun:
             path = read_trajectory(output.series or "", "LIGGGHTS")
@@ -130,10 +129,6 @@ class Liggghts(Engine):
     def close(self) -> None:
         """End LIGGGHTS's processes."""
         self._runner.close()
-
-    def drop_script(self) -> Script:
-        """Return the script that states a drop."""
-        return drop_script()
 
     def _found(self, program: str | None) -> str:
         if program is not None:

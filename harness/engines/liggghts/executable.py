@@ -30,6 +30,13 @@ HELP_SECONDS = 60.0
 MODEL = "hooke/stiffness"
 """The one normal model whose spring and dashpot can be stated."""
 
+ALONE = {
+    "OMPI_MCA_ess_singleton_isolated": "1",
+    "OMPI_MCA_pml": "ob1",
+    "OMPI_MCA_btl": "self",
+}
+"""Open MPI for one process: no daemon that outlives it, no search for networks (0.3 s a start)."""
+
 _STRETCH = re.compile(r"\n? +Step \n +\d+ \n +\d+ \nLoop time of .*\n")
 """What LIGGGHTS says of each of the short runs of the incline, which cannot be turned off."""
 
@@ -98,7 +105,7 @@ class Executable:
             folder,
             seconds=seconds,
             memory=self._limits.memory,
-            environment={**os.environ, "TMPDIR": str(folder)},
+            environment={**os.environ, **ALONE, "TMPDIR": str(folder)},
         )
 
     def _error(self, log: str, ended: Ended) -> EngineError:
