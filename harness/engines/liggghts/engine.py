@@ -2,31 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TypeVar
+from functools import cached_property
+from pathlib import Path
+from typing import Any, TypeVar
 
 from harness.engines.contract import Engine, Route
+from harness.engines.lammps.fingerprint import facts, program_files
 from harness.engines.lammps.jobs import Job, Output
 from harness.engines.lammps.read import read_incline, read_trajectory
 from harness.engines.lammps.read_tower import read_tower
-from harness.engines.lammps.scripts import (
-    Script,
-    check_variables,
-    drop_variables,
-    incline_variables,
-)
 from harness.engines.liggghts.executable import Executable
-from harness.engines.liggghts.scripts import (
-    drop_script,
-    incline_script,
-    tower_script,
-    tower_variables,
-)
+from harness.engines.liggghts.jobs import drop_job, incline_job, tower_job
+from harness.engines.liggghts.scripts import all_scripts
 from harness.engines.parallel import cores
 from harness.engines.process import Limits
 from harness.engines.programs import find_program
-from harness.engines.timing import Plan, plan
+from harness.engines.timing import plan
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineMissingError, EngineOutputError, RequestError
 from harness.observables.drop import DropRun
@@ -81,16 +74,24 @@ class Liggghts(Engine):
         """Return version and executable."""
         return self._runner.identify()
 
+    def fingerprint(self) -> Mapping[str, Any] | None:
+        """Return the contents of LIGGGHTS and of the scripts it is given, read once."""
+        return self._fingerprint
+
+    @cached_property
+    def _fingerprint(self) -> dict[str, Any] | None:
+        files = program_files(Path(self.identify().executable))
+        scripts = {script.name: script.sha256 for script in all_scripts()}
+        return {**facts(self.name, "executable", files), "scripts": scripts} if files else None
+
     def drops(self, cases: Sequence[Drop]) -> list[DropRun | EngineError]:
         """Run the drop's generated script for each case, in order."""
-        script = drop_script()
 
         def read(case: Drop, output: Output, who: Provenance) -> DropRun:
             path = read_trajectory(output.series or "", "LIGGGHTS")
             return DropRun(case, path, output.seconds, who)
 
-        jobs = [_job(script, drop_variables(case), series=True) for case in cases]
-        return self._results(cases, jobs, read)
+        return self._results(cases, [drop_job(case) for case in cases], read)
 
     def inclines(
         self, cases: Sequence[Incline], route: Route, *, every: int | None = None
@@ -100,7 +101,7 @@ class Liggghts(Engine):
         def read(case: Incline, output: Output, who: Provenance) -> InclineRun:
             return read_incline(case, output.log, output.series, output.seconds, who)
 
-        return self._results(cases, [_incline_job(case, route, every) for case in cases], read)
+        return self._results(cases, [incline_job(case, route, every) for case in cases], read)
 
     def towers(
         self,
@@ -112,9 +113,7 @@ class Liggghts(Engine):
         profiles: bool = False,
     ) -> list[TowerRun | EngineError]:
         """Run the tower's generated script for each case, in order."""
-        jobs = [
-            _tower_job(case, plan(case, duration, steps_per_contact, samples)) for case in cases
-        ]
+        jobs = [tower_job(case, plan(case, duration, steps_per_contact, samples)) for case in cases]
 
         def read(case: Tower, output: Output, who: Provenance) -> TowerRun:
             step = plan(case, duration, steps_per_contact, samples).step
@@ -172,27 +171,6 @@ class Liggghts(Engine):
             script_sha256=job.script.sha256,
             integrator=INTEGRATOR,
         )
-
-
-def _job(script: Script, variables: dict[str, str], *, series: bool) -> Job:
-    check_variables(script, variables)
-    return Job(script, variables, series)
-
-
-def _incline_job(case: Incline, route: Route, every: int | None) -> Job:
-    variables = {"route": route, **incline_variables(case)}
-    if every is not None:
-        variables |= {"record": "yes", "series_every": str(every)}
-    return _job(incline_script(case.contact.name), variables, series=every is not None)
-
-
-def _tower_job(case: Tower, timing: Plan) -> Job:
-    variables = {
-        **tower_variables(case, timing.duration, timing.steps_per_contact),
-        "everyone": "yes",
-        "series_every": str(timing.every),
-    }
-    return _job(tower_script(), variables, series=True)
 
 
 def _with_log(error: EngineError, job: Job, log: str) -> EngineError:

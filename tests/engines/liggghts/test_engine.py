@@ -7,6 +7,7 @@ import pytest
 
 from harness.chain import exact
 from harness.engines.lammps.engine import Lammps
+from harness.engines.liggghts.engine import Liggghts
 from harness.engines.reference.engine import Reference
 from harness.errors import EngineError, RequestError
 from harness.observables.impulse import impulse
@@ -139,6 +140,20 @@ def test_run_that_leaves_its_box_costs_only_itself(liggghts):
     assert first.margin_J == last.margin_J
     assert isinstance(lost, EngineError)
     assert "ERROR" in lost.log
+
+
+def test_engine_is_told_by_the_contents_of_its_libraries_and_scripts(liggghts):
+    who = liggghts.fingerprint()
+    assert who["engine"] == "liggghts"
+    assert any(name.endswith("libliggghts.so.3") for name in who["files"])
+    assert who["scripts"].keys() >= {"drop.in", "tower.in", "incline-plastic.in"}
+
+
+def test_asking_who_it_is_leaves_no_log_behind(program, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with Liggghts(program) as engine:
+        assert engine.identify().engine_version.startswith("LIGGGHTS-PUBLIC")
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("name", ["drop", "tower", "incline-plastic"])

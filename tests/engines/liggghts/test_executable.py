@@ -119,6 +119,10 @@ def test_liggghts_without_the_model_is_refused_with_the_model_named(fake):
         fake("without model")
 
 
+def test_wrapper_script_hides_what_it_runs_and_nothing_is_kept(fake):
+    assert fake("segfault").fingerprint() is None
+
+
 @pytest.mark.parametrize(
     "text", ["echo I am a teapot\n", "exit 1\n", "kill -SEGV $$\n"], ids=["talks", "fails", "dies"]
 )

@@ -6,7 +6,7 @@ import pytest
 
 from harness.comparison.verdicts import Verdict
 from harness.engines.lammps.scripts import Script
-from harness.engines.liggghts import engine as module
+from harness.engines.liggghts import jobs
 from harness.engines.liggghts.scripts import drop_script
 from harness.errors import EngineInputError
 from harness.parameters.contact import SOURCE, Contact
@@ -34,7 +34,7 @@ def with_script(liggghts, monkeypatch):
 
     def change(text):
         script = Script("drop.in", text, drop_script().variables)
-        monkeypatch.setattr(module, "drop_script", lambda: script)
+        monkeypatch.setattr(jobs, "drop_script", lambda: script)
         return liggghts
 
     return change
