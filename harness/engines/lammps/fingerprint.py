@@ -34,17 +34,18 @@ def fingerprint(lmp: str | None = None, launcher: str | None = None) -> dict[str
     """
     if lmp is None and launcher is None:
         files = _library_files()
-        return _facts("in-process", files) if files else None
+        return facts("lammps", "in-process", files) if files else None
     words = shlex.split(launcher or "")
     if words:
         words[0] = find_program("mpirun", words[0])
-    files = _program_files(Path(find_program("lmp", lmp or "lmp")))
-    return _facts(shlex.join(words) or "executable", files) if files else None
+    files = program_files(Path(find_program("lmp", lmp or "lmp")))
+    return facts("lammps", shlex.join(words) or "executable", files) if files else None
 
 
-def _facts(how: str, files: list[Path]) -> dict[str, Any]:
+def facts(engine: str, how: str, files: list[Path]) -> dict[str, Any]:
+    """Return who runs, JSON-ready, by the contents of its files, the program first."""
     return {
-        "engine": "lammps",
+        "engine": engine,
         "how": how,
         "program": str(files[0]),
         "files": sorted({f"{digest(path)} {path.name}" for path in files}),
@@ -64,7 +65,7 @@ def _library_files() -> list[Path]:
     return []
 
 
-def _program_files(program: Path) -> list[Path]:
+def program_files(program: Path) -> list[Path]:
     """Return a program and all that it loads; nothing for a script whose program is not known."""
     real = program.resolve()
     with real.open("rb") as stream:

@@ -34,8 +34,9 @@ _OUT_OF_MEMORY = (
     r"|cannot allocate memory|failed to map segment|can't start new thread"
 )
 
-LAST_RESULT = "RESULT verdict = "
-"""A log without this line is that of a run that did not finish."""
+LAST_RESULT = "\nRESULT verdict = "
+"""A log without this line is that of a run that did not finish. A log echoes comments and commands
+that name it, but not from the first column on."""
 
 
 def read_incline(
@@ -46,26 +47,27 @@ def read_incline(
     Raise EngineOutputError when a line is missing, EngineNaNError when a
     number is not finite.
     """
+    who = provenance.engine.upper()
     results = _RESULT.findall(log)
     values = dict(results)
     rows = [text.split() for name, text in results if name == "crest"]
     try:
-        crests = np.array([[_number("crest", word) for word in row] for row in rows])
+        crests = np.array([[_number(who, "crest", word) for word in row] for row in rows])
         crests = crests.reshape(-1, 4)
         return InclineRun(
             case=case,
             motion=Motion(values["verdict"]),
-            margin_J=_number("margin_J", values["margin_J"]),
+            margin_J=_number(who, "margin_J", values["margin_J"]),
             touching=values["touching"] == "1",
             crests=Crests(time_s=crests[:, 1], margin_J=crests[:, 2]),
-            time_s=_number("time_s", values["time_s"]),
+            time_s=_number(who, "time_s", values["time_s"]),
             steps=int(values["steps"]),
             seconds=seconds,
             provenance=provenance,
-            trajectory=None if series is None else read_trajectory(series),
+            trajectory=None if series is None else read_trajectory(series, who),
         )
     except (KeyError, ValueError) as error:
-        raise EngineOutputError(f"LAMMPS left an incomplete result ({error})") from None
+        raise EngineOutputError(f"{who} left an incomplete result ({error})") from None
 
 
 def read_drop(case: Drop, series: str) -> Trajectory:
@@ -99,7 +101,7 @@ def version_in(text: str) -> str:
     return found.group(1).strip()
 
 
-def read_trajectory(series: str) -> Trajectory:
+def read_trajectory(series: str, who: str = "LAMMPS") -> Trajectory:
     """Return the grain's path from the text of a series; raise EngineNaNError if not finite.
 
     Raise ValueError when a row is cut, or there is none.
@@ -108,32 +110,32 @@ def read_trajectory(series: str) -> Trajectory:
         raise ValueError("a series without rows")
     rows = np.loadtxt(io.StringIO(series), delimiter=",", skiprows=1, ndmin=2)
     if not np.isfinite(rows).all():
-        raise EngineNaNError("LAMMPS wrote a series with values that are not numbers")
+        raise EngineNaNError(f"{who} wrote a series with values that are not numbers")
     # the script runs in stretches, and LAMMPS prints where one ends and the next begins
     fresh = np.diff(rows[:, 0], prepend=-np.inf) > 0.0
     return Trajectory(*rows[fresh].T)
 
 
-def error_from_text(text: str, returncode: int | None = None) -> EngineError:
-    """Return the error that an engine's last words, or the way it died, speak of."""
+def error_from_text(text: str, returncode: int | None = None, who: str = "LAMMPS") -> EngineError:
+    """Return the error that the last words of ``who``, or the way it died, speak of."""
     errors = [line.strip() for line in text.splitlines() if _ERROR.search(line)]
     message = errors[-1] if errors else ""
     if re.search(_OUT_OF_MEMORY, text, re.IGNORECASE):
         said = f": {message}" if message else last_words(text)
-        return EngineMemoryError(f"LAMMPS ran out of memory{said}")
+        return EngineMemoryError(f"{who} ran out of memory{said}")
     if re.search(r"non-numeric|\bnan\b", message, re.IGNORECASE):
-        return EngineNaNError(f"LAMMPS met a value that is not a number: {message}")
+        return EngineNaNError(f"{who} met a value that is not a number: {message}")
     if re.search(r"lost atoms", message, re.IGNORECASE):
-        return EngineLostAtomsError(f"LAMMPS lost an atom: {message}")
+        return EngineLostAtomsError(f"{who} lost an atom: {message}")
     if message:
-        return EngineInputError(f"LAMMPS refused its input: {message}")
+        return EngineInputError(f"{who} refused its input: {message}")
     if returncode is not None and returncode != 0:
-        return EngineCrashError(f"LAMMPS died: {way_of_death(returncode)}{last_words(text)}")
-    return EngineOutputError(f"LAMMPS ended without a result{last_words(text)}")
+        return EngineCrashError(f"{who} died: {way_of_death(returncode)}{last_words(text)}")
+    return EngineOutputError(f"{who} ended without a result{last_words(text)}")
 
 
-def _number(name: str, text: str) -> float:
+def _number(who: str, name: str, text: str) -> float:
     value = float(text)
     if not math.isfinite(value):
-        raise EngineNaNError(f"LAMMPS returned {name} = {text}")
+        raise EngineNaNError(f"{who} returned {name} = {text}")
     return value

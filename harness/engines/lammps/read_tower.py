@@ -30,7 +30,7 @@ def read_tower(
     Raise EngineOutputError for a dump that is cut, EngineNaNError for values
     that are not finite.
     """
-    steps, table = _table(dump, case.particles)
+    steps, table = _table(dump, case.particles, who.engine.upper())
     weight = case.each("mass")[0] * case.gravity
     x, v, f = table[:, :, 1], table[:, :, 2], table[:, :, 3]
     displacement = x - case.each("diameter")[0] * np.arange(case.particles)
@@ -39,12 +39,12 @@ def read_tower(
     return tower_run(case, step, steps * step, displacement, v, force, who, profiles=profiles)
 
 
-def _table(dump: str, particles: int) -> tuple[Floats, Floats]:
+def _table(dump: str, particles: int, who: str) -> tuple[Floats, Floats]:
     """Return the steps (M,) and the rows (M, particles, 4) of a dump."""
     lines = dump.splitlines()
     block = HEADER_LINES + particles
     if not lines or len(lines) % block:
-        raise EngineOutputError(f"LAMMPS wrote {len(lines)} lines of dump, not blocks of {block}")
+        raise EngineOutputError(f"{who} wrote {len(lines)} lines of dump, not blocks of {block}")
     try:
         steps = np.array([float(line) for line in lines[1::block]])
         starts = range(HEADER_LINES, len(lines), block)
@@ -54,7 +54,7 @@ def _table(dump: str, particles: int) -> tuple[Floats, Floats]:
         if table.shape[2] != COLUMNS:
             raise ValueError(f"{table.shape[2]} columns instead of {COLUMNS}")
     except ValueError as error:
-        raise EngineOutputError(f"LAMMPS wrote a dump that cannot be read ({error})") from None
+        raise EngineOutputError(f"{who} wrote a dump that cannot be read ({error})") from None
     if not np.isfinite(table).all():
-        raise EngineNaNError("LAMMPS wrote positions, velocities or forces that are not numbers")
+        raise EngineNaNError(f"{who} wrote positions, velocities or forces that are not numbers")
     return steps, table

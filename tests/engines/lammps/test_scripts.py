@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from harness.engines.lammps.read import LAST_RESULT
 from harness.engines.lammps.scripts import (
     all_scripts,
     check_variables,
@@ -71,6 +72,11 @@ def test_every_override_is_used(script):
     text = "\n".join(code(script))
     unused = {n for n in script.variables if f"${{{n}}}" not in text and f"v_{n}" not in text}
     assert unused == set()
+
+
+@BY_NAME
+def test_log_that_only_echoes_the_script_is_no_result(script):
+    assert LAST_RESULT not in script.text
 
 
 @BY_NAME

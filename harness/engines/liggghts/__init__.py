@@ -1,0 +1,1 @@
+"""LIGGGHTS, as an executable."""

@@ -1,0 +1,170 @@
+"""LIGGGHTS against the reference DEM, against LAMMPS, and against the exact tower."""
+
+import subprocess
+
+import numpy as np
+import pytest
+
+from harness.chain import exact
+from harness.engines.lammps.engine import Lammps
+from harness.engines.liggghts.engine import Liggghts
+from harness.engines.reference.engine import Reference
+from harness.errors import EngineError, RequestError
+from harness.observables.impulse import impulse
+from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE
+from harness.parameters.incline import Incline
+from harness.parameters.tower import Tower
+from harness.theory.critical_angle import critical_angle as closed_form
+from harness.verbs.incline import critical_angle
+
+pytestmark = pytest.mark.live
+
+STEPS = {SOURCE: 50.0, CLIPPED: 50.0, PLASTIC: 100.0}
+CONTACTS = pytest.mark.parametrize("contact", STEPS, ids=lambda contact: contact.name)
+
+
+@pytest.fixture(scope="module")
+def lammps(lammps_here):  # noqa: ARG001
+    with Lammps(workers=2) as engine:
+        yield engine
+
+
+def assert_same_run(own, theirs, margin):
+    assert (own.motion, own.steps, own.touching) == (theirs.motion, theirs.steps, theirs.touching)
+    assert own.margin_J == pytest.approx(theirs.margin_J, abs=margin)
+    np.testing.assert_allclose(own.crests.margin_J, theirs.crests.margin_J, rtol=0, atol=margin)
+
+
+@CONTACTS
+def test_incline_is_lammps_bit_by_bit(liggghts, lammps, contact):
+    cases = [
+        Incline(contact=contact, steps_per_contact=STEPS[contact], angle=angle, phase=phase)
+        for angle, phase in ((9.9, 0.0), (10.5, 0.3))
+    ]
+    for route in ("passage", "steady"):
+        runs = (engine.inclines(cases, route) for engine in (liggghts, lammps))
+        for own, theirs in zip(*runs, strict=True):
+            assert_same_run(own, theirs, 0.0)
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        Incline(angle=10.2, time_limit=1.0),
+        Incline(angle=14.0, wells=30),
+        Incline(angle=12.0, diameter=0.003, density=2500.0, stiffness=1e3),
+        Incline(angle=0.0),
+        Incline(angle=12.0, contact=CLIPPED.replace(effective_mass="half"), spheres=5),
+    ],
+)
+def test_other_inclines_are_lammps_bit_by_bit(liggghts, lammps, case):
+    (own,), (theirs,) = (
+        engine.inclines([case], "steady", every=20) for engine in (liggghts, lammps)
+    )
+    assert_same_run(own, theirs, 0.0)
+    for column, values in vars(theirs.trajectory).items():
+        np.testing.assert_array_equal(getattr(own.trajectory, column), values, column)
+
+
+@CONTACTS
+def test_path_is_the_reference_dem_to_round_off(liggghts, contact):
+    case = Incline(contact=contact, steps_per_contact=STEPS[contact], angle=10.3, phase=0.3)
+    (own,), (theirs,) = (
+        engine.inclines([case], "passage", every=10)
+        for engine in (liggghts, Reference(liggghts.traits.integrator))
+    )
+    assert_same_run(own, theirs, 1e-12)
+    for column, values in vars(theirs.trajectory).items():
+        difference = np.abs(getattr(own.trajectory, column) - values).max()
+        assert difference < 1e-11, column
+
+
+@pytest.mark.parametrize("stiffness", [1e5, 1e6, 1e7])
+@CONTACTS
+def test_critical_angle_is_on_the_curve_of_the_reference_dem(liggghts, contact, stiffness):
+    case = Incline(contact=contact, steps_per_contact=STEPS[contact], stiffness=stiffness)
+    reference = Reference(liggghts.traits.integrator)
+    own, theirs = (critical_angle(case, engine=e, phases=2) for e in (liggghts, reference))
+    assert own.value_deg == pytest.approx(theirs.value_deg, abs=1e-9)
+
+
+def test_critical_angle_of_the_plastic_contact_is_that_of_theory(liggghts):
+    case = Incline(contact=PLASTIC, steps_per_contact=100.0)
+    assert critical_angle(case, engine=liggghts).value_deg == pytest.approx(
+        closed_form(0.25), abs=0.003
+    )
+
+
+@pytest.mark.parametrize("height", [1, 2, 4, 9, 19])
+def test_tower_meets_the_exact_solution(liggghts, height):
+    case = Tower(height=height, law="overlap", stiffness=1e5, mass=1.0, speed=2.0)
+    errors = []
+    for steps in (400.0, 1600.0):
+        (run,) = liggghts.towers([case], 3.0, steps_per_contact=steps, samples=1200)
+        reference = exact.run(case, run.time[-1], samples=len(run.time) - 1)
+        rows = np.searchsorted(reference.time, run.time - 1e-9 * run.time[-1])
+        force = reference.grain_force[rows]
+        errors.append(float(np.abs(run.grain_force - force).max() / force.max()))
+    assert run.grain_force.max() == pytest.approx(force.max(), rel=2e-5)
+    assert impulse(run) == pytest.approx(impulse(reference), rel=2e-5)
+    assert 1.8 < 0.5 * np.log2(errors[0] / errors[1]) < 2.4
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"gravity": 0.0},
+        {"base": "free", "gravity": 0.0},
+        {"base": "free"},
+        {"start": "preloaded"},
+        {"start": "gapped", "gap": 1e-4},
+        {"mass": 0.3, "diameter": 0.02, "stiffness": 2e4, "speed": 0.7},
+    ],
+)
+def test_every_kind_of_tower_is_lammps_bit_by_bit(liggghts, lammps, changes):
+    case = Tower(height=5, law="overlap").replace(**changes)
+    (own,), (theirs,) = (e.towers([case], 3.0, profiles=True) for e in (liggghts, lammps))
+    for values, others in zip(own.profiles, theirs.profiles, strict=True):
+        np.testing.assert_array_equal(values, others)
+
+
+def test_tower_of_the_deformable_law_is_refused(liggghts):
+    with pytest.raises(RequestError, match="overlap law only"):
+        liggghts.towers([Tower()], 3.0)
+
+
+def test_run_that_leaves_its_box_costs_only_itself(liggghts):
+    flung = Incline(angle=29.0, contact=PLASTIC, steps_per_contact=100.0)
+    good = Incline(angle=10.3, contact=PLASTIC, steps_per_contact=100.0)
+    first, lost, last = liggghts.inclines([good, flung, good], "passage")
+    assert first.margin_J == last.margin_J
+    assert isinstance(lost, EngineError)
+    assert "ERROR" in lost.log
+
+
+def test_engine_is_told_by_the_contents_of_its_libraries_and_scripts(liggghts):
+    who = liggghts.fingerprint()
+    assert who["engine"] == "liggghts"
+    assert any(name.endswith("libliggghts.so.3") for name in who["files"])
+    assert who["scripts"].keys() >= {"drop.in", "tower.in", "incline-plastic.in"}
+
+
+def test_asking_who_it_is_leaves_no_log_behind(program, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with Liggghts(program) as engine:
+        assert engine.identify().engine_version.startswith("LIGGGHTS-PUBLIC")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["drop", "tower", "incline-plastic"])
+def test_committed_input_runs_alone(program, inputs, tmp_path, name):
+    done = subprocess.run(
+        [program, "-in", inputs / "liggghts" / f"{name}.in", "-log", "none"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=True,
+    )
+    (verdict,) = (line for line in done.stdout.splitlines() if "RESULT verdict" in line)
+    assert verdict.split()[-1] in {"finished", "trapped", "moves_on"}

@@ -1,0 +1,151 @@
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from harness.engines.liggghts import engine as module
+from harness.engines.liggghts.engine import Liggghts
+from harness.engines.liggghts.scripts import incline_script
+from harness.engines.process import Limits
+from harness.errors import (
+    EngineCrashError,
+    EngineInputError,
+    EngineLostAtomsError,
+    EngineMemoryError,
+    EngineMissingError,
+    EngineNaNError,
+    EngineOutputError,
+    EngineTimeoutError,
+    RequestError,
+)
+from harness.observables.incline import InclineRun, Motion
+from harness.parameters.incline import Incline
+
+HERE = Path(__file__).parent
+GOOD, BAD = Incline(angle=10.0), Incline(angle=13.0)
+
+
+@pytest.fixture
+def fake(script_file):
+    """Return a function that makes an engine of the fake in one of its modes."""
+    engines = []
+
+    def make(mode, **limits):
+        fake, recorded = HERE / "fake_liggghts.py", HERE / "recorded"
+        path = script_file(f'exec "{sys.executable}" "{fake}" "{mode}" "{recorded}" "$@"\n')
+        engines.append(Liggghts(path, workers=1, limits=Limits(**limits)))
+        return engines[-1]
+
+    yield make
+    for engine in engines:
+        engine.close()
+
+
+@pytest.mark.parametrize(
+    ("mode", "limits", "error", "said"),
+    [
+        ("segfault", {}, EngineCrashError, "SIGSEGV"),
+        ("silent", {}, EngineCrashError, "exit status 1"),
+        ("nothing", {}, EngineOutputError, "without a result"),
+        ("refuse", {}, EngineInputError, "0.05 < coefficientRestitution <= 1 required"),
+        ("lose", {}, EngineLostAtomsError, "Lost atoms"),
+        ("hang", {"seconds": 0.5}, EngineTimeoutError, "within 0.5 s"),
+        ("bad_alloc", {}, EngineMemoryError, "memory"),
+        ("nan", {}, EngineNaNError, "margin_J = -nan"),
+        ("half a log", {}, EngineOutputError, "without a result"),
+        ("half a series", {}, EngineOutputError, "incomplete result"),
+    ],
+)
+def test_each_way_to_fail_has_its_error_and_costs_only_its_own_job(fake, mode, limits, error, said):
+    jobs = [GOOD, BAD, GOOD, GOOD, BAD]
+    results = fake(mode, **limits).inclines(jobs, "passage", every=100)
+    for result in (results[1], results[4]):
+        assert type(result) is error
+        assert said in str(result)
+        assert str(result).startswith("LIGGGHTS")
+        assert "\n" not in str(result)
+    for result in (results[0], results[2], results[3]):
+        assert isinstance(result, InclineRun)
+        assert result.motion is Motion.MOVES_ON
+
+
+def test_the_log_of_a_run_that_failed_says_what_ran_and_where_it_ended(fake):
+    engine = fake("refuse")
+    good, bad = engine.inclines([GOOD, BAD], "passage")
+    assert isinstance(good, InclineRun)
+    head, digest, *rest = bad.log.splitlines()
+    assert head.startswith("# liggghts -in incline-source.in -var route passage -var angle 13")
+    assert digest.endswith(incline_script("source").sha256)
+    assert any(line.startswith("ERROR: 0.05 <") for line in rest)
+
+
+def test_logs_leave_out_what_is_said_of_every_stretch(fake, recorded):
+    engine = fake("segfault")
+    engine.inclines([GOOD], "passage")
+    (log,) = engine.logs().values()
+    assert recorded("passage-moves-on.log").count("for 50 steps") > 10
+    assert "for 50 steps" not in log
+    assert "RESULT verdict = moves_on" in log
+
+
+def test_hang_ends_at_the_limit_and_leaves_no_process(fake, tmp_path):
+    start = time.monotonic()
+    (error,) = fake("hang", seconds=0.3).inclines([BAD], "passage")
+    assert isinstance(error, EngineTimeoutError)
+    assert time.monotonic() - start < 10.0
+    commands = (path.read_bytes() for path in Path("/proc").glob("[0-9]*/cmdline"))
+    assert not any(str(tmp_path).encode() in command for command in commands)
+
+
+def test_closed_engine_starts_nothing(fake):
+    engine = fake("segfault")
+    engine.close()
+    (error,) = engine.inclines([GOOD], "passage")
+    assert isinstance(error, EngineCrashError)
+
+
+def test_provenance_is_what_the_help_says(fake, tmp_path):
+    (run,) = fake("segfault").inclines([GOOD], "passage")
+    who = run.provenance
+    assert (who.engine, who.engine_version) == ("liggghts", "LIGGGHTS-PUBLIC 3.8.0")
+    assert (who.executable, who.how) == (str(tmp_path / "fake-lmp"), "executable")
+    assert who.script_sha256 == incline_script("source").sha256
+    assert who.integrator == "velocity-verlet"
+
+
+def test_liggghts_without_the_model_is_refused_with_the_model_named(fake):
+    with pytest.raises(EngineMissingError, match="without the contact model hooke/stiffness"):
+        fake("without model")
+
+
+def test_wrapper_script_hides_what_it_runs_and_nothing_is_kept(fake):
+    assert fake("segfault").fingerprint() is None
+
+
+@pytest.mark.parametrize(
+    "text", ["echo I am a teapot\n", "exit 1\n", "kill -SEGV $$\n"], ids=["talks", "fails", "dies"]
+)
+def test_program_that_is_not_liggghts_is_refused_by_name(script_file, text):
+    with pytest.raises(EngineMissingError, match=r"^--liggghts \S+fake-lmp is not LIGGGHTS") as e:
+        Liggghts(script_file(text))
+    assert "\n" not in str(e.value)
+
+
+def test_file_that_cannot_run_is_refused_by_name(tmp_path):
+    path = tmp_path / "liggghts"
+    path.write_bytes(b"\x7fELF nonsense")
+    path.chmod(0o755)
+    with pytest.raises(EngineMissingError, match=r"^--liggghts \S+liggghts does not run"):
+        Liggghts(str(path))
+
+
+def test_program_that_is_named_and_not_there_is_a_wrong_request():
+    with pytest.raises(RequestError, match=r"--liggghts '/no/such/one': no such executable"):
+        Liggghts("/no/such/one")
+
+
+def test_engine_that_is_not_installed_says_how_to_get_it(monkeypatch):
+    monkeypatch.setattr(module, "PROGRAM", "no-such-program")
+    with pytest.raises(EngineMissingError, match="apt install liggghts, or --liggghts PATH"):
+        Liggghts()

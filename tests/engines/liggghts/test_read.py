@@ -1,0 +1,76 @@
+"""The readers that LIGGGHTS shares with LAMMPS, on what LIGGGHTS wrote."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+from harness.engines.lammps.read import error_from_text, read_incline, read_trajectory
+from harness.engines.lammps.read_tower import read_tower
+from harness.errors import (
+    EngineInputError,
+    EngineLostAtomsError,
+    EngineNaNError,
+    EngineOutputError,
+)
+from harness.observables.incline import Motion
+from harness.observables.provenance import Provenance
+from harness.parameters.contact import PLASTIC
+from harness.parameters.incline import Incline
+from harness.parameters.tower import Tower
+
+WHO = Provenance("liggghts", "LIGGGHTS-PUBLIC 3.8.0")
+CASE = Incline(angle=10.3, stiffness=5e3, steps_per_contact=50.0, contact=PLASTIC)
+TOWER = Tower(height=2, law="overlap", stiffness=1e4)
+
+
+def test_passage_with_its_path(recorded):
+    log, series = recorded("passage-moves-on.log"), recorded("grain.csv")
+    run = read_incline(CASE, log, series, 0.5, WHO)
+    assert (run.motion, run.steps, run.touching) == (Motion.MOVES_ON, 1550, True)
+    assert run.time_s == pytest.approx(1550 * CASE.step, rel=1e-14)
+    assert run.crests.margin_J.tolist() == [run.margin_J]
+    assert run.trajectory.time_s == pytest.approx(100 * CASE.step * np.arange(16), rel=1e-14)
+
+
+def test_undecided_run(recorded):
+    run = read_incline(CASE, recorded("steady-undecided.log"), None, 0.5, WHO)
+    assert (run.motion, run.steps, run.crests.time_s.size) == (Motion.UNDECIDED, 360, 1)
+    assert run.steps == math.ceil(math.sqrt(CASE.diameter / CASE.gravity) / CASE.step)
+
+
+def test_tower(recorded):
+    run = read_tower(TOWER, 0.1, recorded("tower.dump"), WHO, profiles=True)
+    assert run.time.tolist() == [0.0, 3.0, 6.0]
+    assert (run.grain_force[0], run.grain_velocity[0]) == (0.0, 2.0)
+    overlap = run.profiles.displacements[:, :-1] - run.profiles.displacements[:, 1:]
+    assert run.profiles.forces == pytest.approx(1e4 * np.maximum(overlap, 0.0), abs=1e-9)
+
+
+@pytest.mark.parametrize("left", [0.3, 0.6, 0.9])
+def test_dump_that_is_cut_is_refused(recorded, left):
+    dump = recorded("tower.dump")
+    with pytest.raises(EngineOutputError, match=r"^LIGGGHTS wrote"):
+        read_tower(TOWER, 0.1, dump[: int(left * len(dump))], WHO)
+
+
+def test_values_that_are_not_numbers_are_named(recorded):
+    with pytest.raises(EngineNaNError, match=r"^LIGGGHTS wrote positions"):
+        read_tower(TOWER, 0.1, recorded("tower.dump").replace(" 2 9.8", " nan 9.8"), WHO)
+    with pytest.raises(EngineNaNError, match=r"^LIGGGHTS wrote a series"):
+        read_trajectory(re.sub(r"0\.9\d+", "nan", recorded("grain.csv")), "LIGGGHTS")
+
+
+@pytest.mark.parametrize(
+    ("name", "error", "said"),
+    [
+        ("refused-restitution.log", EngineInputError, "0.05 < coefficientRestitution <= 1"),
+        ("lost-atom.log", EngineLostAtomsError, "Lost atoms"),
+    ],
+)
+def test_errors_of_a_log(recorded, name, error, said):
+    found = error_from_text(recorded(name), 1, "LIGGGHTS")
+    assert type(found) is error
+    assert said in str(found)
+    assert str(found).startswith("LIGGGHTS ")
