@@ -1,0 +1,114 @@
+"""Read what a generated Yade script left: the lines RESULT, the path, the motion of a tower."""
+
+from __future__ import annotations
+
+import io
+import math
+import re
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from harness.engines.tower_record import tower_run
+from harness.errors import EngineNaNError, EngineOutputError
+from harness.observables.drop import DropRun
+from harness.observables.incline import Crests, InclineRun, Motion, Trajectory
+from harness.observables.provenance import Provenance
+from harness.observables.tower import TowerRun
+from harness.parameters.drop import Drop
+from harness.parameters.incline import Incline
+from harness.parameters.tower import Tower
+
+Floats = NDArray[np.float64]
+
+_RESULT = re.compile(r"^RESULT (\w+) = (.*)$", re.MULTILINE)
+
+LAST_RESULT = "RESULT verdict = "
+"""Results without this line are those of a run that did not finish."""
+
+ROUNDINGS = 4
+"""A contact pressed in by fewer roundings of a position cannot be told from an open one."""
+
+
+def read_incline(case: Incline, results: str, series: str | None, who: Provenance) -> InclineRun:
+    """Return the run that a script's results tell of, with its path where there is a series.
+
+    Raise EngineOutputError when something is missing, EngineNaNError when a number is not
+    finite.
+    """
+    pairs = _RESULT.findall(results)
+    values = dict(pairs)
+    rows = [[float(word) for word in text.split()] for name, text in pairs if name == "crest"]
+    try:
+        crests = np.array(rows).reshape(-1, 4)
+        return InclineRun(
+            case=case,
+            margin_J=_number(values, "margin_J"),
+            motion=Motion(values["verdict"]),
+            touching=values["touching"] == "1",
+            crests=Crests(time_s=crests[:, 1], margin_J=crests[:, 2]),
+            time_s=_number(values, "time_s"),
+            steps=int(values["steps"]),
+            seconds=_number(values, "seconds"),
+            provenance=who,
+            trajectory=None if series is None else _path(series),
+        )
+    except (KeyError, ValueError) as error:
+        raise EngineOutputError(f"Yade left an incomplete result ({error})") from None
+
+
+def read_drop(case: Drop, results: str, series: str, who: Provenance) -> DropRun:
+    """Return the drop that a series tells of; errors as for :func:`read_incline`."""
+    try:
+        seconds = _number(dict(_RESULT.findall(results)), "seconds")
+    except (KeyError, ValueError) as error:
+        raise EngineOutputError(f"Yade left an incomplete result ({error})") from None
+    path = _path(series)
+    expected = case.steps // case.every + 1
+    if path.time_s.size != expected:
+        raise EngineOutputError(f"Yade wrote {path.time_s.size} rows of path, not {expected}")
+    return DropRun(case, path, seconds, who)
+
+
+def read_tower(
+    case: Tower, step: float, series: str, who: Provenance, profiles: bool = False
+) -> TowerRun:
+    """Return the run that a series of places, velocities and contact forces tells of.
+
+    The forces are Yade's own. Errors as for :func:`read_incline`.
+    """
+    count = case.particles
+    table = _table(series, 3 * count)
+    time, x, v, force = np.split(table, [1, 1 + count, 1 + 2 * count], axis=1)
+    displacement = x - case.each("diameter")[0] * np.arange(count)
+    resolution = ROUNDINGS * np.finfo(float).eps * float(np.abs(x).max())
+    force[force <= resolution * case.each("stiffness")[0]] = 0.0
+    return tower_run(case, step, time[:, 0], displacement, v, force, who, profiles=profiles)
+
+
+def _path(series: str) -> Trajectory:
+    return Trajectory(*_table(series, 5).T)
+
+
+def _table(series: str, columns: int) -> Floats:
+    """Return the rows of a series (M, columns), times in order."""
+    try:
+        table = pd.read_csv(io.StringIO(series), dtype=np.float64, float_precision="round_trip")
+    except ValueError as error:  # pandas's own errors are among them
+        raise EngineOutputError(f"Yade wrote a series that cannot be read ({error})") from None
+    rows = table.to_numpy()
+    if rows.shape[1] != columns or not series.endswith("\n"):
+        raise EngineOutputError(f"Yade wrote a series that is cut, or not of {columns} columns")
+    if not np.isfinite(rows).all():
+        raise EngineNaNError("Yade wrote a series with values that are not numbers")
+    if rows.shape[0] == 0 or np.any(np.diff(rows[:, 0]) <= 0.0):
+        raise EngineOutputError(f"Yade wrote a series of {rows.shape[0]} rows out of order")
+    return np.asarray(rows)
+
+
+def _number(values: dict[str, str], name: str) -> float:
+    value = float(values[name])
+    if not math.isfinite(value):
+        raise EngineNaNError(f"Yade returned {name} = {values[name]}")
+    return value
