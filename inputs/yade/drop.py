@@ -119,6 +119,11 @@ class Series:
             Path(self.path).write_text("\n".join(self.lines) + "\n", encoding="utf-8")
 
 
+def leave_nothing():
+    """Remove the folder below /tmp that Yade makes at its start and does not remove."""
+    Path(O.tmpFilename()).parent.rmdir()
+
+
 def start_over(step):
     """Empty Yade's scene, with a step [s] for the next."""
     O.reset()
@@ -227,6 +232,7 @@ class Motion:
         self.results.add("verdict", "finished")
 
 
+leave_nothing()
 for parameters in runs():
     motion = Motion(parameters)
     motion.run()

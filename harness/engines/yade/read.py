@@ -7,7 +7,6 @@ import math
 import re
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from harness.engines.tower_record import tower_run
@@ -93,18 +92,19 @@ def _path(series: str) -> Trajectory:
 
 def _table(series: str, columns: int) -> Floats:
     """Return the rows of a series (M, columns), times in order."""
+    if not series.endswith("\n") or series.count("\n") < 2:
+        raise EngineOutputError("Yade wrote a series that is cut, or without rows")
     try:
-        table = pd.read_csv(io.StringIO(series), dtype=np.float64, float_precision="round_trip")
-    except ValueError as error:  # pandas's own errors are among them
+        rows = np.loadtxt(io.StringIO(series), delimiter=",", skiprows=1, ndmin=2)
+    except ValueError as error:
         raise EngineOutputError(f"Yade wrote a series that cannot be read ({error})") from None
-    rows = table.to_numpy()
-    if rows.shape[1] != columns or not series.endswith("\n"):
-        raise EngineOutputError(f"Yade wrote a series that is cut, or not of {columns} columns")
+    if rows.shape[1] != columns:
+        raise EngineOutputError(f"Yade wrote {rows.shape[1]} columns, not {columns}")
     if not np.isfinite(rows).all():
         raise EngineNaNError("Yade wrote a series with values that are not numbers")
-    if rows.shape[0] == 0 or np.any(np.diff(rows[:, 0]) <= 0.0):
-        raise EngineOutputError(f"Yade wrote a series of {rows.shape[0]} rows out of order")
-    return np.asarray(rows)
+    if np.any(np.diff(rows[:, 0]) <= 0.0):
+        raise EngineOutputError("Yade wrote a series that is out of order")
+    return rows
 
 
 def _number(values: dict[str, str], name: str) -> float:
