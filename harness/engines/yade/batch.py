@@ -36,10 +36,10 @@ class Job:
 
 @dataclass(frozen=True)
 class Output:
-    """What a finished run left: its lines RESULT, and its series if asked for."""
+    """What a finished run left: its lines RESULT, and its series or nothing."""
 
     results: str
-    series: str | None
+    series: str
 
 
 class Batches:
@@ -97,7 +97,7 @@ class Batches:
                 error.log = ended.said
                 done.append(error)
                 break
-            series = text_of(folder / f"{number}.csv") if job.series else None
+            series = text_of(folder / f"{number}.csv") if job.series else ""
             done.append(Output(results, series))
         shutil.rmtree(folder, ignore_errors=True)
         return done

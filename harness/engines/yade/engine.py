@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import subprocess
+import tempfile
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -93,7 +95,7 @@ class Yade(Engine):
         jobs = [Job(drop_script(), self.drop_values(case)) for case in cases]
 
         def read(case: Drop, output: Output, who: Provenance) -> DropRun:
-            return read_drop(case, output.results, output.series or "", who)
+            return read_drop(case, output.results, output.series, who)
 
         return self._run(cases, jobs, read)
 
@@ -119,7 +121,7 @@ class Yade(Engine):
         ]
 
         def read(case: Incline, output: Output, who: Provenance) -> InclineRun:
-            return read_incline(case, output.results, output.series, who)
+            return read_incline(case, output.results, who, output.series, every)
 
         return self._run(cases, jobs, read)
 
@@ -141,7 +143,7 @@ class Yade(Engine):
 
         def read(timed: tuple[Tower, Plan], output: Output, who: Provenance) -> TowerRun:
             case, timing = timed
-            return read_tower(case, timing.step, output.series or "", who, profiles)
+            return read_tower(case, timing, output.series, who, profiles)
 
         return self._run(list(zip(cases, plans, strict=True)), jobs, read)
 
@@ -200,9 +202,6 @@ def _find(program: str | None) -> str:
 
 def _version(program: str) -> str:
     """Return the version that a program names; raise EngineMissingError when it is not Yade's."""
-    import os
-    import tempfile
-
     with tempfile.TemporaryDirectory(prefix="dem-harness-") as home:
         try:
             answer = subprocess.run(

@@ -17,7 +17,8 @@ from harness.errors import (
     RequestError,
 )
 from harness.observables.incline import InclineRun
-from harness.parameters.contact import PLASTIC
+from harness.parameters.contact import PLASTIC, SOURCE
+from harness.parameters.drop import Drop
 from harness.parameters.incline import Incline
 
 HERE = Path(__file__).parent
@@ -145,3 +146,20 @@ def test_yade_that_is_not_installed_is_missing_with_the_remedy(monkeypatch, tmp_
 def test_environment_keeps_what_is_not_foreign(tmp_path):
     inherited = {"PATH": "/bin", "PYTHONPATH": "x", "OMPI_COMM_WORLD_RANK": "1", "HOME": "/home/me"}
     assert environment(inherited, tmp_path) == {"PATH": "/bin", "HOME": str(tmp_path)}
+
+
+def test_a_contact_that_yade_cannot_state_is_a_wrong_request(fake):
+    engine = fake("")
+    for refused in (
+        lambda: engine.inclines([GOOD, GOOD.replace(contact=SOURCE)], "passage"),
+        lambda: engine.drops([Drop(contact=SOURCE)]),
+    ):
+        with pytest.raises(
+            RequestError, match=r"'yade' cannot state contact 'source': its contacts"
+        ):
+            refused()
+
+
+def test_a_path_needs_steps_between_its_rows(fake):
+    with pytest.raises(RequestError, match=r"every = 0: must be at least 1 step"):
+        fake("").inclines([GOOD], "passage", every=0)

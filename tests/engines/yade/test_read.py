@@ -12,7 +12,7 @@ WHO = Provenance("yade", "1970.01a")
 
 
 def test_incline_with_its_path(incline, recorded):
-    run = read_incline(incline, recorded("incline.txt"), recorded("incline.csv"), WHO)
+    run = read_incline(incline, recorded("incline.txt"), WHO, recorded("incline.csv"), 200)
     assert run.motion is Motion.MOVES_ON
     assert run.touching
     assert (run.time_s, run.steps) == (pytest.approx(4600 * incline.step, rel=1e-15), 4600)
@@ -27,7 +27,7 @@ def test_incline_with_its_path(incline, recorded):
 
 
 def test_every_crest_of_a_steady_run_is_kept(incline, recorded):
-    run = read_incline(incline.replace(angle=20.0, wells=3), recorded("steady.txt"), None, WHO)
+    run = read_incline(incline.replace(angle=20.0, wells=3), recorded("steady.txt"), WHO)
     assert run.motion is Motion.MOVES_ON
     assert run.trajectory is None
     assert run.crests.time_s.shape == (3,)
@@ -45,7 +45,7 @@ def test_drop(drop, recorded):
 
 def test_tower(tower, recorded):
     timing = plan(tower, 1.0, 100.0, 20)
-    run = read_tower(tower, timing.step, recorded("tower.csv"), WHO, profiles=True)
+    run = read_tower(tower, timing, recorded("tower.csv"), WHO, profiles=True)
     assert run.time[-1] == pytest.approx(tower.contact_time, rel=1e-12)
     overlap = run.profiles.displacements[:, :-1] - run.profiles.displacements[:, 1:]
     spring = 1e5 * np.maximum(overlap, 0.0)
@@ -60,9 +60,10 @@ def test_tower(tower, recorded):
 
 def test_the_rounding_of_places_is_no_contact(tower, recorded):
     lines = recorded("tower.csv").splitlines()
-    tiny = 1e5 * 2.0 * np.finfo(float).eps
-    series = "\n".join([lines[0], f"0,0,1,2,0,0,0,{tiny!r},{tiny!r}"]) + "\n"
-    assert read_tower(tower, 1e-6, series, WHO).contacts.tolist() == [0]
+    timing, tiny = plan(tower, 1.0, 100.0, 20), 1e5 * 2.0 * float(np.finfo(float).eps)
+    rows = [f"{time},0,1,2,0,0,0,{tiny!r},{tiny!r}" for time in range(len(lines) - 1)]
+    series = "\n".join([lines[0], *rows]) + "\n"
+    assert not read_tower(tower, timing, series, WHO).contacts.any()
 
 
 @pytest.mark.parametrize("missing", ["margin_J", "touching", "time_s", "steps", "seconds"])
@@ -70,14 +71,14 @@ def test_a_result_without_a_line_is_named(incline, recorded, missing):
     lines = recorded("incline.txt").splitlines(keepends=True)
     text = "".join(line for line in lines if f" {missing} =" not in line)
     with pytest.raises(EngineOutputError, match=missing):
-        read_incline(incline, text, None, WHO)
+        read_incline(incline, text, WHO)
 
 
 def test_a_grain_that_is_nowhere_is_named(incline, recorded):
     text = recorded("incline.txt").replace("verdict = moves_on", "verdict = not_a_number")
     lines = ["RESULT margin_J = nan" if "margin_J" in x else x for x in text.splitlines()]
     with pytest.raises(EngineNaNError, match="margin_J = nan"):
-        read_incline(incline, "\n".join(lines), None, WHO)
+        read_incline(incline, "\n".join(lines), WHO)
 
 
 @pytest.mark.parametrize("cut", [0, 1, 40, -1, -8, -30, -110])
@@ -98,4 +99,6 @@ def test_a_series_that_is_cut_is_named(drop, recorded, cut):
 def test_rows_that_are_wrong_are_named(incline, recorded, row, error):
     series = "time_s,x_m,y_m,vx_m_per_s,vy_m_per_s\n0,1,1,1,1\n" + row + "\n"
     with pytest.raises(error):
-        read_incline(incline, recorded("incline.txt"), series, WHO)
+        read_incline(
+            incline, recorded("incline.txt").replace("steps = 4600", "steps = 1"), WHO, series, 1
+        )
