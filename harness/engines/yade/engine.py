@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-import os
-import re
-import shutil
-import subprocess
-import tempfile
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import TypeVar
 
 from harness.engines.contract import Engine, Route
 from harness.engines.parallel import cores
-from harness.engines.process import Limits, first_words
-from harness.engines.programs import find_program
+from harness.engines.process import Limits
 from harness.engines.timing import Plan, plan
 from harness.engines.traits import Traits
-from harness.engines.yade.batch import Batches, Job, Output, environment
+from harness.engines.yade.batch import Batches, Job, Output
+from harness.engines.yade.program import find, version
 from harness.engines.yade.read import read_drop, read_incline, read_tower
 from harness.engines.yade.scripts import (
     Values,
@@ -29,7 +23,7 @@ from harness.engines.yade.scripts import (
     tower_script,
     tower_values,
 )
-from harness.errors import EngineError, EngineMissingError, RequestError
+from harness.errors import EngineError, RequestError
 from harness.observables.drop import DropRun
 from harness.observables.incline import InclineRun
 from harness.observables.provenance import Provenance
@@ -38,8 +32,6 @@ from harness.parameters.contact import Contact
 from harness.parameters.drop import Drop
 from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
-
-VERSION_SECONDS = 60.0
 
 Case = TypeVar("Case")
 Run = TypeVar("Run")
@@ -74,10 +66,10 @@ class Yade(Engine):
         workers: int | None = None,
         limits: Limits | None = None,
     ) -> None:
-        self._program = _find(program)
+        self._program = find(program, self.traits.obtain)
         self._who = Provenance(
             engine=self.name,
-            engine_version=_version(self._program),
+            engine_version=version(self._program),
             executable=self._program,
             how="executable",
             integrator=self.traits.integrator,
@@ -188,37 +180,6 @@ class Yade(Engine):
             else:
                 self._logs.setdefault(script.name, log)
         return runs
-
-
-def _find(program: str | None) -> str:
-    """Return the path of Yade: that of the program named, or of the one on PATH."""
-    if program is not None:
-        return find_program("yade", program)
-    found = shutil.which("yade")
-    if found is None:
-        raise EngineMissingError(f"no Yade on PATH: {Yade.traits.obtain}")
-    return str(Path(found).absolute())
-
-
-def _version(program: str) -> str:
-    """Return the version that a program names; raise EngineMissingError when it is not Yade's."""
-    with tempfile.TemporaryDirectory(prefix="dem-harness-") as home:
-        try:
-            answer = subprocess.run(
-                [program, "--version"],
-                stdin=subprocess.DEVNULL,
-                capture_output=True,
-                timeout=VERSION_SECONDS,
-                check=False,
-                env=environment(os.environ, Path(home)),
-            )
-        except (OSError, subprocess.TimeoutExpired) as error:
-            raise EngineMissingError(f"{program} does not run: {error}") from None
-    said = (answer.stdout + answer.stderr).decode(errors="replace")
-    named = re.search(r"^Yade version: (\S+)", said, re.MULTILINE)
-    if named is None:
-        raise EngineMissingError(f"{program} is not Yade: it names no version{first_words(said)}")
-    return named[1]
 
 
 def _headed(job: Job, text: str) -> str:
