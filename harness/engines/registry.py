@@ -13,12 +13,14 @@ ENGINES: dict[str, str] = {
     "lammps": "harness.engines.lammps.engine:Lammps",
     "reference": "harness.engines.reference.engine:Reference",
     "liggghts": "harness.engines.liggghts.engine:Liggghts",
+    "yade": "harness.engines.yade.engine:Yade",
 }
 """Where each engine's class is. Imported when it is asked for: none pays for another's imports."""
 
 INPUTS: dict[str, str] = {
     "lammps": "harness.engines.lammps.scripts:input_files",
     "liggghts": "harness.engines.liggghts.scripts:input_files",
+    "yade": "harness.engines.yade.scripts:input_files",
 }
 """Where each engine's generated inputs are made: texts by their names below ``inputs``."""
 

@@ -1,0 +1,1 @@
+"""Yade as an engine: it runs a generated script in its own Python."""

@@ -1,0 +1,165 @@
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from harness.engines.process import Limits
+from harness.engines.yade.batch import environment
+from harness.engines.yade.engine import Yade
+from harness.errors import (
+    EngineCrashError,
+    EngineMemoryError,
+    EngineMissingError,
+    EngineNaNError,
+    EngineOutputError,
+    EngineTimeoutError,
+    RequestError,
+)
+from harness.observables.incline import InclineRun
+from harness.parameters.contact import PLASTIC, SOURCE
+from harness.parameters.drop import Drop
+from harness.parameters.incline import Incline
+
+HERE = Path(__file__).parent
+GIGABYTE = 1024**3
+GOOD, BAD = Incline(angle=10.0, contact=PLASTIC), Incline(angle=13.0, contact=PLASTIC)
+
+
+@pytest.fixture
+def fake(script_file, monkeypatch):
+    """Return a function that makes an engine of the fake in one of its modes."""
+    monkeypatch.setenv("PYTHONPATH", "/no/such/folder")
+    monkeypatch.setenv("OMPI_COMM_WORLD_RANK", "0")
+    engines = []
+
+    def make(mode, workers=1, **limits):
+        command = f'"{sys.executable}" -I "{HERE / "fake_yade.py"}" "{mode}" "{HERE / "recorded"}"'
+        path = script_file(f'exec {command} "$@"\n', "fake-yade")
+        engines.append(Yade(program=path, workers=workers, limits=Limits(**limits)))
+        return engines[-1]
+
+    yield make
+    for engine in engines:
+        engine.close()
+
+
+@pytest.mark.parametrize(
+    ("mode", "limits", "error", "said"),
+    [
+        ("segfault", {}, EngineCrashError, "SIGSEGV"),
+        ("exception", {}, EngineCrashError, "Both materials should have the same"),
+        ("hang", {"seconds": 0.5}, EngineTimeoutError, "Yade did not finish within"),
+        ("exceed memory", {"memory": GIGABYTE}, EngineMemoryError, "out of memory"),
+        ("nan", {}, EngineNaNError, "margin_J = nan"),
+        ("half a result", {}, EngineOutputError, "without a result"),
+        ("without a line", {}, EngineOutputError, "touching"),
+    ],
+)
+def test_each_way_to_fail_has_its_error_and_costs_only_its_own_run(fake, mode, limits, error, said):
+    results = fake(mode, **limits).inclines([GOOD, BAD, GOOD, BAD, GOOD], "passage")
+    for result in (results[1], results[3]):
+        assert type(result) is error
+        assert said in str(result)
+        assert "\n" not in str(result)
+        assert "angle=13.0" in result.log
+    for result in (results[0], results[2], results[4]):
+        assert isinstance(result, InclineRun)
+
+
+def test_a_path_that_is_cut_costs_only_its_own_run(fake):
+    good, bad = fake("").inclines([GOOD, BAD], "passage", every=200)
+    assert good.trajectory.time_s.size == 24
+    assert type(bad) is EngineOutputError
+
+
+def test_runs_are_shared_out_and_come_back_in_order(fake):
+    cases = [GOOD, BAD, GOOD, GOOD, BAD]
+    results = fake("segfault", workers=2).inclines(cases, "passage")
+    assert [isinstance(result, InclineRun) for result in results] == [c is GOOD for c in cases]
+    assert [r.case for r in results if isinstance(r, InclineRun)] == [GOOD] * 3
+
+
+def test_hang_ends_at_the_limit_and_leaves_no_process(fake, tmp_path):
+    start = time.monotonic()
+    (error,) = fake("hang", seconds=0.3).inclines([BAD], "passage")
+    assert isinstance(error, EngineTimeoutError)
+    assert time.monotonic() - start < 10.0
+    commands = (path.read_bytes() for path in Path("/proc").glob("[0-9]*/cmdline"))
+    assert not any(str(tmp_path).encode() in command for command in commands)
+
+
+def test_a_closed_engine_runs_nothing_and_leaves_no_folder(fake):
+    engine = fake("")
+    folder = Path(engine._batches._folder.name)
+    assert isinstance(engine.inclines([GOOD], "passage")[0], InclineRun)
+    assert list(folder.iterdir()) == []
+    engine.close()
+    assert not folder.exists()
+    (error,) = engine.inclines([GOOD], "passage")
+    assert isinstance(error, EngineCrashError)
+
+
+def test_provenance_and_log_say_what_ran(fake, tmp_path):
+    engine = fake("")
+    (run,) = engine.inclines([GOOD], "passage")
+    who = run.provenance
+    assert (who.engine, who.engine_version, who.how) == ("yade", "2023.02a", "executable")
+    assert who.executable == str(tmp_path / "fake-yade")
+    assert (who.script, who.integrator) == ("incline.py", "mfix-euler")
+    log = engine.logs()["incline.py"]
+    assert log.startswith("# yade -n -x incline.py route=passage angle=10.0 stiffness=1000000.0")
+    assert who.script_sha256 in log
+    assert log.endswith("RESULT verdict = moves_on\n\n")
+
+
+def test_another_version_is_named_as_it_says(fake):
+    assert fake("old").identify().engine_version == "2019.01a"
+
+
+@pytest.mark.parametrize("text", ["echo I am a teapot\n", "exit 1\n", "kill -SEGV $$\n"])
+def test_program_that_is_not_yade_is_refused_by_name(script_file, text):
+    with pytest.raises(EngineMissingError, match=r"fake-yade is not Yade") as caught:
+        Yade(program=script_file(text, "fake-yade"))
+    assert "\n" not in str(caught.value)
+
+
+def test_program_that_cannot_run_is_refused_by_name(tmp_path):
+    path = tmp_path / "yade"
+    path.write_bytes(b"\x7fELF nonsense")
+    path.chmod(0o755)
+    with pytest.raises(EngineMissingError, match=r"yade does not run"):
+        Yade(program=str(path))
+
+
+def test_program_that_is_missing_is_a_wrong_request():
+    with pytest.raises(RequestError, match=r"^--yade '/no/such/yade': no such executable"):
+        Yade(program="/no/such/yade")
+
+
+def test_yade_that_is_not_installed_is_missing_with_the_remedy(monkeypatch, tmp_path):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(EngineMissingError, match=r"no Yade on PATH: apt install yade"):
+        Yade()
+
+
+def test_environment_keeps_what_is_not_foreign(tmp_path):
+    inherited = {"PATH": "/bin", "PYTHONPATH": "x", "OMPI_COMM_WORLD_RANK": "1", "HOME": "/home/me"}
+    assert environment(inherited, tmp_path) == {"PATH": "/bin", "HOME": str(tmp_path)}
+
+
+def test_a_contact_that_yade_cannot_state_is_a_wrong_request(fake):
+    engine = fake("")
+    for refused in (
+        lambda: engine.inclines([GOOD, GOOD.replace(contact=SOURCE)], "passage"),
+        lambda: engine.drops([Drop(contact=SOURCE)]),
+    ):
+        with pytest.raises(
+            RequestError, match=r"'yade' cannot state contact 'source': its contacts"
+        ):
+            refused()
+
+
+def test_a_path_needs_steps_between_its_rows(fake):
+    with pytest.raises(RequestError, match=r"every = 0: must be at least 1 step"):
+        fake("").inclines([GOOD], "passage", every=0)

@@ -1,0 +1,181 @@
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from harness.engines.process import Limits
+from harness.engines.reference.engine import Reference
+from harness.engines.yade.engine import Yade
+from harness.errors import EngineCrashError, EngineError
+from harness.observables.drop import DropRun
+from harness.observables.incline import Motion
+from harness.parameters.contact import PLASTIC, SOURCE
+from harness.parameters.drop import Drop
+from harness.parameters.incline import Incline
+from harness.verbs.incline import critical_angle
+from harness.verbs.qualification import qualify
+
+pytestmark = pytest.mark.live
+
+CLIPPED_SOURCE = SOURCE.replace(name="source, clipped", tail="clipped")
+SHIFTED = {"phase": 0.3, "diameter": 0.37, "density": 2500.0, "gravity": 3.7}
+HEAD_ON = PLASTIC.replace(name="e = 0.5", damping_ratio=None, restitution=0.5)
+
+
+def columns(path):
+    return np.array([path.time_s, path.x_m, path.y_m, path.vx_m_per_s, path.vy_m_per_s])
+
+
+def leftovers():
+    return set(Path("/tmp").glob("yade-??????"))
+
+
+def test_yade_qualifies(yade):
+    found = qualify(yade)
+    assert found.holds, found.failures
+
+
+class Naive(Yade):
+    """Yade with its own formulas for the contact, or its own damping of the motion."""
+
+    traits = replace(Yade.traits, most_damping=1.0)  # above, there is no restitution to give it
+    told: dict
+
+    def drop_values(self, case):
+        return {**super().drop_values(case), **self.told}
+
+
+FULL, HALF, NEAR_ZERO = (
+    f"restitution head-on, {name}"
+    for name in ("e = 0.5, clipped, m_eff full", "e = 0.5, clipped, m_eff half", "source, clipped")
+)
+
+
+@pytest.mark.parametrize(
+    ("told", "failures"),
+    [
+        # a spring and a dashpot for m / 2, in a law that clips what they were made for
+        ({"mode": "tc-en"}, [FULL, NEAR_ZERO, "static contact, overlap over m g / k"]),
+        ({"mode": "young-en"}, [FULL, HALF, NEAR_ZERO]),
+        ({"newton_damping": 0.2}, [FULL, HALF, NEAR_ZERO, "free fall over g t^2 / 2"]),
+    ],
+    ids=str,
+)
+def test_what_users_fall_into_does_not_qualify(yade, told, failures):  # noqa: ARG001
+    with Naive(workers=2) as naive:
+        naive.told = told
+        found = qualify(naive)
+    assert not found.holds
+    assert found.failures == ", ".join(failures)
+
+
+def test_a_restitution_near_zero_by_modulus_is_elastic(yade):  # noqa: ARG001
+    with Naive(workers=1) as naive:
+        naive.told = {"mode": "young-en"}
+        (run,) = naive.drops([Drop(contact=CLIPPED_SOURCE, speed=1.0, gap=1e-3, every=1000)])
+    assert run.path.vy_m_per_s[-1] == pytest.approx(1.0, abs=1e-9)
+
+
+def test_drops_are_the_references_step_by_step(yade):
+    told = {"speed": 1.0, "sideways": 0.3, "gap": 1.5e-3, "gravity": 9.81, "duration": 5.0}
+    cases = [Drop(contact=contact, **told) for contact in (HEAD_ON, CLIPPED_SOURCE, PLASTIC)]
+    runs = zip(yade.drops(cases), Reference("mfix-euler").drops(cases), strict=True)
+    for ours, reference in runs:
+        assert_allclose(columns(ours.path), columns(reference.path), rtol=1e-11, atol=1e-13)
+
+
+PASSAGES = [
+    Incline(contact=PLASTIC, angle=10.2),
+    Incline(contact=CLIPPED_SOURCE, angle=10.2, stiffness=1e5),
+    Incline(contact=PLASTIC, angle=10.5, steps_per_contact=200.0, **SHIFTED),
+    Incline(contact=PLASTIC, angle=12.0, time_limit=0.1),
+]
+STEADY = [
+    Incline(contact=PLASTIC, angle=15.0, stiffness=1e5, spheres=4, wells=7),
+    Incline(contact=PLASTIC, angle=10.0, stiffness=1e5),
+    Incline(contact=PLASTIC, angle=12.0, stiffness=1e5, time_limit=1.01),
+]
+
+
+@pytest.mark.parametrize(
+    ("route", "cases", "ends"),
+    [
+        ("passage", PASSAGES, {Motion.TRAPPED, Motion.MOVES_ON, Motion.UNDECIDED}),
+        ("steady", STEADY, {Motion.TRAPPED, Motion.MOVES_ON, Motion.UNDECIDED}),
+    ],
+)
+def test_inclines_are_the_references_step_by_step(yade, route, cases, ends):
+    ours = yade.inclines(cases, route, every=7)
+    references = Reference("mfix-euler").inclines(cases, route, every=7)
+    assert {run.motion for run in references} == ends
+    for case, run, reference in zip(cases, ours, references, strict=True):
+        assert run.motion is reference.motion
+        assert (run.steps, run.touching) == (reference.steps, reference.touching)
+        # round-off, which the shocks of a plastic contact do not blow up
+        ours_path, path = columns(run.trajectory), columns(reference.trajectory)
+        assert_allclose(ours_path, path, rtol=1e-10, atol=1e-10 * case.diameter)
+        assert run.margin_J == pytest.approx(reference.margin_J, abs=1e-10 * case.weight_energy)
+        assert run.crests.time_s == pytest.approx(reference.crests.time_s, rel=1e-14)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("contact", [PLASTIC, CLIPPED_SOURCE], ids=lambda c: c.name)
+@pytest.mark.parametrize("stiffness", [1e5, 1e6, 1e7])
+def test_critical_angle_is_the_references(yade, contact, stiffness):
+    case = Incline(contact=contact, stiffness=stiffness)
+    ours = critical_angle(case, engine=yade)
+    reference = critical_angle(case, engine=Reference("mfix-euler"))
+    assert ours.value_deg == pytest.approx(reference.value_deg, abs=1e-9)
+
+
+@pytest.mark.slow
+def test_critical_angle_of_the_plastic_contact(yade):
+    case = Incline(contact=PLASTIC, stiffness=1e6, steps_per_contact=200.0)
+    assert critical_angle(case, engine=yade).value_deg == pytest.approx(10.2078, abs=0.003)
+
+
+def test_a_run_that_yade_refuses_costs_only_itself(yade):  # noqa: ARG001
+    class Refused(Yade):
+        def drop_values(self, case):
+            told = {"mode": "nonsense"} if case.speed == 2.0 else {}
+            return {**super().drop_values(case), **told}
+
+    before = leftovers()
+    cases = [Drop(contact=HEAD_ON, speed=speed, steps_per_contact=50.0) for speed in (1, 2, 3)]
+    with Refused(workers=1) as engine:
+        first, second, third = engine.drops(cases)
+    assert isinstance(first, DropRun)
+    assert isinstance(third, DropRun)
+    assert isinstance(second, EngineCrashError)
+    assert "KeyError: 'nonsense'" in str(second)
+    assert "Traceback" in second.log
+    assert leftovers() == before
+
+
+def test_too_little_memory_is_an_engine_error(yade):  # noqa: ARG001
+    with Yade(workers=1, limits=Limits(memory=200 * 1024**2)) as engine:
+        (error,) = engine.drops([Drop(contact=HEAD_ON)])
+    assert isinstance(error, EngineError)
+    assert error.log
+
+
+@pytest.mark.parametrize(
+    ("script", "verdict"),
+    [("drop.py", "finished"), ("tower.py", "finished"), ("incline.py", "moves_on")],
+)
+def test_committed_script_runs_alone(yade, inputs, tmp_path, script, verdict):
+    words = ["angle=20", "wells=2"] if script == "incline.py" else []
+    ended = subprocess.run(
+        [yade.identify().executable, "-n", "-x", str(inputs / "yade" / script), *words],
+        cwd=tmp_path,
+        env={"PATH": "/usr/bin:/bin", "HOME": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert ended.returncode == 0
+    assert ended.stdout.endswith(f"RESULT verdict = {verdict}\n")
+    assert script == "incline.py" or (tmp_path / script).with_suffix(".csv").is_file()
