@@ -14,6 +14,7 @@ ENGINES: dict[str, str] = {
     "reference": "harness.engines.reference.engine:Reference",
     "liggghts": "harness.engines.liggghts.engine:Liggghts",
     "yade": "harness.engines.yade.engine:Yade",
+    "kratos": "harness.engines.kratos.engine:Kratos",
 }
 """Where each engine's class is. Imported when it is asked for: none pays for another's imports."""
 
@@ -21,6 +22,7 @@ INPUTS: dict[str, str] = {
     "lammps": "harness.engines.lammps.scripts:input_files",
     "liggghts": "harness.engines.liggghts.scripts:input_files",
     "yade": "harness.engines.yade.scripts:input_files",
+    "kratos": "harness.engines.kratos.scripts:input_files",
 }
 """Where each engine's generated inputs are made: texts by their names below ``inputs``."""
 

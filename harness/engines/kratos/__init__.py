@@ -1,0 +1,1 @@
+"""Kratos DEM: generated scripts that any Python with Kratos runs, and their results."""

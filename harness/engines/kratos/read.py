@@ -1,0 +1,121 @@
+"""Read what a generated script left: RESULT lines, series, last words."""
+
+from __future__ import annotations
+
+import io
+import re
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from harness.engines.process import Ended, last_words
+from harness.engines.tower_record import forces_of_contacts, tower_run
+from harness.errors import (
+    EngineError,
+    EngineInputError,
+    EngineMissingError,
+    EngineNaNError,
+    EngineOutputError,
+)
+from harness.observables.incline import Trajectory
+from harness.observables.provenance import Provenance
+from harness.observables.tower import TowerRun
+from harness.parameters.tower import Tower
+
+Floats = NDArray[np.float64]
+
+LAST_RESULT = "verdict"
+"""A run without this result did not finish."""
+
+FAREWELL = "Deregistering "
+"""How the lines begin that Kratos prints at its end, whatever it was."""
+
+PATH_COLUMNS = 5
+ROUNDINGS = 8.0
+"""[eps] of the positions, below which a contact force is rounding."""
+
+_RESULT = re.compile(r"^RESULT (\w+) = (.*)$", re.MULTILINE)
+
+
+def finished(log: str) -> bool:
+    """Return whether the last of the RESULT lines is there."""
+    return LAST_RESULT in dict(_RESULT.findall(log))
+
+
+def seconds_in(log: str) -> float:
+    """Return the wall time [s] that a finished run names, the start of Python left out."""
+    return float(dict(_RESULT.findall(log))["seconds"])
+
+
+def error_of(ended: Ended, limit: float, obtain: str) -> EngineError:
+    """Return what the end of a process speaks of, which left a run unfinished.
+
+    ``limit`` [s] is the time that a run was given, ``obtain`` how to get Kratos.
+    """
+    lines = ended.said.splitlines()
+    said = "\n".join(line for line in lines if not line.startswith(FAREWELL))
+    error: EngineError | None
+    if not ended.timed_out and re.search(r"^(?:ModuleNotFound|Import)Error: ", said, re.MULTILINE):
+        error = EngineMissingError(f"no Kratos{last_words(said)}; get it with: {obtain}")
+    elif not ended.timed_out and "is not a number" in said:
+        error = EngineNaNError(f"Kratos met a value that is not a number{last_words(said)}")
+    elif not ended.timed_out and (refused := _refusal(said)):
+        error = EngineInputError(f"Kratos refused its input: {refused}")
+    else:
+        error = replace(ended, said=said).error("Kratos", limit)
+    if error is None:
+        error = EngineOutputError(f"Kratos ended without a result{last_words(said)}")
+    error.log = said
+    return error
+
+
+def read_path(series: str) -> Trajectory:
+    """Return the grain's path; raise EngineOutputError for rows cut, EngineNaNError for NaN."""
+    table = _table(series, PATH_COLUMNS)
+    return Trajectory(*table.T)
+
+
+def read_tower(
+    case: Tower, step: float, series: str, who: Provenance, profiles: bool = False
+) -> TowerRun:
+    """Return the run of a tower, positions along the motion and contact forces in its series.
+
+    Errors as for :func:`read_path`.
+    """
+    n = case.particles
+    table = _table(series, 1 + 3 * n)
+    time, x, v, f = (
+        table[:, 0],
+        table[:, 1 : n + 1],
+        table[:, n + 1 : 2 * n + 1],
+        table[:, 2 * n + 1 :],
+    )
+    displacement = x - case.each("diameter")[0] * np.arange(n)
+    resolution = ROUNDINGS * np.finfo(float).eps * float(np.abs(x).max())
+    force = forces_of_contacts(f, 0.0, resolution * case.each("stiffness")[0])
+    return tower_run(case, step, time, displacement, v, force, who, profiles=profiles)
+
+
+def _table(series: str, columns: int) -> Floats:
+    """Return the rows of a series, shape (rows, columns)."""
+    try:
+        frame = pd.read_csv(io.StringIO(series), dtype=np.float64, float_precision="round_trip")
+    except ValueError as error:
+        raise EngineOutputError(f"Kratos wrote a series that cannot be read ({error})") from None
+    table = frame.to_numpy()
+    cut = not series.endswith("\n") or not len(table) or table.shape[1] != columns
+    if cut:
+        raise EngineOutputError(
+            f"Kratos wrote a series of shape {table.shape}, not rows of {columns} columns"
+        )
+    if not np.isfinite(table).all():
+        raise EngineNaNError("Kratos wrote a series with values that are not numbers")
+    return table
+
+
+def _refusal(said: str) -> str:
+    """Return Kratos's own message of an error, or nothing: it is long, and starts the same."""
+    found = re.search(r"^RuntimeError: (?:Error: )?(.*)$", said, re.MULTILINE)
+    return found.group(1).strip()[:160] if found else ""
