@@ -11,12 +11,14 @@ from harness.errors import RequestError
 
 ENGINES: dict[str, str] = {
     "lammps": "harness.engines.lammps.engine:Lammps",
+    "mfix": "harness.engines.mfix.engine:Mfix",
     "reference": "harness.engines.reference.engine:Reference",
 }
 """Where each engine's class is. Imported when it is asked for: none pays for another's imports."""
 
 INPUTS: dict[str, str] = {
     "lammps": "harness.engines.lammps.scripts:input_files",
+    "mfix": "harness.engines.mfix.scripts:input_files",
 }
 """Where each engine's generated inputs are made: texts by their names below ``inputs``."""
 
