@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
+from harness.engines.mfix.recorded import UNDAMPED
 from harness.engines.mfix.step import factor
 from harness.engines.routes import Start
 from harness.parameters.contact import Contact
@@ -25,9 +26,6 @@ from harness.parameters.tower import Tower
 LIFT = 1e-12
 """[d] by which the grain of the incline is lifted: where it just touches, rounding shall not make
 an overlap, which the attractive tail would hold back."""
-
-UNDAMPED = Contact(name="undamped", restitution=1.0, damping_ratio=None, effective_mass="half")
-"""The contact of the towers."""
 
 
 @dataclass(frozen=True)

@@ -43,11 +43,11 @@ def read_frames(folder: Path, name: str) -> list[Frame]:
 
 def read_frame(content: bytes, name: str) -> Frame:
     """Return the frame of one file's content; ``name`` is for the message. Errors as above."""
+    if not content.rstrip().endswith(END):
+        raise EngineOutputError(f"MFiX wrote {name} only in part: {len(content)} bytes")
     raw, time, points = RAW.search(content), TIME.search(content), POINTS.search(content)
     if raw is None or time is None or points is None:
         raise EngineOutputError(f"MFiX wrote {name} without the head of a VTP file")
-    if not content.rstrip().endswith(END):
-        raise EngineOutputError(f"MFiX wrote {name} only in part: {len(content)} bytes")
     count = int(points[1])
     head, blocks = content[: raw.start()], content[raw.end() :]
     arrays: dict[str, Floats] = {}

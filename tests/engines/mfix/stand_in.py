@@ -17,9 +17,6 @@ import sys
 import time
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parent))
-from keyword_file import read_keywords
-
 NORMAL, EXITING, GONE = "normal", "exiting", "gone"
 SMALL = 1e-15
 
@@ -200,6 +197,9 @@ def main(mode, options):
     if "--version" in options:
         print(" 20.4.1" if mode == "old" else "hello" if mode == "no version" else " 21.3.2")
         return
+    sys.path.insert(0, str(Path(__file__).parent))
+    from keyword_file import read_keywords
+
     keys = read_keywords(Path(options[options.index("-f") + 1]).read_text(encoding="utf-8"))
     if list(Path().glob("*.RES")):
         print("Error 1102: a restart file is here, and RUN_TYPE is NEW")
