@@ -86,13 +86,18 @@ def test_fine_step_meets_the_exact_solution(particles):
     assert np.abs(force - expected).max() < 2e-4 * expected.max()
 
 
+@pytest.mark.parametrize("factor", [50, 5000])
 @pytest.mark.parametrize("particles", PARTICLES)
-def test_its_integrator_gives_the_coarse_series_to_the_last_digit(particles):
-    force = recorded(50)[f"F_top_N{particles}"]
-    ours = semi_implicit_euler(particles, 50)
-    assert np.abs(force - ours).max() <= FORCE_DIGITS
-    # and the exact solution does not: what is left is the step
-    assert np.abs(force - exact_force(particles)).max() > 5e-4 * ours.max()
+def test_its_integrator_gives_each_series_to_the_last_digit(particles, factor):
+    force = recorded(factor)[f"F_top_N{particles}"]
+    assert np.abs(force - semi_implicit_euler(particles, factor)).max() <= FORCE_DIGITS
+
+
+@pytest.mark.parametrize("particles", PARTICLES)
+def test_the_exact_solution_does_not_give_the_coarse_series(particles):
+    """What is left is the step."""
+    force, expected = recorded(50)[f"F_top_N{particles}"], exact_force(particles)
+    assert np.abs(force - expected).max() > 5e-4 * expected.max()
 
 
 def errors_at(particles, factors, **how):

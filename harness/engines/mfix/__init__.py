@@ -1,1 +1,1 @@
-"""What is known of MFiX-DEM: its step, and runs of it that were recorded."""
+"""MFiX-DEM, which a user builds: its inputs, its output, and runs of it that were recorded."""

@@ -17,6 +17,7 @@ from harness.errors import RequestError
 from harness.observables.incline import Trajectory
 from harness.parameters.contact import Contact
 from harness.parameters.incline import Incline
+from harness.parameters.tower import Tower
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -26,11 +27,20 @@ CONTACT = Contact(
 )
 """The contact of the recorded inclines: m_eff = m/2 also against a fixed sphere, not clipped."""
 
+UNDAMPED = Contact(name="undamped", restitution=1.0, damping_ratio=None, effective_mass="half")
+"""The contact of the towers."""
+
 STIFFNESS = 1e6
 """[N/m] of the recorded paths."""
 
 START_SPEED = 1.5
 """[m/s] in a well, along the tangent of the sphere ahead."""
+
+TOWER_STIFFNESS, TOWER_SPEED = 1e5, 2.0
+"""[N/m] and [m/s] of the recorded towers: 1 kg, 1 m, undamped, all just touching."""
+
+TOWERS = (50, 5000)
+"""``DTSOLID_FACTOR`` of the recorded towers."""
 
 FIRST_CENTRE = 0.5
 """[m] x of the first fixed sphere in the recorded paths: they count from the row's left edge."""
@@ -60,6 +70,26 @@ class RecordedAngle:
     factor: int
     value_deg: float
     uncertainty_deg: float
+
+    @property
+    def case(self) -> Incline:
+        """Return the incline at this angle, as MFiX ran it."""
+        return case_at(self.value_deg, self.stiffness, self.factor)
+
+
+@dataclass(frozen=True)
+class RecordedTower:
+    """A recorded tower: its case, the factor and step [s], and the force on the grain in time.
+
+    ``time`` (M,) [s] and ``force`` (M,) [N], at the positions of that time, eight digits;
+    every step at f = 50, every 100th at f = 5000.
+    """
+
+    case: Tower
+    factor: int
+    step: float
+    time: NDArray[np.float64]
+    force: NDArray[np.float64]
 
 
 def case_at(angle: float, stiffness: float, factor: float) -> Incline:
@@ -110,9 +140,24 @@ def recorded_tower(factor: int) -> NDArray[np.void]:
 
     Raise RequestError for a factor other than 50 and 5000.
     """
-    if factor not in (50, 5000):
+    if factor not in TOWERS:
         raise RequestError(f"f = {factor}: no tower was recorded, must be 50 or 5000")
     return _table(f"tower_k1e5_euler_f{factor}.csv")
+
+
+def recorded_towers() -> list[RecordedTower]:
+    """Return the recorded towers, one for each factor and number of particles."""
+    return [
+        RecordedTower(case, factor, case.contact_period / steps, table["t_s"], table[column])
+        for factor, steps in ((f, steps_per_contact(f, UNDAMPED)) for f in TOWERS)
+        for table in (recorded_tower(factor),)
+        for column in (table.dtype.names or ())[1:]
+        for case in (_tower(int(column.removeprefix("F_top_N"))),)
+    ]
+
+
+def _tower(particles: int) -> Tower:
+    return Tower(height=particles - 1, stiffness=TOWER_STIFFNESS, speed=TOWER_SPEED, law="overlap")
 
 
 def _table(name: str) -> NDArray[np.void]:

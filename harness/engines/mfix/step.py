@@ -7,6 +7,9 @@ import math
 from harness.errors import RequestError
 from harness.parameters.contact import Contact
 
+LEAST_FACTOR = 10.0
+"""What MFiX takes at least for ``DTSOLID_FACTOR`` (21.3.2, ``check_solids_dem.f``)."""
+
 
 def steps_per_contact(factor: float, contact: Contact) -> float:
     """Return the steps per pi sqrt(m/k) that MFiX takes at a ``DTSOLID_FACTOR``.
@@ -19,10 +22,30 @@ def steps_per_contact(factor: float, contact: Contact) -> float:
     """
     if not (math.isfinite(factor) and factor > 0.0):
         raise RequestError(f"factor = {factor!r}: must be finite and greater than 0")
+    return factor * _steps_of_factor_one(contact)
+
+
+def factor(steps: float, contact: Contact) -> float:
+    """Return the ``DTSOLID_FACTOR`` of so many steps per pi sqrt(m/k).
+
+    The inverse of :func:`steps_per_contact`, with its errors. Raise RequestError below the
+    10 that MFiX takes at least.
+    """
+    wanted = steps / _steps_of_factor_one(contact)
+    if not wanted >= LEAST_FACTOR:
+        least = LEAST_FACTOR * _steps_of_factor_one(contact)
+        raise RequestError(
+            f"steps_per_contact = {steps:g} is DTSOLID_FACTOR = {wanted:.4g} in MFiX, which takes "
+            f"{LEAST_FACTOR:g} or more: must be at least {least:.4g} with this contact"
+        )
+    return wanted
+
+
+def _steps_of_factor_one(contact: Contact) -> float:
     if contact.effective_mass != "half":
         raise RequestError("effective_mass = 'full': MFiX takes half the mass, must be 'half'")
     if contact.zeta >= 1.0:
         raise RequestError(
             f"damping ratio = {contact.zeta:g}: MFiX's contact time asks for less than 1"
         )
-    return factor * math.sqrt(2.0 * (1.0 - contact.zeta**2))
+    return math.sqrt(2.0 * (1.0 - contact.zeta**2))

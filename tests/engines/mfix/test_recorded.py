@@ -13,6 +13,7 @@ from harness.engines.mfix.recorded import (
     recorded_angles,
     recorded_path,
     recorded_tower,
+    recorded_towers,
 )
 from harness.engines.mfix.step import steps_per_contact
 from harness.engines.reference.engine import Reference
@@ -133,3 +134,20 @@ def test_what_was_not_recorded_is_refused():
     with pytest.raises(RequestError, match=r"must be 50 or 5000"):
         recorded_tower(500)
     assert len(recorded_angles()) == 9
+
+
+def test_angles_and_towers_come_with_their_cases():
+    for angle in recorded_angles():
+        assert angle.case.angle == angle.value_deg
+        assert angle.case.contact == CONTACT
+        assert angle.case.stiffness == angle.stiffness
+        assert angle.uncertainty_deg == 0.002
+    towers = recorded_towers()
+    assert [(t.factor, t.case.particles) for t in towers] == [
+        (f, n) for f in (50, 5000) for n in (2, 3, 5, 10)
+    ]
+    for tower in towers:
+        between = 1 if tower.factor == 50 else 100
+        assert np.diff(tower.time) == pytest.approx(between * tower.step, abs=1e-8)
+        column = f"F_top_N{tower.case.particles}"
+        assert np.array_equal(tower.force, recorded_tower(tower.factor)[column])

@@ -1,0 +1,222 @@
+"""MFiX-DEM as an engine of the harness. A user builds it; it was not run by this engine yet.
+
+What is proven of MFiX-DEM here are recorded runs of 21.3.2 (``recorded.py``): its contact,
+its scheme, its step. How this engine states a run (``system.py``, ``scripts.py``) and reads it
+(``vtp.py``, ``read.py``) follows the source of 21.3.2 and is tested against a stand-in that
+keeps to what is read there. The first live run is judged by qualification.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+from harness.engines.contract import Engine, Route
+from harness.engines.mfix.read import read_path, read_tower
+from harness.engines.mfix.recorded import CONTACT
+from harness.engines.mfix.solver import Solver, version_of
+from harness.engines.mfix.system import System, drop_system, incline_system, tower_system
+from harness.engines.parallel import cores, side_by_side
+from harness.engines.path import run_of_path
+from harness.engines.process import Limits
+from harness.engines.programs import find_program
+from harness.engines.routes import start_of
+from harness.engines.timing import Plan, plan
+from harness.engines.traits import Traits
+from harness.errors import EngineError, EngineMissingError, RequestError
+from harness.observables.drop import DropRun
+from harness.observables.incline import InclineRun, Motion
+from harness.observables.provenance import Provenance
+from harness.observables.tower import TowerRun
+from harness.parameters.contact import Contact
+from harness.parameters.drop import Drop
+from harness.parameters.incline import Incline
+from harness.parameters.tower import Property, Tower
+
+OBTAIN = "build it (mfix.netl.doe.gov, MFiX 21.3.2, batch solver) and give --mfix PATH"
+
+WATCH = 50
+"""Steps between two looks at the grain, as in LAMMPS's script."""
+
+MOST_FRAMES = 100_000
+"""Files that a run writes at most: MFiX writes one a sample."""
+
+STRETCHES = (8.0, 32.0, 128.0)
+"""[sqrt(d/g)] that an incline is run for before its whole time limit: MFiX cannot stop early."""
+
+
+class Mfix(Engine):
+    """The batch solver of MFiX at ``program``, a path or a name on PATH.
+
+    ``workers`` processes run side by side, as many as there are cores unless told
+    otherwise. Not run here: see the module. Raise EngineMissingError without a program or
+    with one that is no MFiX, RequestError where there is no such file.
+    """
+
+    name = "mfix"
+    traits = Traits(
+        obtain=OBTAIN,
+        versions=("21.3.2",),
+        integrator="mfix-euler",
+        tails=("attractive",),
+        effective_masses=("half",),
+        restitution_floor=1e-20,
+        most_damping=CONTACT.zeta,
+        digits=7,
+        quirks=(
+            "The effective mass against a fixed sphere is m/2: a nominal restitution of 1e-20 "
+            "is really about 0.044.",
+            "DTSOLID_FACTOR divides the damped contact time: at e = 1e-20 its default of 50 is "
+            "4.8 steps per pi sqrt(m/k).",
+            "A restitution of 0 divides by zero.",
+            "No keyword holds a particle: the fixed spheres hang at a mass outflow of no velocity.",
+            "A restart file left in the folder makes a new run stop.",
+            "A particle's place in the arrays changes as it crosses a boundary: its global id "
+            "does not.",
+            "Paths are written in single precision.",
+        ),
+    )
+
+    def __init__(
+        self,
+        program: str | None = None,
+        workers: int | None = None,
+        limits: Limits | None = None,
+    ) -> None:
+        if program is None:
+            raise EngineMissingError(f"MFiX was not found: {OBTAIN}")
+        self._program = find_program(self.name, program)
+        self._version = version_of(self._program)
+        self._workers = workers or cores()
+        self._solver = Solver(self._program, limits or Limits())
+
+    def identify(self) -> Provenance:
+        """Return the version that the solver names, and its path."""
+        return Provenance(
+            engine=self.name,
+            engine_version=self._version,
+            executable=self._program,
+            how="executable",
+            script="mfix.dat",
+            integrator="mfix-euler",
+        )
+
+    def drops(self, cases: Sequence[Drop]) -> list[DropRun | EngineError]:
+        """Run the grain against one held sphere, a process for each case."""
+        systems = [_stated(case.contact, drop_system(case)) for case in cases]
+        who = self.identify()
+
+        def one(index: int) -> DropRun | EngineError:
+            output = self._solver.run(systems[index])
+            if isinstance(output, EngineError):
+                return output
+            try:
+                path = read_path(systems[index], output.frames)
+            except EngineError as error:
+                error.log = output.log
+                return error
+            return DropRun(cases[index], path, output.seconds, who)
+
+        return side_by_side(one, range(len(cases)), self._workers)
+
+    def inclines(
+        self, cases: Sequence[Incline], route: Route, *, every: int | None = None
+    ) -> list[InclineRun | EngineError]:
+        """Run the cases on a row that is long enough, in longer stretches until they are decided.
+
+        ``case.spheres`` has no effect: the row is not periodic.
+        """
+        for case in cases:
+            _incline(case, route, STRETCHES[0], every)
+        return side_by_side(lambda case: self._incline(case, route, every), cases, self._workers)
+
+    def towers(
+        self,
+        cases: Sequence[Tower],
+        duration: float,
+        *,
+        steps_per_contact: float | None = None,
+        samples: int | None = None,
+        profiles: bool = False,
+    ) -> list[TowerRun | EngineError]:
+        """Run towers of equal particles under the overlap law, a process for each."""
+        plans = [plan(case, duration, steps_per_contact, samples) for case in cases]
+        systems = [_tower(case, timing) for case, timing in zip(cases, plans, strict=True)]
+        who = self.identify()
+
+        def one(index: int) -> TowerRun | EngineError:
+            case, system = cases[index], systems[index]
+            output = self._solver.run(system)
+            if isinstance(output, EngineError):
+                return output
+            try:
+                return read_tower(case, system, output.frames, output.forces, who, profiles)
+            except EngineError as error:
+                error.log = output.log
+                return error
+
+        return side_by_side(one, range(len(cases)), self._workers)
+
+    def close(self) -> None:
+        """End MFiX's processes and remove what they left."""
+        self._solver.close()
+
+    def _incline(self, case: Incline, route: Route, every: int | None) -> InclineRun | EngineError:
+        """Run one case until it is decided, or its time limit."""
+        seconds = 0.0
+        for stretch in sorted({*(min(s, case.time_limit) for s in STRETCHES), case.time_limit}):
+            system = _incline(case, route, stretch, every)
+            output = self._solver.run(system)
+            if isinstance(output, EngineError):
+                return output
+            seconds += output.seconds
+            try:
+                run = run_of_path(
+                    case.replace(time_limit=stretch),
+                    route,
+                    read_path(system, output.frames),
+                    self.identify(),
+                    seconds=seconds,
+                    keep=every is not None,
+                )
+            except EngineError as error:
+                error.log = output.log
+                return error
+            if run.motion is not Motion.UNDECIDED:
+                break
+        return replace(run, case=case)
+
+
+def _incline(case: Incline, route: Route, stretch: float, every: int | None) -> System:
+    """Return the system of a case over a stretch [sqrt(d/g)]."""
+    duration = stretch * math.sqrt(case.diameter / case.gravity)
+    looked = every or max(WATCH, math.ceil(duration / case.step / MOST_FRAMES))
+    wells = 1 if route == "passage" else case.wells
+    system = incline_system(case, start_of(case, route), wells, duration, looked)
+    return _stated(case.contact, system)
+
+
+def _tower(case: Tower, timing: Plan) -> System:
+    properties: tuple[Property, ...] = ("stiffness", "mass", "diameter")
+    if any(len(set(case.each(name))) > 1 for name in properties):
+        raise RequestError("mass, stiffness and diameter must be one number each in MFiX's tower")
+    if case.law != "overlap":
+        raise RequestError(f"law = {case.law!r}: MFiX has the overlap law, must be 'overlap'")
+    system = tower_system(case, timing.step, timing.steps, timing.every)
+    return _stated(system.contact, system)
+
+
+def _stated(contact: Contact, system: System) -> System:
+    """Return a system that MFiX can be told; raise RequestError for one that it cannot."""
+    refused = Mfix.traits.refuses(contact)
+    if refused:
+        raise RequestError(f"contact = {contact.name!r} cannot be stated to MFiX: {refused}")
+    frames = system.steps // system.every
+    if frames > MOST_FRAMES:
+        raise RequestError(
+            f"every = {system.every} steps: MFiX writes a file each, {frames} of them; "
+            f"must be at most {MOST_FRAMES}"
+        )
+    assert system.factor > 0.0
+    return system

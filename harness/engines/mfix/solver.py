@@ -1,0 +1,121 @@
+"""Run ``mfixsolver``: ask for its version, and run an input in a fresh folder."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from harness.engines.mfix.scripts import (
+    FORCE,
+    GRAIN,
+    KEYWORDS,
+    PARTICLES,
+    keyword_file,
+    particle_file,
+)
+from harness.engines.mfix.system import System
+from harness.engines.mfix.vtp import Frame, read_frames
+from harness.engines.process import Ended, Limits, Processes, first_words
+from harness.errors import (
+    EngineCrashError,
+    EngineError,
+    EngineInputError,
+    EngineMissingError,
+    EngineOutputError,
+)
+
+HELP_SECONDS = 60.0
+OLDEST = (21, 3)
+"""The version whose source the inputs follow; older ones lack some of the keywords."""
+
+REFUSAL = re.compile(r"^.*\b(?:Error|ERROR) \d+:.*$", re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Output:
+    """What a run left: frames of particles and of forces, wall time [s], and its words."""
+
+    frames: list[Frame]
+    forces: list[Frame]
+    seconds: float
+    log: str
+
+
+def version_of(program: str) -> str:
+    """Return the version that a solver names; raise EngineMissingError where it is no MFiX."""
+    try:
+        answer = subprocess.run(
+            [program, "--version"],
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            timeout=HELP_SECONDS,
+            check=False,
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise EngineMissingError(f"--mfix {program} does not run: {error}") from None
+    text = (answer.stdout + answer.stderr).decode(errors="replace")
+    found = re.search(r"\b(\d+)\.(\d+)(?:\.\w+)*", text)
+    if answer.returncode != 0 or found is None:
+        raise EngineMissingError(
+            f"--mfix {program} is not an MFiX solver: --version gave no version{first_words(text)}"
+        )
+    if (int(found[1]), int(found[2])) < OLDEST:
+        raise EngineMissingError(
+            f"--mfix {program} is version {found[0]}: must be 21.3 or later (tried: none but "
+            "recorded runs of 21.3.2)"
+        )
+    return found[0]
+
+
+class Solver:
+    """Runs inputs, one process and one fresh folder each: MFiX takes one input a start.
+
+    A folder of its own for each: what an earlier run left (``.RES``) stops a new one.
+    """
+
+    def __init__(self, program: str, limits: Limits) -> None:
+        self._program, self._limits = program, limits
+        self._folder = tempfile.TemporaryDirectory(prefix="dem-harness-")
+        self._processes = Processes()
+
+    def run(self, system: System) -> Output | EngineError:
+        """Run a system; return what it left, or the error with input and last words as its log."""
+        texts = {KEYWORDS: keyword_file(system), PARTICLES: particle_file(system)}
+        if self._processes.closed:
+            return EngineCrashError(f"MFiX ({self._program}) was closed")
+        with tempfile.TemporaryDirectory(dir=self._folder.name) as name:
+            folder = Path(name)
+            for file, text in texts.items():
+                (folder / file).write_text(text, encoding="utf-8")
+            ended = self._processes.run(
+                [self._program, "-f", KEYWORDS],
+                folder,
+                seconds=self._limits.seconds,
+                memory=self._limits.memory,
+            )
+            log = "\n".join([*(f"# {file}\n{text}" for file, text in texts.items()), ended.said])
+            try:
+                return self._output(folder, ended, log)
+            except EngineError as error:
+                error.log = log
+                return error
+
+    def close(self) -> None:
+        """End what runs and remove the temporary files."""
+        self._processes.close()
+        self._folder.cleanup()
+
+    def _output(self, folder: Path, ended: Ended, log: str) -> Output:
+        refusal = REFUSAL.search(ended.said)
+        if refusal is not None and not ended.timed_out:
+            raise EngineInputError(f"MFiX refused its input: {refusal[0].strip()[:160]}")
+        error = ended.error(f"MFiX ({self._program})", self._limits.seconds)
+        if error is not None:
+            raise error
+        frames = read_frames(folder, GRAIN)
+        if not frames:
+            raise EngineOutputError(f"MFiX wrote no particles{first_words(ended.said)}")
+        return Output(frames, read_frames(folder, FORCE), ended.seconds, log)

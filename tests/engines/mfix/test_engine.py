@@ -1,0 +1,257 @@
+"""The engine with MFiX's stand-in: what it states and reads, and how a run that fails is told."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from harness.engines.mfix.engine import MOST_FRAMES, Mfix
+from harness.engines.mfix.recorded import CONTACT
+from harness.engines.reference.engine import Reference
+from harness.engines.registry import ENGINES, engine_class, open_engine
+from harness.errors import (
+    EngineCrashError,
+    EngineInputError,
+    EngineMemoryError,
+    EngineMissingError,
+    EngineNaNError,
+    EngineOutputError,
+    EngineTimeoutError,
+    RequestError,
+)
+from harness.observables.drop import DropRun
+from harness.observables.incline import Motion
+from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE
+from harness.parameters.drop import Drop
+from harness.parameters.incline import Incline
+from harness.parameters.tower import Tower
+from harness.verbs.qualification import qualify
+
+GOOD = Drop(
+    contact=CONTACT.replace(restitution=0.5), speed=1.0, steps_per_contact=100.0, duration=1.0
+)
+BAD = GOOD.replace(contact=CONTACT.replace(restitution=0.25))
+SINGLE = 2.0**-23
+
+
+def test_it_is_registered_and_says_how_to_get_it_when_no_program_is_given():
+    assert "mfix" in ENGINES
+    assert engine_class("mfix") is Mfix
+    with pytest.raises(EngineMissingError, match=r"mfix\.netl\.doe\.gov.*--mfix PATH"):
+        open_engine("mfix")
+
+
+def test_a_program_that_is_not_there_is_a_wrong_request():
+    with pytest.raises(RequestError, match="--mfix '/no/such/mfixsolver': no such executable"):
+        open_engine("mfix", programs={"mfix": "/no/such/mfixsolver"})
+
+
+@pytest.mark.parametrize(
+    ("mode", "said"),
+    [
+        ("old", "is version 20.4.1: must be 21.3 or later"),
+        ("no version", r"is not an MFiX solver: --version gave no version \(it says: hello\)"),
+    ],
+)
+def test_another_program_or_version_is_missing(stand_in, mode, said):
+    with pytest.raises(EngineMissingError, match=said):
+        stand_in(mode)
+
+
+def test_it_names_its_version_and_program(stand_in):
+    who = stand_in().identify()
+    assert (who.engine, who.engine_version, who.integrator) == ("mfix", "21.3.2", "mfix-euler")
+    assert "mfixsolver" in who.executable
+
+
+def test_it_qualifies_by_what_it_declares(stand_in):
+    found = qualify(stand_in())
+    assert found.holds, found.failures
+    assert found.failures == ""
+
+
+class SaysFull(Mfix):
+    """MFiX by one who takes the effective mass for the whole mass, as its manual reads."""
+
+    traits = replace(Mfix.traits, effective_masses=("full",))
+
+    def drops(self, cases):
+        return super().drops(
+            [c.replace(contact=c.contact.replace(effective_mass="half")) for c in cases]
+        )
+
+
+class HalvedReference(Reference):
+    """The reference DEM with MFiX's m/2 in its contacts, which it does not declare."""
+
+    traits = SaysFull.traits
+
+    def drops(self, cases):
+        return super().drops(
+            [c.replace(contact=c.contact.replace(effective_mass="half")) for c in cases]
+        )
+
+
+@pytest.mark.parametrize("naive", [SaysFull, HalvedReference])
+def test_half_the_mass_that_is_not_declared_fails_by_its_restitution(naive, stand_in):
+    program = stand_in().identify().executable
+    with naive(program=program) if naive is SaysFull else naive("mfix-euler") as engine:
+        found = qualify(engine)
+    assert not found.holds
+    assert "restitution head-on" in found.failures
+    assert "contact found" not in found.failures
+
+
+@pytest.mark.parametrize(
+    ("contact", "said"),
+    [
+        (CONTACT.replace(restitution=0.0), "its damping ratio is at most 0.997"),
+        (CONTACT.replace(restitution=1e-25), "its damping ratio is at most 0.997"),
+        (PLASTIC.replace(tail="attractive", effective_mass="half"), "damping ratio is at most"),
+        (SOURCE, "effective mass against a fixed sphere is half"),
+        (CLIPPED.replace(effective_mass="half"), "always have the attractive tail"),
+    ],
+    ids=["e = 0", "e = 1e-25", "overdamped", "full mass", "clipped"],
+)
+def test_a_contact_that_mfix_does_not_have_is_refused_before_it_divides_by_zero(
+    stand_in, contact, said
+):
+    engine = stand_in()
+    with pytest.raises(RequestError, match=said):
+        engine.drops([Drop(contact=contact)])
+    with pytest.raises(RequestError, match=said):
+        engine.inclines([Incline(contact=contact)], "passage")
+
+
+@pytest.mark.parametrize("case", [GOOD, GOOD.replace(contact=CONTACT, duration=12.0, gravity=9.81)])
+def test_a_drop_is_the_reference_dem_in_mfix_s_scheme(stand_in, case):
+    (run,) = stand_in().drops([case])
+    (expected,) = Reference("mfix-euler").drops([case])
+    assert run.path.time_s == pytest.approx(expected.path.time_s, rel=1e-12)
+    # positions to 3.5 m in MFiX's box, from the origin in single precision
+    assert np.abs(run.path.y_m - expected.path.y_m).max() < 4 * SINGLE
+    assert np.abs(run.path.vy_m_per_s - expected.path.vy_m_per_s).max() < 1e-5
+
+
+@pytest.mark.parametrize("route", ["passage", "steady"])
+def test_an_incline_is_the_reference_dem_in_mfix_s_scheme(stand_in, route):
+    cases = [
+        Incline(angle=a, contact=CONTACT, steps_per_contact=20.0, stiffness=1e5, wells=2)
+        for a in (9.0, 11.0)
+    ]
+    runs = stand_in().inclines(cases, route, every=50)
+    for run, expected in zip(
+        runs, Reference("mfix-euler").inclines(cases, route, every=50), strict=True
+    ):
+        assert (run.case, run.motion, run.steps) == (expected.case, expected.motion, expected.steps)
+        assert run.margin_J == pytest.approx(expected.margin_J, abs=2e-5)
+        assert np.abs(run.trajectory.x_m - expected.trajectory.x_m).max() < 1e-5
+
+
+def test_the_path_is_kept_only_where_it_is_asked_for(stand_in):
+    case = Incline(angle=9.0, contact=CONTACT, steps_per_contact=10.0, stiffness=1e4)
+    (run,) = stand_in().inclines([case], "passage")
+    assert run.trajectory is None
+
+
+def test_a_grain_that_takes_long_is_followed_to_its_time_limit(stand_in):
+    """Started past the crest at the angle where it comes to the next one almost at rest."""
+    case = Incline(
+        angle=0.5,
+        contact=CONTACT.replace(restitution=1.0),
+        steps_per_contact=20.0,
+        stiffness=1e4,
+        time_limit=9.0,
+    )
+    (run,) = stand_in().inclines([case], "steady")
+    (expected,) = Reference("mfix-euler").inclines([case], "steady")
+    assert run.case == case
+    assert run.motion is expected.motion
+
+
+def test_cut_off_by_time_is_undecided(stand_in):
+    case = Incline(angle=10.2, contact=CONTACT, steps_per_contact=20.0, time_limit=0.5)
+    (run,) = stand_in().inclines([case], "steady")
+    assert run.motion is Motion.UNDECIDED
+    assert run.case == case
+
+
+@pytest.mark.parametrize(
+    ("mode", "limits", "error", "said"),
+    [
+        ("segfault", {}, EngineCrashError, "SIGSEGV"),
+        ("exit", {}, EngineCrashError, "exit status 3"),
+        ("refuse", {}, EngineInputError, "refused its input: Error 1000: Required input"),
+        ("hang", {"seconds": 2.0}, EngineTimeoutError, "within 2 s"),
+        ("exceed memory", {"memory": 1024**3}, EngineMemoryError, "memory"),
+        ("nothing", {}, EngineOutputError, "wrote no particles"),
+        ("half a file", {}, EngineOutputError, "only in part"),
+        ("not a number", {}, EngineNaNError, "not numbers"),
+        ("no ids", {}, EngineOutputError, "without their global ids"),
+        ("frames missing", {}, EngineOutputError, "frames that are not every"),
+    ],
+)
+def test_each_way_to_fail_has_its_error_and_costs_only_its_own_run(
+    stand_in, mode, limits, error, said
+):
+    results = stand_in(mode, **limits).drops([GOOD, BAD, GOOD])
+    assert type(results[1]) is error
+    assert said in str(results[1])
+    assert "\n" not in str(results[1])
+    assert "DTSOLID_FACTOR" in results[1].log
+    assert "# particle_input.dat" in results[1].log
+    assert isinstance(results[0], DropRun)
+    assert isinstance(results[2], DropRun)
+
+
+def test_a_restart_file_that_a_run_leaves_does_not_stop_the_next(stand_in):
+    engine = stand_in()
+    for _ in range(2):
+        (run,) = engine.drops([GOOD])
+        assert isinstance(run, DropRun)
+
+
+def test_a_row_that_is_not_held_is_told(stand_in):
+    case = GOOD.replace(gravity=9.81, duration=20.0)
+    (run,) = stand_in("no hold").drops([case])
+    assert isinstance(run, EngineOutputError)
+    assert "moved a sphere that is to be held" in str(run)
+
+
+def test_a_closed_engine_runs_nothing(stand_in):
+    engine = stand_in()
+    engine.close()
+    (run,) = engine.drops([GOOD])
+    assert isinstance(run, EngineCrashError)
+
+
+def test_more_files_than_is_sensible_are_refused(stand_in):
+    case = GOOD.replace(duration=2.0 * MOST_FRAMES / GOOD.steps_per_contact)
+    with pytest.raises(RequestError, match=f"must be at most {MOST_FRAMES}"):
+        stand_in().drops([case])
+
+
+@pytest.mark.parametrize(
+    ("case", "said"),
+    [
+        (Tower(height=1, law="deformable"), "law = 'deformable': MFiX has the overlap law"),
+        (Tower(height=1, law="overlap", mass=(1.0, 2.0)), "must be one number each"),
+    ],
+)
+def test_a_tower_that_mfix_does_not_have_is_refused(stand_in, case, said):
+    with pytest.raises(RequestError, match=said):
+        stand_in().towers([case], 1.0)
+
+
+@pytest.mark.live
+def test_mfix_itself_qualifies(mfix):
+    found = qualify(mfix)
+    assert found.holds, found.failures
+
+
+@pytest.mark.live
+def test_mfix_itself_is_the_reference_dem_in_its_scheme(mfix):
+    case = Incline(angle=10.3, contact=CONTACT, steps_per_contact=50.0)
+    (run,) = mfix.measured([case], "passage")
+    (expected,) = Reference("mfix-euler").inclines([case], "passage")
+    assert run.margin_J == pytest.approx(expected.margin_J, abs=2e-5)
