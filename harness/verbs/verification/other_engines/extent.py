@@ -24,12 +24,11 @@ class Extent:
     ladder: tuple[float, ...]
 
 
+LADDER = tuple(250.0 * 2.0 ** (i / 2) for i in range(7))
 STATED = (1e6, 100.0)
 EXTENTS = {
-    "quick": Extent((STATED,), 2, (1, 4, 19), (250.0, 500.0, 1000.0, 2000.0)),
-    "default": Extent(
-        (STATED,), 4, (1, 2, 4, 9, 19), tuple(250.0 * 2.0 ** (i / 2) for i in range(7))
-    ),
+    "quick": Extent((STATED,), 2, (1, 4, 19), LADDER),
+    "default": Extent((STATED,), 4, (1, 2, 4, 9, 19), LADDER),
     "full": Extent(
         (
             STATED,
@@ -37,7 +36,7 @@ EXTENTS = {
         ),
         4,
         (1, 2, 4, 9, 19),
-        tuple(250.0 * 2.0 ** (i / 2) for i in range(9)),
+        LADDER,
     ),
 }
 """By the name of the level."""
