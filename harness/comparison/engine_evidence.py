@@ -8,6 +8,9 @@ from typing import Any
 
 from harness.comparison.step_convergence import StepConvergence
 
+OWN = "reference"
+"""The harness's own DEM, that the others are held against."""
+
 
 @dataclass(frozen=True)
 class Rules:
@@ -95,6 +98,8 @@ class EngineAngle:
         """Return what kind of evidence the value is."""
         if self.recorded:
             return "recorded"
+        if self.engine == OWN:
+            return "the harness's own"
         return f"regression partner of {self.lineage}" if self.lineage else "independent"
 
     def record(self) -> dict[str, Any]:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from harness.comparison.engine_evidence import Declared, EngineEvidence
+from harness.comparison.engine_evidence import OWN, Declared, EngineEvidence, Rules
 
 TITLE = "Engines beside one another"
 
@@ -22,12 +22,18 @@ EXPLAINED = (
 
 @dataclass(frozen=True)
 class Table:
-    """A table of a report: its caption, its head, its rows, and which columns are numbers."""
+    """A table of a report: caption, head, rows, and which columns are numbers or sentences."""
 
+    label: str
     caption: str
     head: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     numeric: frozenset[int]
+    prose: frozenset[int] = frozenset()
+
+    def look(self, column: int) -> str:
+        """Return the class of a column's cells: numbers, sentences, or neither."""
+        return "n" if column in self.numeric else "prose" if column in self.prose else ""
 
     def markdown(self) -> list[str]:
         """Return the table as lines of Markdown."""
@@ -35,7 +41,7 @@ class Table:
         lines = [f"| {' | '.join(self.head)} |", f"|{'|'.join(marks)}|"]
         for row in self.rows:
             lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |")
-        return [*lines, "", self.caption, ""]
+        return [self.caption, "", *lines, ""]
 
 
 def tables(evidence: EngineEvidence) -> list[Table]:
@@ -58,16 +64,19 @@ def _angles(evidence: EngineEvidence) -> Table:
             f"{angle.steps_per_contact:.3g}",
             f"{angle.value_deg:.5f} ± {angle.uncertainty_deg:.1g}",
             _signed(angle.off_theory_deg),
-            "" if angle.engine == "reference" else _signed(angle.off_reference_deg),
+            "" if angle.engine == OWN else _signed(angle.off_reference_deg),
             _number(angle.microseconds_per_step, ".2g"),
-            angle.rules.text,
+            _short(angle.rules),
             angle.evidence,
         )
         for angle in evidence.angles
     ]
     return Table(
-        f"Critical angle by passage; closed form {evidence.closed_form_deg:.5f} deg. The cost is "
-        "the least over the runs, with what starting a run costs.",
+        "Critical angles",
+        f"Critical angle by passage, less the closed form ({evidence.closed_form_deg:.5f} deg), "
+        "and less that of the reference DEM under the same rules. The class is tail, effective "
+        "mass against a fixed sphere, spring. The cost is the least over the runs, with what "
+        "starting a run costs.",
         (
             "engine",
             "contact",
@@ -75,13 +84,14 @@ def _angles(evidence: EngineEvidence) -> Table:
             "steps",
             "angle (deg)",
             "less theory",
-            "less reference, same rules",
+            "less reference",
             "µs per step",
             "class",
             "evidence",
         ),
         tuple(rows),
         frozenset(range(2, 8)),
+        frozenset({9}),
     )
 
 
@@ -102,6 +112,7 @@ def _towers(evidence: EngineEvidence) -> Table:
         told = "" if order is None or math.isnan(order.value) else f"{order.value:.2f}"
         rows.append((engine, f"{steps:.0f}", *cells, told))
     return Table(
+        "Towers",
         "Towers under the overlap law, k = 1e5 N/m, 2 m/s: the larger of the relative errors of "
         "peak force and turnaround impulse (recorded: peak force alone) against the exact "
         "propagator, and the order of the force error in the step.",
@@ -116,32 +127,34 @@ def _declared(evidence: EngineEvidence) -> Table:
         (
             declared.engine,
             ", ".join(filter(None, (declared.version, declared.how))) or "not here",
-            _standing(declared),
             ", ".join(declared.tails),
             ", ".join("m" if mass == "full" else "m/2" for mass in declared.effective_masses),
             declared.spring,
             declared.integrator or "its own",
             str(declared.digits),
             declared.lineage or "independent",
+            _standing(declared),
         )
         for declared in evidence.declared
     ]
     return Table(
+        "What each engine declares",
         "What each engine declares. Tail and effective mass are those that it can be told; the "
         "scheme is the reference DEM's name for it.",
         (
             "engine",
             "version",
-            "standing",
             "tails",
             "m_eff",
             "spring",
             "scheme",
             "digits",
             "grew out of",
+            "standing",
         ),
         tuple(rows),
-        frozenset({7}),
+        frozenset({6}),
+        frozenset({8}),
     )
 
 
@@ -154,8 +167,13 @@ def _in_order(names: Iterable[str]) -> list[str]:
     return list(dict.fromkeys(names))
 
 
+def _short(rules: Rules) -> str:
+    mass = "m" if rules.effective_mass == "full" else "m/2"
+    return f"{rules.tail}, {mass}, {rules.spring}"
+
+
 def _signed(value: float) -> str:
-    return _number(value, "+.2g")
+    return "0" if value == 0.0 else _number(value, "+.2g")
 
 
 def _number(value: float, form: str) -> str:

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 from itertools import combinations
 
-from harness.comparison.engine_evidence import EngineAngle, EngineEvidence
+from harness.comparison.engine_evidence import OWN, EngineAngle, EngineEvidence
 from harness.comparison.tolerances import TOLERANCES
 from harness.comparison.verdicts import Check, Kind, finding, judge
 from harness.verbs.verification.other_engines.angles import stated_angles
 from harness.verbs.verification.other_engines.rules import PLASTIC_ROLE, SOURCE_ROLE
 
-BASE, OWN = "lammps", "reference"
+BASE = "lammps"
 
 
 def across_engines(evidence: EngineEvidence) -> list[Check]:

@@ -17,9 +17,10 @@ from harness.verbs.progress import Progress
 from harness.verbs.qualification import qualify
 from harness.verbs.verification.other_engines import identity
 from harness.verbs.verification.other_engines.across import across_engines
-from harness.verbs.verification.other_engines.angles import References, angle_checks
+from harness.verbs.verification.other_engines.angles import angle_checks
 from harness.verbs.verification.other_engines.asked import Asked
 from harness.verbs.verification.other_engines.extent import EXTENTS, Extent
+from harness.verbs.verification.other_engines.measured import References
 from harness.verbs.verification.other_engines.recorded_mfix import recorded_checks
 from harness.verbs.verification.other_engines.towers import tower_checks
 
