@@ -7,7 +7,21 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from harness.cli.keeping import Cache, Chosen, Fresh
-from harness.cli.options import ContactName, EngineName, Integrator, Json, Lmp, Method, Mpirun
+from harness.cli.options import (
+    ContactName,
+    EngineName,
+    Esys,
+    Integrator,
+    Json,
+    Kratos,
+    Liggghts,
+    Lmp,
+    Method,
+    Mfix,
+    Mpirun,
+    Yade,
+    programs_of,
+)
 
 if TYPE_CHECKING:
     from harness.engines.contract import Engine
@@ -99,6 +113,11 @@ def critical_angle(
     integrator: Integrator = None,
     lmp: Lmp = None,
     mpirun: Mpirun = None,
+    liggghts: Liggghts = None,
+    yade: Yade = None,
+    kratos: Kratos = None,
+    esys: Esys = None,
+    mfix: Mfix = None,
     cache: Cache = None,
     fresh: Fresh = False,
     json: Json = False,
@@ -131,7 +150,10 @@ def critical_angle(
         gravity=gravity,
     )
     entries = open_entries(cache)
-    chosen = Chosen(engine, lmp, mpirun, integrator)
+    programs = programs_of(
+        [engine], liggghts=liggghts, yade=yade, kratos=kratos, esys=esys, mfix=mfix
+    )
+    chosen = Chosen(engine, lmp, mpirun, integrator, programs)
     with recorded("critical-angle") as told, remembering(chosen, entries, fresh) as opened:
         found = _measure(case, opened, method, tolerance, extrapolate)
         record = {"closed_form_deg": _closed_form(), **found, **runs_made(opened)}

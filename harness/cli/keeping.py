@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
@@ -39,6 +39,7 @@ class Chosen(NamedTuple):
     lmp: str | None = None
     mpirun: str | None = None
     integrator: str | None = None
+    programs: Mapping[str, str] | None = None
 
 
 def open_entries(option: Path | None) -> Entries | None:
@@ -65,9 +66,11 @@ def remembering(chosen: Chosen, entries: Entries | None, fresh: bool) -> Iterato
     """Yield the engine, remembering its runs where there is a cache; close it after use."""
     from harness.engines.registry import open_engine
 
-    name, lmp, mpirun, integrator = chosen
+    name, lmp, mpirun, integrator, programs = chosen
     with (
-        open_engine(name, lmp=lmp, launcher=mpirun, integrator=integrator) as opened,
+        open_engine(
+            name, lmp=lmp, launcher=mpirun, integrator=integrator, programs=programs
+        ) as opened,
         remembered(opened, entries, fresh) as engine,
     ):
         yield engine

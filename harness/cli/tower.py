@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import AbstractContextManager, nullcontext
 from enum import StrEnum
 from pathlib import Path
@@ -10,7 +11,17 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from harness.cli.keeping import Cache, Chosen, Fresh
-from harness.cli.options import Json, Lmp, Mpirun
+from harness.cli.options import (
+    Esys,
+    Json,
+    Kratos,
+    Liggghts,
+    Lmp,
+    Mfix,
+    Mpirun,
+    Yade,
+    programs_of,
+)
 
 if TYPE_CHECKING:
     from harness.engines.contract import Engine
@@ -44,11 +55,21 @@ class Window(StrEnum):
 
 
 class Solver(StrEnum):
-    """Solvers of the tower."""
+    """Solvers of the tower: the harness's own, then engines."""
 
     rk4 = "rk4"
     exact = "exact"
     lammps = "lammps"
+    liggghts = "liggghts"
+    yade = "yade"
+    kratos = "kratos"
+    esys = "esys"
+    mfix = "mfix"
+
+    @property
+    def is_engine(self) -> bool:
+        """Return whether it is an engine, which may have to be installed."""
+        return self not in (Solver.rk4, Solver.exact)
 
 
 def tower(
@@ -66,7 +87,8 @@ def tower(
         Solver,
         typer.Option(
             help="`rk4`: fixed steps of fourth order. `exact`: modes, without a step. "
-            "`lammps`: the generated script; the deformable law in-process only."
+            "`lammps`: the generated script; the deformable law in-process only. Other engines: "
+            "the overlap law, where they are installed."
         ),
     ] = Solver.rk4,
     base: Annotated[Base, typer.Option(help="Whether the last particle moves.")] = Base.fixed,
@@ -75,7 +97,7 @@ def tower(
     ] = 3.0,
     steps_per_contact: Annotated[
         float | None,
-        typer.Option(help="Steps in pi sqrt(m/k).  [default: 4000 rk4, 1000 lammps]"),
+        typer.Option(help="Steps in pi sqrt(m/k).  [default: 4000 rk4, 1000 engines]"),
     ] = None,
     window: Annotated[
         Window, typer.Option(help="What the impulse is summed over.")
@@ -85,6 +107,11 @@ def tower(
     ] = None,
     lmp: Lmp = None,
     mpirun: Mpirun = None,
+    liggghts: Liggghts = None,
+    yade: Yade = None,
+    kratos: Kratos = None,
+    esys: Esys = None,
+    mfix: Mfix = None,
     cache: Cache = None,
     fresh: Fresh = False,
     json: Json = False,
@@ -106,6 +133,15 @@ def tower(
     from harness.verbs.towers import tower as run_tower
 
     check_target(series, "--series")
+    programs = programs_of(
+        [solver.value],
+        liggghts=liggghts,
+        yade=yade,
+        kratos=kratos,
+        esys=esys,
+        mfix=mfix,
+        option="--solver",
+    )
     case = Tower(
         height=height,
         stiffness=stiffness,
@@ -115,7 +151,10 @@ def tower(
         law=law.value,
         base=base.value,
     )
-    with recorded("tower") as told, engine_of(solver, lmp, mpirun, cache, fresh) as engine:
+    with (
+        recorded("tower") as told,
+        engine_of(solver, lmp, mpirun, cache, fresh, programs) as engine,
+    ):
         run = run_tower(
             case,
             solver=solver.value,
@@ -135,20 +174,26 @@ def tower(
 
 
 def engine_of(
-    solver: Solver, lmp: str | None, mpirun: str | None, cache: Path | None, fresh: bool
+    solver: Solver,
+    lmp: str | None,
+    mpirun: str | None,
+    cache: Path | None,
+    fresh: bool,
+    programs: Mapping[str, str] | None = None,
 ) -> AbstractContextManager[Engine | None]:
-    """Return LAMMPS where it is asked for, remembering its runs, to be closed after use.
+    """Return the engine that is asked for, remembering its runs, to be closed after use.
 
-    Raise RequestError for an executable without it.
+    Raise RequestError for an executable of LAMMPS without it.
     """
     from harness.cli.keeping import open_entries, remembering
     from harness.errors import RequestError
 
-    if solver is Solver.lammps:
-        return remembering(Chosen("lammps", lmp, mpirun), open_entries(cache), fresh)
-    if lmp or mpirun:
+    if (lmp or mpirun) and solver is not Solver.lammps:
         raise RequestError(f"--{'lmp' if lmp else 'mpirun'}: goes with --solver lammps only")
-    return nullcontext()
+    if not solver.is_engine:
+        return nullcontext()
+    chosen = Chosen(solver.value, lmp, mpirun, programs=programs)
+    return remembering(chosen, open_entries(cache), fresh)
 
 
 def own_solver(solver: Solver) -> dict[str, str]:

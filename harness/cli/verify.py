@@ -2,16 +2,31 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
 from harness.cli.keeping import Cache, Chosen, Fresh
-from harness.cli.options import EngineName, Json, Lmp, Mpirun, Tolerances
+from harness.cli.options import (
+    EngineName,
+    Esys,
+    Json,
+    Kratos,
+    Liggghts,
+    Lmp,
+    Mfix,
+    Mpirun,
+    Tolerances,
+    Yade,
+    programs_of,
+)
 
 if TYPE_CHECKING:
+    from harness.engines.contract import Engine
     from harness.store.entries import Entries
 
 
@@ -46,9 +61,25 @@ def verify(
         bool, typer.Option("--no-baseline", help="Leave the comparison with a baseline out.")
     ] = False,
     tolerances: Tolerances = None,
+    engines: Annotated[
+        str,
+        typer.Option(
+            "--engines",
+            metavar="all|NAME[,NAME...]",
+            help="Hold other engines against theory and one another as well: `liggghts`, `yade`, "
+            "`kratos`, `esys`, `mfix`, or `all`, of which those that are missing are not tested. "
+            "One that is named must be here.",
+            rich_help_panel="Other engines",
+        ),
+    ] = "",
     engine: EngineName = "lammps",
     lmp: Lmp = None,
     mpirun: Mpirun = None,
+    liggghts: Liggghts = None,
+    yade: Yade = None,
+    kratos: Kratos = None,
+    esys: Esys = None,
+    mfix: Mfix = None,
     cache: Cache = None,
     fresh: Fresh = False,
     json: Json = False,
@@ -76,7 +107,18 @@ def verify(
     folder = output or Path("reports") / "runs" / datetime.now().strftime("%Y-%m-%d-%H%M%S")
     check_folder(folder)
     level = "quick" if quick else "full" if full else "default"
-    asked = _Asked(level, Chosen(engine, lmp, mpirun), baseline, tolerances, not no_baseline)
+    compared = engines_of(engines)
+    programs = programs_of(
+        (engine, *compared),
+        liggghts=liggghts,
+        yade=yade,
+        kratos=kratos,
+        esys=esys,
+        mfix=mfix,
+        option="--engines",
+    )
+    chosen = Chosen(engine, lmp, mpirun, programs=programs)
+    asked = _Asked(level, chosen, baseline, tolerances, not no_baseline, engines)
     entries = open_entries(cache)
     with recorded("verify") as told:
         key = _key(asked) if entries else None
@@ -100,14 +142,27 @@ class _Asked(NamedTuple):
     baseline: Path | None
     tolerances: Path | None
     compare: bool
+    engines: str = ""
+
+
+def engines_of(wanted: str) -> tuple[str, ...]:
+    """Return the engines that are asked for; raise RequestError for one that is not known."""
+    if not wanted:
+        return ()
+    from harness.verbs.verification.other_engines import asked_engines
+
+    return asked_engines(wanted).engines
 
 
 def _key(asked: _Asked) -> str | None:
+    """Return the key of a verification; None with other engines, not all of which have a digest."""
     from harness.store.baseline import digest
     from harness.store.verifications import verification_key
 
+    if asked.engines:
+        return None
     against = digest(asked.baseline, asked.tolerances) if asked.compare else {}
-    engine, lmp, mpirun, _ = asked.chosen
+    engine, lmp, mpirun, *_ = asked.chosen
     return verification_key(
         asked.level, engine=engine, lmp=lmp, launcher=mpirun, beside={"baseline": against}
     )
@@ -130,6 +185,15 @@ def _kept(entries: Entries | None, key: str | None, folder: Path) -> dict[str, A
     return {**record, "cached": True, "engine_runs": 0, "engine_runs_from_cache": 0}
 
 
+def _open_other(
+    chosen: Chosen, entries: Entries | None, fresh: bool, name: str
+) -> AbstractContextManager[Engine]:
+    """Return another engine by its name, with the program that was given for it."""
+    from harness.cli.keeping import remembering
+
+    return remembering(Chosen(name, programs=chosen.programs), entries, fresh)
+
+
 def _measured(
     asked: _Asked, entries: Entries | None, key: str | None, folder: Path, fresh: bool
 ) -> dict[str, Any]:
@@ -144,7 +208,13 @@ def _measured(
     known = chosen_baseline(asked.baseline, asked.tolerances) if asked.compare else None
     with progress_bars() as progress, remembering(asked.chosen, entries, fresh) as opened:
         found = verify_with(
-            asked.level, engine=opened, progress=progress, baseline=known, compare=asked.compare
+            asked.level,
+            engine=opened,
+            progress=progress,
+            baseline=known,
+            compare=asked.compare,
+            engines=asked.engines,
+            open_one=partial(_open_other, asked.chosen, entries, fresh),
         )
         progress("figures and report", 0, 1)
         record = found.record()

@@ -95,6 +95,77 @@ class PartingRow(_Published):
     stays: bool | None = Field(None, description="whether it is outside up to the end")
 
 
+class DeclaredRow(_Published):
+    """What an engine declares of itself, and whether it was used."""
+
+    engine: str
+    version: str = Field(description="empty where it could not be run")
+    how: str
+    obtain: str = Field(description="how to get it")
+    versions: tuple[str, ...] = Field(description="versions that it was tried with")
+    integrator: str = Field(description="its scheme, by the reference DEM's name")
+    tails: tuple[str, ...]
+    effective_masses: tuple[str, ...] = Field(description="against a fixed sphere: m or m/2")
+    spring: str
+    digits: int = Field(description="of its output")
+    lineage: str = Field(description="engine that it grew out of; empty for an independent one")
+    quirks: tuple[str, ...]
+    missing: str = Field(description="why it could not be run; or empty")
+    unqualified: str = Field(description="checks of its qualification that failed; or empty")
+    standing: Literal["missing", "did not qualify", "qualified"]
+
+
+class EngineAngleRow(_Published):
+    """A critical angle of an engine, beside theory and the reference DEM under its rules."""
+
+    engine: str
+    contact: str
+    tail: str
+    effective_mass: str
+    spring: str
+    stiffness_N_per_m: Number
+    steps_per_contact: Number
+    critical_angle_deg: Number
+    uncertainty_deg: Number
+    off_theory_deg: Number = Field(description="from the closed form")
+    reference_deg: Number = Field(description="of the reference DEM; null without such rules")
+    off_reference_deg: Number
+    integrator: str
+    microseconds_per_step: Number
+    evidence: str = Field(description="independent, a regression partner, or recorded")
+
+
+class EngineTowerRow(_Published):
+    """A tower of an engine beside the exact propagator."""
+
+    engine: str
+    height: int
+    steps_per_contact: Number
+    peak_force_N: Number
+    peak_force_relative_error: Number
+    impulse_Ns: Number
+    impulse_relative_error: Number
+    recorded: bool
+
+
+class EngineOrderRow(_Published):
+    """How the error of an engine's tower falls with its step."""
+
+    solver: str
+    height: int
+    l2_force_order: Number
+    errors: tuple[dict[str, Any], ...]
+
+
+class EnginesRow(_Published):
+    """What engines beside LAMMPS left."""
+
+    declared: tuple[DeclaredRow, ...]
+    critical_angles: tuple[EngineAngleRow, ...]
+    towers: tuple[EngineTowerRow, ...]
+    orders: tuple[EngineOrderRow, ...]
+
+
 class Results(_Published):
     """One verification run, as results.json holds it."""
 
@@ -117,6 +188,7 @@ class Results(_Published):
     checks: tuple[CheckRow, ...]
     extrapolated: ExtrapolatedRow | None = None
     critical_angles: tuple[AngleRow, ...] = ()
+    engines: EnginesRow | None = Field(None, description="null where none were compared")
     scripts: dict[str, str] = Field(
         default_factory=dict, description="SHA-256 of each script that ran, by name"
     )

@@ -105,5 +105,29 @@ TOLERANCES: dict[str, Tolerance] = {
     "tall tower in LAMMPS": Tolerance(
         "", 1e-5, 0.0, "velocity Verlet at 1000 steps per contact: (omega h)^2 = 1e-5"
     ),
+    "critical angle, engines, plastic contact": Tolerance(
+        "deg",
+        3e-3,
+        0.0,
+        "k = 1e6 N/m or more, 50 steps or more: first order in the step, -2e-3 deg at 50, and "
+        "in 1/k, -5e-4 deg at 1e6; both together, and the jitter of a contact's begin",
+    ),
+    "critical angle, engines of one class": Tolerance(
+        "deg",
+        2e-3,
+        0.0,
+        "same law, step and scheme: each is within 5e-4 deg of the reference DEM, and six "
+        "digits of an output are worth 1.4e-3",
+    ),
+    "critical angle, recorded MFiX": Tolerance(
+        "deg", 3e-3, 0.0, "bisected to 2e-3 deg there and 1e-3 deg here"
+    ),
+    "tower, engines": Tolerance(
+        "",
+        0.0,
+        2e-5,
+        "10000 steps per contact: a second-order scheme is off by (omega h)^2 = 1e-7; one that "
+        "starts half a step of gravity late, by g h / (2 v0) per t0, some 1e-6; six digits 5e-6",
+    ),
 }
 """Keyed by what is compared. A zero width means that the check brings its own."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from harness.comparison.case import Case
+from harness.comparison.engine_evidence import EngineEvidence
 from harness.comparison.evidence import InclineEvidence, TowerEvidence
 from harness.comparison.parting import Comparison
 from harness.comparison.verdicts import Check, Verdict
@@ -28,7 +29,8 @@ class Verification:
     the engine's log of one run that finished for each script, by the same names.
     ``measured`` are the cases of the baseline that were run, ``parted`` the
     series that left the band about their reference, ``baseline`` is where the
-    accepted ones lie.
+    accepted ones lie. ``engines`` is what engines beside LAMMPS left, None where none
+    was asked for.
     """
 
     level: str
@@ -46,6 +48,7 @@ class Verification:
     parted: tuple[Comparison, ...] = ()
     baseline: str = ""
     logs: dict[str, str] = field(default_factory=dict)
+    engines: EngineEvidence | None = None
 
     @property
     def status(self) -> int:
@@ -79,6 +82,7 @@ class Verification:
             "closed_form_deg": evidence.closed_form_deg,
             "checks": [check.record() for check in self.checks],
             "extrapolated": evidence.extrapolated.record() if evidence.extrapolated else None,
+            "engines": self.engines.record() if self.engines else None,
             "critical_angles": ladders + [a.record() for a in evidence.routes],
             "scripts": {
                 name: hashlib.sha256(text.encode()).hexdigest()

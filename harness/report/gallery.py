@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
+from harness.comparison.engine_evidence import EngineEvidence
 from harness.comparison.evidence import TowerEvidence
 from harness.comparison.parting import Comparison
 from harness.comparison.verification import Verification
@@ -15,6 +16,7 @@ from harness.observables.reference import PEYNEAU_ROUX
 from harness.report.figures import (
     chain_peak_error,
     chain_runs,
+    engines,
     impulse,
     incline,
     parting,
@@ -42,6 +44,8 @@ def pictures(found: Verification) -> Iterator[Picture]:
     """Yield the figures for which there is evidence."""
     evidence = found.incline
     closed = evidence.closed_form_deg
+    if found.engines is not None:
+        yield from _engine_pictures(found.engines)
     if evidence.extrapolated is not None:
         extrapolated = evidence.extrapolated
         yield picture(
@@ -86,6 +90,26 @@ def pictures(found: Verification) -> Iterator[Picture]:
     yield from _comparison_pictures(found.tower)
     yield from _impulse_pictures(found.tower)
     yield from _tower_pictures(found.tower)
+
+
+def _engine_pictures(evidence: EngineEvidence) -> Iterator[Picture]:
+    if evidence.angles:
+        yield picture(
+            "engines-critical-angle",
+            "Every engine's critical angle",
+            "One row for each engine and contact, with the range over where in a step a contact "
+            "begins. Filled: the engine; open: the reference DEM under the same rules. The closed "
+            "form belongs to the plastic contact; a kept tail lies above it by its own law.",
+            lambda: engines.angles_of_engines(evidence.angles, evidence.closed_form_deg),
+        )
+    if evidence.convergence:
+        yield picture(
+            "engines-tower-error",
+            "Every engine's tower error against the step",
+            "Error of the grain's force against the exact propagator, overlap law; dotted lines "
+            "are guides to first and second order.",
+            lambda: engines.tower_error_against_step(evidence.convergence),
+        )
 
 
 MOST_PARTINGS = 6

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from harness.comparison.verdicts import Check, Verdict
 from harness.comparison.verification import Verification
-from harness.report import triage
+from harness.report import engines, triage
 from harness.report.gallery import Picture
 from harness.report.standing import GRAVITY, by_gravity, headline, standings
 from harness.report.templating import environment, tail
@@ -132,6 +132,11 @@ def html_page(found: Verification, shown: Sequence[Picture]) -> str:
         steps=steps,
         angles=angles,
         pictures=list(figures(shown)),
+        engines=found.engines,
+        engines_title=engines.TITLE,
+        engines_text=engines.EXPLAINED,
+        engine_tables=engines.tables(found.engines) if found.engines else [],
+        quirks=engines.quirks(found.engines) if found.engines else [],
         scripts=found.scripts,
         logs=found.logs,
         provenance=provenance(found),

