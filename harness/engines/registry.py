@@ -12,11 +12,13 @@ from harness.errors import RequestError
 ENGINES: dict[str, str] = {
     "lammps": "harness.engines.lammps.engine:Lammps",
     "reference": "harness.engines.reference.engine:Reference",
+    "esys": "harness.engines.esys.engine:Esys",
 }
 """Where each engine's class is. Imported when it is asked for: none pays for another's imports."""
 
 INPUTS: dict[str, str] = {
     "lammps": "harness.engines.lammps.scripts:input_files",
+    "esys": "harness.engines.esys.scripts:input_files",
 }
 """Where each engine's generated inputs are made: texts by their names below ``inputs``."""
 
