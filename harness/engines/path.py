@@ -8,6 +8,7 @@ import numpy as np
 
 from harness.engines.contract import Route
 from harness.engines.routes import end_of, margin, overlaps
+from harness.engines.springs import SpringLaw
 from harness.errors import EngineNaNError, EngineOutputError
 from harness.observables.incline import Crests, InclineRun, Motion, Trajectory
 from harness.observables.provenance import Provenance
@@ -22,12 +23,14 @@ def run_of_path(
     *,
     seconds: float,
     keep: bool = False,
+    law: SpringLaw = "linear",
 ) -> InclineRun:
     """Return the run that a path tells of, judged at its samples as LAMMPS's script judges.
 
     A sample past the end of a well counts as its crest; one that moves back with
     less energy than the crest ahead asks for is trapped for good. The path may end as soon
-    as that is decided; it is kept up to there if ``keep``. ``seconds`` is the wall time.
+    as that is decided; it is kept up to there if ``keep``. ``seconds`` is the wall time,
+    ``law`` that of the engine's spring.
     Raise EngineNaNError for values that are not finite, EngineOutputError for a
     path that is not in order, or that ends undecided before the time limit.
     """
@@ -41,8 +44,8 @@ def run_of_path(
     motion, row, well = Motion.MOVES_ON, 0, 0
     while motion is Motion.MOVES_ON and well < wells:
         well += 1
-        margins = margin(case, well, *state)
-        beyond = path.x_m > end_of(case, route, well)
+        margins = margin(case, well, *state, law)
+        beyond = path.x_m > end_of(case, route, well, law)
         back = (path.vx_m_per_s < 0.0) & (margins < 0.0)
         decided = np.flatnonzero((beyond | back)[row:])
         if decided.size == 0:

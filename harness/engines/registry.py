@@ -16,6 +16,7 @@ ENGINES: dict[str, str] = {
     "liggghts": "harness.engines.liggghts.engine:Liggghts",
     "yade": "harness.engines.yade.engine:Yade",
     "kratos": "harness.engines.kratos.engine:Kratos",
+    "esys": "harness.engines.esys.engine:Esys",
 }
 """Where each engine's class is. Imported when it is asked for: none pays for another's imports."""
 
@@ -25,6 +26,7 @@ INPUTS: dict[str, str] = {
     "yade": "harness.engines.yade.scripts:input_files",
     "kratos": "harness.engines.kratos.scripts:input_files",
     "mfix": "harness.engines.mfix.scripts:input_files",
+    "esys": "harness.engines.esys.scripts:input_files",
 }
 """Where each engine's generated inputs are made: texts by their names below ``inputs``."""
 

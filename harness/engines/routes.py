@@ -13,6 +13,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from harness.engines.springs import SpringLaw, spring_of
 from harness.errors import RequestError
 from harness.parameters.incline import Incline
 
@@ -48,9 +49,9 @@ class Start:
         return x, y, vx, vy
 
 
-def start_of(case: Incline, route: str) -> Start:
+def start_of(case: Incline, route: str, law: SpringLaw = "linear") -> Start:
     """Return the start of a route, ``passage`` or ``steady``."""
-    return start_behind_crest(case) if route == "passage" else start_in_well(case)
+    return start_behind_crest(case, law) if route == "passage" else start_in_well(case)
 
 
 def start_in_well(case: Incline, speed: float | None = None) -> Start:
@@ -68,20 +69,21 @@ def start_in_well(case: Incline, speed: float | None = None) -> Start:
     )
 
 
-def start_behind_crest(case: Incline) -> Start:
+def start_behind_crest(case: Incline, law: SpringLaw = "linear") -> Start:
     """Return the start of the passage route: just the energy of the crest, in balance.
 
-    The overlap at an angle phi from the crest, delta = m g (3 cos phi - 2) / k,
-    balances the weight less the centrifugal force; the rate of phi follows from
+    The overlap at an angle phi from the crest bears m g (3 cos phi - 2), the weight
+    less the centrifugal force; the rate of phi follows from
     the energy. The case's phase shifts phi by a fraction of a step's way.
     """
-    weight, d, k = case.mass * case.gravity, case.diameter, case.stiffness
+    weight, d, spring = case.mass * case.gravity, case.diameter, spring_of(case, law)
     rate = math.sqrt(2.0 * case.gravity * (1.0 - math.cos(BEHIND_CREST)) / d)
     phi = BEHIND_CREST + case.phase * rate * case.step
-    overlap = weight * (3.0 * math.cos(phi) - 2.0) / k
-    slope = 3.0 * weight * math.sin(phi) / k
+    force = weight * (3.0 * math.cos(phi) - 2.0)
+    overlap = spring.overlap(force)
+    slope = spring.change(force, 3.0 * weight * math.sin(phi))
     r = d - overlap
-    kinetic = crest_energy(case) - weight * r * math.cos(phi) - 0.5 * k * overlap**2
+    kinetic = crest_energy(case, law) - weight * r * math.cos(phi) - spring.energy(overlap)
     omega = math.sqrt(2.0 * kinetic / case.mass / (r * r + slope * slope))
     beta = phi - math.radians(case.angle)
     return Start(
@@ -92,10 +94,10 @@ def start_behind_crest(case: Incline) -> Start:
     )
 
 
-def crest_energy(case: Incline) -> float:
+def crest_energy(case: Incline, law: SpringLaw = "linear") -> float:
     """Return the energy [J] of a grain at rest on the first sphere's crest, pressed in."""
     weight = case.mass * case.gravity
-    return weight * _crest_radius(case) + 0.5 * weight**2 / case.stiffness
+    return weight * _crest_radius(case, law) + spring_of(case, law).energy_under(weight)
 
 
 def overlaps(case: Incline, x: Number, y: Number) -> tuple[Number, Number]:
@@ -105,50 +107,62 @@ def overlaps(case: Incline, x: Number, y: Number) -> tuple[Number, Number]:
     return d - np.hypot(x - behind, y), d - np.hypot(x - behind - d, y)
 
 
-def energy(case: Incline, x: Number, y: Number, vx: Number, vy: Number) -> Number:
+def energy(
+    case: Incline, x: Number, y: Number, vx: Number, vy: Number, law: SpringLaw = "linear"
+) -> Number:
     """Return the mechanical energy [J]: motion, height over the first sphere, springs."""
     tilt = math.radians(case.angle)
     height = y * math.cos(tilt) - x * math.sin(tilt)
     pressed = [np.maximum(overlap, 0.0) for overlap in overlaps(case, x, y)]
-    springs = 0.5 * case.stiffness * (pressed[0] ** 2 + pressed[1] ** 2)
+    springs = spring_of(case, law).energy(*pressed)
     motion = 0.5 * case.mass * (vx * vx + vy * vy)
     total: Number = motion + case.mass * case.gravity * height + springs
     return total
 
 
-def margin(case: Incline, well: int, x: Number, y: Number, vx: Number, vy: Number) -> Number:
+def margin(
+    case: Incline,
+    well: int,
+    x: Number,
+    y: Number,
+    vx: Number,
+    vy: Number,
+    law: SpringLaw = "linear",
+) -> Number:
     """Return the energy [J] above that of a grain at rest on the crest after ``well`` wells."""
     drop = case.mass * case.gravity * well * case.diameter * math.sin(math.radians(case.angle))
-    return energy(case, x, y, vx, vy) - crest_energy(case) + drop
+    return energy(case, x, y, vx, vy, law) - crest_energy(case, law) + drop
 
 
-def end_of(case: Incline, route: str, well: int) -> float:
+def end_of(case: Incline, route: str, well: int, law: SpringLaw = "linear") -> float:
     """Return the x [m] whose passage ends a well: a crest, or where a passage has settled."""
-    return settled_place(case) if route == "passage" else crest_place(case, well)
+    return settled_place(case, law) if route == "passage" else crest_place(case, well, law)
 
 
-def crest_place(case: Incline, well: int) -> float:
+def crest_place(case: Incline, well: int, law: SpringLaw = "linear") -> float:
     """Return the x [m] of the crest after ``well`` wells."""
     tilt = math.radians(case.angle)
-    return well * case.diameter - _crest_radius(case) * math.sin(tilt)
+    return well * case.diameter - _crest_radius(case, law) * math.sin(tilt)
 
 
-def settled_place(case: Incline) -> float:
+def settled_place(case: Incline, law: SpringLaw = "linear") -> float:
     """Return the x [m] past the first well where the contact has settled: the passage's end.
 
     The energy left over the crest is the same there as on it, and the slow way
     to the crest need not be walked. The slowest rate is that of
-    x'' + 2 zeta omega x' + omega^2 x.
+    x'' + 2 zeta omega x' + omega^2 x, of small motions under the weight.
     """
-    d, omega = case.diameter, math.sqrt(case.stiffness / case.mass)
-    zeta = case.contact.zeta_against_full_mass
+    d = case.diameter
+    omega, zeta = spring_of(case, law).small_motion(case.mass * case.gravity)
     slowest = zeta + math.sqrt(zeta * zeta - 1.0) if zeta >= 1.0 else 1.0 / (zeta + 1e-9)
     swept = SETTLED * slowest / omega * SPEED_AFTER_SHOCK * math.sqrt(case.gravity / d)
     tilt = math.radians(case.angle)
     before = min(max(math.pi / 6.0 - tilt - swept, 0.0), BEHIND_CREST)
-    return d - _crest_radius(case) * math.sin(tilt + before)
+    return d - _crest_radius(case, law) * math.sin(tilt + before)
 
 
-def _crest_radius(case: Incline) -> float:
+def _crest_radius(case: Incline, law: SpringLaw) -> float:
     """Return the distance [m] of the grain from the sphere on whose crest it rests."""
-    return case.diameter * (1.0 - case.static_overlap)
+    if law == "linear":  # as the LAMMPS script has it, to the last digit
+        return case.diameter * (1.0 - case.static_overlap)
+    return case.diameter - spring_of(case, law).overlap(case.mass * case.gravity)

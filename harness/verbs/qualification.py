@@ -21,7 +21,9 @@ from harness.errors import EngineError, EngineOutputError
 from harness.observables.drop import DropRun
 from harness.parameters.contact import PLASTIC, SOURCE, Contact
 from harness.parameters.drop import Drop
+from harness.parameters.hertz import hertz_of_drop
 from harness.theory.dashpot import restitution_clipped, restitution_unclipped
+from harness.theory.hertz import impact
 
 HALF = 0.5
 """Restitution that tells every rule from every other."""
@@ -31,6 +33,9 @@ GAPS = 100.5
 
 SPEED = 1.0
 """[m/s] of the collisions, on spheres of 1 m and 1 kg."""
+
+TIMES_TO_REST = 30.0
+"""[1/rate] of the slowest decay, until a grain rests; half of them pass before it is linear."""
 
 OVERLAP = 1e-4
 """[d] of the grain that slides by: pressed in at the start."""
@@ -100,10 +105,9 @@ def qualify(engine: Engine) -> Qualification:
 
 def _tests(traits: Traits) -> Iterator[_Test]:
     """Yield the tests that an engine with such traits can be put to."""
-    if traits.spring == "linear":
-        for contact in _contacts(traits):
-            yield _head_on(contact)
-        yield _static(traits)
+    for contact in _contacts(traits):
+        yield _head_on(contact) if traits.spring == "linear" else _head_on_hertz(contact)
+    yield _static(traits) if traits.spring == "linear" else _static_hertz(traits)
     yield _onset(traits)
     yield _fall(traits)
     yield _oblique(traits)
@@ -152,6 +156,26 @@ def _head_on(contact: Contact) -> _Test:
     )
 
 
+def _head_on_hertz(contact: Contact) -> _Test:
+    """Return the collision with Hertz's spring, whose restitution is integrated.
+
+    At the speed of the drop the largest overlap without damping is that of the linear
+    spring, so a step is worth as much of the speed as there.
+    """
+    law = hertz_of_drop(_flying(contact, duration=1.0, every=1))
+    expected = impact(law.relaxation * SPEED / law.overlap, clipped=contact.tail == "clipped")
+    # the impact's own time, and as much again for the flight before it
+    case = _flying(contact, duration=1.0 + 2.0 * expected.duration / math.pi, every=100)
+    width = math.pi / case.steps_per_contact * (1.0 + 2.0 * contact.zeta_against_full_mass)
+    return _Test(
+        f"restitution head-on, {contact.name}",
+        case,
+        lambda run: float(run.path.vy_m_per_s[-1]) / SPEED,
+        expected.restitution,
+        Tolerance("", width, 0.0, "omega h (1 + 2 zeta): a step's worth of spring and dashpot"),
+    )
+
+
 def _flying(contact: Contact, duration: float, every: int) -> Drop:
     case = Drop(contact=contact, speed=SPEED, duration=duration, every=every)
     return case.replace(gap=GAPS * case.speed * case.step)
@@ -196,6 +220,34 @@ def _static(traits: Traits) -> _Test:
         Tolerance(
             "",
             2.0 * left + 10.0 * digits + 1e-9,
+            0.0,
+            "what the dashpot has left of the motion, and the digits of the output",
+        ),
+    )
+
+
+def _static_hertz(traits: Traits) -> _Test:
+    """Return the grain that comes to rest on Hertz's spring: the overlap is (m g / K)^(2/3).
+
+    The most damped contact rests first; the step may be coarse, as the rest does not depend on it.
+    """
+    contact = max(_contacts(traits), key=lambda contact: contact.zeta_against_full_mass)
+    case = Drop(contact=contact, gravity=9.81, steps_per_contact=200.0, every=100)
+    law = hertz_of_drop(case)
+    overlap = law.rest(case.mass * case.gravity)
+    zeta = law.damping_ratio(overlap, case.mass)
+    slow = zeta - math.sqrt(zeta * zeta - 1.0) if zeta >= 1.0 else zeta
+    rate = slow * math.sqrt(law.slope(overlap) / case.mass)
+    case = case.replace(duration=TIMES_TO_REST / rate / case.contact_time)
+    digits = 10.0 ** (1 - traits.digits) * case.diameter / overlap
+    return _Test(
+        "static contact, overlap over (m g / K)^(2/3)",
+        case,
+        lambda run: (case.diameter - float(run.path.y_m[-1])) / overlap,
+        1.0,
+        Tolerance(
+            "",
+            math.exp(-0.5 * TIMES_TO_REST) + 10.0 * digits + 1e-9,
             0.0,
             "what the dashpot has left of the motion, and the digits of the output",
         ),

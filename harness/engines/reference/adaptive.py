@@ -76,7 +76,7 @@ class Adaptive(Mover):
         length = ABSOLUTE * row.diameter
         self._absolute = np.array([length, length, speed, speed])
         self._energy_rounding = ROUNDING * row.mass * g_d
-        self._longest_step = LONGEST_STEP * math.pi * math.sqrt(row.mass / row.stiffness)
+        self._longest_step = LONGEST_STEP * row.contact_time
         if sampling is not None:
             self._keep(np.array([[0.0, *grain[:4]]]))
 
@@ -231,10 +231,11 @@ class Adaptive(Mover):
         """Return the mechanical energy [J], zero on the line of centres at x = 0."""
         row = self._row
         x = state[0] + self._behind * row.diameter
-        springs = sum(max(overlap(state, row, sphere), 0.0) ** 2 for sphere in (0, 1))
+        power, share = (2.5, 0.4) if row.hertz else (2.0, 0.5)
+        springs = sum(max(overlap(state, row, sphere), 0.0) ** power for sphere in (0, 1))
         motion = 0.5 * row.mass * (state[2] ** 2 + state[3] ** 2)
         weight = row.mass * (row.along * x + row.normal * state[1])
-        return float(motion - weight + 0.5 * row.stiffness * springs)
+        return float(motion - weight + share * row.stiffness * springs)
 
 
 def _terminal(event: Event) -> Callable[[float, State], float]:

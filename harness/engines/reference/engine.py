@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import cache
-from typing import NamedTuple
+from typing import NamedTuple, get_args
 
 from harness import __version__
 from harness.engines.contract import Engine, Route
@@ -25,6 +26,7 @@ from harness.engines.reference.mover import Mover
 from harness.engines.reference.row import Grain, Row, row_below, row_of
 from harness.engines.reference.stability import Growth, fewest_steps_per_contact
 from harness.engines.routes import Start, start_of
+from harness.engines.springs import SpringLaw
 from harness.engines.traits import Traits
 from harness.errors import EngineError, RequestError
 from harness.observables.drop import DropRun
@@ -32,6 +34,7 @@ from harness.observables.incline import InclineRun, Trajectory
 from harness.observables.provenance import Provenance
 from harness.observables.tower import TowerRun
 from harness.parameters.drop import Drop
+from harness.parameters.hertz import STIFFEST
 from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 
@@ -58,13 +61,14 @@ MOST_STEPS = 10**15
 
 
 class Reference(Engine):
-    """One grain on fixed spheres, linear spring-dashpot, by one of ``INTEGRATORS``.
+    """One grain on fixed spheres, linear or Hertz's spring with dashpot, by one of ``INTEGRATORS``.
 
     ``velocity-verlet`` follows LAMMPS, ``mfix-euler`` and ``mfix-adams-bashforth``
     follow MFiX-DEM; ``adaptive`` has no step (``steps_per_contact`` is ignored but for
     the sampling and the shift by ``phase``) and is the reference for the others.
+    ``spring`` is ``linear`` or ``Hertz`` (:mod:`harness.parameters.hertz`).
     ``seconds`` [s] bounds the wall time of a run. Raise RequestError for an
-    integrator that is not known.
+    integrator or a spring that is not known.
     """
 
     name = "reference"
@@ -79,6 +83,7 @@ class Reference(Engine):
         self,
         integrator: str = DEFAULT_INTEGRATOR,
         *,
+        spring: SpringLaw = "linear",
         workers: int | None = None,
         seconds: float = 300.0,
     ) -> None:
@@ -86,7 +91,11 @@ class Reference(Engine):
             raise RequestError(
                 f"--integrator {integrator!r} is not known: must be one of {', '.join(INTEGRATORS)}"
             )
+        if spring not in get_args(SpringLaw):
+            raise RequestError(f"spring {spring!r} is not known: must be linear or Hertz")
         self.integrator = integrator
+        self.traits = replace(self.traits, integrator=integrator, spring=spring)
+        self._law: SpringLaw = spring
         self._workers = workers or cores()
         self._seconds = seconds
 
@@ -107,7 +116,8 @@ class Reference(Engine):
             started = time.perf_counter()
             grain = Grain(0.0, case.diameter + case.gap, case.sideways, -case.speed)
             try:
-                mover = self._moved(grain, row_below(case), case.step, case.steps, case.every)
+                row = row_below(case, self._law)
+                mover = self._moved(grain, row, case.step, case.steps, case.every)
                 mover.finish()
                 return DropRun(case, mover.trajectory(), time.perf_counter() - started, who)
             except EngineError as error:
@@ -135,8 +145,9 @@ class Reference(Engine):
             seconds = case.time_limit * math.sqrt(case.diameter / case.gravity)
             longest = math.ceil(seconds / case.step)
             try:
-                mover = self._mover(case, start or start_of(case, route), longest, every)
-                return run(case, route, mover, who, sampled=every is not None)
+                first = start or start_of(case, route, self._law)
+                mover = self._mover(case, first, longest, every)
+                return run(case, route, mover, who, sampled=every is not None, law=self._law)
             except EngineError as error:
                 return error
 
@@ -181,7 +192,9 @@ class Reference(Engine):
             return
         for case in cases:
             zeta = case.contact.zeta_against_full_mass
-            fewest = _fewest_steps(self.integrator, zeta)
+            # the spring is stiffest at the largest overlap, where the dashpot is the linear one
+            stiffer = math.sqrt(STIFFEST) if self._law == "Hertz" else 1.0
+            fewest = stiffer * _fewest_steps(self.integrator, zeta / stiffer)
             if case.steps_per_contact <= fewest:
                 bound = f"greater than {fewest:.3f}" if math.isfinite(fewest) else "with damping"
                 raise RequestError(
@@ -193,7 +206,7 @@ class Reference(Engine):
         if every is not None and every < 1:
             raise RequestError(f"every = {every}: must be at least 1 step")
         grain = Grain(*start.state())
-        return self._moved(grain, row_of(case), case.step, longest, every)
+        return self._moved(grain, row_of(case, self._law), case.step, longest, every)
 
     def _moved(self, grain: Grain, row: Row, step: float, longest: int, every: int | None) -> Mover:
         if self.integrator == ADAPTIVE:

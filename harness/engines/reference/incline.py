@@ -9,13 +9,20 @@ import numpy as np
 from harness.engines.contract import Route
 from harness.engines.reference.mover import Mover
 from harness.engines.routes import end_of, energy, margin, overlaps
+from harness.engines.springs import SpringLaw
 from harness.observables.incline import Crests, InclineRun, Motion
 from harness.observables.provenance import Provenance
 from harness.parameters.incline import Incline
 
 
 def run(
-    case: Incline, route: Route, mover: Mover, provenance: Provenance, *, sampled: bool
+    case: Incline,
+    route: Route,
+    mover: Mover,
+    provenance: Provenance,
+    *,
+    sampled: bool,
+    law: SpringLaw = "linear",
 ) -> InclineRun:
     """Move the grain by well after well (passage: one) and return what became of it.
 
@@ -28,14 +35,14 @@ def run(
     motion, well = Motion.MOVES_ON, 0
     while motion is Motion.MOVES_ON and well < wells:
         well += 1
-        motion = _one_well(case, route, mover, well)
+        motion = _one_well(case, route, mover, well, law)
         if motion is Motion.MOVES_ON:
-            passed.append((mover.time, margin(case, well, *mover.grain[:4])))
+            passed.append((mover.time, margin(case, well, *mover.grain[:4], law)))
     crests = np.array(passed).reshape(-1, 2)
     return InclineRun(
         case=case,
         motion=motion,
-        margin_J=float(margin(case, well, *mover.grain[:4])),
+        margin_J=float(margin(case, well, *mover.grain[:4], law)),
         touching=bool(max(overlaps(case, mover.grain.x, mover.grain.y)) > 0.0),
         crests=Crests(time_s=crests[:, 0], margin_J=crests[:, 1]),
         time_s=mover.time,
@@ -47,14 +54,14 @@ def run(
 
 
 @np.errstate(over="ignore", invalid="ignore")  # NaN is the mover's to name
-def _one_well(case: Incline, route: Route, mover: Mover, well: int) -> Motion:
+def _one_well(case: Incline, route: Route, mover: Mover, well: int, law: SpringLaw) -> Motion:
     """Return whether the grain passes the end of the well, is trapped before, or time is over."""
-    place = end_of(case, route, well)
+    place = end_of(case, route, well, law)
     here = mover.grain[:4]
-    floor = float(energy(case, *here) - margin(case, well, *here))
+    floor = float(energy(case, *here, law) - margin(case, well, *here, law))
     while True:
         mover.watch(place, floor)
-        short = margin(case, well, *mover.grain[:4]) < 0.0
+        short = margin(case, well, *mover.grain[:4], law) < 0.0
         if mover.grain.x > place:
             return Motion.TRAPPED if route == "passage" and short else Motion.MOVES_ON
         if short and mover.grain.vx < 0.0:

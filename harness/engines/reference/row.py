@@ -10,8 +10,10 @@ import math
 from typing import NamedTuple
 
 from harness.engines.reference.compiled import compiled
-from harness.engines.reference.contact import damping, normal_force
+from harness.engines.reference.contact import damping, hertz_force, normal_force
+from harness.engines.springs import SpringLaw
 from harness.parameters.drop import Drop
+from harness.parameters.hertz import Hertz, hertz_of_drop, hertz_of_incline
 from harness.parameters.incline import Incline
 
 ROUNDING = 1e-15
@@ -35,7 +37,11 @@ class Grain(NamedTuple):
 
 
 class Row(NamedTuple):
-    """The system in SI units: spheres, contact, and the two components of gravity [m/s2]."""
+    """The system in SI units: spheres, contact, and the two components of gravity [m/s2].
+
+    ``stiffness`` and ``damping`` are k [N/m] and eta [N s/m] of the linear spring; with
+    ``hertz`` they are K [N/m^(3/2)] and K A. ``contact_time`` [s] is pi sqrt(m/k).
+    """
 
     diameter: float
     mass: float
@@ -44,32 +50,34 @@ class Row(NamedTuple):
     clipped: bool
     along: float
     normal: float
+    hertz: bool
+    contact_time: float
 
 
-def row_of(case: Incline) -> Row:
+def row_of(case: Incline, law: SpringLaw = "linear") -> Row:
     """Return the row of a case."""
     tilt = math.radians(case.angle)
-    return Row(
-        diameter=case.diameter,
-        mass=case.mass,
-        stiffness=case.stiffness,
-        damping=damping(case.contact, case.stiffness, case.mass),
-        clipped=case.contact.tail == "clipped",
-        along=case.gravity * math.sin(tilt),
-        normal=-case.gravity * math.cos(tilt),
-    )
+    along, normal = case.gravity * math.sin(tilt), -case.gravity * math.cos(tilt)
+    return _row(case, along, normal, hertz_of_incline(case) if law == "Hertz" else None)
 
 
-def row_below(case: Drop) -> Row:
+def row_below(case: Drop, law: SpringLaw = "linear") -> Row:
     """Return the row, level, under a grain that drops on its first sphere."""
+    return _row(case, 0.0, -case.gravity, hertz_of_drop(case) if law == "Hertz" else None)
+
+
+def _row(case: Incline | Drop, along: float, normal: float, hertz: Hertz | None) -> Row:
+    dashpot = damping(case.contact, case.stiffness, case.mass)
     return Row(
         diameter=case.diameter,
         mass=case.mass,
-        stiffness=case.stiffness,
-        damping=damping(case.contact, case.stiffness, case.mass),
+        stiffness=hertz.coefficient if hertz else case.stiffness,
+        damping=hertz.coefficient * hertz.relaxation if hertz else dashpot,
         clipped=case.contact.tail == "clipped",
-        along=0.0,
-        normal=-case.gravity,
+        along=along,
+        normal=normal,
+        hertz=hertz is not None,
+        contact_time=math.pi * math.sqrt(case.mass / case.stiffness),
     )
 
 
@@ -91,7 +99,13 @@ def _push(dx: float, dy: float, vx: float, vy: float, row: Row) -> tuple[float, 
         return 0.0, 0.0
     distance = math.sqrt(square)
     nx, ny = dx / distance, dy / distance
-    force = normal_force(
-        row.diameter - distance, vx * nx + vy * ny, row.stiffness, row.damping, row.clipped
-    )
+    force = contact_force(row.diameter - distance, vx * nx + vy * ny, row, row.clipped)
     return force * nx, force * ny
+
+
+@compiled
+def contact_force(overlap: float, separation_speed: float, row: Row, clipped: bool) -> float:
+    """Return the force [N] of a contact, by the row's law."""
+    if row.hertz:
+        return hertz_force(overlap, separation_speed, row.stiffness, row.damping, clipped)
+    return normal_force(overlap, separation_speed, row.stiffness, row.damping, clipped)

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from harness.engines.reference.compiled import compiled
-from harness.engines.reference.contact import normal_force
-from harness.engines.reference.row import Row
+from harness.engines.reference.row import Row, contact_force
 
 State = NDArray[np.float64]
 """x from the sphere behind [m], y [m], vx, vy [m/s]."""
@@ -27,7 +26,7 @@ def unclipped_force(state: State, row: Row, sphere: int) -> float:
     dx, dy = state[0] - sphere * row.diameter, state[1]
     distance = math.hypot(dx, dy)
     speed = (state[2] * dx + state[3] * dy) / distance
-    return normal_force(row.diameter - distance, speed, row.stiffness, row.damping, False)
+    return contact_force(row.diameter - distance, speed, row, False)
 
 
 @compiled

@@ -1,0 +1,1 @@
+"""ESyS-Particle, run as a program under an MPI launcher."""

@@ -1,0 +1,188 @@
+"""The generated ESyS-Particle scripts: rendered from templates, and what a case sets in them."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+
+from harness import __version__
+from harness.engines.contract import Route
+from harness.engines.timing import Plan
+from harness.errors import RequestError
+from harness.parameters.contact import PLASTIC, Contact
+from harness.parameters.drop import Drop
+from harness.parameters.incline import Incline
+from harness.parameters.tower import Property, Tower
+
+Value = str | int | float
+
+SERIES = "series.csv"
+"""The file that a run's motion is in."""
+
+
+@dataclass(frozen=True)
+class Script:
+    """A script, ready to be written and run, and the parameters it has by default."""
+
+    name: str
+    text: str
+    defaults: Mapping[str, Value]
+
+    @property
+    def sha256(self) -> str:
+        """Return the SHA-256 of the text, in hexadecimal."""
+        return hashlib.sha256(self.text.encode()).hexdigest()
+
+    def arguments(self, values: Mapping[str, Value]) -> list[str]:
+        """Return the words ``name=value`` of the command line, at full precision.
+
+        Raise KeyError for a parameter that the script does not have.
+        """
+        unknown = set(values) - set(self.defaults)
+        if unknown:
+            raise KeyError(f"{self.name} has no parameter {', '.join(sorted(unknown))}")
+        return [f"{name}={value!s}" for name, value in values.items()]
+
+
+@cache
+def drop_script() -> Script:
+    """Return the script of a grain on one fixed sphere, a head-on collision by default."""
+    contact = Contact(name="half", restitution=0.5, damping_ratio=None, tail="clipped")
+    case = Drop(contact=contact, gap=1e-3, speed=1.0)
+    defaults = {**drop_parameters(case), "mode": "hertz", "series": "drop.csv"}
+    return _script("drop.py", "restitution=0.1 series=other.csv", defaults)
+
+
+@cache
+def incline_script() -> Script:
+    """Return the incline's script, with the plastic contact as default."""
+    case = Incline(contact=PLASTIC, steps_per_contact=100.0)
+    defaults = {
+        **incline_parameters([case], "passage", 50),
+        "phases": "0",
+        "speed": 0.48,
+        "start": 10.0,
+        "series": "grain.csv",
+    }
+    return _script("incline.py", "angle=10.5 stiffness=1e7 phases=0,0.5", defaults)
+
+
+@cache
+def tower_script() -> Script:
+    """Return the tower's script, with the source's tower of three particles as default."""
+    case = Tower(height=2, law="overlap")
+    timing = Plan(3.0, 0.0, 0, 4, 1000.0)
+    defaults = {**tower_parameters(case, timing), "series": "tower.csv"}
+    return _script("tower.py", "height=19 stiffness=1e7 speed=4", defaults)
+
+
+def all_scripts() -> list[Script]:
+    """Return every script that is committed under ``inputs``."""
+    return [incline_script(), tower_script(), drop_script()]
+
+
+def input_files() -> dict[str, str]:
+    """Return the scripts by their names below ``inputs``."""
+    return {f"esys/{script.name}": script.text for script in all_scripts()}
+
+
+def drop_parameters(case: Drop) -> dict[str, Value]:
+    """Return what a drop sets in its script."""
+    return {
+        "stiffness": case.stiffness,
+        "steps_per_contact": case.steps_per_contact,
+        "gravity": case.gravity,
+        "diameter": case.diameter,
+        "density": case.density,
+        "gap": case.gap,
+        "speed": case.speed,
+        "sideways": case.sideways,
+        "steps": case.steps,
+        "series_every": case.every,
+        **_contact(case.contact),
+    }
+
+
+def incline_parameters(cases: Sequence[Incline], route: Route, every: int) -> dict[str, Value]:
+    """Return what cases that differ by their phases only set in the incline's script."""
+    case = cases[0]
+    return {
+        "route": route,
+        "angle": case.angle,
+        "stiffness": case.stiffness,
+        "steps_per_contact": case.steps_per_contact,
+        "gravity": case.gravity,
+        "diameter": case.diameter,
+        "density": case.density,
+        "wells": case.wells,
+        "phases": ",".join(repr(case.phase) for case in cases),
+        "time_limit": case.time_limit,
+        "series_every": every,
+        **_contact(case.contact),
+    }
+
+
+def tower_parameters(case: Tower, timing: Plan) -> dict[str, Value]:
+    """Return what a tower of equal particles sets in its script.
+
+    Raise RequestError for what ESyS-Particle does not have: unequal particles (its
+    stiffness belongs to the contact, not to a particle), the deformable law.
+    """
+    if case.law != "overlap":
+        raise RequestError(
+            f"law = {case.law!r}: ESyS-Particle's contacts follow the overlap law only; choose "
+            "law 'overlap', or 'lammps' for the other"
+        )
+    properties: tuple[Property, ...] = ("stiffness", "mass", "diameter")
+    if any(len(set(case.each(name))) > 1 for name in properties):
+        raise RequestError(
+            "mass, stiffness and diameter must be one number each in ESyS-Particle's tower"
+        )
+    return {
+        **{name: case.each(name)[0] for name in properties},
+        "height": case.height,
+        "speed": case.speed,
+        "gravity": case.gravity,
+        "base": case.base,
+        "start": case.start,
+        "gap": case.gap,
+        "duration": timing.duration,
+        "steps_per_contact": timing.steps_per_contact,
+        "series_every": timing.every,
+    }
+
+
+def _contact(contact: Contact) -> dict[str, Value]:
+    by_ratio = contact.damping_ratio is not None
+    return {
+        "damping": "ratio" if by_ratio else "restitution",
+        "restitution": float(contact.restitution or 0.0),
+        "damping_ratio": contact.zeta if by_ratio else 1.0,
+        "effective_mass": contact.effective_mass,
+    }
+
+
+def _script(name: str, example: str, defaults: Mapping[str, Value]) -> Script:
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader("harness.engines.esys", "templates"),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        autoescape=False,
+    )
+    template = environment.get_template(f"{name}.j2")
+    lines = "\n".join(f'    "{key}": {_literal(value)},' for key, value in defaults.items())
+    text = template.render(version=__version__, name=name, example=example, defaults=lines)
+    return Script(name, text, defaults)
+
+
+def _literal(value: Value) -> str:
+    """Return a value as Python writes it, strings in double quotes."""
+    if isinstance(value, str):
+        return f'"{value}"'
+    return repr(value)

@@ -1,0 +1,100 @@
+"""The spring of a contact as the routes of the incline need it: overlap and energy of a load."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal, Protocol
+
+from harness.parameters.hertz import Hertz, hertz_of_incline
+from harness.parameters.incline import Incline
+
+SpringLaw = Literal["linear", "Hertz"]
+
+
+class Spring(Protocol):
+    """A spring under loads [N] and at overlaps [m]."""
+
+    def overlap(self, force: float) -> float:
+        """Return the overlap [m] that bears a force."""
+
+    def change(self, force: float, by: float) -> float:
+        """Return the change of the overlap [m] when the force changes by a little."""
+
+    def energy_under(self, force: float) -> float:
+        """Return the energy [J] of the spring that bears a force."""
+
+    def energy(self, *overlaps: Any) -> Any:
+        """Return the energy [J] of springs of these overlaps, numbers or arrays, none negative."""
+
+    def small_motion(self, force: float) -> tuple[float, float]:
+        """Return omega [rad/s] and zeta [-] of small motions about the rest under a force."""
+
+
+@dataclass(frozen=True)
+class Linear:
+    """Force k delta."""
+
+    case: Incline
+
+    def overlap(self, force: float) -> float:
+        """Return F / k."""
+        return force / self.case.stiffness
+
+    def change(self, force: float, by: float) -> float:  # noqa: ARG002 - the same at every force
+        """Return dF / k."""
+        return by / self.case.stiffness
+
+    def energy_under(self, force: float) -> float:
+        """Return F^2 / 2k."""
+        return 0.5 * force**2 / self.case.stiffness
+
+    def energy(self, *overlaps: Any) -> Any:
+        """Return k delta^2 / 2, summed."""
+        first, *others = (overlap**2 for overlap in overlaps)
+        return 0.5 * self.case.stiffness * sum(others, start=first)
+
+    def small_motion(self, force: float) -> tuple[float, float]:  # noqa: ARG002
+        """Return sqrt(k/m) and the contact's own damping ratio."""
+        omega = math.sqrt(self.case.stiffness / self.case.mass)
+        return omega, self.case.contact.zeta_against_full_mass
+
+
+@dataclass(frozen=True)
+class HertzSpring:
+    """Force K delta^(3/2), K as :mod:`harness.parameters.hertz` makes it from the stiffness."""
+
+    law: Hertz
+    mass: float
+
+    def overlap(self, force: float) -> float:
+        """Return (F / K)^(2/3)."""
+        return self.law.rest(force)
+
+    def change(self, force: float, by: float) -> float:
+        """Return dF / (3/2 K sqrt(delta))."""
+        return by / self.law.slope(self.law.rest(force))
+
+    def energy_under(self, force: float) -> float:
+        """Return 2/5 F delta."""
+        return 0.4 * force * self.law.rest(force)
+
+    def energy(self, *overlaps: Any) -> Any:
+        """Return 2/5 K delta^(5/2), summed."""
+        return 0.4 * self.law.coefficient * sum(overlap**2.5 for overlap in overlaps)
+
+    def small_motion(self, force: float) -> tuple[float, float]:
+        """Return sqrt(3/2 K sqrt(delta) / m) and its damping ratio."""
+        overlap = self.law.rest(force)
+        omega = math.sqrt(self.law.slope(overlap) / self.mass)
+        return omega, self.law.damping_ratio(overlap, self.mass)
+
+
+def spring_of(case: Incline, law: SpringLaw) -> Spring:
+    """Return the spring of a case under a law."""
+    makers: dict[SpringLaw, Callable[[], Spring]] = {
+        "linear": lambda: Linear(case),
+        "Hertz": lambda: HertzSpring(hertz_of_incline(case), case.mass),
+    }
+    return makers[law]()
