@@ -11,12 +11,12 @@ from harness.errors import RequestError
 
 ENGINES: dict[str, str] = {
     "lammps": "harness.engines.lammps.engine:Lammps",
-    "mfix": "harness.engines.mfix.engine:Mfix",
     "reference": "harness.engines.reference.engine:Reference",
     "liggghts": "harness.engines.liggghts.engine:Liggghts",
     "yade": "harness.engines.yade.engine:Yade",
     "kratos": "harness.engines.kratos.engine:Kratos",
     "esys": "harness.engines.esys.engine:Esys",
+    "mfix": "harness.engines.mfix.engine:Mfix",
 }
 """Where each engine's class is. Imported when it is asked for: none pays for another's imports."""
 
@@ -25,8 +25,8 @@ INPUTS: dict[str, str] = {
     "liggghts": "harness.engines.liggghts.scripts:input_files",
     "yade": "harness.engines.yade.scripts:input_files",
     "kratos": "harness.engines.kratos.scripts:input_files",
-    "mfix": "harness.engines.mfix.scripts:input_files",
     "esys": "harness.engines.esys.scripts:input_files",
+    "mfix": "harness.engines.mfix.scripts:input_files",
 }
 """Where each engine's generated inputs are made: texts by their names below ``inputs``."""
 
