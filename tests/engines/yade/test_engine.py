@@ -1,3 +1,4 @@
+import math
 import subprocess
 from dataclasses import replace
 from pathlib import Path
@@ -8,8 +9,11 @@ from numpy.testing import assert_allclose
 
 from harness.engines.process import Limits
 from harness.engines.reference.engine import Reference
+from harness.engines.yade.batch import Batches, Job
 from harness.engines.yade.engine import Yade
-from harness.errors import EngineCrashError, EngineError
+from harness.engines.yade.read import read_incline
+from harness.engines.yade.scripts import incline_script
+from harness.errors import EngineCrashError, EngineError, EngineNaNError
 from harness.observables.drop import DropRun
 from harness.observables.incline import Motion
 from harness.parameters.contact import PLASTIC, SOURCE
@@ -153,6 +157,16 @@ def test_a_run_that_yade_refuses_costs_only_itself(yade):  # noqa: ARG001
     assert "KeyError: 'nonsense'" in str(second)
     assert "Traceback" in second.log
     assert leftovers() == before
+
+
+def test_a_grain_that_is_nowhere_ends_its_run_with_a_nan(yade):
+    jobs = [Job(incline_script(), {"speed": math.nan}, series=False)]
+    batches = Batches(yade.identify().executable, 1, Limits())
+    (output,) = batches.run(jobs)
+    batches.close()
+    assert output.results.endswith("RESULT verdict = not_a_number\n")
+    with pytest.raises(EngineNaNError, match="margin_J = nan"):
+        read_incline(Incline(contact=PLASTIC), output.results, yade.identify())
 
 
 def test_too_little_memory_is_an_engine_error(yade):  # noqa: ARG001
