@@ -11,9 +11,10 @@ Run it as it stands, with other parameters, or for a list of them in a JSON file
     yade -n -x incline.py runs.json
 
 It ends with lines "RESULT name = value". The verdict is one of
-    moves_on    the grain passes the crests (all of them: motion persists)
-    trapped     it turned back in a well, with less energy than the crest asks for
-    undecided   the time limit came first: this is not "trapped"
+    moves_on       the grain passes the crests (all of them: motion persists)
+    trapped        it turned back in a well, with less energy than the crest asks for
+    undecided      the time limit came first: this is not "trapped"
+    not_a_number   place or velocity of the grain overflowed
 
 Theory (no rebound, rigid): motion persists from 10.2078 deg on.
 SI units; angles in degrees. Written for Yade 2023.02a.
@@ -301,10 +302,11 @@ class Motion:
             self.look()
         self.series.write()
         add("seconds", time.perf_counter() - started)
-        margin = case.margin(min(self.well, self.wells), *self.state)
+        somewhere = self.verdict != "not_a_number"
+        well = min(self.well, self.wells)
         add("crests_passed", self.well - 1)
-        add("margin_J", margin)
-        add("touching", int(max(case.overlap(*self.state[:2])) > 0))
+        add("margin_J", case.margin(well, *self.state) if somewhere else math.nan)
+        add("touching", int(somewhere and max(case.overlap(*self.state[:2])) > 0))
         add("time_s", self.steps * case.step)
         add("steps", self.steps)
         add("verdict", self.verdict)

@@ -1,3 +1,4 @@
+import math
 import subprocess
 from dataclasses import replace
 from pathlib import Path
@@ -8,13 +9,17 @@ from numpy.testing import assert_allclose
 
 from harness.engines.process import Limits
 from harness.engines.reference.engine import Reference
+from harness.engines.yade.batch import Batches, Job
 from harness.engines.yade.engine import Yade
-from harness.errors import EngineCrashError, EngineError
+from harness.engines.yade.read import read_incline
+from harness.engines.yade.scripts import incline_script
+from harness.errors import EngineCrashError, EngineError, EngineNaNError
 from harness.observables.drop import DropRun
 from harness.observables.incline import Motion
 from harness.parameters.contact import PLASTIC, SOURCE
 from harness.parameters.drop import Drop
 from harness.parameters.incline import Incline
+from harness.theory.dashpot import restitution_clipped
 from harness.verbs.incline import critical_angle
 from harness.verbs.qualification import qualify
 
@@ -52,31 +57,34 @@ FULL, HALF, NEAR_ZERO = (
     f"restitution head-on, {name}"
     for name in ("e = 0.5, clipped, m_eff full", "e = 0.5, clipped, m_eff half", "source, clipped")
 )
+STATIC, FALL = "static contact, overlap over m g / k", "free fall over g t^2 / 2"
 
 
 @pytest.mark.parametrize(
-    ("told", "failures"),
+    ("told", "failures", "values"),
     [
-        # a spring and a dashpot for m / 2, in a law that clips what they were made for
-        ({"mode": "tc-en"}, [FULL, NEAR_ZERO, "static contact, overlap over m g / k"]),
-        ({"mode": "young-en"}, [FULL, HALF, NEAR_ZERO]),
-        ({"newton_damping": 0.2}, [FULL, HALF, NEAR_ZERO, "free fall over g t^2 / 2"]),
+        # spring and dashpot for m / 2, of a law whose tail attracts: half the spring, and zeta
+        # against m is that of m / 2 over sqrt(2)
+        (
+            {"mode": "tc-en"},
+            [FULL, NEAR_ZERO, STATIC],
+            {STATIC: 2.0, FULL: restitution_clipped(HEAD_ON.zeta / math.sqrt(2.0))},
+        ),
+        # the search for a dashpot near 0 fails: no dashpot
+        ({"mode": "young-en"}, [FULL, HALF, NEAR_ZERO], {STATIC: 1.0, NEAR_ZERO: 1.0}),
+        ({"newton_damping": 0.2}, [FULL, HALF, NEAR_ZERO, FALL], {FALL: 0.8}),
     ],
-    ids=str,
+    ids=["tc-en", "young-en", "newton damping"],
 )
-def test_what_users_fall_into_does_not_qualify(yade, told, failures):  # noqa: ARG001
+def test_what_users_fall_into_does_not_qualify(yade, told, failures, values):  # noqa: ARG001
     with Naive(workers=2) as naive:
         naive.told = told
         found = qualify(naive)
     assert not found.holds
     assert found.failures == ", ".join(failures)
-
-
-def test_a_restitution_near_zero_by_modulus_is_elastic(yade):  # noqa: ARG001
-    with Naive(workers=1) as naive:
-        naive.told = {"mode": "young-en"}
-        (run,) = naive.drops([Drop(contact=CLIPPED_SOURCE, speed=1.0, gap=1e-3, every=1000)])
-    assert run.path.vy_m_per_s[-1] == pytest.approx(1.0, abs=1e-9)
+    measured = {check.name.partition(": ")[2]: check.value for check in found.checks}
+    # 2000 steps per contact: a step's worth of spring and dashpot
+    assert {name: measured[name] for name in values} == pytest.approx(values, abs=3e-3)
 
 
 def test_drops_are_the_references_step_by_step(yade):
@@ -153,6 +161,16 @@ def test_a_run_that_yade_refuses_costs_only_itself(yade):  # noqa: ARG001
     assert "KeyError: 'nonsense'" in str(second)
     assert "Traceback" in second.log
     assert leftovers() == before
+
+
+def test_a_grain_that_is_nowhere_ends_its_run_with_a_nan(yade):
+    jobs = [Job(incline_script(), {"speed": math.nan}, series=False)]
+    batches = Batches(yade.identify().executable, 1, Limits())
+    (output,) = batches.run(jobs)
+    batches.close()
+    assert output.results.endswith("RESULT verdict = not_a_number\n")
+    with pytest.raises(EngineNaNError, match="margin_J = nan"):
+        read_incline(Incline(contact=PLASTIC), output.results, yade.identify())
 
 
 def test_too_little_memory_is_an_engine_error(yade):  # noqa: ARG001
