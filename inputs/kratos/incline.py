@@ -14,7 +14,7 @@ The verdict is moves_on (the grain passes the crests), trapped (it turned back i
 well, with less energy than the crest asks for) or undecided (the time limit came
 first: this is not trapped). Theory: motion persists from 10.2078 deg on.
 Lines "RESULT name = value" end each run; the series has 17 digits. SI units.
-Written for Kratos 10.4.4, one thread (OMP_NUM_THREADS=1 is fastest).
+Written for Kratos 10.4.4, one thread.
 """
 
 from __future__ import annotations
@@ -442,6 +442,7 @@ def show(value: object) -> str:
 
 def main() -> None:
     """Run the case that the command line names, or every line of a file of cases."""
+    Kratos.ParallelUtilities.SetNumThreads(1)  # a few spheres: more threads only wait
     Kratos.Logger.GetDefaultOutput().SetSeverity(Kratos.Logger.Severity.WARNING)
     if len(sys.argv) == 3 and sys.argv[1] == "--cases":
         cases = Path(sys.argv[2]).read_text(encoding="utf-8").splitlines()

@@ -13,7 +13,7 @@ Run it as it stands, or with other parameters, with a Python that has Kratos
 The grain is particle 1, the base the last; motion and gravity are along x. The
 force on a particle is that of its contacts alone, without damping.
 Lines "RESULT name = value" end each run; the series has 17 digits. SI units.
-Written for Kratos 10.4.4, one thread (OMP_NUM_THREADS=1 is fastest).
+Written for Kratos 10.4.4, one thread.
 """
 
 from __future__ import annotations
@@ -341,6 +341,7 @@ def show(value: object) -> str:
 
 def main() -> None:
     """Run the case that the command line names, or every line of a file of cases."""
+    Kratos.ParallelUtilities.SetNumThreads(1)  # a few spheres: more threads only wait
     Kratos.Logger.GetDefaultOutput().SetSeverity(Kratos.Logger.Severity.WARNING)
     if len(sys.argv) == 3 and sys.argv[1] == "--cases":
         cases = Path(sys.argv[2]).read_text(encoding="utf-8").splitlines()

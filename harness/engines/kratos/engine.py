@@ -96,7 +96,9 @@ class Kratos(Engine):
         jobs = [self._job(drop_script(), drop_values(case)) for case in cases]
 
         def read(index: int, output: Output, who: Provenance) -> DropRun:
-            return DropRun(cases[index], read_path(output.series), output.seconds, who)
+            case = cases[index]
+            path = read_path(output.series, rows=case.steps // case.every + 1)
+            return DropRun(case, path, output.seconds, who)
 
         return self._run(jobs, read)
 
@@ -134,7 +136,7 @@ class Kratos(Engine):
             jobs.append(self._job(tower_script(), {**values, "series_every": timing.every}))
 
         def read(index: int, output: Output, who: Provenance) -> TowerRun:
-            return read_tower(cases[index], plans[index].step, output.series, who, profiles)
+            return read_tower(cases[index], plans[index], output.series, who, profiles)
 
         return self._run(jobs, read)
 

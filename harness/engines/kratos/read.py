@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import io
 import re
 from dataclasses import replace
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from harness.engines.process import Ended, last_words
+from harness.engines.timing import Plan
 from harness.engines.tower_record import forces_of_contacts, tower_run
 from harness.errors import (
     EngineError,
@@ -71,45 +70,48 @@ def error_of(ended: Ended, limit: float, obtain: str) -> EngineError:
     return error
 
 
-def read_path(series: str) -> Trajectory:
-    """Return the grain's path; raise EngineOutputError for rows cut, EngineNaNError for NaN."""
-    table = _table(series, PATH_COLUMNS)
-    return Trajectory(*table.T)
+def read_path(series: str, rows: int | None = None) -> Trajectory:
+    """Return the grain's path, of so many rows if that is known.
+
+    Raise EngineOutputError for rows that are cut or missing, EngineNaNError for values
+    that are not finite.
+    """
+    return Trajectory(*_table(series, PATH_COLUMNS, rows).T)
 
 
 def read_tower(
-    case: Tower, step: float, series: str, who: Provenance, profiles: bool = False
+    case: Tower,
+    timing: Plan,
+    series: str,
+    who: Provenance,
+    profiles: bool = False,
 ) -> TowerRun:
     """Return the run of a tower, positions along the motion and contact forces in its series.
 
     Errors as for :func:`read_path`.
     """
     n = case.particles
-    table = _table(series, 1 + 3 * n)
-    time, x, v, f = (
-        table[:, 0],
-        table[:, 1 : n + 1],
-        table[:, n + 1 : 2 * n + 1],
-        table[:, 2 * n + 1 :],
-    )
+    table = _table(series, 1 + 3 * n, timing.steps // timing.every + 1)
+    x, v, f = np.split(table[:, 1:], 3, axis=1)
     displacement = x - case.each("diameter")[0] * np.arange(n)
     resolution = ROUNDINGS * np.finfo(float).eps * float(np.abs(x).max())
+    # the series has the forces of the contacts alone: no weight to take off
     force = forces_of_contacts(f, 0.0, resolution * case.each("stiffness")[0])
-    return tower_run(case, step, time, displacement, v, force, who, profiles=profiles)
+    return tower_run(case, timing.step, table[:, 0], displacement, v, force, who, profiles=profiles)
 
 
-def _table(series: str, columns: int) -> Floats:
+def _table(series: str, columns: int, rows: int | None) -> Floats:
     """Return the rows of a series, shape (rows, columns)."""
+    lines = series.splitlines()
+    wanted = max(len(lines) - 1, 1) if rows is None else rows
+    if not series.endswith("\n") or len(lines) != wanted + 1:
+        raise EngineOutputError(f"Kratos wrote {len(lines)} lines of a series, not {wanted + 1}")
     try:
-        frame = pd.read_csv(io.StringIO(series), dtype=np.float64, float_precision="round_trip")
+        table = np.loadtxt(lines, delimiter=",", skiprows=1, ndmin=2)
+        if table.shape[1] != columns:
+            raise ValueError(f"{table.shape[1]} columns instead of {columns}")
     except ValueError as error:
         raise EngineOutputError(f"Kratos wrote a series that cannot be read ({error})") from None
-    table = frame.to_numpy()
-    cut = not series.endswith("\n") or not len(table) or table.shape[1] != columns
-    if cut:
-        raise EngineOutputError(
-            f"Kratos wrote a series of shape {table.shape}, not rows of {columns} columns"
-        )
     if not np.isfinite(table).all():
         raise EngineNaNError("Kratos wrote a series with values that are not numbers")
     return table

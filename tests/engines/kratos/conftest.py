@@ -1,0 +1,62 @@
+"""Kratos itself, where it is installed, and the cases whose output was recorded."""
+
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from harness.engines.kratos.engine import Kratos
+from harness.parameters.contact import PLASTIC
+from harness.parameters.drop import Drop
+from harness.parameters.incline import Incline
+from harness.parameters.tower import Tower
+
+RECORDED = Path(__file__).parent / "recorded"
+
+
+@pytest.fixture(scope="session")
+def recorded():
+    """Return a function that reads a recorded output by name."""
+    return lambda name: (RECORDED / name).read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="session")
+def recorded_drop():
+    return Drop(
+        contact=PLASTIC, steps_per_contact=200.0, gap=1e-3, speed=1.0, duration=2.0, every=20
+    )
+
+
+@pytest.fixture(scope="session")
+def recorded_incline():
+    return Incline(contact=PLASTIC, angle=10.3, stiffness=1e5, steps_per_contact=50.0)
+
+
+@pytest.fixture(scope="session")
+def recorded_tower():
+    return Tower(height=2, law="overlap", stiffness=1e5)
+
+
+@pytest.fixture(scope="session")
+def kratos_here():
+    """Skip, with the reason, where this Python has no Kratos."""
+    for name in ("KratosMultiphysics", "KratosMultiphysics.DEMApplication"):
+        try:
+            found = find_spec(name) if "." not in name else _application()
+        except ImportError:
+            found = None
+        if found is None:
+            pytest.skip(f"{name} is not installed (pip install 'dem-harness[kratos]')")
+
+
+@pytest.fixture(scope="session")
+def kratos(kratos_here):  # noqa: ARG001
+    with Kratos() as engine:
+        yield engine
+
+
+def _application():
+    """Return where the DEM application is, without importing Kratos: it prints."""
+    package = find_spec("KratosMultiphysics")
+    folder = Path(package.origin).parent / "DEMApplication"
+    return folder if folder.is_dir() else None

@@ -1,0 +1,151 @@
+"""The engine with a program that passes for a Python with Kratos: what goes wrong costs one run."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from harness.engines.kratos.engine import Kratos
+from harness.engines.kratos.scripts import incline_script, input_files
+from harness.engines.process import Limits
+from harness.errors import (
+    EngineCrashError,
+    EngineInputError,
+    EngineMemoryError,
+    EngineMissingError,
+    EngineNaNError,
+    EngineOutputError,
+    EngineTimeoutError,
+    RequestError,
+)
+from harness.observables.drop import DropRun
+from harness.observables.incline import InclineRun, Motion
+from harness.observables.tower import TowerRun
+from harness.parameters.contact import SOURCE
+from harness.parameters.drop import Drop
+from harness.parameters.tower import Tower
+
+FAKE = Path(__file__).parent / "fake_kratos.py"
+RECORDED = Path(__file__).parent / "recorded"
+GIGABYTE = 1024**3
+
+
+@pytest.fixture
+def fake(script_file):
+    """Return a function that makes an engine of the fake in one of its modes."""
+    engines = []
+
+    def make(mode="", **limits):
+        path = script_file(f'exec "{sys.executable}" "{FAKE}" "{mode}" "{RECORDED}" "$@"\n')
+        engines.append(Kratos(program=path, workers=1, limits=Limits(**limits)))
+        return engines[-1]
+
+    yield make
+    for engine in engines:
+        engine.close()
+
+
+@pytest.mark.parametrize(
+    ("mode", "limits", "error", "said"),
+    [
+        ("segfault", {}, EngineCrashError, "SIGSEGV"),
+        ("exit", {}, EngineCrashError, "half the search tolerance"),
+        ("refuse", {}, EngineInputError, "YOUNG_MODULUS should be presented"),
+        ("overflow", {}, EngineNaNError, "a velocity is not a number"),
+        ("hang", {"seconds": 0.5}, EngineTimeoutError, "within 0.5 s"),
+        ("exceed memory", {"memory": GIGABYTE}, EngineMemoryError, "memory"),
+        ("nan", {}, EngineNaNError, "not numbers"),
+        ("half a series", {}, EngineOutputError, "lines of a series"),
+        ("short path", {}, EngineOutputError, "undecided"),
+        ("half a log", {}, EngineOutputError, "without a result"),
+        ("ends", {}, EngineOutputError, "without a result"),
+    ],
+)
+def test_each_way_to_fail_has_its_error_and_costs_only_its_own_run(
+    fake, recorded_incline, mode, limits, error, said
+):
+    good, bad = recorded_incline, recorded_incline.replace(angle=13.0)
+    results = fake(mode, **limits).inclines([good, bad, good, good, bad], "passage")
+    for result in (results[1], results[4]):
+        assert type(result) is error
+        assert said in str(result)
+        assert "\n" not in str(result)
+        assert "Deregistering" not in str(result)
+        head, digest, *rest = result.log.splitlines()
+        assert head.startswith("# python incline.py angle=13.0 stiffness=100000.0 ")
+        assert digest.endswith(incline_script().sha256)
+        assert rest
+    for result in (results[0], results[2], results[3]):
+        assert isinstance(result, InclineRun)
+        assert result.motion is Motion.MOVES_ON
+
+
+def test_what_was_finished_counts_though_the_process_died_at_its_end(fake, recorded_incline):
+    (run,) = fake("killed after its work").inclines([recorded_incline], "passage")
+    assert isinstance(run, InclineRun)
+
+
+def test_all_kinds_of_runs_carry_who_made_them(
+    fake, recorded_drop, recorded_incline, recorded_tower
+):
+    engine = fake()
+    (drop,) = engine.drops([recorded_drop])
+    (incline,) = engine.inclines([recorded_incline], "passage", every=50)
+    (tower,) = engine.towers([recorded_tower], 3.0, steps_per_contact=100.0, samples=60)
+    kinds = zip((drop, incline, tower), (DropRun, InclineRun, TowerRun), strict=True)
+    assert all(isinstance(run, kind) for run, kind in kinds)
+    assert incline.trajectory.x_m.size > 10
+    assert drop.provenance.engine_version == "10.9.1"
+    assert incline.provenance.script == "incline.py"
+    assert tower.provenance.integrator == "velocity-verlet"
+    assert set(engine.logs()) == {"drop.py", "incline.py", "tower.py"}
+    assert "RESULT verdict = moves_on" in engine.logs()["incline.py"]
+
+
+def test_a_python_without_kratos_is_missing_and_no_program_is_a_wrong_request(fake):
+    engine = fake("no Kratos")
+    for ask in (engine.identify, lambda: engine.drops([Drop(contact=CLIPPED_SOURCE)])):
+        with pytest.raises(EngineMissingError, match=r"has no Kratos .*dem-harness\[kratos\]"):
+            ask()
+    with pytest.raises(RequestError, match="--kratos '/no/such/python': no such executable"):
+        Kratos(program="/no/such/python")
+
+
+CLIPPED_SOURCE = SOURCE.replace(tail="clipped")
+
+
+def test_what_kratos_cannot_state_is_refused_in_one_line(fake, recorded_incline):
+    engine = fake()
+    tailed = recorded_incline.replace(contact=SOURCE)
+    refusals = [
+        (lambda: engine.inclines([tailed], "passage"), "contact 'source' .*clipped tail"),
+        (lambda: engine.drops([Drop(contact=SOURCE)]), "contact 'source' .*clipped tail"),
+        (lambda: engine.towers([Tower(height=2)], 3.0), "law = 'deformable'"),
+        (
+            lambda: engine.towers([Tower(height=1, law="overlap", mass=(1.0, 2.0))], 3.0),
+            "one number each",
+        ),
+        (lambda: engine.inclines([recorded_incline], "passage", every=0), "every = 0"),
+    ]
+    for ask, words in refusals:
+        with pytest.raises(RequestError, match=words) as raised:
+            ask()
+        assert "\n" not in str(raised.value)
+
+
+def test_a_closed_engine_runs_nothing(recorded_incline, fake):
+    engine = fake()
+    engine.identify()
+    engine.close()
+    (error,) = engine.inclines([recorded_incline], "passage")
+    assert isinstance(error, EngineCrashError)
+    assert "closed" in str(error)
+
+
+@pytest.mark.parametrize("name", ["drop", "incline", "tower"])
+def test_the_scripts_are_python_that_needs_kratos_alone(name):
+    text = input_files()[f"kratos/{name}.py"]
+    compile(text, name, "exec")
+    assert "import harness" not in text
+    assert "from harness" not in text
+    assert max(map(len, text.splitlines())) <= 100

@@ -1,0 +1,195 @@
+"""Kratos itself: the drops, the reference DEM's paths and angles, the known traps."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from harness.engines.kratos.engine import REFERENCE, Kratos
+from harness.engines.kratos.scripts import incline_script
+from harness.engines.reference.engine import Reference
+from harness.engines.routes import start_of
+from harness.observables.incline import Motion
+from harness.parameters.contact import CLIPPED, PLASTIC
+from harness.parameters.incline import Incline
+from harness.verbs.incline import critical_angle
+from harness.verbs.qualification import qualify
+
+pytestmark = pytest.mark.live
+
+BOTH = pytest.mark.parametrize("scheme", REFERENCE)
+EPS = np.finfo(float).eps
+
+
+@pytest.fixture(scope="module")
+def engines(kratos_here):  # noqa: ARG001
+    """Return an engine for each of Kratos's integrators."""
+    found = {scheme: Kratos(scheme=scheme) for scheme in REFERENCE}
+    yield found
+    for engine in found.values():
+        engine.close()
+
+
+@BOTH
+def test_kratos_qualifies(engines, scheme):
+    found = qualify(engines[scheme])
+    assert found.holds, found.failures
+    assert len(found.checks) == 9
+
+
+@BOTH
+@pytest.mark.parametrize("route", ["passage", "steady"])
+@pytest.mark.parametrize("contact", [PLASTIC, CLIPPED], ids=lambda contact: contact.name)
+def test_the_path_is_the_reference_s_step_by_step(engines, scheme, route, contact):
+    case = Incline(contact=contact, angle=12.0, stiffness=1e5, steps_per_contact=50.0, wells=3)
+    (run,) = engines[scheme].inclines([case], route, every=1)
+    path = run.trajectory
+    expected = Reference(REFERENCE[scheme]).follow(case, start_of(case, route), run.time_s)
+    assert run.motion is Motion.MOVES_ON
+    assert path.x_m.size == run.steps + 1
+    # eps of a position is k eps of force, and over the time of the run of velocity
+    rounding = EPS * case.stiffness / case.mass * run.time_s
+    for name, values in vars(path).items():
+        expected_values = getattr(expected, name)[: values.size]
+        np.testing.assert_allclose(values, expected_values, rtol=0, atol=rounding, err_msg=name)
+
+
+@BOTH
+def test_the_critical_angle_is_the_reference_s(engines, scheme):
+    case = Incline(contact=PLASTIC, stiffness=1e5, steps_per_contact=50.0)
+    own = critical_angle(case, engine=engines[scheme])
+    expected = critical_angle(case, engine=Reference(REFERENCE[scheme]))
+    assert own.value_deg == pytest.approx(expected.value_deg, abs=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("stiffness", [1e5, 1e6, 1e7])
+@pytest.mark.parametrize("steps", [50.0, 200.0])
+@pytest.mark.parametrize("contact", [PLASTIC, CLIPPED], ids=lambda contact: contact.name)
+def test_every_critical_angle_is_the_reference_s(kratos, stiffness, steps, contact):
+    case = Incline(contact=contact, stiffness=stiffness, steps_per_contact=steps)
+    own = critical_angle(case, engine=kratos)
+    expected = critical_angle(case, engine=Reference(kratos.traits.integrator))
+    assert own.value_deg == pytest.approx(expected.value_deg, abs=1e-8)
+    if contact is PLASTIC and stiffness == 1e6:
+        assert own.value_deg == pytest.approx(10.2078, abs=3e-3)
+
+
+def test_the_script_alone_says_what_the_engine_says(kratos, tmp_path):
+    case = Incline(contact=PLASTIC, stiffness=1e5, steps_per_contact=50.0, angle=9.0)
+    (run,) = kratos.inclines([case], "steady")
+    script = incline_script()
+    (tmp_path / script.name).write_text(script.text, encoding="utf-8")
+    words = ["route=steady", "stiffness=1e5", "steps_per_contact=50", "angle=9"]
+    done = subprocess.run(
+        [sys.executable, script.name, *words],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    lines = (line.split(" = ") for line in done.stdout.splitlines() if line.startswith("RESULT "))
+    results = {name.removeprefix("RESULT "): value for name, value in lines}
+    assert results["verdict"] == run.motion.value == "trapped"
+    assert int(results["steps"]) == run.steps
+    assert float(results["margin_J"]) == pytest.approx(run.margin_J, rel=1e-12)
+    assert int(results["crests_passed"]) == len(run.crests.time_s)
+    assert (tmp_path / "incline.csv").exists()
+
+
+@pytest.mark.parametrize(
+    ("word", "said"),
+    [
+        ("angel=9", "angel=9: must be NAME=VALUE"),
+        ("angle=nine", "angle=nine: must be a number"),
+        ("route=pasage", "route=pasage: must be one of passage, steady"),
+    ],
+)
+def test_the_script_names_a_wrong_parameter(kratos_here, tmp_path, word, said):  # noqa: ARG001
+    script = incline_script()
+    (tmp_path / script.name).write_text(script.text, encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, script.name, word],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 1
+    assert said in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+class Changed(Kratos):
+    """Kratos with other parameters than the harness gives it: how users fall into its traps."""
+
+    def __init__(self, change):
+        super().__init__()
+        self._change = change
+
+    def _job(self, script, values):
+        job = super()._job(script, values)
+        return type(job)(job.script, {**job.values, **self._change(job.values)})
+
+
+def failures(engine):
+    with engine:
+        return qualify(engine).failures
+
+
+@pytest.mark.usefixtures("kratos_here")
+def test_contacts_found_late_are_caught():
+    """The tolerance for spheres alone, and a search every so many steps.
+
+    Not 50, Kratos's default: the script would search at step 101, and the drop meets its
+    sphere after 100.5.
+    """
+    naive = Changed(lambda _: {"search_tolerance_against_walls": 0.0, "search_every": 40})
+    assert "contact found within two steps" in failures(naive)
+
+
+@pytest.mark.usefixtures("kratos_here")
+def test_with_the_tolerance_against_walls_the_same_searches_are_in_time():
+    with Changed(lambda _: {"search_every": 40}) as engine:
+        assert qualify(engine).holds
+
+
+@pytest.mark.usefixtures("kratos_here")
+def test_a_search_every_step_finds_no_contact_earlier():
+    case = Incline(contact=PLASTIC, stiffness=1e5, steps_per_contact=50.0, angle=12.0, wells=2)
+    with Kratos() as engine, Changed(lambda _: {"search_every": 1}) as thorough:
+        ((own,), (other,)) = (e.inclines([case], "steady", every=1) for e in (engine, thorough))
+    for name, values in vars(own.trajectory).items():
+        np.testing.assert_array_equal(values, getattr(other.trajectory, name))
+
+
+def gamma_of_kratos(*restitutions):
+    """Return the damping that Kratos's own Python finds for each restitution."""
+    code = (
+        "from KratosMultiphysics.DEMApplication.sphere_strategy import ExplicitStrategy as E\n"
+        "e = E.__new__(E)\n"
+        f"for r in {restitutions}:\n"
+        "    print('GAMMA', repr(e.RootByBisection(e.coeff_of_rest_diff, 0.0, 16.0, 1e-4, 300, r)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    words = [line.split() for line in done.stdout.splitlines()]
+    return [float(word[1]) for word in words if word and word[0] == "GAMMA"]
+
+
+@pytest.mark.usefixtures("kratos_here")
+def test_restitution_and_mass_left_to_kratos_are_caught():
+    """Its own inversion has a floor and takes the fixed sphere's mass, so m/2, as it stands."""
+    half, tiny, none, least = gamma_of_kratos(0.5, 1e-20, 0.0, 0.001)
+    assert tiny == none == least
+    table = {0.5: half, 1e-20: tiny}
+
+    def left_to_kratos(values):
+        if values["damping"] == "ratio":
+            return {"effective_mass": "half"}
+        gamma = table[values["restitution"]]
+        return {"damping": "ratio", "damping_ratio": gamma, "effective_mass": "half"}
+
+    failed = failures(Changed(left_to_kratos))
+    assert "restitution head-on, e = 0.5, clipped, m_eff full" in failed
+    assert "restitution head-on, source, clipped" in failed
