@@ -1,6 +1,6 @@
 from pathlib import Path
 
-from harness.engines.lammps.scripts import all_scripts
+from harness.engines.registry import input_files
 
 COMMITTED = Path(__file__).parents[2] / "inputs"
 
@@ -8,7 +8,9 @@ COMMITTED = Path(__file__).parents[2] / "inputs"
 def test_what_is_written_passes_the_check(harness, tmp_path):
     harness("inputs", "--folder", "scripts")
     harness("inputs", "--folder", "scripts", "--check")
-    assert {p.name for p in (tmp_path / "scripts").iterdir()} == {s.name for s in all_scripts()}
+    folder = tmp_path / "scripts"
+    written = {str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file()}
+    assert written == set(input_files())
 
 
 def test_the_committed_ones_are_up_to_date(harness):
@@ -17,7 +19,7 @@ def test_the_committed_ones_are_up_to_date(harness):
 
 def test_a_changed_or_missing_script_fails_the_check(answer, tmp_path):
     answer("inputs", "--folder", "scripts")
-    changed, missing = sorted((tmp_path / "scripts").iterdir())[:2]
+    changed, missing = (tmp_path / "scripts" / f"{name}.in" for name in ("incline-source", "tower"))
     changed.write_text(changed.read_text().replace("index 10.2", "index 10.3"))
     missing.unlink()
     record = answer("inputs", "--folder", "scripts", "--check", status=1)
