@@ -103,10 +103,10 @@ def test_each_command_is_recorded_with_what_it_measured(harness, answer, home):
 
 
 def test_a_request_that_fails_is_recorded_with_its_error(harness, answer):
-    harness("critical-angle", "--engine", "mfix", status=2)
+    harness("critical-angle", "--engine", "granoo", status=2)
     (run,) = answer("history")["runs"]
     assert run["status"] == 2
-    assert "--engine 'mfix'" in run["note"]
+    assert "--engine 'granoo'" in run["note"]
 
 
 def test_a_named_place_that_cannot_be_used_is_an_error(harness, home, monkeypatch):
