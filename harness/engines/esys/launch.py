@@ -10,6 +10,7 @@ import shlex
 import shutil
 import tempfile
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -107,9 +108,12 @@ class Launcher:
         if hasattr(os, "geteuid") and os.geteuid() == 0:
             environment |= AS_ROOT
         command = [*self._launcher, *RANKS, self.program, name, *words]
-        return self._processes.run(
+        ended = self._processes.run(
             command, folder, seconds=seconds, memory=self.limits.memory, environment=environment
         )
+        # the launcher frames what it says in dashes
+        said = (line for line in ended.said.splitlines() if line.strip("-"))
+        return replace(ended, said="\n".join(said) + "\n")
 
 
 def _program(name: str | None, obtain: str) -> str:
