@@ -9,7 +9,7 @@ from typing import TypeVar
 
 from harness.engines.contract import Engine, Route
 from harness.engines.esys.launch import Finished, Launcher
-from harness.engines.esys.read import WHO, error_in, read_drop, read_paths, read_tower
+from harness.engines.esys.read import WHO, error_of, read_drop, read_paths, read_tower
 from harness.engines.esys.scripts import (
     Script,
     Value,
@@ -203,8 +203,7 @@ class Esys(Engine):
         left: Finished | None = None
         try:
             left = self._launcher.run(script, values)
-            limit = self._launcher.limits.seconds
-            error = left.ended.error(WHO, limit) or error_in(left.ended.said)
+            error = error_of(left.ended, self._launcher.limits.seconds)
             if error is not None:
                 raise error
             result = read(left)

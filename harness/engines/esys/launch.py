@@ -17,7 +17,7 @@ from typing import NamedTuple
 from harness.engines.esys.scripts import SERIES, Script, Value
 from harness.engines.process import Ended, Limits, Processes, last_words, text_of
 from harness.engines.programs import find_program
-from harness.errors import EngineMissingError, RequestError
+from harness.errors import EngineCrashError, EngineMissingError, RequestError
 from harness.observables.provenance import Provenance
 
 PROGRAM = "esysparticle"
@@ -86,7 +86,12 @@ class Launcher:
         return Provenance("esys", version, (), self.program, how)
 
     def run(self, script: Script, values: Mapping[str, Value]) -> Finished:
-        """Run a script to its end and return what it left; its folder is removed."""
+        """Run a script to its end and return what it left; its folder is removed.
+
+        Raise EngineCrashError after :meth:`close`.
+        """
+        if self._processes.closed:
+            raise EngineCrashError("ESyS-Particle was closed")
         folder = Path(tempfile.mkdtemp(dir=self._folder.name))
         words = script.arguments({**values, "series": SERIES})
         try:
