@@ -29,6 +29,8 @@ SETTLED = 8.0
 """Times of the contact's slowest rate, at 0.35 sqrt(g d), for it to settle after a shock."""
 
 SPEED_AFTER_SHOCK = 0.35
+NORMAL_SPEED = SPEED_AFTER_SHOCK * math.tan(math.pi / 3.0)
+"""[sqrt(g d)] into the sphere ahead, at the shock that leaves SPEED_AFTER_SHOCK along it."""
 
 
 @dataclass(frozen=True)
@@ -150,12 +152,19 @@ def settled_place(case: Incline, law: SpringLaw = "linear") -> float:
 
     The energy left over the crest is the same there as on it, and the slow way
     to the crest need not be walked. The slowest rate is that of
-    x'' + 2 zeta omega x' + omega^2 x, of small motions under the weight.
+    x'' + 2 zeta omega x' + omega^2 x, of small motions under the weight. A grain that
+    rebounds hops on first: it turns by 60 deg at NORMAL_SPEED, and its hops add up
+    to 2 e / (1 - e) NORMAL_SPEED / g of time, g being less by no more than cos 30 deg.
     """
     d = case.diameter
-    omega, zeta = spring_of(case, law).small_motion(case.mass * case.gravity)
+    spring = spring_of(case, law)
+    omega, zeta = spring.small_motion(case.mass * case.gravity)
     slowest = zeta + math.sqrt(zeta * zeta - 1.0) if zeta >= 1.0 else 1.0 / (zeta + 1e-9)
     swept = SETTLED * slowest / omega * SPEED_AFTER_SHOCK * math.sqrt(case.gravity / d)
+    rebound = spring.most_rebound()
+    if rebound > 0.0:
+        hops = 2.0 * rebound / (1.0 - min(rebound, 0.99)) * NORMAL_SPEED / math.cos(math.pi / 6.0)
+        swept += hops * SPEED_AFTER_SHOCK
     tilt = math.radians(case.angle)
     before = min(max(math.pi / 6.0 - tilt - swept, 0.0), BEHIND_CREST)
     return d - _crest_radius(case, law) * math.sin(tilt + before)

@@ -31,6 +31,9 @@ class Spring(Protocol):
     def small_motion(self, force: float) -> tuple[float, float]:
         """Return omega [rad/s] and zeta [-] of small motions about the rest under a force."""
 
+    def most_rebound(self) -> float:
+        """Return a bound on the restitution of the shock, for the hops after it."""
+
 
 @dataclass(frozen=True)
 class Linear:
@@ -59,6 +62,10 @@ class Linear:
         """Return sqrt(k/m) and the contact's own damping ratio."""
         omega = math.sqrt(self.case.stiffness / self.case.mass)
         return omega, self.case.contact.zeta_against_full_mass
+
+    def most_rebound(self) -> float:
+        """Return 0: the hops of contacts near critical damping are over when it has settled."""
+        return 0.0
 
 
 @dataclass(frozen=True)
@@ -89,6 +96,10 @@ class HertzSpring:
         overlap = self.law.rest(force)
         omega = math.sqrt(self.law.slope(overlap) / self.mass)
         return omega, self.law.damping_ratio(overlap, self.mass)
+
+    def most_rebound(self) -> float:
+        """Return the law's bound: it rebounds more than a linear contact of its damping ratio."""
+        return self.law.most_rebound()
 
 
 def spring_of(case: Incline, law: SpringLaw) -> Spring:

@@ -35,16 +35,28 @@ STIFFEST = 15.0 / 8.0
 class Hertz:
     """A Hertz contact: ``coefficient`` K [N/m^(3/2)] and ``relaxation`` A [s].
 
-    ``overlap`` [m] is the one at which it stands for the linear contact.
+    ``overlap`` [m] is the one at which it stands for the linear contact, ``damping`` [-] is
+    A v / overlap, 8/5 zeta.
     """
 
     coefficient: float
     relaxation: float
     overlap: float
+    damping: float
 
     def rest(self, force: float) -> float:
         """Return the overlap [m] at which the spring bears a force [N]: (F/K)^(2/3)."""
         return float((force / self.coefficient) ** (2.0 / 3.0))
+
+    def most_rebound(self) -> float:
+        """Return a bound on the restitution at the reference speed: at most 1.
+
+        The dashpot alone stops the grain at an overlap of (6/5a)^(2/3), and it leaves at
+        1/a of it where the clipped force vanishes (a the damping).
+        """
+        if self.damping <= 1.0:
+            return 1.0
+        return float((1.2 / self.damping) ** (2.0 / 3.0) / self.damping)
 
     def slope(self, overlap: float) -> float:
         """Return the stiffness [N/m] of small motions about an overlap: 3/2 K sqrt(overlap)."""
@@ -60,8 +72,21 @@ def hertz(contact: Contact, stiffness: float, mass: float, speed: float) -> Hert
     """Return the Hertz contact for a linear one, at an impact speed [m/s] greater than 0."""
     overlap = speed * math.sqrt(mass / stiffness)
     # A = 8/5 zeta sqrt(m_eff/k), and the effective mass is in the ratio with the whole mass
-    relaxation = 1.6 * contact.zeta_against_full_mass * math.sqrt(mass / stiffness)
-    return Hertz(1.25 * stiffness / math.sqrt(overlap), relaxation, overlap)
+    damping = 1.6 * contact.zeta_against_full_mass
+    relaxation = damping * math.sqrt(mass / stiffness)
+    return Hertz(1.25 * stiffness / math.sqrt(overlap), relaxation, overlap, damping)
+
+
+def fewest_steps_per_contact(contact: Contact) -> float:
+    """Return the bound below which v+ = v + h a, x+ = x + h v+ may be unstable in the well.
+
+    Motion normal to the row feels 3/2 of one contact: with the spring at its stiffest
+    p = 3 zeta omega h and q = 45/16 (omega h)^2 must keep p + q/2 < 2 (Jury's criterion).
+    """
+    zeta = contact.zeta_against_full_mass
+    half = 0.75 * STIFFEST
+    longest = (math.sqrt(9.0 * zeta * zeta + 8.0 * half) - 3.0 * zeta) / (2.0 * half)
+    return math.pi / longest
 
 
 def hertz_of_incline(case: Incline) -> Hertz:

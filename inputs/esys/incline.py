@@ -130,6 +130,9 @@ class Row:
         self.m = p["density"] * math.pi / 6.0 * self.d**3
         self.step = math.pi * math.sqrt(self.m / p["stiffness"]) / p["steps_per_contact"]
         self.K, self.A = hertz(p, self.m, math.sqrt(self.g * self.d))
+        damping = self.A / math.sqrt(self.m / p["stiffness"])
+        # the dashpot alone stops the grain, which leaves where the force vanishes: a bound
+        self.rebound = (1.2 / damping) ** (2.0 / 3.0) / damping if damping > 1.0 else 1.0
         self.weight = self.m * self.g
         self.rest = self.overlap(self.weight)  # of a grain at rest on a crest
         self.crest_energy = self.weight * (self.d - self.rest) + self.spring(self.rest)
@@ -187,13 +190,17 @@ class Row:
     def settled(self):
         """Return the angle before the next crest at which the contact has settled.
 
-        Eight times of its slowest rate, at the speed after the shock (about 0.35 sqrt(g d)),
-        are left between the well and the place, which is 10 deg before the crest at most.
+        Eight times of its slowest rate and the hops before, at the speed after the shock (about
+        0.35 sqrt(g d), which turned by 60 deg), are left between the well and the place,
+        which is 10 deg before the crest at most.
         """
         omega = math.sqrt(1.5 * self.K * math.sqrt(self.rest) / self.m)
         zeta = self.A * omega / 3.0
         slowest = zeta + math.sqrt(zeta * zeta - 1.0) if zeta >= 1.0 else 1.0 / (zeta + 1e-9)
         swept = 8.0 * slowest / omega * 0.35 * math.sqrt(self.g / self.d)
+        if self.rebound > 0.0:
+            hops = 2.0 * self.rebound / (1.0 - min(self.rebound, 0.99))
+            swept += hops * 0.35 * math.tan(math.pi / 3.0) / math.cos(math.pi / 6.0) * 0.35
         return min(max(math.pi / 6.0 - self.tilt - swept, 0.0), math.radians(10.0))
 
 

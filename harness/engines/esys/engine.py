@@ -9,7 +9,7 @@ from typing import TypeVar
 
 from harness.engines.contract import Engine, Route
 from harness.engines.esys.launch import Finished, Launcher
-from harness.engines.esys.read import WHO, error_in, read_drop, read_paths, read_tower
+from harness.engines.esys.read import WHO, error_of, read_drop, read_paths, read_tower
 from harness.engines.esys.scripts import (
     Script,
     Value,
@@ -27,11 +27,12 @@ from harness.engines.timing import Plan, plan
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineTimeoutError, RequestError
 from harness.observables.drop import DropRun
-from harness.observables.incline import InclineRun
+from harness.observables.incline import InclineRun, Trajectory
 from harness.observables.provenance import Provenance
 from harness.observables.tower import TowerRun
 from harness.parameters.contact import Contact
 from harness.parameters.drop import Drop
+from harness.parameters.hertz import fewest_steps_per_contact
 from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 
@@ -105,6 +106,7 @@ class Esys(Engine):
         """Run the incline's generated script, once for cases that differ by their phases only."""
         for case in cases:
             self._check(case.contact)
+            _check_step(case)
         groups: dict[Incline, list[int]] = {}
         for index, case in enumerate(cases):
             key = case.replace(phase=0.0) if route == "passage" else case
@@ -163,9 +165,11 @@ class Esys(Engine):
         script = incline_script()
         who = self._who(script)
         values = incline_parameters(cases, route, every or WATCH)
-        found = self._result(
-            script, values, lambda left: (left, read_paths(left.series, len(cases)))
-        )
+
+        def read(left: Finished) -> tuple[Finished, list[Trajectory]]:
+            return left, read_paths(left.series, len(cases))
+
+        found = self._result(script, values, read)
         if isinstance(found, EngineTimeoutError) or (
             isinstance(found, EngineError) and len(cases) == 1
         ):
@@ -199,8 +203,7 @@ class Esys(Engine):
         left: Finished | None = None
         try:
             left = self._launcher.run(script, values)
-            limit = self._launcher.limits.seconds
-            error = left.ended.error(WHO, limit) or error_in(left.ended.said)
+            error = error_of(left.ended, self._launcher.limits.seconds)
             if error is not None:
                 raise error
             result = read(left)
@@ -219,6 +222,16 @@ class Esys(Engine):
     def _who(self, script: Script) -> Provenance:
         """Return the engine's identity with the script that ran."""
         return replace(self.identify(), script=script.name, script_sha256=script.sha256)
+
+
+def _check_step(case: Incline) -> None:
+    """Raise RequestError for a step that the integrator may not take."""
+    fewest = fewest_steps_per_contact(case.contact)
+    if case.steps_per_contact <= fewest:
+        raise RequestError(
+            f"steps_per_contact = {case.steps_per_contact:g} is unstable in {WHO} at damping "
+            f"ratio {case.contact.zeta:.4g}: must be greater than {fewest:.3f}"
+        )
 
 
 def _log(script: Script, values: Mapping[str, Value], left: Finished | None) -> str:

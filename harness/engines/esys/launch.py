@@ -10,13 +10,14 @@ import shlex
 import shutil
 import tempfile
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
 from harness.engines.esys.scripts import SERIES, Script, Value
 from harness.engines.process import Ended, Limits, Processes, last_words, text_of
 from harness.engines.programs import find_program
-from harness.errors import EngineMissingError, RequestError
+from harness.errors import EngineCrashError, EngineMissingError, RequestError
 from harness.observables.provenance import Provenance
 
 PROGRAM = "esysparticle"
@@ -85,7 +86,12 @@ class Launcher:
         return Provenance("esys", version, (), self.program, how)
 
     def run(self, script: Script, values: Mapping[str, Value]) -> Finished:
-        """Run a script to its end and return what it left; its folder is removed."""
+        """Run a script to its end and return what it left; its folder is removed.
+
+        Raise EngineCrashError after :meth:`close`.
+        """
+        if self._processes.closed:
+            raise EngineCrashError("ESyS-Particle was closed")
         folder = Path(tempfile.mkdtemp(dir=self._folder.name))
         words = script.arguments({**values, "series": SERIES})
         try:
@@ -107,9 +113,12 @@ class Launcher:
         if hasattr(os, "geteuid") and os.geteuid() == 0:
             environment |= AS_ROOT
         command = [*self._launcher, *RANKS, self.program, name, *words]
-        return self._processes.run(
+        ended = self._processes.run(
             command, folder, seconds=seconds, memory=self.limits.memory, environment=environment
         )
+        # the launcher frames what it says in dashes
+        said = (line for line in ended.said.splitlines() if line.strip("-"))
+        return replace(ended, said="\n".join(said) + "\n")
 
 
 def _program(name: str | None, obtain: str) -> str:

@@ -8,7 +8,7 @@ import re
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.engines.process import last_words
+from harness.engines.process import Ended, last_words
 from harness.engines.tower_record import forces_of_contacts, tower_run
 from harness.errors import (
     EngineError,
@@ -32,14 +32,15 @@ ROUNDINGS = 4
 """A force below so many roundings of its particles' velocities is none."""
 
 
-def error_in(said: str) -> EngineError | None:
-    """Return the error that the last words of a run with a good exit status speak of, if any."""
-    raised = re.findall(r"^(\w*(?:Error|Exception)\b.*)$", said, re.MULTILINE)
-    if raised:
+def error_of(ended: Ended, limit: float) -> EngineError | None:
+    """Return the error that the end of a run speaks of, or None; ``limit`` [s] is its time."""
+    raised = re.findall(r"^(\w*(?:Error|Exception)\b.*)$", ended.said, re.MULTILINE)
+    if raised and not ended.timed_out and "MemoryError" not in ended.said:
         return EngineInputError(f"{WHO} refused its input: {raised[-1][:160]}")
-    if LAST_RESULT not in said:
-        return EngineOutputError(f"{WHO} ended without a result{last_words(said)}")
-    return None
+    died = ended.error(WHO, limit)
+    if died is None and LAST_RESULT not in ended.said:
+        return EngineOutputError(f"{WHO} ended without a result{last_words(ended.said)}")
+    return died
 
 
 def read_drop(case: Drop, series: str) -> Trajectory:

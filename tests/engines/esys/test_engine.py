@@ -1,0 +1,150 @@
+"""What goes wrong in a run costs only that run, and is named; played by a fake program."""
+
+import time
+
+import pytest
+
+from harness.engines.esys.engine import Esys
+from harness.engines.registry import open_engine
+from harness.errors import (
+    EngineCrashError,
+    EngineError,
+    EngineInputError,
+    EngineMissingError,
+    EngineNaNError,
+    EngineOutputError,
+    EngineTimeoutError,
+    RequestError,
+)
+from harness.parameters.contact import PLASTIC, SOURCE, Contact
+from harness.parameters.drop import Drop
+from harness.parameters.incline import Incline
+from harness.parameters.tower import Tower
+
+DROP = Drop(contact=PLASTIC, speed=1.0, steps_per_contact=2.0, duration=1.0)
+INCLINE = Incline(contact=PLASTIC, stiffness=1e5, steps_per_contact=50.0)
+TOWER = Tower(height=1, law="overlap", stiffness=1e5)
+
+WRITES = """
+def write(text):
+    with open(words["series"], "w") as series:
+        series.write(text)
+"""
+GOOD_DROP = (
+    WRITES
+    + 'write("t,x,y,vx,vy\\n0,0,1,0,-1\\n1,0,1,0,-1\\n2,0,1,0,-1\\n")\n'
+    + 'print("RESULT verdict = finished")\n'
+)
+
+
+@pytest.mark.parametrize(
+    ("body", "error", "words"),
+    [
+        ("os.kill(os.getpid(), signal.SIGSEGV)", EngineCrashError, "SIGSEGV"),
+        ("print('no'); sys.exit(3)", EngineCrashError, "exit status 3 .*no"),
+        ("raise ValueError('what is this')", EngineInputError, "what is this"),
+        ("print('bye')", EngineOutputError, "without a result .*bye"),
+        ("print('RESULT verdict = finished')", EngineOutputError, "series of 0 lines"),
+        (GOOD_DROP.replace("2,0,1,0,-1", "2,0,1"), EngineOutputError, "incomplete series"),
+        (GOOD_DROP.replace("1,0,-1\\n2", "nan,0,-1\\n2"), EngineNaNError, "not numbers"),
+    ],
+    ids=["signal", "status", "exception", "no result", "no file", "half a file", "NaN"],
+)
+def test_a_drop_that_goes_wrong_is_named_with_what_it_left(fake, body, error, words):
+    (found,) = fake(body).drops([DROP])
+    assert type(found) is error
+    assert found.args[0]
+    with pytest.raises(error, match=words):
+        raise found
+    assert "esysparticle drop.py stiffness=" in found.log
+
+
+def test_one_that_hangs_is_ended(fake):
+    started = time.monotonic()
+    (found,) = fake("time.sleep(1000)", seconds=0.5).drops([DROP])
+    assert isinstance(found, EngineTimeoutError)
+    assert time.monotonic() - started < 30.0
+
+
+def test_the_others_of_a_batch_go_on(fake):
+    body = 'if words["gravity"] != "0.0": sys.exit("bad")\n' + GOOD_DROP
+    engine = fake(body)
+    good, bad, last = engine.drops([DROP, DROP.replace(gravity=1.0), DROP])
+    assert isinstance(bad, EngineError)
+    assert good.path.y_m.tolist() == last.path.y_m.tolist() == [1.0, 1.0, 1.0]
+    assert (good.provenance.engine_version, good.provenance.script) == ("9.9", "drop.py")
+    assert "RESULT verdict" in engine.logs()["drop.py"]
+
+
+def test_rows_that_die_together_run_alone(fake):
+    """A grain that is lost takes the rows of its model with it: each gets a model of its own."""
+    alone = (
+        WRITES
+        + 'if words["phases"] != "0.5":\n    sys.exit("lost")\n'
+        + 'write("t,x,y,vx,vy\\n0,0.5,1,1,0\\n1,0.9,1,1,0\\n")\n'
+        + 'print("RESULT verdict = moves_on")\n'
+    )
+    cases = [INCLINE.replace(phase=phase) for phase in (0.0, 0.5)]
+    lost, found = fake(alone).inclines(cases, "passage")
+    assert isinstance(lost, EngineCrashError)
+    assert "phases=0.0" in lost.log
+    assert found.margin_J > 0.0
+
+
+def test_a_tower_that_is_cut_short_is_named(fake):
+    body = WRITES + 'write("step,id,x,v,f\\n0,0,0,2,9.81\\n")\nprint("RESULT verdict = finished")'
+    (found,) = fake(body).towers([TOWER], 1.0, steps_per_contact=100.0)
+    assert isinstance(found, EngineOutputError)
+
+
+@pytest.mark.parametrize(
+    ("cases", "words"),
+    [
+        ([DROP.replace(contact=SOURCE)], "'source' cannot be stated .* always have the clipped"),
+        ([INCLINE.replace(contact=SOURCE)], "'source' cannot be stated"),
+        (
+            [INCLINE.replace(steps_per_contact=23.0)],
+            r"steps_per_contact = 23 is unstable .* greater than 23\.862",
+        ),
+    ],
+)
+def test_what_it_cannot_state_is_refused_before_anything_runs(fake, cases, words):
+    engine = fake("sys.exit(1)")
+    with pytest.raises(RequestError, match=words):
+        engine.drops(cases) if isinstance(cases[0], Drop) else engine.inclines(cases, "passage")
+
+
+def test_a_rebounding_contact_asks_for_fewer_steps(fake):
+    soft = Contact(restitution=1.0, damping_ratio=None, tail="clipped")
+    case = Incline(contact=soft, steps_per_contact=4.0, stiffness=1e5)
+    (found,) = fake("sys.exit(1)").inclines([case], "passage")
+    assert isinstance(found, EngineCrashError)
+
+
+def test_a_program_or_launcher_that_is_not_there_is_named(monkeypatch, script_file):
+    with pytest.raises(RequestError, match=r"--esys '/no/such': no such executable"):
+        open_engine("esys", programs={"esys": "/no/such"})
+    here = script_file("exit 0", "esysparticle")
+    with pytest.raises(RequestError, match=r"--mpirun 'no-such-mpirun': no such executable"):
+        Esys(here, "no-such-mpirun --oversubscribe")
+    monkeypatch.setenv("PATH", "/nowhere")
+    monkeypatch.setattr("sys.executable", "/nowhere/python")
+    with pytest.raises(EngineMissingError, match="apt install esys-particle"):
+        Esys()
+    with pytest.raises(EngineMissingError, match=r"mpirun\.openmpi: apt install openmpi-bin"):
+        Esys(here)
+
+
+def test_a_program_that_names_no_version_is_not_it(script_file):
+    program = script_file('echo "wrong number of processes !! aborting"; exit 1', "esysparticle")
+    engine = Esys(program, script_file('shift 2\nexec "$@"\n', "mpirun-fake"))
+    with engine, pytest.raises(EngineMissingError, match=r"exit status 1 .*wrong number of proc"):
+        engine.identify()
+
+
+def test_nothing_runs_after_close(fake):
+    engine = fake(GOOD_DROP)
+    engine.identify()
+    engine.close()
+    (found,) = engine.drops([DROP])
+    assert isinstance(found, EngineCrashError)

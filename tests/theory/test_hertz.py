@@ -1,0 +1,63 @@
+"""The impact with Hertz's spring and a dashpot: closed forms of its limits, and other routes."""
+
+import math
+
+import pytest
+from scipy.special import gamma
+
+from harness.engines.reference.engine import Reference
+from harness.errors import RequestError
+from harness.parameters.contact import Contact
+from harness.parameters.drop import Drop
+from harness.parameters.hertz import hertz_of_drop
+from harness.theory.hertz import first_order_loss, impact, strongly_damped
+
+
+@pytest.mark.parametrize("clipped", [True, False])
+def test_without_damping_nothing_is_lost_and_the_duration_is_hertz_s(clipped):
+    found = impact(0.0, clipped=clipped)
+    assert found.restitution == pytest.approx(1.0, abs=1e-9)
+    # Hertz's 2.94 overlap / speed, Landau and Lifshitz, Theory of Elasticity, section 9
+    hertz = 0.8 * math.sqrt(math.pi) * gamma(0.4) / gamma(0.9)
+    assert found.duration == pytest.approx(hertz, rel=1e-7)
+
+
+@pytest.mark.parametrize("clipped", [True, False])
+def test_weak_damping_loses_what_it_takes_of_the_undamped_motion(clipped):
+    errors = [
+        abs((1.0 - impact(a, clipped=clipped).restitution) / a / first_order_loss() - 1.0)
+        for a in (1e-2, 1e-3, 1e-4)
+    ]
+    assert errors[1] / errors[0] == pytest.approx(0.1, rel=0.05)  # first order in a
+    assert errors[2] < 1e-4
+
+
+def test_strong_damping_clipped_follows_its_power_law():
+    errors = [
+        abs(impact(a, clipped=True).restitution / strongly_damped(a) - 1.0)
+        for a in (30.0, 100.0, 300.0, 900.0)
+    ]
+    assert errors == sorted(errors, reverse=True)
+    assert errors[-1] < 1e-3
+
+
+def test_strong_damping_unclipped_falls_as_the_fifth_power():
+    first, second = (impact(a, clipped=False).restitution for a in (50.0, 100.0))
+    assert first / second == pytest.approx(2.0**5, rel=2e-3)
+
+
+@pytest.mark.parametrize("a", [-1.0, math.nan, 1e4])
+def test_a_damping_out_of_range_is_refused(a):
+    with pytest.raises(RequestError, match="must be from 0 to 1000"):
+        impact(a, clipped=True)
+
+
+@pytest.mark.parametrize("tail", ["clipped", "attractive"])
+@pytest.mark.parametrize("zeta", [0.0, 0.2, 1.0, 5.0])
+def test_the_reference_dem_rebounds_with_it(tail, zeta):
+    contact = Contact(restitution=None, damping_ratio=zeta, tail=tail)
+    case = Drop(contact=contact, speed=1.0, gap=1e-4, every=100, duration=60.0)
+    law = hertz_of_drop(case)
+    expected = impact(law.relaxation / law.overlap, clipped=tail == "clipped").restitution
+    (run,) = Reference("rk4", spring="Hertz").drops([case])
+    assert run.path.vy_m_per_s[-1] == pytest.approx(expected, abs=1e-5)
