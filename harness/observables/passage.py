@@ -41,14 +41,18 @@ def critical_angle_by_passage(
     Raise EngineOutputError when there is no root between 0 and 30 deg, and
     RequestError when the grain was in flight: then a margin means nothing.
     """
-    runs: list[InclineRun] = []
+    # both at once: an engine starts once for a batch
+    runs = list(measure([case.replace(angle=angle) for angle in FIRST_ANGLES]))
+    first = dict(zip(FIRST_ANGLES, map(_margin, runs), strict=True))
+    if len(set(first.values())) == 1:
+        raise EngineOutputError("the energy margin has no root: it is the same at every angle")
 
     def margin(angle: float) -> float:
+        if angle in first:
+            return first[angle]
         if not 0.0 <= angle <= 30.0:
             raise EngineOutputError(f"no critical angle between 0 and 30 deg (search at {angle:g})")
         runs.extend(measure([case.replace(angle=float(angle))]))
-        if len(runs) == 2 and _margin(runs[0]) == _margin(runs[1]):
-            raise EngineOutputError("the energy margin has no root: it is the same at every angle")
         return _margin(runs[-1])
 
     found = root_scalar(
