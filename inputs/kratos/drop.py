@@ -12,7 +12,7 @@ Run it as it stands, or with other parameters, with a Python that has Kratos
 
 The sphere's centre is the origin, the grain starts above it.
 Lines "RESULT name = value" end each run; the series has 17 digits. SI units.
-Written for Kratos 10.4.4, one thread.
+Written for Kratos 10.2.3, 10.4.3, 10.4.4, one thread.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ The verdict is moves_on (the grain passes the crests), trapped (it turned back i
 well, with less energy than the crest asks for) or undecided (the time limit came
 first: this is not trapped). Theory: motion persists from 10.2078 deg on.
 Lines "RESULT name = value" end each run; the series has 17 digits. SI units.
-Written for Kratos 10.4.4, one thread.
+Written for Kratos 10.2.3, 10.4.3, 10.4.4, one thread.
 """
 
 from __future__ import annotations

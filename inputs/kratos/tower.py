@@ -13,7 +13,7 @@ Run it as it stands, or with other parameters, with a Python that has Kratos
 The grain is particle 1, the base the last; motion and gravity are along x. The
 force on a particle is that of its contacts alone, without damping.
 Lines "RESULT name = value" end each run; the series has 17 digits. SI units.
-Written for Kratos 10.4.4, one thread.
+Written for Kratos 10.2.3, 10.4.3, 10.4.4, one thread.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from harness.engines.kratos.jobs import Job, Output
-from harness.engines.kratos.read import error_of, finished, seconds_in
+from harness.engines.kratos.read import error_of, finished, seconds_in, without_farewell
 from harness.engines.kratos.scripts import words_of
 from harness.engines.parallel import side_by_side
 from harness.engines.process import Limits, Processes, last_words, text_of
@@ -62,7 +62,7 @@ class Batches:
             if not releases or ended.code != 0:
                 raise EngineMissingError(
                     f"{self._python} has no Kratos with its DEM application"
-                    f"{last_words(ended.said)}; get it with: {self._obtain}"
+                    f"{last_words(without_farewell(ended.said))}; get it with: {self._obtain}"
                 )
             self._who = Provenance(
                 "kratos", releases[-1], ("DEMApplication",), self._python, "worker"

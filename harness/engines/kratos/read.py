@@ -48,13 +48,18 @@ def seconds_in(log: str) -> float:
     return float(dict(_RESULT.findall(log))["seconds"])
 
 
+def without_farewell(said: str) -> str:
+    """Return what a process said without the lines that Kratos ends with."""
+    lines = said.splitlines()
+    return "\n".join(line for line in lines if not line.startswith(FAREWELL))
+
+
 def error_of(ended: Ended, limit: float, obtain: str) -> EngineError:
     """Return what the end of a process speaks of, which left a run unfinished.
 
     ``limit`` [s] is the time that a run was given, ``obtain`` how to get Kratos.
     """
-    lines = ended.said.splitlines()
-    said = "\n".join(line for line in lines if not line.startswith(FAREWELL))
+    said = without_farewell(ended.said)
     error: EngineError | None
     if not ended.timed_out and re.search(r"^(?:ModuleNotFound|Import)Error: ", said, re.MULTILINE):
         error = EngineMissingError(f"no Kratos{last_words(said)}; get it with: {obtain}")

@@ -19,7 +19,7 @@ from harness.parameters.tower import Property, Tower
 Scheme = Literal["Velocity_Verlet", "Symplectic_Euler"]
 """Kratos's names of its integrators."""
 
-RELEASES = ("10.4.4",)
+RELEASES = ("10.2.3", "10.4.3", "10.4.4")
 """With which the scripts were tried."""
 
 FOLDER = "kratos"

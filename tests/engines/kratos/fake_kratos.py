@@ -51,7 +51,8 @@ def main(mode, recorded, options):
     """Answer ``-c`` with a version, and a file of cases with recorded output."""
     if "-c" in options:
         if mode == "no Kratos":
-            sys.exit("ModuleNotFoundError: No module named 'KratosMultiphysics'")
+            print("ImportError: libKratosDEMCore.so: cannot open shared object file", flush=True)
+            sys.exit(FAREWELL)
         print("Multi-Physics 10.9\nKRATOS 10.9.1\n" + FAREWELL)
         return
     stem = recorded / Path(options[1]).stem
