@@ -13,8 +13,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from harness.engines.contract import Engine, Route
-from harness.engines.mfix.read import read_path, read_tower
-from harness.engines.mfix.recorded import CONTACT
+from harness.engines.mfix.declared import OBTAIN, TRAITS
+from harness.engines.mfix.read import check_end, read_path, read_tower
 from harness.engines.mfix.solver import Solver, version_of
 from harness.engines.mfix.system import System, drop_system, incline_system, tower_system
 from harness.engines.parallel import cores, side_by_side
@@ -23,8 +23,7 @@ from harness.engines.process import Limits
 from harness.engines.programs import find_program
 from harness.engines.routes import start_of
 from harness.engines.timing import Plan, plan
-from harness.engines.traits import Traits
-from harness.errors import EngineError, EngineMissingError, RequestError
+from harness.errors import EngineError, EngineMissingError, EngineOutputError, RequestError
 from harness.observables.drop import DropRun
 from harness.observables.incline import InclineRun, Motion
 from harness.observables.provenance import Provenance
@@ -33,8 +32,6 @@ from harness.parameters.contact import Contact
 from harness.parameters.drop import Drop
 from harness.parameters.incline import Incline
 from harness.parameters.tower import Property, Tower
-
-OBTAIN = "build it (mfix.netl.doe.gov, MFiX 21.3.2, batch solver) and give --mfix PATH"
 
 WATCH = 50
 """Steps between two looks at the grain, as in LAMMPS's script."""
@@ -55,28 +52,7 @@ class Mfix(Engine):
     """
 
     name = "mfix"
-    traits = Traits(
-        obtain=OBTAIN,
-        versions=("21.3.2",),
-        integrator="mfix-euler",
-        tails=("attractive",),
-        effective_masses=("half",),
-        restitution_floor=1e-20,
-        most_damping=CONTACT.zeta,
-        digits=7,
-        quirks=(
-            "The effective mass against a fixed sphere is m/2: a nominal restitution of 1e-20 "
-            "is really about 0.044.",
-            "DTSOLID_FACTOR divides the damped contact time: at e = 1e-20 its default of 50 is "
-            "4.8 steps per pi sqrt(m/k).",
-            "A restitution of 0 divides by zero.",
-            "No keyword holds a particle: the fixed spheres hang at a mass outflow of no velocity.",
-            "A restart file left in the folder makes a new run stop.",
-            "A particle's place in the arrays changes as it crosses a boundary: its global id "
-            "does not.",
-            "Paths are written in single precision.",
-        ),
-    )
+    traits = TRAITS
 
     def __init__(
         self,
@@ -113,6 +89,7 @@ class Mfix(Engine):
                 return output
             try:
                 path = read_path(systems[index], output.frames)
+                check_end(systems[index], output.frames)
             except EngineError as error:
                 error.log = output.log
                 return error
@@ -166,7 +143,10 @@ class Mfix(Engine):
         """Run one case until it is decided, or its time limit."""
         seconds = 0.0
         for stretch in sorted({*(min(s, case.time_limit) for s in STRETCHES), case.time_limit}):
-            system = _incline(case, route, stretch, every)
+            try:
+                system = _incline(case, route, stretch, every)
+            except RequestError as error:
+                return EngineOutputError(f"MFiX: undecided after {seconds:.3g} s; {error}")
             output = self._solver.run(system)
             if isinstance(output, EngineError):
                 return output
@@ -209,7 +189,7 @@ def _tower(case: Tower, timing: Plan) -> System:
 
 def _stated(contact: Contact, system: System) -> System:
     """Return a system that MFiX can be told; raise RequestError for one that it cannot."""
-    refused = Mfix.traits.refuses(contact)
+    refused = TRAITS.refuses(contact)
     if refused:
         raise RequestError(f"contact = {contact.name!r} cannot be stated to MFiX: {refused}")
     frames = system.steps // system.every

@@ -33,6 +33,15 @@ def read_path(system: System, frames: list[Frame]) -> Trajectory:
     return Trajectory(t, x - system.origin[0], y - system.origin[1], vx, vy)
 
 
+def check_end(system: System, frames: list[Frame]) -> None:
+    """Raise EngineOutputError unless the frames reach the last step."""
+    last = frames[-1].time if frames else 0.0
+    if last < (system.steps - 0.5) * system.step:
+        raise EngineOutputError(
+            f"MFiX ended at {last:g} s, before the {system.steps * system.step:g} s asked for"
+        )
+
+
 def read_tower(
     case: Tower,
     system: System,
@@ -49,6 +58,7 @@ def read_tower(
     for :func:`read_path`.
     """
     _check(system, frames)
+    check_end(system, frames)
     h, particles = system.step, case.particles
     time = np.array([0.0, *(frame.time - h for frame in frames[1:])])
     shape = (len(frames), particles)

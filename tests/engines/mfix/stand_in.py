@@ -19,6 +19,8 @@ from pathlib import Path
 
 NORMAL, EXITING, GONE = "normal", "exiting", "gone"
 SMALL = 1e-15
+AFTER = ("half a file", "not a number", "no ids", "frames missing", "stops early")
+"""What goes wrong after the run."""
 
 
 class Particle:
@@ -189,6 +191,9 @@ def misbehave(mode):
         last.write_bytes(content[:at] + struct.pack(">f", math.nan) + content[at + 4 :])
     elif mode == "no ids":
         last.write_bytes(content.replace(b"Particle_ID", b"Particle_XX"))
+    elif mode == "stops early":
+        for path in sorted(Path().glob("GRAIN_*.vtp"))[50:]:
+            path.unlink()
     elif mode == "frames missing":
         sorted(Path().glob("GRAIN_*.vtp"))[1].unlink()
 
@@ -208,7 +213,7 @@ def main(mode, options):
     if mode == "no hold":
         keys.pop("BC_TYPE(1)", None)
     bad = keys["DES_EN_INPUT"] == 0.25
-    if not bad or mode in ("half a file", "not a number", "no ids", "frames missing", ""):
+    if not bad or mode in (*AFTER, ""):
         lines = Path("particle_input.dat").read_text(encoding="utf-8").splitlines()
         Run(keys, lines).march()
     if bad and mode:

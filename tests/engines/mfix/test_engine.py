@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from harness.comparison.convergence import slope_order
 from harness.engines.mfix.engine import MOST_FRAMES, Mfix
 from harness.engines.mfix.recorded import CONTACT
 from harness.engines.reference.engine import Reference
@@ -25,6 +26,7 @@ from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE
 from harness.parameters.drop import Drop
 from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
+from harness.verbs.incline import critical_angle
 from harness.verbs.qualification import qualify
 
 GOOD = Drop(
@@ -59,7 +61,9 @@ def test_another_program_or_version_is_missing(stand_in, mode, said):
 
 
 def test_it_names_its_version_and_program(stand_in):
-    who = stand_in().identify()
+    program = stand_in().identify().executable
+    with open_engine("mfix", programs={"mfix": program}) as engine:
+        who = engine.identify()
     assert (who.engine, who.engine_version, who.integrator) == ("mfix", "21.3.2", "mfix-euler")
     assert "mfixsolver" in who.executable
 
@@ -176,6 +180,40 @@ def test_cut_off_by_time_is_undecided(stand_in):
     assert run.case == case
 
 
+def test_a_path_that_would_take_too_many_files_ends_undecided(stand_in, monkeypatch):
+    case = Incline(angle=10.2, contact=CONTACT, steps_per_contact=20.0, time_limit=20.0)
+    case = case.replace(stiffness=1e4, wells=20)
+    first = int(8.0 * 9.81**-0.5 / case.step)
+    monkeypatch.setattr("harness.engines.mfix.engine.MOST_FRAMES", first + 1)
+    (run,) = stand_in().inclines([case], "steady", every=1)
+    assert isinstance(run, EngineOutputError)
+    assert "undecided" in str(run)
+    assert "every = 1 steps" in str(run)
+
+
+def test_what_the_first_step_of_the_row_costs_falls_with_the_third_order(stand_in):
+    """In that step the held spheres move against the dashpot of a grain that rests on them."""
+    engine, fineness = stand_in(), np.array([20.0, 28.0, 40.0])
+    errors = []
+    for steps in fineness:
+        case = Incline(angle=10.3, stiffness=1e4, contact=CONTACT, steps_per_contact=steps)
+        (run,) = engine.inclines([case], "passage")
+        (expected,) = Reference("mfix-euler").inclines([case], "passage")
+        errors.append(abs(run.margin_J - expected.margin_J) / case.weight_energy)
+    order, _ = slope_order(1 / fineness, errors)
+    assert order == pytest.approx(3.0, abs=0.3)
+    assert errors[-1] < 1e-6
+
+
+@pytest.mark.slow
+def test_the_critical_angle_is_the_reference_dem_s(stand_in):
+    case = Incline(stiffness=1e5, contact=CONTACT, steps_per_contact=50.0)
+    found = critical_angle(case, engine=stand_in())
+    expected = critical_angle(case, engine=Reference("mfix-euler"))
+    # 1e-7 of m g d from single precision and the first step, over a margin of 0.009 a degree
+    assert found.value_deg == pytest.approx(expected.value_deg, abs=1.2e-5)
+
+
 @pytest.mark.parametrize(
     ("mode", "limits", "error", "said"),
     [
@@ -189,6 +227,7 @@ def test_cut_off_by_time_is_undecided(stand_in):
         ("not a number", {}, EngineNaNError, "not numbers"),
         ("no ids", {}, EngineOutputError, "without their global ids"),
         ("frames missing", {}, EngineOutputError, "frames that are not every"),
+        ("stops early", {}, EngineOutputError, "ended at"),
     ],
 )
 def test_each_way_to_fail_has_its_error_and_costs_only_its_own_run(

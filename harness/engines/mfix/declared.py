@@ -1,0 +1,31 @@
+"""What MFiX-DEM declares of itself: the rules that its recorded runs and its source show."""
+
+from __future__ import annotations
+
+from harness.engines.mfix.recorded import CONTACT
+from harness.engines.traits import Traits
+
+OBTAIN = "build it (mfix.netl.doe.gov, MFiX 21.3.2, batch solver) and give --mfix PATH"
+
+TRAITS = Traits(
+    obtain=OBTAIN,
+    versions=("21.3.2",),
+    integrator="mfix-euler",
+    tails=("attractive",),
+    effective_masses=("half",),
+    restitution_floor=1e-20,
+    most_damping=CONTACT.zeta,
+    digits=7,
+    quirks=(
+        "The effective mass against a fixed sphere is m/2: a nominal restitution of 1e-20 "
+        "is really about 0.044.",
+        "DTSOLID_FACTOR divides the damped contact time: at e = 1e-20 its default of 50 is "
+        "4.8 steps per pi sqrt(m/k).",
+        "A restitution of 0 divides by zero.",
+        "No keyword holds a particle: the fixed spheres hang at a mass outflow of no velocity.",
+        "A restart file left in the folder makes a new run stop.",
+        "A particle's place in the arrays changes as it crosses a boundary: its global id "
+        "does not.",
+        "Paths are written in single precision.",
+    ),
+)
