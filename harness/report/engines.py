@@ -91,7 +91,6 @@ def _angles(evidence: EngineEvidence) -> Table:
         ),
         tuple(rows),
         frozenset(range(2, 8)),
-        frozenset({9}),
     )
 
 

@@ -123,7 +123,7 @@ def test_lineage_is_said_in_the_rows_and_in_the_evidence(found):
     ):
         assert "regression partner, not independent evidence" in check.note
     assert {a.evidence for a in found.evidence.angles if a.engine == "twin"} == {
-        "regression partner of LAMMPS"
+        "regression partner"
     }
     assert {a.evidence for a in found.evidence.angles if a.engine == "half"} == {"independent"}
 
