@@ -62,7 +62,7 @@ def verify(
     ] = False,
     tolerances: Tolerances = None,
     engines: Annotated[
-        str,
+        str | None,
         typer.Option(
             "--engines",
             metavar="all|NAME[,NAME...]",
@@ -71,7 +71,7 @@ def verify(
             "One that is named must be here.",
             rich_help_panel="Other engines",
         ),
-    ] = "",
+    ] = None,
     engine: EngineName = "lammps",
     lmp: Lmp = None,
     mpirun: Mpirun = None,
@@ -142,12 +142,12 @@ class _Asked(NamedTuple):
     baseline: Path | None
     tolerances: Path | None
     compare: bool
-    engines: str = ""
+    engines: str | None = None
 
 
-def engines_of(wanted: str) -> tuple[str, ...]:
+def engines_of(wanted: str | None) -> tuple[str, ...]:
     """Return the engines that are asked for; raise RequestError for one that is not known."""
-    if not wanted:
+    if wanted is None:
         return ()
     from harness.verbs.verification.other_engines import asked_engines
 
@@ -159,7 +159,7 @@ def _key(asked: _Asked) -> str | None:
     from harness.store.baseline import digest
     from harness.store.verifications import verification_key
 
-    if asked.engines:
+    if asked.engines is not None:
         return None
     against = digest(asked.baseline, asked.tolerances) if asked.compare else {}
     engine, lmp, mpirun, *_ = asked.chosen
@@ -213,7 +213,7 @@ def _measured(
             progress=progress,
             baseline=known,
             compare=asked.compare,
-            engines=asked.engines,
+            engines=asked.engines or (),
             open_one=partial(_open_other, asked.chosen, entries, fresh),
         )
         progress("figures and report", 0, 1)

@@ -100,7 +100,7 @@ class EngineAngle:
             return "recorded"
         if self.engine == OWN:
             return "the harness's own"
-        return f"regression partner of {self.lineage}" if self.lineage else "independent"
+        return "regression partner" if self.lineage else "independent"
 
     def record(self) -> dict[str, Any]:
         """Return the angle as a flat JSON-ready mapping."""

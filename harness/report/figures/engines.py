@@ -168,12 +168,12 @@ def _guide(
     axes.loglog(steps, line, color="0.45", ls=(0, (1, 2)), lw=1.2)
     axes.annotate(
         f"slope {slope}",
-        (steps[-1], line[-1]),
-        xytext=(-4, 5),
-        textcoords="offset points",
-        ha="right",
+        (steps[-2], line[-2]),
+        ha="center",
+        va="center",
         fontsize=9,
         color="0.3",
+        bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0},
     )
 
 

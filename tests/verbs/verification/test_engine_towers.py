@@ -40,6 +40,20 @@ def test_second_order_leaves_1e_7_and_is_given_no_room_for_first_order():
     assert all(check.tolerance == pytest.approx(2e-5 * check.expected) for check in impulses)
 
 
+def test_semi_implicit_euler_that_is_read_at_its_half_steps_is_the_leapfrog_of_second_order():
+    class Leapfrog(doubles.Twin):
+        traits = replace(doubles.Half.traits)
+
+        def towers(self, cases, duration, **options):
+            return doubles.Twin().towers(cases, duration, **options)
+
+    rows, _ = checks_of(Leapfrog(), EXTENTS["default"])
+    assert {check.verdict for check in rows} == {Verdict.PASS}
+    assert rows[-1].expected == 2.0
+    impulses = [check for check in rows if "impulse" in check.name]
+    assert all(check.tolerance == pytest.approx(2e-5 * check.expected) for check in impulses)
+
+
 def test_a_scheme_of_another_order_than_declared_fails(monkeypatch):
     declared = replace(doubles.Half.traits, integrator="velocity-verlet")
 

@@ -15,8 +15,9 @@ from harness.parameters.incline import Incline
 from harness.verbs.verification.other_engines.extent import STATED, Extent
 from harness.verbs.verification.other_engines.measured import (
     References,
+    measured_angle,
+    microseconds_per_step,
     same_rules,
-    timed_angle,
 )
 from harness.verbs.verification.other_engines.rules import (
     PLASTIC_ROLE,
@@ -70,7 +71,7 @@ def _cell(
     traits = engine.traits
     name = f"{engine.name}: critical angle, {where(case)}"
     beside = f"{engine.name}: critical angle against the reference DEM, {where(case)}"
-    found = timed_angle(case, engine, extent.phases)
+    found = measured_angle(case, engine, extent.phases)
     if isinstance(found, EngineError):
         untested = not_tested(beside, Kind.CROSS_CODE, "the engine's own run died", "deg")
         return [failed_run(name, Kind.ANALYTIC, found, "deg"), untested]
@@ -80,11 +81,11 @@ def _cell(
         rules=stated.rules(traits),
         stiffness=case.stiffness,
         steps_per_contact=case.steps_per_contact,
-        value_deg=found.angle.value_deg,
-        uncertainty_deg=found.angle.uncertainty_deg,
+        value_deg=found.value_deg,
+        uncertainty_deg=found.uncertainty_deg,
         closed_form_deg=evidence.closed_form_deg,
         integrator=traits.integrator,
-        microseconds_per_step=found.microseconds,
+        microseconds_per_step=microseconds_per_step(found, engine),
         lineage=traits.lineage,
     )
     own = references.angle(traits, case)
@@ -97,7 +98,7 @@ def _cell(
     evidence.angles.append(shown)
     rows = [_against_theory(name, stated, shown, traits)]
     if engine.name != OWN:
-        rows.append(_against_reference(beside, found.angle, own, traits, shown.closed_form_deg))
+        rows.append(_against_reference(beside, found, own, traits, shown.closed_form_deg))
     return rows
 
 

@@ -30,10 +30,10 @@ class Asked:
 
 
 def asked_engines(wanted: str | Iterable[str]) -> Asked:
-    """Return the engines of ``all``, ``yade`` or ``yade,kratos``; none for an empty text.
+    """Return the engines of ``all``, ``yade`` or ``yade,kratos``; none for no texts.
 
     LAMMPS and the reference DEM are always among them. Raise RequestError for a
-    name that is not known.
+    name that is not known, and for texts without a name.
     """
     texts = [wanted] if isinstance(wanted, str) else list(wanted)
     names = [name.strip() for text in texts for name in text.split(",") if name.strip()]
@@ -44,7 +44,7 @@ def asked_engines(wanted: str | Iterable[str]) -> Asked:
                 f"{', '.join(ENGINES)}"
             )
     if not names:
-        if texts and any(texts):
+        if texts:
             raise RequestError(f"--engines {','.join(texts)!r}: names no engine")
         return Asked()
     everything = ALL in names

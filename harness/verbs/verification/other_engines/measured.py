@@ -1,17 +1,14 @@
-"""Measure a critical angle with what its steps cost, in an engine or in the reference DEM."""
+"""Measure a critical angle, and what a step costs, in an engine or in the reference DEM."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
 
 from harness.comparison.tolerances import TOLERANCES, Tolerance
 from harness.engines.contract import Engine
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineOutputError, RequestError
 from harness.observables.critical_angle import CriticalAngle
-from harness.observables.incline import InclineRun
 from harness.observables.passage import critical_angle_by_passage
 from harness.parameters.incline import Incline
 from harness.theory.energy_map import passage_margin_slope
@@ -22,35 +19,38 @@ MARGIN_DIGITS = 1.25
 """Of the last digit, in m g d: half of one in the height and in the spring, less in the motion."""
 
 
-@dataclass(frozen=True)
-class Timed:
-    """A critical angle and what a step of its runs cost [us].
-
-    The least of them: starting a run and others on the machine only add to it.
-    """
-
-    angle: CriticalAngle
-    microseconds: float
+LONGER = 10.0
+"""How many times the steps of a critical angle a run takes that is to tell what a step costs."""
 
 
-def timed_angle(case: Incline, engine: Engine, phases: int) -> Timed | EngineError:
-    """Return the critical angle by passage with its cost, or what became of it."""
-    runs: list[InclineRun] = []
-
-    def measure(cases: Sequence[Incline]) -> list[InclineRun]:
-        done = engine.measured(cases, "passage")
-        runs.extend(done)
-        return done
-
+def measured_angle(case: Incline, engine: Engine, phases: int) -> CriticalAngle | EngineError:
+    """Return the critical angle by passage, or what became of it."""
     try:
-        angle = critical_angle_by_passage(measure, case, phases=phases)
+        return critical_angle_by_passage(
+            lambda cases: engine.measured(cases, "passage"), case, phases=phases
+        )
     except EngineError as error:
         return error
     except RequestError as error:
         # the case is ours: a grain that flies where it should slide is the engine's doing
         return EngineOutputError(str(error))
-    costs = [1e6 * run.seconds / run.steps for run in runs if run.steps > 0]
-    return Timed(angle, min(costs, default=math.nan))
+
+
+def microseconds_per_step(angle: CriticalAngle, engine: Engine) -> float:
+    """Return what a step costs [us], without what starting a run costs; NaN if it died.
+
+    From two runs at the critical angle that differ in their steps alone, one after the other.
+    """
+    short = angle.case.replace(angle=angle.value_deg)
+    long = short.replace(steps_per_contact=LONGER * short.steps_per_contact)
+    try:
+        few, many = (engine.measured([case], "passage")[0] for case in (short, long))
+    except EngineError:
+        return math.nan
+    steps, seconds = many.steps - few.steps, many.seconds - few.seconds
+    if steps <= 0 or seconds <= 0.0:
+        return math.nan
+    return 1e6 * seconds / steps
 
 
 def same_rules(traits: Traits, off: CriticalAngle, closed_form: float) -> Tolerance:
@@ -80,6 +80,7 @@ class References:
         key = (traits.integrator, traits.spring, case)
         if key not in self._known:
             engine = reference_for(traits)
-            found = None if engine is None else timed_angle(case, engine, self._phases)
-            self._known[key] = found.angle if isinstance(found, Timed) else found
+            self._known[key] = (
+                None if engine is None else measured_angle(case, engine, self._phases)
+            )
         return self._known[key]

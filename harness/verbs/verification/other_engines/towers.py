@@ -31,8 +31,17 @@ from harness.verbs.verification.other_engines.extent import FINEST, ORDER_HEIGHT
 
 CASE = Tower(law="overlap", stiffness=1e5, speed=2.0)
 
-ORDERS = {"velocity-verlet": 2.0, "mfix-euler": 1.0, "mfix-adams-bashforth": 2.0, "rk4": 2.0}
-"""Of the force error in the step; contacts that change within a step allow no more than 2."""
+ORDERS = {
+    "velocity-verlet": (2.0,),
+    "mfix-euler": (1.0, 2.0),
+    "mfix-adams-bashforth": (2.0,),
+    "rk4": (2.0,),
+}
+"""Of the force error in the step; contacts that change within a step allow no more than 2.
+
+Semi-implicit Euler is the leapfrog with velocities half a step early: first order, and
+second where an engine is started and read at the half steps that they belong to.
+"""
 
 ENOUGH_DIGITS = 12
 """Digits of an output from which the error of fine steps is not hidden by them."""
@@ -48,10 +57,14 @@ def tower_checks(engine: Engine, extent: Extent, evidence: EngineEvidence) -> li
     if not engine.states_towers:
         reason = "it states the incline only"
         return [not_tested(f"{engine.name}: towers", Kind.CROSS_CODE, reason)]
-    return [*_finest(engine, extent, evidence), _order(engine, extent, evidence)]
+    order = _order(engine, extent, evidence)
+    first_order = order.expected == 1.0
+    return [*_finest(engine, extent, evidence, first_order=first_order), order]
 
 
-def _finest(engine: Engine, extent: Extent, evidence: EngineEvidence) -> list[Check]:
+def _finest(
+    engine: Engine, extent: Extent, evidence: EngineEvidence, *, first_order: bool
+) -> list[Check]:
     """Hold peak force and impulse at the finest step against the exact ones, in one batch."""
     cases = [CASE.replace(height=height) for height in extent.heights]
     exact = [covering(tower(case, solver="exact"), "turnaround") for case in cases]
@@ -66,19 +79,24 @@ def _finest(engine: Engine, extent: Extent, evidence: EngineEvidence) -> list[Ch
         return [not_tested(f"{engine.name}: towers", Kind.CROSS_CODE, str(error))]
     rows: list[Check] = []
     for run, own in zip(runs, exact, strict=True):
-        rows += _against_exact(engine, run, own, evidence)
+        rows += _against_exact(engine.name, run, own, evidence, first_order=first_order)
     return rows
 
 
 def _against_exact(
-    engine: Engine, run: TowerRun | EngineError, exact: TowerRun, evidence: EngineEvidence
+    engine: str,
+    run: TowerRun | EngineError,
+    exact: TowerRun,
+    evidence: EngineEvidence,
+    *,
+    first_order: bool,
 ) -> list[Check]:
-    name = f"{engine.name}: tower, n = {exact.tower.height}, {FINEST:g} steps per contact"
+    name = f"{engine}: tower, n = {exact.tower.height}, {FINEST:g} steps per contact"
     if isinstance(run, EngineError):
         return [failed_run(name, Kind.CROSS_CODE, run)]
     try:
         found = EngineTower(
-            engine.name,
+            engine,
             exact.tower.height,
             FINEST,
             peak_force(run),
@@ -100,19 +118,19 @@ def _against_exact(
             Kind.CROSS_CODE,
             found.impulse,
             found.exact_impulse,
-            _impulse_tolerance(engine, exact),
+            _impulse_tolerance(exact, first_order=first_order),
         ),
     ]
 
 
-def _impulse_tolerance(engine: Engine, exact: TowerRun) -> Tolerance:
+def _impulse_tolerance(exact: TowerRun, *, first_order: bool) -> Tolerance:
     """Return how close the impulse must be, with what half a step is worth at first order.
 
     Such a scheme has its velocities half a step early: at the window's end, and where the
     compression turns, which counts twice in the window.
     """
     known = replace(TOLERANCES["tower, engines"], unit="N s")
-    if ORDERS.get(engine.traits.integrator) != 1.0:
+    if not first_order:
         return known
     end = window_end(exact, "turnaround")
     force = float(np.interp(end, exact.time, exact.grain_force))
@@ -135,13 +153,14 @@ def _order(engine: Engine, extent: Extent, evidence: EngineEvidence) -> Check:
     evidence.convergence.append(replace(found, solver=engine.name))
     order, (low, high) = found.l2_order.value, found.l2_order.interval
     half = (high - low) / 2
-    expected = ORDERS.get(engine.traits.integrator)
-    if expected is None or engine.traits.digits < ENOUGH_DIGITS or not half <= WIDEST:
+    orders = ORDERS.get(engine.traits.integrator, (math.nan,))
+    expected = min(orders, key=lambda known: abs(known - order))
+    if math.isnan(expected) or engine.traits.digits < ENOUGH_DIGITS or not half <= WIDEST:
         note = (
             f"known to ± {half:.2g}, by {engine.traits.digits} digits of its output, in a scheme "
             f"called {engine.traits.integrator or 'its own'}: too little to be judged"
         )
-        return finding(name, order, expected or math.nan, "", note, half)
+        return finding(name, order, expected, "", note, half)
     return judge_within_uncertainty(
         name,
         Kind.CROSS_CODE,
@@ -149,7 +168,7 @@ def _order(engine: Engine, extent: Extent, evidence: EngineEvidence) -> Check:
         expected,
         half,
         "",
-        "the order of its scheme must lie in the 95 % interval of the measured slope",
+        "an order of its scheme must lie in the 95 % interval of the measured slope",
     )
 
 
