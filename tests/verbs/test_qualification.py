@@ -17,8 +17,8 @@ from harness.verbs.qualification import qualify
 class Trapped(Reference):
     """The reference DEM with a fault: a change of the case, or of the path that it returns."""
 
-    def __init__(self, case=lambda c: c, path=lambda _, p: p):
-        super().__init__()
+    def __init__(self, case=lambda c: c, path=lambda _, p: p, spring="linear"):
+        super().__init__(spring=spring)
         self._change_case, self._change_path = case, path
 
     def drops(self, cases):
@@ -34,9 +34,10 @@ def failed(engine):
             c.verdict is Verdict.FAIL}  # fmt: skip
 
 
+@pytest.mark.parametrize("spring", ["linear", "Hertz"])
 @pytest.mark.parametrize("integrator", INTEGRATORS)
-def test_the_reference_qualifies_with_every_integrator(integrator):
-    found = qualify(Reference(integrator))
+def test_the_reference_qualifies_with_every_integrator(integrator, spring):
+    found = qualify(Reference(integrator, spring=spring))
     assert found.holds, found.failures
     assert found.failures == ""
 
@@ -96,8 +97,18 @@ def slow_clock(_, path):
     ],
     ids=["no dashpot", "m/2", "tail", "spring", "late contact", "drag", "clock"],
 )
-def test_each_trap_is_caught(trap, shown):
-    assert shown in failed(Trapped(**trap))
+@pytest.mark.parametrize("spring", ["linear", "Hertz"])
+def test_each_trap_is_caught(trap, shown, spring):
+    assert shown in failed(Trapped(**trap, spring=spring))
+
+
+@pytest.mark.parametrize(("declared", "real"), [("linear", "Hertz"), ("Hertz", "linear")])
+def test_a_spring_of_another_law_is_caught(declared, real):
+    class Other(Trapped):
+        def drops(self, cases):
+            return Reference(spring=real).drops(cases)
+
+    assert "static contact" in failed(Other(spring=declared))
 
 
 def test_a_damping_that_is_declared_half_is_held_against_half():

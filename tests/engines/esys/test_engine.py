@@ -103,8 +103,8 @@ def test_a_tower_that_is_cut_short_is_named(fake):
         ([DROP.replace(contact=SOURCE)], "'source' cannot be stated .* always have the clipped"),
         ([INCLINE.replace(contact=SOURCE)], "'source' cannot be stated"),
         (
-            [INCLINE.replace(steps_per_contact=23.0)],
-            r"steps_per_contact = 23 is unstable .* greater than 23\.862",
+            [INCLINE.replace(steps_per_contact=23.8)],
+            r"steps_per_contact = 23\.8 is unstable .* greater than 23\.853",
         ),
     ],
 )
