@@ -75,9 +75,10 @@ def open_engine(
     return kind(**given)
 
 
-def input_files() -> dict[str, str]:
-    """Return every generated input of every engine, by its name below ``inputs``."""
-    return {path: text for where in INPUTS.values() for path, text in _named(where)().items()}
+def input_files(*engines: str) -> dict[str, str]:
+    """Return the generated inputs of some engines, or of all, by their names below ``inputs``."""
+    some = [INPUTS[name] for name in engines or INPUTS if name in INPUTS]
+    return {path: text for where in some for path, text in _named(where)().items()}
 
 
 def _named(where: str) -> Any:

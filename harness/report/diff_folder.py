@@ -69,10 +69,16 @@ def _drawing(name: str, svg: str | None) -> Drawing | None:
 
 def _scripts(before: Path, after: Path) -> dict[str, str]:
     """Return, for each script that is not the same, the difference in lines."""
-    names = {path.name for run in (before, after) for path in (run / "scripts").glob("*.in")}
+    folders = [run / "scripts" for run in (before, after)]
+    names = {
+        path.relative_to(folder).as_posix()
+        for folder in folders
+        for path in folder.rglob("*")
+        if path.is_file()
+    }
     found = {}
     for name in sorted(names):
-        old, new = ((_text(r / "scripts" / name) or "").splitlines() for r in (before, after))
+        old, new = ((_text(folder / name) or "").splitlines() for folder in folders)
         lines = list(difflib.unified_diff(old, new, "before", "after", lineterm=""))
         if lines:
             found[name] = "\n".join(lines[:LONGEST])

@@ -42,6 +42,7 @@ def _fill(found: Verification, folder: Path) -> None:
     for below, files in (("scripts", found.scripts), ("logs", logs)):
         (folder / below).mkdir()
         for name, text in files.items():
+            (folder / below / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / below / name).write_text(text, encoding="utf-8")
     record = json.dumps(finite(found.record()), indent=2, ensure_ascii=False)
     (folder / "results.json").write_text(record + "\n", encoding="utf-8")

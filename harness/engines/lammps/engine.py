@@ -102,6 +102,7 @@ class Lammps(Engine):
             except EngineError as error:
                 results.append(_with_log(error, job, output.log))
             else:
+                self._keep(job, output)
                 results.append(DropRun(case, path, output.seconds, self._who(job)))
         return results
 

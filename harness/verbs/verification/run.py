@@ -16,9 +16,9 @@ from harness.comparison.regression import Baseline, Regression
 from harness.comparison.verdicts import Check, Kind, failed_run
 from harness.comparison.verification import Verification
 from harness.engines.contract import Engine
-from harness.engines.lammps.scripts import all_scripts
+from harness.engines.lammps.scripts import drop_script
 from harness.engines.parallel import side_by_side
-from harness.engines.registry import open_engine
+from harness.engines.registry import input_files, open_engine
 from harness.errors import EngineError
 from harness.observables.provenance import Provenance
 from harness.store.baseline import committed, read_baseline
@@ -66,6 +66,15 @@ def _both(
         partial(tower_checks, engine, level, towers, progress),
     )
     return [check for checks in side_by_side(lambda part: part(), parts, 2) for check in checks]
+
+
+def _scripts(beside: Found | None) -> dict[str, str]:
+    """Return the inputs that ran, by name: LAMMPS's, and with other engines theirs."""
+    if beside is None:
+        drop = drop_script().name
+        return {name: text for name, text in input_files("lammps").items() if name != drop}
+    here = [told.engine for told in beside.evidence.declared if not told.missing]
+    return {name: text for engine in here for name, text in input_files(engine).items()}
 
 
 def verify(
@@ -125,7 +134,7 @@ def verify(
         checks=(*checks, *theory_checks(), *own_checks, *of_engines, *regression.checks),
         incline=evidence,
         tower=towers,
-        scripts={script.name: script.text for script in all_scripts()},
+        scripts=_scripts(beside),
         engine_errors=(*died, *(beside.errors if beside else ())),
         measured=tuple(measured),
         parted=(*towers.parted, *regression.parted),
