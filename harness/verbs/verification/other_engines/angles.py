@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 from harness.comparison.engine_evidence import OWN, EngineAngle, EngineEvidence
@@ -71,6 +72,7 @@ def _cell(
     traits = engine.traits
     name = f"{engine.name}: critical angle, {where(case)}"
     beside = f"{engine.name}: critical angle against the reference DEM, {where(case)}"
+    at = (case.stiffness, case.steps_per_contact)
     found = measured_angle(case, engine, extent.phases)
     if isinstance(found, EngineError):
         untested = not_tested(beside, Kind.CROSS_CODE, "the engine's own run died", "deg")
@@ -85,7 +87,7 @@ def _cell(
         uncertainty_deg=found.uncertainty_deg,
         closed_form_deg=evidence.closed_form_deg,
         integrator=traits.integrator,
-        microseconds_per_step=microseconds_per_step(found, engine),
+        microseconds_per_step=microseconds_per_step(found, engine) if at == STATED else math.nan,
         lineage=traits.lineage,
     )
     own = references.angle(traits, case)
