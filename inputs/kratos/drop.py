@@ -116,25 +116,11 @@ class Spheres:
         self.part, settings = self._parts()
         material = self._material(p, mass, damping)
         self.nodes = [self._sphere(p, i, x, y, material) for i, (x, y) in enumerate(centres, 1)]
-        for axis in "XYZ":
-            Kratos.VariableUtils().AddDof(variable(f"VELOCITY_{axis}"), self.part)
-            Kratos.VariableUtils().AddDof(variable(f"ANGULAR_VELOCITY_{axis}"), self.part)
-        for i, node in enumerate(self.nodes):
-            for axis in "Z" if i in mobile else "XYZ":
-                node.Fix(variable(f"VELOCITY_{axis}"))
+        self._free(mobile)
         self.mobile = [self.nodes[i] for i in mobile]
         self.searched = [(node.X, node.Y) for node in self.mobile]
         self.until_search, self.steps_planned = 0, 1
-        info = self.part.ProcessInfo
-        info[variable("GRAVITY")] = Kratos.Array3([*gravity, 0.0])
-        info[variable("DELTA_TIME")] = step
-        info[variable("NODAL_MASS_COEFF")] = 1.0
-        info[variable("SEARCH_CONTROL")] = 1
-        # Kratos's first search alone goes by the tolerance for spheres: every later one goes
-        # by the tolerance against walls, also where there is no wall
-        info[variable("SEARCH_RADIUS_INCREMENT")] = self.reach
-        against_walls = p.search_tolerance_against_walls * p.diameter
-        info[variable("SEARCH_RADIUS_INCREMENT_FOR_WALLS")] = against_walls
+        self._inform(p, gravity)
         verlet = p.scheme == "Velocity_Verlet"
         kind = DEM.IterativeSolverStrategy if verlet else DEM.ExplicitSolverStrategy
         # the third number: every step with TIME_STEPS above 0 searches, none with 0
@@ -242,6 +228,30 @@ class Spheres:
             material, False
         )
         return material
+
+    def _free(self, mobile: list[int]) -> None:
+        """Let mobile spheres move in the plane, and the others not at all."""
+        for axis in "XYZ":
+            Kratos.VariableUtils().AddDof(variable(f"VELOCITY_{axis}"), self.part)
+            Kratos.VariableUtils().AddDof(variable(f"ANGULAR_VELOCITY_{axis}"), self.part)
+        for i, node in enumerate(self.nodes):
+            for axis in "Z" if i in mobile else "XYZ":
+                node.Fix(variable(f"VELOCITY_{axis}"))
+
+    def _inform(self, p: SimpleNamespace, gravity: tuple[float, float]) -> None:
+        """Give Kratos step, gravity and the tolerances of its contact search.
+
+        Its first search alone goes by the tolerance for spheres: every later one goes by
+        the tolerance against walls, also where there is no wall.
+        """
+        info = self.part.ProcessInfo
+        info[variable("GRAVITY")] = Kratos.Array3([*gravity, 0.0])
+        info[variable("DELTA_TIME")] = self.step
+        info[variable("NODAL_MASS_COEFF")] = 1.0
+        info[variable("SEARCH_CONTROL")] = 1
+        info[variable("SEARCH_RADIUS_INCREMENT")] = self.reach
+        against_walls = p.search_tolerance_against_walls * p.diameter
+        info[variable("SEARCH_RADIUS_INCREMENT_FOR_WALLS")] = against_walls
 
     def _sphere(self, p: SimpleNamespace, number: int, x: float, y: float, material: Any) -> Any:
         """Return the node of a new sphere."""
