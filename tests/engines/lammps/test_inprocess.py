@@ -176,6 +176,14 @@ def test_close_ends_the_workers_and_removes_their_files(runner):
     assert not folder.exists()
 
 
+@pytest.mark.skipif(not Path("/dev/shm").is_dir(), reason="no /dev/shm here")
+def test_workers_leave_no_shared_memory(runner):
+    others = children()
+    runner(workers=2).run([GOOD, GOOD])
+    shared = {path.name for path in Path("/dev/shm").iterdir()}
+    assert not shared & {f"mpich_shm_{pid:x}_0" for pid in children() - others}
+
+
 OWNER = """
 import sys, threading, time
 from harness.engines.lammps.inprocess import InProcess
