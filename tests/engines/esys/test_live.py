@@ -10,8 +10,9 @@ from harness.comparison.verdicts import Verdict
 from harness.engines.esys import engine as esys_engine
 from harness.engines.esys.engine import Esys
 from harness.engines.esys.scripts import Script, drop_script
+from harness.engines.process import Limits
 from harness.engines.reference.engine import Reference
-from harness.errors import EngineError, EngineInputError, EngineMissingError
+from harness.errors import EngineError, EngineInputError, EngineMissingError, EngineTimeoutError
 from harness.observables.impulse import impulse
 from harness.parameters.contact import CLIPPED, PLASTIC, Contact
 from harness.parameters.drop import Drop
@@ -202,3 +203,11 @@ def test_an_undamped_contact_keeps_the_energy(esys):
     case = Drop(contact=contact, speed=1.0, gap=1e-3, duration=3.0, every=100)
     (run,) = esys.drops([case])
     assert run.path.vy_m_per_s[-1] == pytest.approx(1.0, abs=1e-5)
+
+
+def test_a_run_out_of_time_is_ended(esys):  # noqa: ARG001
+    case = Drop(contact=PLASTIC, gravity=9.81, duration=1e4)
+    with Esys(limits=Limits(seconds=2.0)) as engine:
+        (found,) = engine.drops([case])
+    assert isinstance(found, EngineTimeoutError)
+    assert "RESULT relaxation_s" in found.log
