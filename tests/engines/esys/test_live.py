@@ -79,6 +79,16 @@ def test_a_passage_goes_where_the_reference_goes(esys, reference):
         assert ours.margin_J == pytest.approx(theirs.margin_J, abs=1e-10)
 
 
+def test_a_path_that_is_asked_for_is_kept_up_to_where_it_is_decided(esys, reference):
+    case = Incline(angle=10.5, stiffness=1e5, contact=PLASTIC, steps_per_contact=50.0)
+    (ours,) = esys.inclines([case], "passage", every=25)
+    (theirs,) = reference.inclines([case], "passage", every=25)
+    rows = ours.trajectory.time_s.size
+    assert theirs.trajectory.time_s.size - rows in (0, 1)  # that one looks every 50 steps
+    for name, column in vars(ours.trajectory).items():
+        assert np.abs(column - getattr(theirs.trajectory, name)[:rows]).max() < 1e-11
+
+
 def test_steady_motion_goes_where_the_reference_goes(esys, reference):
     case = Incline(angle=11.0, stiffness=1e5, contact=CLIPPED, steps_per_contact=30.0, wells=3)
     flight = case.replace(angle=29.0)
