@@ -95,7 +95,9 @@ def hertz_group(K, A, d):
 def simulation(d, low, high, step, steps):
     """Return an empty model in a box, which is searched for contacts 0.2 d ahead."""
     sim = LsmMpi(numWorkerProcesses=1, mpiDimList=[1, 1, 1])
-    sim.initNeighbourSearch(particleType="NRotSphere", gridSpacing=2.5 * d, verletDist=0.2 * d)
+    # cells as wide as this at least, and no more of them along a long box than memory bears
+    cell = max(2.5 * d, max(b - a for a, b in zip(low, high)) / 200.0)
+    sim.initNeighbourSearch(particleType="NRotSphere", gridSpacing=cell, verletDist=0.2 * d)
     sim.setSpatialDomain(BoundingBox(Vec3(*low), Vec3(*high)))
     sim.setTimeStepSize(step)
     sim.setNumTimeSteps(steps)

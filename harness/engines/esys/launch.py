@@ -33,6 +33,9 @@ OPEN_MPI = {
 }
 """Runs go side by side on few cores: a rank that waits gives way, and none is bound to a core."""
 
+TEMPORARY = ("OMPI_MCA_orte_tmpdir_base", "OMPI_MCA_btl_vader_backing_directory")
+"""Where Open MPI keeps its files; a process that is killed leaves them, in its folder here."""
+
 AS_ROOT = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
 """In a container there is nobody else."""
 
@@ -109,7 +112,7 @@ class Launcher:
         self, name: str, text: str, words: Sequence[str], folder: Path, seconds: float
     ) -> Ended:
         (folder / name).write_text(text, encoding="utf-8")
-        environment = {**os.environ, **OPEN_MPI, "OMPI_MCA_orte_tmpdir_base": str(folder)}
+        environment = {**os.environ, **OPEN_MPI, **dict.fromkeys(TEMPORARY, str(folder))}
         if hasattr(os, "geteuid") and os.geteuid() == 0:
             environment |= AS_ROOT
         command = [*self._launcher, *RANKS, self.program, name, *words]

@@ -10,8 +10,9 @@ from harness.comparison.verdicts import Verdict
 from harness.engines.esys import engine as esys_engine
 from harness.engines.esys.engine import Esys
 from harness.engines.esys.scripts import Script, drop_script
+from harness.engines.process import Limits
 from harness.engines.reference.engine import Reference
-from harness.errors import EngineError, EngineInputError, EngineMissingError
+from harness.errors import EngineError, EngineInputError, EngineMissingError, EngineTimeoutError
 from harness.observables.impulse import impulse
 from harness.parameters.contact import CLIPPED, PLASTIC, Contact
 from harness.parameters.drop import Drop
@@ -76,6 +77,16 @@ def test_a_passage_goes_where_the_reference_goes(esys, reference):
     for ours, theirs in runs:
         assert (ours.motion, ours.steps) == (theirs.motion, theirs.steps)
         assert ours.margin_J == pytest.approx(theirs.margin_J, abs=1e-10)
+
+
+def test_a_path_that_is_asked_for_is_kept_up_to_where_it_is_decided(esys, reference):
+    case = Incline(angle=10.5, stiffness=1e5, contact=PLASTIC, steps_per_contact=50.0)
+    (ours,) = esys.inclines([case], "passage", every=25)
+    (theirs,) = reference.inclines([case], "passage", every=25)
+    rows = ours.trajectory.time_s.size
+    assert theirs.trajectory.time_s.size - rows in (0, 1)  # that one looks every 50 steps
+    for name, column in vars(ours.trajectory).items():
+        assert np.abs(column - getattr(theirs.trajectory, name)[:rows]).max() < 1e-11
 
 
 def test_steady_motion_goes_where_the_reference_goes(esys, reference):
@@ -202,3 +213,11 @@ def test_an_undamped_contact_keeps_the_energy(esys):
     case = Drop(contact=contact, speed=1.0, gap=1e-3, duration=3.0, every=100)
     (run,) = esys.drops([case])
     assert run.path.vy_m_per_s[-1] == pytest.approx(1.0, abs=1e-5)
+
+
+def test_a_run_out_of_time_is_ended(esys):  # noqa: ARG001
+    case = Drop(contact=PLASTIC, gravity=9.81, duration=1e4)
+    with Esys(limits=Limits(seconds=2.0)) as engine:
+        (found,) = engine.drops([case])
+    assert isinstance(found, EngineTimeoutError)
+    assert "RESULT relaxation_s" in found.log

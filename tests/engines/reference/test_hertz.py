@@ -9,7 +9,7 @@ from harness.comparison.convergence import slope_order
 from harness.engines.reference.engine import Reference
 from harness.engines.routes import Start, energy
 from harness.errors import RequestError
-from harness.parameters.contact import PLASTIC
+from harness.parameters.contact import CLIPPED, PLASTIC
 from harness.parameters.incline import Incline
 from harness.theory.critical_angle import critical_angle as closed_form
 from harness.verbs.incline import critical_angle
@@ -55,10 +55,11 @@ def test_fixed_steps_lead_to_the_adaptive_angle():
     assert found.value_deg == pytest.approx(exact.value_deg, abs=found.uncertainty_deg + 1e-5)
 
 
-def test_both_routes_tell_one_angle():
-    engine = Reference("rk4", spring="Hertz")
-    passage = critical_angle(CASE, engine=engine)
-    steady = critical_angle(CASE, engine=engine, method="steady")
+@pytest.mark.parametrize("contact", [PLASTIC, CLIPPED], ids=lambda c: c.name)
+def test_both_routes_tell_one_angle(contact):
+    case, engine = CASE.replace(contact=contact), Reference("rk4", spring="Hertz")
+    passage = critical_angle(case, engine=engine)
+    steady = critical_angle(case, engine=engine, method="steady")
     assert steady.value_deg == pytest.approx(passage.value_deg, abs=steady.uncertainty_deg + 1e-3)
 
 
