@@ -1,8 +1,18 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from harness.comparison.engine_evidence import (
+    Declared,
+    EngineAngle,
+    EngineEvidence,
+    EngineTower,
+    Rules,
+)
 from harness.comparison.evidence import InclineEvidence, Recursion, TowerEvidence
 from harness.comparison.extrapolation import extrapolate
+from harness.comparison.step_convergence import step_convergence
 from harness.comparison.tolerances import TOLERANCES
 from harness.comparison.verdicts import Kind, failed_run, finding, judge, not_tested
 from harness.comparison.verification import Verification
@@ -13,6 +23,8 @@ from harness.observables.provenance import Provenance
 from harness.parameters.contact import CONTACTS, PLASTIC
 from harness.parameters.incline import Incline
 from harness.parameters.ladder import QUICK_LADDER
+from harness.parameters.tower import Tower
+from harness.verbs.towers import tower
 from harness.verbs.verification.chain_evidence import chain_evidence
 
 ENGINE = Provenance("lammps", "1 Jan 2030", ("GRANULAR",), "/bin/lmp", "executable")
@@ -75,4 +87,50 @@ def verification():
         scripts={"incline-plastic.in": "run 0\n"},
         engine_errors=("out of time: 5 s",),
         logs={"incline-plastic.in": "# lmp -in incline-plastic.in\nTotal wall time: 0:00:01\n"},
+    )
+
+
+def _engine_angle(engine, tail, value, **others):
+    known = {"reference_deg": value - 1e-4, "microseconds_per_step": 4.9, **others}
+    return EngineAngle(
+        engine, "plastic", Rules(tail, "full", "linear"), 1e6, 100.0, value, 3e-4, 10.2,
+        "velocity-verlet", **known,
+    )  # fmt: skip
+
+
+def _declared(engine, **others):
+    return Declared(
+        engine, "1.2" if not others.get("missing") else "", "executable", "apt install", ("1.2",),
+        "velocity-verlet", ("clipped",), ("full", "half"), "linear", 15,
+        **{"lineage": "", "quirks": (), **others},
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="session")
+def engine_evidence():
+    """Engines beside one another, made up: one that holds, one missing, one not qualified."""
+    case = Tower(height=2, law="overlap", stiffness=1e5)
+    exact = tower(case, solver="exact", samples=4000)
+    order = step_convergence(
+        lambda n: tower(case, solver="rk4", steps_per_contact=n), exact, (250.0, 500.0, 1000.0)
+    )
+    return EngineEvidence(
+        closed_form_deg=10.2,
+        declared=[
+            _declared("yade", quirks=("It <always> clips.", "It counts m/2.")),
+            _declared("liggghts", lineage="LAMMPS"),
+            _declared("esys", missing="no esysparticle here"),
+            _declared("kratos", unqualified="free fall"),
+        ],
+        angles=[
+            _engine_angle("yade", "clipped", 10.2003),
+            _engine_angle("liggghts", "attractive", 10.246, lineage="LAMMPS"),
+            _engine_angle("mfix (recorded)", "attractive", 10.206, recorded=True),
+            _engine_angle("reference", "clipped", 10.2004, microseconds_per_step=0.06),
+        ],
+        towers=[
+            EngineTower("yade", 1, 1e4, 100.001, 100.0, 2.0, 2.0),
+            EngineTower("mfix (recorded)", 4, 7071.0, 100.0, 100.0, recorded=True),
+        ],
+        convergence=[replace(order, solver="yade")],
     )

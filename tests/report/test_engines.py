@@ -8,73 +8,21 @@ import jsonschema
 import pytest
 
 from harness.comparison.engine_evidence import (
-    Declared,
-    EngineAngle,
     EngineEvidence,
-    EngineTower,
-    Rules,
 )
 from harness.comparison.results import Results
-from harness.comparison.step_convergence import step_convergence
-from harness.parameters.tower import Tower
 from harness.report.engines import TITLE, tables
 from harness.report.figures.engines import angles_of_engines, tower_error_against_step
 from harness.report.finite import finite
 from harness.report.folder import write
 from harness.report.schema import published
-from harness.verbs.towers import tower
 
 CLOSED = 10.2
 
 
-def angle(engine, tail, value, **others):
-    known = {"reference_deg": value - 1e-4, "microseconds_per_step": 4.9, **others}
-    return EngineAngle(
-        engine, "plastic", Rules(tail, "full", "linear"), 1e6, 100.0, value, 3e-4, CLOSED,
-        "velocity-verlet", **known,
-    )  # fmt: skip
-
-
-def declared(engine, **others):
-    return Declared(
-        engine, "1.2" if not others.get("missing") else "", "executable", "apt install", ("1.2",),
-        "velocity-verlet", ("clipped",), ("full", "half"), "linear", 15,
-        **{"lineage": "", "quirks": (), **others},
-    )  # fmt: skip
-
-
 @pytest.fixture(scope="module")
-def evidence():
-    case = Tower(height=2, law="overlap", stiffness=1e5)
-    exact = tower(case, solver="exact", samples=4000)
-    order = step_convergence(
-        lambda n: tower(case, solver="rk4", steps_per_contact=n), exact, (250.0, 500.0, 1000.0)
-    )
-    return EngineEvidence(
-        closed_form_deg=CLOSED,
-        declared=[
-            declared("yade", quirks=("It <always> clips.", "It counts m/2.")),
-            declared("liggghts", lineage="LAMMPS"),
-            declared("esys", missing="no esysparticle here"),
-            declared("kratos", unqualified="free fall"),
-        ],
-        angles=[
-            angle("yade", "clipped", 10.2003),
-            angle("liggghts", "attractive", 10.246, lineage="LAMMPS"),
-            angle("mfix (recorded)", "attractive", 10.206, recorded=True),
-            angle("reference", "clipped", 10.2004, microseconds_per_step=0.06),
-        ],
-        towers=[
-            EngineTower("yade", 1, 1e4, 100.001, 100.0, 2.0, 2.0),
-            EngineTower("mfix (recorded)", 4, 7071.0, 100.0, 100.0, recorded=True),
-        ],
-        convergence=[replace(order, solver="yade")],
-    )
-
-
-@pytest.fixture(scope="module")
-def found(verification, evidence):
-    return replace(verification, engines=evidence)
+def found(verification, engine_evidence):
+    return replace(verification, engines=engine_evidence)
 
 
 @pytest.fixture(scope="module")
@@ -84,9 +32,9 @@ def target(found, tmp_path_factory):
     return folder
 
 
-def test_each_engine_and_case_has_its_row(evidence):
-    angles, towers, about = tables(evidence)
-    assert [row[0] for row in angles.rows] == [a.engine for a in evidence.angles]
+def test_each_engine_and_case_has_its_row(engine_evidence):
+    angles, towers, about = tables(engine_evidence)
+    assert [row[0] for row in angles.rows] == [a.engine for a in engine_evidence.angles]
     row = dict(zip(angles.head, angles.rows[0], strict=True))
     assert row["angle (deg)"] == "10.20030 ± 0.0003"
     assert row["less theory"] == "+0.0003"
@@ -128,7 +76,7 @@ def test_without_engines_there_is_no_section(verification, tmp_path):
     assert json.loads((tmp_path / "run" / "results.json").read_text())["engines"] is None
 
 
-def test_results_are_valid_and_read_back(found, evidence, target):
+def test_results_are_valid_and_read_back(found, engine_evidence, target):
     record = json.loads((target / "results.json").read_text())
     schema = json.loads(published())
     jsonschema.Draft202012Validator(schema).validate(record)
@@ -140,13 +88,13 @@ def test_results_are_valid_and_read_back(found, evidence, target):
     for key, model in parts.items():
         assert set(record["engines"][key][0]) == set(schema["$defs"][model]["properties"])
     read = Results.model_validate(finite(found.record()))
-    assert read.engines.critical_angles[0].critical_angle_deg == evidence.angles[0].value_deg
+    assert read.engines.critical_angles[0].critical_angle_deg == engine_evidence.angles[0].value_deg
     rows = list(csv.DictReader((target / "results.csv").read_text().splitlines()))
     assert [row["name"] for row in rows] == [check.name for check in found.checks]
 
 
-def test_the_figure_of_angles_has_a_row_for_each_and_tells_contacts_apart(evidence):
-    figure = angles_of_engines(evidence.angles, CLOSED)
+def test_the_figure_of_angles_has_a_row_for_each_and_tells_contacts_apart(engine_evidence):
+    figure = angles_of_engines(engine_evidence.angles, CLOSED)
     whole, near = figure.axes
     names = [label.get_text() for label in whole.get_yticklabels()]
     assert len(names) == 4
@@ -160,14 +108,17 @@ def test_the_figure_of_angles_has_a_row_for_each_and_tells_contacts_apart(eviden
     assert [text.get_text() for text in near.texts] == ["+46 →"]
 
 
-def test_the_figure_of_angles_keeps_to_one_stiffness_and_step(evidence):
-    beside = [replace(evidence.angles[0], stiffness=1e5), replace(evidence.angles[0], engine="x")]
-    figure = angles_of_engines([*evidence.angles, *beside], CLOSED)
+def test_the_figure_of_angles_keeps_to_one_stiffness_and_step(engine_evidence):
+    beside = [
+        replace(engine_evidence.angles[0], stiffness=1e5),
+        replace(engine_evidence.angles[0], engine="x"),
+    ]
+    figure = angles_of_engines([*engine_evidence.angles, *beside], CLOSED)
     assert len(figure.axes[0].get_yticklabels()) == 5
 
 
-def test_the_figure_of_towers_has_slopes_to_go_by(evidence):
-    (axes,) = tower_error_against_step(evidence.convergence).axes
+def test_the_figure_of_towers_has_slopes_to_go_by(engine_evidence):
+    (axes,) = tower_error_against_step(engine_evidence.convergence).axes
     assert [text.get_text() for text in axes.texts] == ["slope 1", "slope 2"]
     (name,) = [text.get_text() for text in axes.get_legend().get_texts()]
     assert name.startswith("yade, order ")

@@ -64,14 +64,19 @@ def browser():
 
 
 @pytest.fixture(scope="module")
-def pages(verification, tmp_path_factory):
-    """Write a report with many rows, one of a run that holds, and two runs side by side."""
+def pages(verification, engine_evidence, tmp_path_factory):
+    """Write a report with many rows, one that holds, one of engines, and two runs side by side."""
     folder = tmp_path_factory.mktemp("pages")
     many = [replace(verification.checks[0], name=f"row {n}", value=10.2 - n) for n in range(60)]
     found = replace(verification, checks=(*verification.checks, *many))
     holding = [check for check in verification.checks if check.verdict in ("pass", "finding")]
     shown = list(islice(pictures(verification), FIGURES))
-    for name, run in (("report", found), ("holds", replace(found, checks=tuple(holding * 3)))):
+    runs = {
+        "report": found,
+        "holds": replace(found, checks=tuple(holding * 3)),
+        "engines": replace(found, engines=engine_evidence),
+    }
+    for name, run in runs.items():
         (folder / f"{name}.html").write_text(html_page(run, shown))
     (folder / "run" / "figures").mkdir(parents=True)
     for picture in shown:
@@ -121,7 +126,7 @@ def names(page):
     return page.locator(".checks tbody tr:not([hidden])").evaluate_all(NAMES)
 
 
-@pytest.mark.parametrize("name", ["report", "diff"])
+@pytest.mark.parametrize("name", ["report", "engines", "diff"])
 @SIZES
 def test_nothing_is_asked_for_and_nothing_complained_of(look, pages, name, size):
     page = look(name, size)
@@ -133,7 +138,7 @@ def test_nothing_is_asked_for_and_nothing_complained_of(look, pages, name, size)
     assert page.complaints == []
 
 
-@pytest.mark.parametrize("name", ["report", "diff"])
+@pytest.mark.parametrize("name", ["report", "engines", "diff"])
 @SIZES
 @pytest.mark.parametrize("scripts", [True, False], ids=["scripts", "no-scripts"])
 def test_no_page_is_wider_than_the_screen(look, name, size, scripts):
@@ -260,7 +265,7 @@ def test_a_figure_opens_large_zooms_and_closes_by_keyboard(look, size):
     assert page.evaluate("document.activeElement.matches('a.paper')")
 
 
-@pytest.mark.parametrize("name", ["report", "diff"])
+@pytest.mark.parametrize("name", ["report", "engines", "diff"])
 @SCHEMES
 def test_text_is_readable(look, name, scheme):
     page = look(name, scheme=scheme)

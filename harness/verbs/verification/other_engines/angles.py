@@ -105,8 +105,8 @@ def _cell(
 
 
 def _against_theory(name: str, stated: Stated, shown: EngineAngle, traits: Traits) -> Check:
-    stiff = shown.stiffness >= STIFF
-    if stated.role == PLASTIC_ROLE and traits.spring == "linear" and stiff:
+    of_theory = stated.role == PLASTIC_ROLE and traits.spring == "linear"
+    if of_theory and shown.stiffness >= STIFF:
         return judge(
             name,
             Kind.ANALYTIC,
@@ -116,7 +116,9 @@ def _against_theory(name: str, stated: Stated, shown: EngineAngle, traits: Trait
             uncertainty=shown.uncertainty_deg,
             note=lineage_note(traits),
         )
-    why = f"{shown.rules.text}; not the limit of the closed form, but the engine's own class"
+    own = "not the limit of the closed form, but a class of its own"
+    soft = f"below {STIFF:g} N/m the bias of the stiffness is not small"
+    why = f"{shown.rules.text}; {soft if of_theory else own}"
     note = "; ".join(filter(None, (why, lineage_note(traits))))
     return finding(name, shown.value_deg, shown.closed_form_deg, "deg", note, shown.uncertainty_deg)
 
