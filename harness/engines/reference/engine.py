@@ -94,7 +94,8 @@ class Reference(Engine):
         if spring not in get_args(SpringLaw):
             raise RequestError(f"spring {spring!r} is not known: must be linear or Hertz")
         self.integrator = integrator
-        self.traits = replace(self.traits, integrator=integrator, spring=spring)
+        if type(self).traits is Reference.traits:  # a class of its own declares for itself
+            self.traits = replace(self.traits, integrator=integrator, spring=spring)
         self._law: SpringLaw = spring
         self._workers = workers or cores()
         self._seconds = seconds

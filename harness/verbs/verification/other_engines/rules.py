@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 from harness.comparison.engine_evidence import Rules
 from harness.engines.reference.engine import Reference
@@ -57,5 +56,4 @@ def reference_for(traits: Traits) -> Reference | None:
     """Return the reference DEM in an engine's scheme and spring; None where it has no such."""
     if not traits.integrator:
         return None
-    spring: dict[str, Any] = {} if traits.spring == "linear" else {"spring": traits.spring}
-    return Reference(traits.integrator, **spring)
+    return Reference(traits.integrator, spring=traits.spring)
