@@ -15,7 +15,9 @@ from harness.report.engines import TITLE, tables
 from harness.report.figures.engines import angles_of_engines, tower_error_against_step
 from harness.report.finite import finite
 from harness.report.folder import write
+from harness.report.page import html_page
 from harness.report.schema import published
+from harness.report.text import markdown
 
 CLOSED = 10.2
 
@@ -67,13 +69,12 @@ def test_page_and_markdown_have_the_section_with_figures_and_traps(target):
         assert (target / "figures" / f"{name}.svg").is_file()
 
 
-def test_without_engines_there_is_no_section(verification, tmp_path):
-    write(verification, tmp_path / "run")
-    page = (tmp_path / "run" / "report.html").read_text()
+def test_without_engines_there_is_no_section(verification):
+    page = html_page(verification, [])
     assert 'href="#engines"' not in page
     assert TITLE not in page
-    assert TITLE not in (tmp_path / "run" / "report.md").read_text()
-    assert json.loads((tmp_path / "run" / "results.json").read_text())["engines"] is None
+    assert TITLE not in markdown(verification, [])
+    assert verification.record()["engines"] is None
 
 
 def test_results_are_valid_and_read_back(found, engine_evidence, target):

@@ -52,7 +52,7 @@ class Esys(Engine):
 
     name = "esys"
     traits = Traits(
-        obtain="apt install esys-particle (Debian), or name its executable",
+        obtain="apt install esys-particle (Debian), or --esys PATH",
         versions=("2.3.4",),
         integrator="mfix-euler",
         tails=("clipped",),

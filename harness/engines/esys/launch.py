@@ -86,7 +86,7 @@ class Launcher:
                 "the launcher of the Open MPI that it was built with"
             )
         version = found[0].removeprefix("RESULT version = ")
-        return Provenance("esys", version, (), self.program, how)
+        return Provenance("esys", version, (), self.program, Path(self._launcher[0]).name)
 
     def run(self, script: Script, values: Mapping[str, Value]) -> Finished:
         """Run a script to its end and return what it left; its folder is removed.

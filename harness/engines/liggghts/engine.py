@@ -47,7 +47,7 @@ class Liggghts(Engine):
 
     name = "liggghts"
     traits = Traits(
-        obtain="Debian or Ubuntu: apt install liggghts, or --liggghts PATH",
+        obtain="apt install liggghts (Debian, Ubuntu), or --liggghts PATH",
         versions=("LIGGGHTS-PUBLIC 3.8.0",),
         integrator=INTEGRATOR,
         lineage="LAMMPS",

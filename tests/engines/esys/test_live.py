@@ -89,6 +89,7 @@ def test_a_path_that_is_asked_for_is_kept_up_to_where_it_is_decided(esys, refere
         assert np.abs(column - getattr(theirs.trajectory, name)[:rows]).max() < 1e-11
 
 
+@pytest.mark.slow
 def test_steady_motion_goes_where_the_reference_goes(esys, reference):
     case = Incline(angle=11.0, stiffness=1e5, contact=CLIPPED, steps_per_contact=30.0, wells=3)
     flight = case.replace(angle=29.0)
@@ -111,6 +112,7 @@ def test_its_critical_angle_is_the_reference_s(esys, reference, stiffness, steps
     assert abs(ours.value_deg - closed_form()) < 0.02 * (1e5 / stiffness) ** 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("height", [1, 2, 4, 9, 19])
 def test_a_tower_follows_the_exact_motion_in_second_order(esys, height):
     case = Tower(height=height, stiffness=1e5, law="overlap")
@@ -126,6 +128,7 @@ def test_a_tower_follows_the_exact_motion_in_second_order(esys, height):
     assert np.log2(errors[0] / errors[1]) / 3.0 == pytest.approx(2.0, abs=0.25)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "case",
     [
@@ -168,6 +171,7 @@ class Naive(Esys):
         return results
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("check", "before", "after"),
     [
@@ -188,6 +192,7 @@ def test_a_trap_is_caught(esys, monkeypatch, check, before, after):  # noqa: ARG
     assert ran.verdict is Verdict.FAIL
 
 
+@pytest.mark.slow
 def test_it_refuses_what_is_no_number_and_does_not_hang(esys, monkeypatch):  # noqa: ARG001
     """An exception in a script leaves ESyS-Particle's worker waiting, unless the script sees it."""
     monkeypatch.setattr(esys_engine, "drop_parameters", lambda _: {"stiffness": "soft"})
@@ -208,6 +213,7 @@ def test_the_launcher_of_another_mpi_is_named(esys, mpirun):  # noqa: ARG001
         engine.identify()
 
 
+@pytest.mark.slow
 def test_an_undamped_contact_keeps_the_energy(esys):
     contact = Contact(restitution=1.0, damping_ratio=None, tail="clipped")
     case = Drop(contact=contact, speed=1.0, gap=1e-3, duration=3.0, every=100)
@@ -215,6 +221,7 @@ def test_an_undamped_contact_keeps_the_energy(esys):
     assert run.path.vy_m_per_s[-1] == pytest.approx(1.0, abs=1e-5)
 
 
+@pytest.mark.slow
 def test_a_run_out_of_time_is_ended(esys):  # noqa: ARG001
     case = Drop(contact=PLASTIC, gravity=9.81, duration=1e4)
     with Esys(limits=Limits(seconds=2.0)) as engine:

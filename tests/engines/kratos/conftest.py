@@ -46,7 +46,7 @@ def kratos_here():
         except ImportError:
             found = None
         if found is None:
-            pytest.skip(f"{name} is not installed (pip install 'dem-harness[kratos]')")
+            pytest.skip(f"{name} is not installed (pip install KratosDEMApplication)")
 
 
 @pytest.fixture(scope="session")

@@ -55,6 +55,7 @@ def test_the_path_is_the_reference_s_step_by_step(engines, scheme, route, contac
         np.testing.assert_allclose(values, expected_values, rtol=0, atol=rounding, err_msg=name)
 
 
+@pytest.mark.slow
 @BOTH
 def test_the_critical_angle_is_the_reference_s(engines, scheme):
     case = Incline(contact=PLASTIC, stiffness=1e5, steps_per_contact=50.0)
@@ -76,6 +77,7 @@ def test_every_critical_angle_is_the_reference_s(kratos, stiffness, steps, conta
         assert own.value_deg == pytest.approx(10.2078, abs=3e-3)
 
 
+@pytest.mark.slow
 def test_the_script_alone_says_what_the_engine_says(kratos, tmp_path):
     case = Incline(contact=PLASTIC, stiffness=1e5, steps_per_contact=50.0, angle=9.0)
     (run,) = kratos.inclines([case], "steady")
@@ -138,6 +140,7 @@ def failures(engine):
         return qualify(engine).failures
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("kratos_here")
 def test_contacts_found_late_are_caught():
     """The tolerance for spheres alone, and a search every so many steps.
@@ -149,12 +152,14 @@ def test_contacts_found_late_are_caught():
     assert "contact found within two steps" in failures(naive)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("kratos_here")
 def test_with_the_tolerance_against_walls_the_same_searches_are_in_time():
     with Changed(lambda _: {"search_every": 40}) as engine:
         assert qualify(engine).holds
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("kratos_here")
 def test_a_search_every_step_finds_no_contact_earlier():
     case = Incline(contact=PLASTIC, stiffness=1e5, steps_per_contact=50.0, angle=12.0, wells=2)
@@ -177,6 +182,7 @@ def gamma_of_kratos(*restitutions):
     return [float(word[1]) for word in words if word and word[0] == "GAMMA"]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("kratos_here")
 def test_restitution_and_mass_left_to_kratos_are_caught():
     """Its own inversion has a floor and takes the fixed sphere's mass, so m/2, as it stands."""

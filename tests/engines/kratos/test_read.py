@@ -86,5 +86,5 @@ def test_a_python_without_kratos_is_named_with_the_remedy():
     said = "Traceback:\nModuleNotFoundError: No module named 'KratosMultiphysics'"
     error = error_of(Ended(said, 1, 0.1, False), 300.0, Kratos.traits.obtain)
     assert isinstance(error, EngineMissingError)
-    assert "pip install 'dem-harness[kratos]'" in str(error)
+    assert "pip install KratosDEMApplication" in str(error)
     assert error.log == said

@@ -8,7 +8,7 @@ from harness.engines.kratos.engine import Kratos
 from harness.observables.impulse import impulse
 from harness.parameters.tower import Tower
 
-pytestmark = pytest.mark.live
+pytestmark = [pytest.mark.live, pytest.mark.slow]
 
 FINE = 8000.0
 

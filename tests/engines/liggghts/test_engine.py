@@ -47,6 +47,7 @@ def test_incline_is_lammps_bit_by_bit(liggghts, lammps, contact):
             assert_same_run(own, theirs, 0.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "case",
     [
@@ -79,6 +80,7 @@ def test_path_is_the_reference_dem_to_round_off(liggghts, contact):
         assert difference < 1e-11, column
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stiffness", [1e5, 1e6, 1e7])
 @CONTACTS
 def test_critical_angle_is_on_the_curve_of_the_reference_dem(liggghts, contact, stiffness):
@@ -95,6 +97,7 @@ def test_critical_angle_of_the_plastic_contact_is_that_of_theory(liggghts):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("height", [1, 2, 4, 9, 19])
 def test_tower_meets_the_exact_solution(liggghts, height):
     case = Tower(height=height, law="overlap", stiffness=1e5, mass=1.0, speed=2.0)
@@ -110,6 +113,7 @@ def test_tower_meets_the_exact_solution(liggghts, height):
     assert 1.8 < 0.5 * np.log2(errors[0] / errors[1]) < 2.4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "changes",
     [
@@ -156,6 +160,7 @@ def test_asking_who_it_is_leaves_no_log_behind(program, tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["drop", "tower", "incline-plastic"])
 def test_committed_input_runs_alone(program, inputs, tmp_path, name):
     done = subprocess.run(

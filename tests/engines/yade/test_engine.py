@@ -60,6 +60,7 @@ FULL, HALF, NEAR_ZERO = (
 STATIC, FALL = "static contact, overlap over m g / k", "free fall over g t^2 / 2"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("told", "failures", "values"),
     [
@@ -145,6 +146,7 @@ def test_critical_angle_of_the_plastic_contact(yade):
     assert critical_angle(case, engine=yade).value_deg == pytest.approx(10.2078, abs=0.003)
 
 
+@pytest.mark.slow
 def test_a_run_that_yade_refuses_costs_only_itself(yade):  # noqa: ARG001
     class Refused(Yade):
         def drop_values(self, case):
@@ -163,6 +165,7 @@ def test_a_run_that_yade_refuses_costs_only_itself(yade):  # noqa: ARG001
     assert leftovers() == before
 
 
+@pytest.mark.slow
 def test_a_grain_that_is_nowhere_ends_its_run_with_a_nan(yade):
     jobs = [Job(incline_script(), {"speed": math.nan}, series=False)]
     batches = Batches(yade.identify().executable, 1, Limits())
@@ -173,6 +176,7 @@ def test_a_grain_that_is_nowhere_ends_its_run_with_a_nan(yade):
         read_incline(Incline(contact=PLASTIC), output.results, yade.identify())
 
 
+@pytest.mark.slow
 def test_too_little_memory_is_an_engine_error(yade):  # noqa: ARG001
     with Yade(workers=1, limits=Limits(memory=200 * 1024**2)) as engine:
         (error,) = engine.drops([Drop(contact=HEAD_ON)])
@@ -180,6 +184,7 @@ def test_too_little_memory_is_an_engine_error(yade):  # noqa: ARG001
     assert error.log
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("script", "verdict"),
     [("drop.py", "finished"), ("tower.py", "finished"), ("incline.py", "moves_on")],

@@ -6,7 +6,7 @@ from harness.observables.impulse import impulse
 from harness.parameters.tower import Tower
 from harness.verbs.towers import tower
 
-pytestmark = pytest.mark.live
+pytestmark = [pytest.mark.live, pytest.mark.slow]
 
 DURATION = 4.0
 """[t0] the turnaround window of tall towers ends at 2.6 t0 and is searched within 3."""
