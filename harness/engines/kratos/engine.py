@@ -57,7 +57,7 @@ class Kratos(Engine):
 
     name = "kratos"
     traits = Traits(
-        obtain="pip install KratosDEMApplication (the extra kratos), or --kratos PYTHON that has it",
+        obtain="pip install KratosDEMApplication (extra 'kratos'), or --kratos PYTHON",
         versions=RELEASES,
         integrator=REFERENCE["Velocity_Verlet"],
         tails=("clipped",),

@@ -106,7 +106,7 @@ def test_a_python_without_kratos_is_missing_and_no_program_is_a_wrong_request(fa
     engine = fake("no Kratos")
     for ask in (engine.identify, lambda: engine.drops([Drop(contact=CLIPPED_SOURCE)])):
         with pytest.raises(
-            EngineMissingError, match=r"has no Kratos .*libKratosDEMCore.*dem-harness\[kratos\]"
+            EngineMissingError, match=r"has no Kratos .*libKratosDEMCore.*KratosDEMApplication"
         ):
             ask()
     with pytest.raises(RequestError, match="--kratos '/no/such/python': no such executable"):
