@@ -12,8 +12,6 @@ from harness.engines.esys.launch import Finished, Launcher
 from harness.engines.esys.read import WHO, error_of, read_drop, read_paths, read_tower
 from harness.engines.esys.scripts import (
     Script,
-    Value,
-    drop_parameters,
     drop_script,
     incline_parameters,
     incline_script,
@@ -23,6 +21,7 @@ from harness.engines.esys.scripts import (
 from harness.engines.parallel import cores, side_by_side
 from harness.engines.path import run_of_path
 from harness.engines.process import Limits
+from harness.engines.statement import Value, drop_values
 from harness.engines.timing import Plan, plan
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineTimeoutError, RequestError
@@ -96,7 +95,7 @@ class Esys(Engine):
             def read(left: Finished) -> DropRun:
                 return DropRun(case, read_drop(case, left.series), left.ended.seconds, who)
 
-            return self._result(script, drop_parameters(case), read)
+            return self._result(script, drop_values(case), read)
 
         return side_by_side(one, cases, self._workers)
 

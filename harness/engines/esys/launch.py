@@ -14,9 +14,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from harness.engines.esys.scripts import SERIES, Script, Value
+from harness.engines.esys.scripts import SERIES, Script
 from harness.engines.process import Ended, Limits, Processes, last_words, text_of
 from harness.engines.programs import find_program
+from harness.engines.statement import Value
 from harness.errors import EngineCrashError, EngineMissingError, RequestError
 from harness.observables.provenance import Provenance
 

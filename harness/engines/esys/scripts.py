@@ -9,14 +9,21 @@ from functools import cache
 
 from harness import __version__
 from harness.engines.contract import Route
+from harness.engines.statement import (
+    Value,
+    Values,
+    check_overlap_law,
+    drop_values,
+    incline_values,
+    tower_values,
+)
 from harness.engines.timing import Plan
-from harness.errors import RequestError
 from harness.parameters.contact import PLASTIC, Contact
 from harness.parameters.drop import Drop
 from harness.parameters.incline import Incline
-from harness.parameters.tower import Property, Tower
+from harness.parameters.tower import Tower
 
-Value = str | int | float
+WHO = "ESyS-Particle"
 
 SERIES = "series.csv"
 """The file that a run's motion is in."""
@@ -51,7 +58,7 @@ def drop_script() -> Script:
     """Return the script of a grain on one fixed sphere, a head-on collision by default."""
     contact = Contact(name="half", restitution=0.5, damping_ratio=None, tail="clipped")
     case = Drop(contact=contact, gap=1e-3, speed=1.0)
-    defaults = {**drop_parameters(case), "mode": "hertz", "series": "drop.csv"}
+    defaults = {**drop_values(case), "mode": "hertz", "series": "drop.csv"}
     return _script("drop.py", "restitution=0.1 series=other.csv", defaults)
 
 
@@ -88,80 +95,25 @@ def input_files() -> dict[str, str]:
     return {f"esys/{script.name}": script.text for script in all_scripts()}
 
 
-def drop_parameters(case: Drop) -> dict[str, Value]:
-    """Return what a drop sets in its script."""
-    return {
-        "stiffness": case.stiffness,
-        "steps_per_contact": case.steps_per_contact,
-        "gravity": case.gravity,
-        "diameter": case.diameter,
-        "density": case.density,
-        "gap": case.gap,
-        "speed": case.speed,
-        "sideways": case.sideways,
-        "steps": case.steps,
-        "series_every": case.every,
-        **_contact(case.contact),
-    }
-
-
-def incline_parameters(cases: Sequence[Incline], route: Route, every: int) -> dict[str, Value]:
+def incline_parameters(cases: Sequence[Incline], route: Route, every: int) -> Values:
     """Return what cases that differ by their phases only set in the incline's script."""
-    case = cases[0]
     return {
         "route": route,
-        "angle": case.angle,
-        "stiffness": case.stiffness,
-        "steps_per_contact": case.steps_per_contact,
-        "gravity": case.gravity,
-        "diameter": case.diameter,
-        "density": case.density,
-        "wells": case.wells,
+        **incline_values(cases[0]),
         "phases": ",".join(repr(case.phase) for case in cases),
-        "time_limit": case.time_limit,
         "series_every": every,
-        **_contact(case.contact),
     }
 
 
-def tower_parameters(case: Tower, timing: Plan) -> dict[str, Value]:
+def tower_parameters(case: Tower, timing: Plan) -> Values:
     """Return what a tower of equal particles sets in its script.
 
     Raise RequestError for what ESyS-Particle does not have: unequal particles (its
     stiffness belongs to the contact, not to a particle), the deformable law.
     """
-    if case.law != "overlap":
-        raise RequestError(
-            f"law = {case.law!r}: ESyS-Particle's contacts follow the overlap law only; choose "
-            "law 'overlap', or 'lammps' for the other"
-        )
-    properties: tuple[Property, ...] = ("stiffness", "mass", "diameter")
-    if any(len(set(case.each(name))) > 1 for name in properties):
-        raise RequestError(
-            "mass, stiffness and diameter must be one number each in ESyS-Particle's tower"
-        )
-    return {
-        **{name: case.each(name)[0] for name in properties},
-        "height": case.height,
-        "speed": case.speed,
-        "gravity": case.gravity,
-        "base": case.base,
-        "start": case.start,
-        "gap": case.gap,
-        "duration": timing.duration,
-        "steps_per_contact": timing.steps_per_contact,
-        "series_every": timing.every,
-    }
-
-
-def _contact(contact: Contact) -> dict[str, Value]:
-    by_ratio = contact.damping_ratio is not None
-    return {
-        "damping": "ratio" if by_ratio else "restitution",
-        "restitution": float(contact.restitution or 0.0),
-        "damping_ratio": contact.zeta if by_ratio else 1.0,
-        "effective_mass": contact.effective_mass,
-    }
+    check_overlap_law(case, WHO)
+    values = tower_values(case, timing.duration, timing.steps_per_contact, WHO)
+    return {**values, "series_every": timing.every}
 
 
 def _script(name: str, example: str, defaults: Mapping[str, Value]) -> Script:

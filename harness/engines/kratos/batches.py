@@ -15,7 +15,7 @@ from pathlib import Path
 from harness.engines.kratos.jobs import Job, Output
 from harness.engines.kratos.read import error_of, finished, seconds_in, without_farewell
 from harness.engines.kratos.scripts import words_of
-from harness.engines.parallel import side_by_side
+from harness.engines.parallel import dealt, in_batches
 from harness.engines.process import Limits, Processes, last_words, text_of
 from harness.engines.programs import find_program
 from harness.errors import EngineCrashError, EngineError, EngineMissingError
@@ -71,33 +71,22 @@ class Batches:
 
     def run(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         """Run the jobs, in as many processes as there are workers and scripts."""
-        outputs: dict[int, Output | EngineError] = {}
-
-        def serve(batch: list[int]) -> None:
-            while batch:
-                done = self._run_batch([jobs[index] for index in batch])
-                outputs.update(zip(batch, done, strict=False))
-                del batch[: len(done)]
-
-        side_by_side(serve, list(self._dealt(jobs)), self._workers)
-        return [outputs[index] for index in range(len(jobs))]
+        return in_batches(jobs, self._shares(jobs), self._run_batch)
 
     def close(self) -> None:
         """End what runs and remove the temporary files."""
         self._processes.close()
         self._folder.cleanup()
 
-    def _dealt(self, jobs: Sequence[Job]) -> list[list[int]]:
+    def _shares(self, jobs: Sequence[Job]) -> list[list[int]]:
         """Return the jobs of each process: all of one script, dealt out over the workers."""
         by_script: dict[str, list[int]] = {}
         for index, job in enumerate(jobs):
             by_script.setdefault(job.script.sha256, []).append(index)
-        count = self._workers
         return [
-            same[first::count]
+            [same[i] for i in hand]
             for same in by_script.values()
-            for first in range(count)
-            if same[first:]
+            for hand in dealt(len(same), self._workers)
         ]
 
     def _run_batch(self, jobs: Sequence[Job]) -> list[Output | EngineError]:

@@ -14,9 +14,7 @@ from harness.engines.kratos.scripts import (
     RELEASES,
     Scheme,
     Script,
-    Values,
     drop_script,
-    drop_values,
     incline_script,
     incline_values,
     tower_script,
@@ -25,6 +23,7 @@ from harness.engines.kratos.scripts import (
 from harness.engines.parallel import cores
 from harness.engines.path import run_of_path
 from harness.engines.process import Limits
+from harness.engines.statement import Values, drop_values
 from harness.engines.timing import plan
 from harness.engines.traits import Traits
 from harness.errors import EngineError, RequestError

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from harness.engines.kratos.scripts import Script, Values, words_of
+from harness.engines.kratos.scripts import Script, words_of
+from harness.engines.statement import Values
 
 
 @dataclass(frozen=True)

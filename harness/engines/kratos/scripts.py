@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from typing import Literal
 
 from harness import __version__
-from harness.errors import RequestError
+from harness.engines import statement
+from harness.engines.statement import Values, check_overlap_law, drop_values
 from harness.parameters.contact import PLASTIC, Contact
 from harness.parameters.drop import Drop
 from harness.parameters.incline import Incline
-from harness.parameters.tower import Property, Tower
+from harness.parameters.tower import Tower
 
 Scheme = Literal["Velocity_Verlet", "Symplectic_Euler"]
 """Kratos's names of its integrators."""
@@ -28,7 +28,7 @@ FOLDER = "kratos"
 HEAD_ON = Contact(name="head-on", restitution=0.5, damping_ratio=None, tail="clipped")
 """The contact of the drop's script as it stands."""
 
-Values = Mapping[str, float | int | str]
+WHO = "Kratos"
 
 
 @dataclass(frozen=True)
@@ -93,37 +93,9 @@ def input_files() -> dict[str, str]:
     return {f"{FOLDER}/{script.name}": script.text for script in scripts}
 
 
-def drop_values(case: Drop) -> Values:
-    """Return the parameters of a drop."""
-    return {
-        "stiffness": case.stiffness,
-        "steps_per_contact": case.steps_per_contact,
-        "gravity": case.gravity,
-        "diameter": case.diameter,
-        "density": case.density,
-        "gap": case.gap,
-        "speed": case.speed,
-        "sideways": case.sideways,
-        "steps": case.steps,
-        "series_every": case.every,
-        **_contact_values(case.contact),
-    }
-
-
 def incline_values(case: Incline) -> Values:
     """Return the parameters of an incline; its row is endless, however many spheres it has."""
-    return {
-        "angle": case.angle,
-        "stiffness": case.stiffness,
-        "steps_per_contact": case.steps_per_contact,
-        "gravity": case.gravity,
-        "diameter": case.diameter,
-        "density": case.density,
-        "wells": case.wells,
-        "phase": case.phase,
-        "time_limit": case.time_limit,
-        **_contact_values(case.contact),
-    }
+    return {**statement.incline_values(case), "phase": case.phase}
 
 
 def tower_values(case: Tower, duration: float, steps_per_contact: float) -> Values:
@@ -132,39 +104,13 @@ def tower_values(case: Tower, duration: float, steps_per_contact: float) -> Valu
     Raise RequestError for what the script cannot state: unequal particles, the
     deformable law.
     """
-    if case.law != "overlap":
-        raise RequestError(
-            f"law = {case.law!r}: Kratos has the overlap law only; choose law 'overlap'"
-        )
-    properties: tuple[Property, ...] = ("stiffness", "mass", "diameter")
-    if any(len(set(case.each(name))) > 1 for name in properties):
-        raise RequestError("mass, stiffness and diameter must be one number each in Kratos's tower")
-    return {
-        **{name: case.each(name)[0] for name in properties},
-        "height": case.height,
-        "speed": case.speed,
-        "gravity": case.gravity,
-        "base": case.base,
-        "start": case.start,
-        "gap": case.gap,
-        "duration": duration,
-        "steps_per_contact": steps_per_contact,
-    }
+    check_overlap_law(case, WHO)
+    return statement.tower_values(case, duration, steps_per_contact, WHO)
 
 
 def words_of(values: Values) -> str:
     """Return the parameters as a script takes them, numbers at full digits."""
     return " ".join(f"{name}={value}" for name, value in values.items())
-
-
-def _contact_values(contact: Contact) -> Values:
-    by_ratio = contact.damping_ratio is not None
-    return {
-        "damping": "ratio" if by_ratio else "restitution",
-        "restitution": contact.restitution or 0.0,
-        "damping_ratio": contact.zeta if by_ratio else 1.0,
-        "effective_mass": contact.effective_mass,
-    }
 
 
 def _script(name: str, values: Values, **prose: str) -> Script:

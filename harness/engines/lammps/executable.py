@@ -17,7 +17,7 @@ from pathlib import Path
 from harness.engines.lammps.jobs import Job, Output
 from harness.engines.lammps.read import LAST_RESULT, error_from_text, version_in
 from harness.engines.lammps.scripts import names_to_forget
-from harness.engines.parallel import side_by_side
+from harness.engines.parallel import dealt, in_batches
 from harness.engines.process import Ended, Limits, Processes, first_words, text_of
 from harness.engines.programs import find_program
 from harness.errors import (
@@ -67,18 +67,7 @@ class Executable:
                 "law = 'deformable' runs in LAMMPS in-process only, where the harness can give "
                 "the forces: leave --lmp and --mpirun out, or choose law 'overlap'"
             )
-        count = max(1, min(self._workers, len(jobs)))
-        batches = [list(range(first, len(jobs), count)) for first in range(count)]
-        outputs: dict[int, Output | EngineError] = {}
-
-        def serve(batch: list[int]) -> None:
-            while batch:
-                done = self._run_batch([jobs[index] for index in batch])
-                outputs.update(zip(batch, done, strict=False))
-                del batch[: len(done)]
-
-        side_by_side(serve, batches, count)
-        return [outputs[index] for index in range(len(jobs))]
+        return in_batches(jobs, dealt(len(jobs), self._workers), self._run_batch)
 
     def close(self) -> None:
         """End what runs and remove the temporary files."""

@@ -10,11 +10,11 @@ from functools import cache
 from importlib import resources
 
 from harness import __version__
-from harness.errors import RequestError
+from harness.engines import statement
 from harness.parameters.contact import CONTACTS, PLASTIC, Contact
 from harness.parameters.drop import Drop
 from harness.parameters.incline import Incline
-from harness.parameters.tower import Property, Tower
+from harness.parameters.tower import Tower
 
 STORIES = {
     "source": "e = 1e-20 with the attractive tail, as Harper, Dufek and Breard ran it.",
@@ -103,36 +103,13 @@ def input_files() -> dict[str, str]:
 
 def drop_variables(case: Drop) -> dict[str, str]:
     """Return what ``-var`` sets for a drop, at full precision."""
-    return {
-        "stiffness": _number(case.stiffness),
-        "steps_per_contact": _number(case.steps_per_contact),
-        "gravity": _number(case.gravity),
-        "diameter": _number(case.diameter),
-        "density": _number(case.density),
-        "gap": _number(case.gap),
-        "speed": _number(case.speed),
-        "sideways": _number(case.sideways),
-        "steps": str(case.steps),
-        "series_every": str(case.every),
-        **_contact_variables(case.contact),
-    }
+    return texts({**statement.drop_values(case), "tail": case.contact.tail})
 
 
 def incline_variables(case: Incline) -> dict[str, str]:
     """Return what ``-var`` sets for a case, at full precision."""
-    return {
-        "angle": _number(case.angle),
-        "stiffness": _number(case.stiffness),
-        "steps_per_contact": _number(case.steps_per_contact),
-        "gravity": _number(case.gravity),
-        "diameter": _number(case.diameter),
-        "density": _number(case.density),
-        "spheres": str(case.spheres),
-        "wells": str(case.wells),
-        "phase": _number(case.phase),
-        "time_limit": _number(case.time_limit),
-        **_contact_variables(case.contact),
-    }
+    row: statement.Values = {"spheres": case.spheres, "phase": case.phase}
+    return texts({**statement.incline_values(case), **row, "tail": case.contact.tail})
 
 
 def tower_variables(case: Tower, duration: float, steps_per_contact: float) -> dict[str, str]:
@@ -140,32 +117,13 @@ def tower_variables(case: Tower, duration: float, steps_per_contact: float) -> d
 
     Raise RequestError for unequal particles, which the script does not have.
     """
-    properties: tuple[Property, ...] = ("stiffness", "mass", "diameter")
-    if any(len(set(case.each(name))) > 1 for name in properties):
-        raise RequestError("mass, stiffness and diameter must be one number each in LAMMPS's tower")
-    return {
-        **{name: _number(case.each(name)[0]) for name in properties},
-        "height": str(case.height),
-        "speed": _number(case.speed),
-        "gravity": _number(case.gravity),
-        "base": case.base,
-        "start": case.start,
-        "gap": _number(case.gap),
-        "law": case.law,
-        "duration": _number(duration),
-        "steps_per_contact": _number(steps_per_contact),
-    }
+    values = statement.tower_values(case, duration, steps_per_contact, "LAMMPS")
+    return texts({**values, "law": case.law})
 
 
-def _contact_variables(contact: Contact) -> dict[str, str]:
-    by_ratio = contact.damping_ratio is not None
-    return {
-        "damping": "ratio" if by_ratio else "restitution",
-        "restitution": _number(contact.restitution or 0.0),
-        "damping_ratio": _number(contact.zeta if by_ratio else 1.0),
-        "effective_mass": contact.effective_mass,
-        "tail": contact.tail,
-    }
+def texts(values: statement.Values) -> dict[str, str]:
+    """Return values as LAMMPS reads them."""
+    return {k: _number(v) if isinstance(v, float) else str(v) for k, v in values.items()}
 
 
 def _number(value: float) -> str:

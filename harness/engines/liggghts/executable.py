@@ -16,7 +16,7 @@ from pathlib import Path
 from harness.engines.lammps.jobs import Job, Output
 from harness.engines.lammps.read import LAST_RESULT, error_from_text
 from harness.engines.liggghts.scripts import all_scripts
-from harness.engines.parallel import side_by_side
+from harness.engines.parallel import dealt, in_batches
 from harness.engines.process import Ended, Limits, Processes, first_words, text_of
 from harness.errors import (
     EngineCrashError,
@@ -61,18 +61,7 @@ class Executable:
 
     def run(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         """Run the jobs, in as many processes as there are workers."""
-        count = max(1, min(self._workers, len(jobs)))
-        batches = [list(range(first, len(jobs), count)) for first in range(count)]
-        outputs: dict[int, Output | EngineError] = {}
-
-        def serve(batch: list[int]) -> None:
-            while batch:
-                done = self._run_batch([jobs[index] for index in batch])
-                outputs.update(zip(batch, done, strict=False))
-                del batch[: len(done)]
-
-        side_by_side(serve, batches, count)
-        return [outputs[index] for index in range(len(jobs))]
+        return in_batches(jobs, dealt(len(jobs), self._workers), self._run_batch)
 
     def close(self) -> None:
         """End what runs and remove the temporary files."""

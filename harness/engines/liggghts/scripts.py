@@ -17,13 +17,15 @@ from harness.engines.lammps.scripts import (
     Script,
     drop_variables,
     incline_variables,
+    texts,
 )
-from harness.engines.lammps.scripts import tower_variables as lammps_tower_variables
-from harness.errors import RequestError
+from harness.engines.statement import check_overlap_law, tower_values
 from harness.parameters.contact import CONTACTS, PLASTIC
 from harness.parameters.drop import Drop
 from harness.parameters.incline import Incline
-from harness.parameters.tower import Property, Tower
+from harness.parameters.tower import Tower
+
+WHO = "LIGGGHTS"
 
 FOLDER = "liggghts"
 """Where the scripts are committed, below ``inputs``."""
@@ -74,18 +76,8 @@ def tower_variables(case: Tower, duration: float, steps_per_contact: float) -> d
 
     Raise RequestError for the deformable law and for unequal particles.
     """
-    if case.law != "overlap":
-        raise RequestError(
-            f"law = {case.law!r}: LIGGGHTS's contacts have the overlap law only; "
-            "choose law 'overlap', or engine lammps"
-        )
-    properties: tuple[Property, ...] = ("stiffness", "mass", "diameter")
-    for name in properties:
-        if len(set(case.each(name))) > 1:
-            raise RequestError(f"{name}: must be one number in LIGGGHTS's tower of equal particles")
-    variables = lammps_tower_variables(case, duration, steps_per_contact)
-    del variables["law"]
-    return variables
+    check_overlap_law(case, WHO)
+    return texts(tower_values(case, duration, steps_per_contact, WHO))
 
 
 def _script(template: str, name: str, **values: object) -> Script:

@@ -22,6 +22,7 @@ from harness.engines.path import run_of_path
 from harness.engines.process import Limits
 from harness.engines.programs import find_program
 from harness.engines.routes import start_of
+from harness.engines.statement import check_equal_particles, check_overlap_law
 from harness.engines.timing import Plan, plan
 from harness.errors import EngineError, EngineMissingError, EngineOutputError, RequestError
 from harness.observables.drop import DropRun
@@ -31,7 +32,7 @@ from harness.observables.tower import TowerRun
 from harness.parameters.contact import Contact
 from harness.parameters.drop import Drop
 from harness.parameters.incline import Incline
-from harness.parameters.tower import Property, Tower
+from harness.parameters.tower import Tower
 
 WATCH = 50
 """Steps between two looks at the grain, as in LAMMPS's script."""
@@ -178,11 +179,8 @@ def _incline(case: Incline, route: Route, stretch: float, every: int | None) -> 
 
 
 def _tower(case: Tower, timing: Plan) -> System:
-    properties: tuple[Property, ...] = ("stiffness", "mass", "diameter")
-    if any(len(set(case.each(name))) > 1 for name in properties):
-        raise RequestError("mass, stiffness and diameter must be one number each in MFiX's tower")
-    if case.law != "overlap":
-        raise RequestError(f"law = {case.law!r}: MFiX has the overlap law, must be 'overlap'")
+    check_equal_particles(case, "MFiX")
+    check_overlap_law(case, "MFiX")
     system = tower_system(case, timing.step, timing.steps, timing.every)
     return _stated(system.contact, system)
 

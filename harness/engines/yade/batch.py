@@ -14,10 +14,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from harness.engines.parallel import side_by_side
+from harness.engines.parallel import dealt, in_batches
 from harness.engines.process import Limits, Processes, last_words, text_of
+from harness.engines.statement import Values
 from harness.engines.yade.read import LAST_RESULT
-from harness.engines.yade.scripts import Script, Values
+from harness.engines.yade.scripts import Script
 from harness.errors import EngineCrashError, EngineError, EngineOutputError
 
 FOREIGN = ("PYTHON", "OMPI_", "PMI_", "PMIX_", "DISPLAY", "XDG_CONFIG_HOME")
@@ -52,18 +53,7 @@ class Batches:
 
     def run(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         """Run jobs of one script; return what each left, or what went wrong with it, in order."""
-        count = max(1, min(self._workers, len(jobs)))
-        shares = [list(range(first, len(jobs), count)) for first in range(count)]
-        outputs: dict[int, Output | EngineError] = {}
-
-        def serve(share: list[int]) -> None:
-            while share:
-                done = self._run_batch([jobs[index] for index in share])
-                outputs.update(zip(share, done, strict=False))
-                del share[: len(done)]
-
-        side_by_side(serve, shares, count)
-        return [outputs[index] for index in range(len(jobs))]
+        return in_batches(jobs, dealt(len(jobs), self._workers), self._run_batch)
 
     def close(self) -> None:
         """End what runs and remove the temporary files."""

@@ -9,15 +9,14 @@ from typing import TypeVar
 from harness.engines.contract import Engine, Route
 from harness.engines.parallel import cores
 from harness.engines.process import Limits
+from harness.engines.statement import Values, drop_values
 from harness.engines.timing import Plan, plan
 from harness.engines.traits import Traits
 from harness.engines.yade.batch import Batches, Job, Output
 from harness.engines.yade.program import find, version
 from harness.engines.yade.read import read_drop, read_incline, read_tower
 from harness.engines.yade.scripts import (
-    Values,
     drop_script,
-    drop_values,
     incline_script,
     incline_values,
     tower_script,

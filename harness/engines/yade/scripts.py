@@ -8,15 +8,15 @@ from functools import cache
 from importlib import resources
 
 from harness import __version__
+from harness.engines import statement
+from harness.engines.statement import Values, check_overlap_law, drop_values
 from harness.engines.timing import Plan, plan
-from harness.errors import RequestError
 from harness.parameters.contact import PLASTIC, Contact
 from harness.parameters.drop import Drop
 from harness.parameters.incline import Incline
-from harness.parameters.tower import Property, Tower
+from harness.parameters.tower import Tower
 
-Value = str | int | float
-Values = dict[str, Value]
+WHO = "Yade"
 
 HEAD_ON = Contact(name="head-on", restitution=0.5, damping_ratio=None, tail="clipped")
 """The contact of the drop's script as it stands."""
@@ -64,36 +64,7 @@ def input_files() -> dict[str, str]:
 
 def incline_values(case: Incline) -> Values:
     """Return what a case sets in the incline's script; floats keep every digit in JSON."""
-    return {
-        "angle": case.angle,
-        "stiffness": case.stiffness,
-        "steps_per_contact": case.steps_per_contact,
-        "gravity": case.gravity,
-        "diameter": case.diameter,
-        "density": case.density,
-        "spheres": case.spheres,
-        "wells": case.wells,
-        "phase": case.phase,
-        "time_limit": case.time_limit,
-        **_contact_values(case.contact),
-    }
-
-
-def drop_values(case: Drop) -> Values:
-    """Return what a case sets in the drop's script."""
-    return {
-        "stiffness": case.stiffness,
-        "steps_per_contact": case.steps_per_contact,
-        "gravity": case.gravity,
-        "diameter": case.diameter,
-        "density": case.density,
-        "gap": case.gap,
-        "speed": case.speed,
-        "sideways": case.sideways,
-        "steps": case.steps,
-        "series_every": case.every,
-        **_contact_values(case.contact),
-    }
+    return {**statement.incline_values(case), "spheres": case.spheres, "phase": case.phase}
 
 
 def tower_values(case: Tower, timing: Plan) -> Values:
@@ -101,33 +72,9 @@ def tower_values(case: Tower, timing: Plan) -> Values:
 
     Raise RequestError for unequal particles or the deformable law, which the script does not have.
     """
-    if case.law != "overlap":
-        raise RequestError(f"law = {case.law!r}: Yade has no such contact; choose law 'overlap'")
-    properties: tuple[Property, ...] = ("stiffness", "mass", "diameter")
-    if any(len(set(case.each(name))) > 1 for name in properties):
-        raise RequestError("mass, stiffness and diameter must be one number each in Yade's tower")
-    return {
-        **{name: case.each(name)[0] for name in properties},
-        "height": case.height,
-        "speed": case.speed,
-        "gravity": case.gravity,
-        "base": case.base,
-        "start": case.start,
-        "gap": case.gap,
-        "duration": timing.duration,
-        "steps_per_contact": timing.steps_per_contact,
-        "series_every": timing.every,
-    }
-
-
-def _contact_values(contact: Contact) -> Values:
-    by_ratio = contact.damping_ratio is not None
-    return {
-        "damping": "ratio" if by_ratio else "restitution",
-        "restitution": contact.restitution or 0.0,
-        "damping_ratio": contact.zeta if by_ratio else 1.0,
-        "effective_mass": contact.effective_mass,
-    }
+    check_overlap_law(case, WHO)
+    values = statement.tower_values(case, timing.duration, timing.steps_per_contact, WHO)
+    return {**values, "series_every": timing.every}
 
 
 def _script(name: str, values: Values) -> Script:

@@ -195,7 +195,7 @@ def test_a_trap_is_caught(esys, monkeypatch, check, before, after):  # noqa: ARG
 @pytest.mark.slow
 def test_it_refuses_what_is_no_number_and_does_not_hang(esys, monkeypatch):  # noqa: ARG001
     """An exception in a script leaves ESyS-Particle's worker waiting, unless the script sees it."""
-    monkeypatch.setattr(esys_engine, "drop_parameters", lambda _: {"stiffness": "soft"})
+    monkeypatch.setattr(esys_engine, "drop_values", lambda _: {"stiffness": "soft"})
     with Esys() as engine:
         (found,) = engine.drops([Drop(contact=PLASTIC)])
     assert isinstance(found, EngineInputError)

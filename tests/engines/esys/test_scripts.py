@@ -4,7 +4,6 @@ import pytest
 
 from harness.engines.esys.scripts import (
     all_scripts,
-    drop_parameters,
     drop_script,
     incline_parameters,
     incline_script,
@@ -12,6 +11,7 @@ from harness.engines.esys.scripts import (
     tower_parameters,
     tower_script,
 )
+from harness.engines.statement import drop_values
 from harness.engines.timing import plan
 from harness.errors import RequestError
 from harness.parameters.contact import PLASTIC, Contact
@@ -43,7 +43,7 @@ def numbers(words):
 
 def test_numbers_are_stated_to_the_last_digit():
     case = Drop(stiffness=1e6 / 3.0, gap=0.1 + 0.2, density=1.1)
-    words = numbers(drop_script().arguments(drop_parameters(case)))
+    words = numbers(drop_script().arguments(drop_values(case)))
     assert float(words["stiffness"]) == case.stiffness
     assert float(words["gap"]) == case.gap
     assert words["steps"] == "6000"
@@ -69,7 +69,7 @@ def test_an_incline_states_its_contact_and_its_phases():
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({}, "law = 'deformable': ESyS-Particle's contacts follow the overlap law only"),
+        ({}, "law = 'deformable': ESyS-Particle has the overlap law only"),
         ({"law": "overlap", "mass": (1.0, 2.0, 1.0)}, "must be one number each"),
     ],
 )

@@ -122,10 +122,10 @@ def test_everything_a_case_sets_is_declared(contact):
 @pytest.mark.parametrize(
     ("case", "said"),
     [
-        (Tower(), "law = 'deformable': LIGGGHTS's contacts have the overlap law only"),
-        (Tower(law="overlap", mass=(1.0, 2.0)), "mass: must be one number"),
-        (Tower(law="overlap", diameter=(1.0, 2.0)), "diameter: must be one number"),
-        (Tower(law="overlap", stiffness=(1e6, 2e6)), "stiffness: must be one number"),
+        (Tower(), "law = 'deformable': LIGGGHTS has the overlap law only"),
+        (Tower(law="overlap", mass=(1.0, 2.0)), "must be one number each in LIGGGHTS's tower"),
+        (Tower(law="overlap", diameter=(1.0, 2.0)), "must be one number each in LIGGGHTS's tower"),
+        (Tower(law="overlap", stiffness=(1e6, 2e6)), "must be one number each in LIGGGHTS's tower"),
     ],
 )
 def test_tower_that_cannot_be_stated_is_refused_in_one_line(case, said):

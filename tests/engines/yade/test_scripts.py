@@ -74,7 +74,7 @@ def test_the_traps_of_yade_are_spelled_out(script):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"law": "deformable"}, r"law = 'deformable': Yade has no such contact"),
+        ({"law": "deformable"}, r"law = 'deformable': Yade has the overlap law only"),
         ({"mass": (1.0, 2.0, 1.0)}, r"must be one number each"),
     ],
 )
