@@ -34,6 +34,10 @@ class Traits:
     quirks: tuple[str, ...] = field(default=())
     """Traps that users fall into, a sentence each; the report shows them."""
 
+    def missing(self, why: str) -> str:
+        """Return why an engine is missing, with how to get it where that is not said yet."""
+        return why if self.obtain in why else f"{why}; to get it: {self.obtain}"
+
     def refuses(self, contact: Contact) -> str:
         """Return why the engine cannot state a contact, or nothing where it can."""
         if contact.tail not in self.tails:

@@ -72,7 +72,5 @@ def _status(
         with open_engine(name, lmp=lmp, launcher=launcher, programs=programs) as engine:
             who = engine.identify()
     except (EngineError, RequestError) as error:
-        said = str(error)
-        reason = said if traits.obtain in said else f"{said}; to get it: {traits.obtain}"
-        return EngineStatus(name, how or NOT_RUN, None, traits, reason)
+        return EngineStatus(name, how or NOT_RUN, None, traits, traits.missing(str(error)))
     return EngineStatus(name, how or who.how, who, traits)

@@ -70,19 +70,19 @@ def read_incline(
         raise EngineOutputError(f"{who} left an incomplete result ({error})") from None
 
 
-def read_drop(case: Drop, series: str) -> Trajectory:
+def read_drop(case: Drop, series: str, who: str = "LAMMPS") -> Trajectory:
     """Return the path that a drop's series tells of.
 
     Raise EngineOutputError when rows are cut or missing, EngineNaNError when a
     number is not finite.
     """
     try:
-        path = read_trajectory(series)
+        path = read_trajectory(series, who)
     except ValueError as error:
-        raise EngineOutputError(f"LAMMPS left an incomplete series ({error})") from None
+        raise EngineOutputError(f"{who} left an incomplete series ({error})") from None
     rows = case.steps // case.every + 1
     if path.time_s.size != rows:
-        raise EngineOutputError(f"LAMMPS left {path.time_s.size} rows of a series of {rows}")
+        raise EngineOutputError(f"{who} left {path.time_s.size} rows of a series of {rows}")
     return path
 
 

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 from harness.engines.contract import Engine, Route
 from harness.engines.lammps.fingerprint import facts, program_files
 from harness.engines.lammps.jobs import Job, Output
-from harness.engines.lammps.read import read_incline, read_trajectory
+from harness.engines.lammps.read import read_drop, read_incline
 from harness.engines.lammps.read_tower import read_tower
 from harness.engines.liggghts.executable import Executable
 from harness.engines.liggghts.jobs import drop_job, incline_job, tower_job
@@ -19,9 +19,9 @@ from harness.engines.liggghts.scripts import all_scripts
 from harness.engines.parallel import cores
 from harness.engines.process import Limits
 from harness.engines.programs import find_program
-from harness.engines.timing import plan
+from harness.engines.timing import Plan, plan
 from harness.engines.traits import Traits
-from harness.errors import EngineError, EngineMissingError, EngineOutputError, RequestError
+from harness.errors import EngineError, EngineMissingError, RequestError
 from harness.observables.drop import DropRun
 from harness.observables.incline import InclineRun
 from harness.observables.provenance import Provenance
@@ -88,7 +88,7 @@ class Liggghts(Engine):
         """Run the drop's generated script for each case, in order."""
 
         def read(case: Drop, output: Output, who: Provenance) -> DropRun:
-            path = read_trajectory(output.series or "", "LIGGGHTS")
+            path = read_drop(case, output.series or "", "LIGGGHTS")
             return DropRun(case, path, output.seconds, who)
 
         return self._results(cases, [drop_job(case) for case in cases], read)
@@ -113,13 +113,14 @@ class Liggghts(Engine):
         profiles: bool = False,
     ) -> list[TowerRun | EngineError]:
         """Run the tower's generated script for each case, in order."""
-        jobs = [tower_job(case, plan(case, duration, steps_per_contact, samples)) for case in cases]
+        plans = [plan(case, duration, steps_per_contact, samples) for case in cases]
+        timed = list(zip(cases, plans, strict=True))
 
-        def read(case: Tower, output: Output, who: Provenance) -> TowerRun:
-            step = plan(case, duration, steps_per_contact, samples).step
-            return read_tower(case, step, output.series or "", who, profiles)
+        def read(planned: tuple[Tower, Plan], output: Output, who: Provenance) -> TowerRun:
+            case, timing = planned
+            return read_tower(case, timing.step, output.series or "", who, profiles)
 
-        return self._results(cases, jobs, read)
+        return self._results(timed, [tower_job(*planned) for planned in timed], read)
 
     def logs(self) -> dict[str, str]:
         """Return, for each script, the log of the first run of it that finished."""
@@ -155,9 +156,6 @@ class Liggghts(Engine):
                 run = read(case, output, self._who(job))
             except EngineError as error:
                 results.append(_with_log(error, job, output.log))
-            except ValueError as error:
-                cut = EngineOutputError(f"LIGGGHTS wrote a series that cannot be read ({error})")
-                results.append(_with_log(cut, job, output.log))
             else:
                 self._logs.setdefault(job.script.name, _headed(job, output.log))
                 results.append(run)

@@ -37,6 +37,11 @@ def test_a_series_that_is_cut_or_damaged_is_named(series, error, words):
         read_drop(THREE, series)
 
 
+def test_a_series_that_is_cut_is_named_with_the_engine_that_left_it():
+    with pytest.raises(EngineOutputError, match="LIGGGHTS left 2 rows of a series of 3"):
+        read_drop(THREE, HEAD + "\n".join(ROWS.splitlines()[:2]) + "\n", "LIGGGHTS")
+
+
 def test_a_run_that_is_refused_costs_only_itself_and_keeps_its_log(script_file):
     path = script_file(
         'if [ "$1" = -h ]; then echo "LAMMPS (1 Jan 2030)"; '

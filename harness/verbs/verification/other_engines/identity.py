@@ -7,7 +7,7 @@ import math
 from harness.comparison.engine_evidence import Declared
 from harness.comparison.verdicts import Check, Kind, failed_run, finding, not_tested
 from harness.engines.traits import Traits
-from harness.errors import EngineError, RequestError
+from harness.errors import EngineError
 from harness.observables.provenance import Provenance
 
 UNTESTED = (
@@ -38,12 +38,6 @@ def declared(
         quirks=traits.quirks,
         missing=missing,
     )
-
-
-def missing_reason(error: EngineError | RequestError, traits: Traits) -> str:
-    """Return why an engine is missing, and how to get it."""
-    said = str(error)
-    return said if traits.obtain in said else f"{said}; to get it: {traits.obtain}"
 
 
 def rows_of_missing(name: str, reason: str) -> list[Check]:

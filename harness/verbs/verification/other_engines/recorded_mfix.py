@@ -18,21 +18,16 @@ from harness.comparison.verdicts import (
 )
 from harness.engines.mfix.recorded import (
     RecordedAngle,
-    case_at,
+    RecordedTower,
     recorded_angles,
-    recorded_tower,
+    recorded_towers,
 )
-from harness.engines.mfix.step import steps_per_contact
 from harness.engines.reference.engine import Reference
 from harness.errors import EngineError
-from harness.observables.tower import Floats
-from harness.parameters.contact import Contact
-from harness.parameters.tower import Tower
 from harness.verbs.reproduction.findings.mfix_scheme import EULER, angle_in_scheme
 from harness.verbs.towers import tower
 
 NAME = "mfix (recorded)"
-UNDAMPED = Contact(restitution=1.0, damping_ratio=None, effective_mass="half")
 
 COARSE = 50
 """Factor of 4.8 steps per contact: how long one waits decides there on what lasts."""
@@ -61,7 +56,7 @@ def _angles(level: str, evidence: EngineEvidence) -> list[Check]:
 
 def _angle(found: RecordedAngle, engine: Reference, evidence: EngineEvidence) -> Check:
     """Hold a recorded angle against the reference DEM, by the same route from the same start."""
-    case = case_at(10.2, found.stiffness, found.factor)
+    case = found.case
     name = (
         f"{NAME}: critical angle against the reference DEM, k = {found.stiffness:g} N/m, "
         f"{case.steps_per_contact:.3g} steps"
@@ -104,17 +99,17 @@ def _angle(found: RecordedAngle, engine: Reference, evidence: EngineEvidence) ->
 
 def _towers(evidence: EngineEvidence) -> list[Check]:
     """Hold the largest recorded force on the grain against the exact one at the same times."""
-    table = recorded_tower(FINE)
-    steps = steps_per_contact(FINE, UNDAMPED)
     rows = []
-    for particles in (2, 3, 5, 10):
-        case = Tower(height=particles - 1, law="overlap", stiffness=1e5, speed=2.0)
+    for recorded in recorded_towers():
+        if recorded.factor != FINE:
+            continue
+        case = recorded.case
         found = EngineTower(
             NAME,
             case.height,
-            steps,
-            float(table[f"F_top_N{particles}"].max()),
-            _exact_peak(case, table["t_s"]),
+            case.contact_period / recorded.step,
+            float(recorded.force.max()),
+            _exact_peak(recorded),
             recorded=True,
         )
         evidence.towers.append(found)
@@ -131,7 +126,8 @@ def _towers(evidence: EngineEvidence) -> list[Check]:
     return rows
 
 
-def _exact_peak(case: Tower, times: Floats) -> float:
+def _exact_peak(recorded: RecordedTower) -> float:
+    times, case = recorded.time, recorded.case
     run = tower(
         case,
         solver="exact",

@@ -62,7 +62,7 @@ class _Comparison:
                 engine = own or stack.enter_context(self.open(name))
                 who = engine.identify()
             except (EngineMissingError, RequestError) as error:
-                reason = identity.missing_reason(error, traits)
+                reason = traits.missing(str(error))
                 self._without(name, reason, identity.rows_of_missing(name, reason))
             except EngineError as error:
                 rows = identity.rows_of_dead(name, error)
