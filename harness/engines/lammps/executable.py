@@ -14,17 +14,17 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
+from harness.engines.lammps.batch import read_batch, write_batch
 from harness.engines.lammps.jobs import Job, Output
-from harness.engines.lammps.read import LAST_RESULT, error_from_text, version_in
+from harness.engines.lammps.read import version_in
 from harness.engines.lammps.scripts import names_to_forget
 from harness.engines.parallel import dealt, in_batches
-from harness.engines.process import Ended, Limits, Processes, first_words, text_of
+from harness.engines.process import Ended, Limits, Processes, first_words
 from harness.engines.programs import find_program
 from harness.errors import (
     EngineCrashError,
     EngineError,
     EngineMissingError,
-    EngineTimeoutError,
     RequestError,
 )
 from harness.observables.provenance import Provenance
@@ -79,23 +79,11 @@ class Executable:
         if self._processes.closed:
             return [EngineCrashError(f"LAMMPS ({self._lmp}) was closed")]
         folder = Path(tempfile.mkdtemp(dir=self._folder.name))
-        (folder / "batch.in").write_text(_batch(jobs, folder), encoding="utf-8")
+        write_batch(jobs, folder, names_to_forget)
         quiet = ["-log", "none", "-screen", "none"]
-        ended = self._execute(folder, quiet, self._limits.seconds * len(jobs))
-        done: list[Output | EngineError] = []
-        for index, job in enumerate(jobs):
-            log = text_of(folder / f"{index}.log")
-            if LAST_RESULT not in log:
-                error = error_from_text(log if "ERROR" in log else ended.said, ended.code)
-                if ended.timed_out:
-                    error = EngineTimeoutError(
-                        f"LAMMPS ({self._lmp}) did not finish within {self._limits.seconds:g} s"
-                    )
-                error.log = "\n".join(text for text in (log, ended.said) if text)
-                return [*done, error]
-            series = text_of(folder / f"{index}.csv") if job.series else None
-            done.append(Output(log, series, ended.seconds / len(jobs)))
-        return done
+        seconds = self._limits.seconds
+        ended = self._execute(folder, quiet, seconds * len(jobs))
+        return read_batch(jobs, folder, ended, who="LAMMPS", program=self._lmp, seconds=seconds)
 
     def _check_launcher(self) -> None:
         """Raise EngineMissingError unless the launcher starts one LAMMPS on all its ranks.
@@ -154,23 +142,6 @@ class Executable:
             )
         how = shlex.join(self._launcher) if self._launcher else "executable"
         return Provenance("lammps", version, packages, self._lmp, how)
-
-
-def _batch(jobs: Sequence[Job], folder: Path) -> str:
-    """Return the input that runs the jobs in turn, each from a clean slate."""
-    lines: list[str] = []
-    for index, job in enumerate(jobs):
-        script = folder / f"{job.script.sha256[:16]}-{job.script.name}"
-        if not script.exists():
-            script.write_text(job.script.text, encoding="utf-8")
-        variables = dict(job.variables)
-        if job.series:
-            variables |= {"series": f"{index}.csv"}
-        lines += [f"log {index}.log", "clear"]
-        lines += [f"variable {name} delete" for name in names_to_forget(job.script)]
-        lines += [f"variable {name} index {value}" for name, value in variables.items()]
-        lines.append(f"include {script.name}")
-    return "\n".join(lines) + "\n"
 
 
 def _packages(text: str) -> tuple[str, ...]:

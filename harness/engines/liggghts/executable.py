@@ -13,16 +13,15 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
+from harness.engines.lammps.batch import read_batch, write_batch
 from harness.engines.lammps.jobs import Job, Output
-from harness.engines.lammps.read import LAST_RESULT, error_from_text
 from harness.engines.liggghts.scripts import all_scripts
 from harness.engines.parallel import dealt, in_batches
-from harness.engines.process import Ended, Limits, Processes, first_words, text_of
+from harness.engines.process import Ended, Limits, Processes, first_words
 from harness.errors import (
     EngineCrashError,
     EngineError,
     EngineMissingError,
-    EngineTimeoutError,
 )
 from harness.observables.provenance import Provenance
 
@@ -73,16 +72,18 @@ class Executable:
         if self._processes.closed:
             return [EngineCrashError(f"LIGGGHTS ({self._program}) was closed")]
         folder = Path(tempfile.mkdtemp(dir=self._folder.name))
-        (folder / "batch.in").write_text(_batch(jobs, folder), encoding="utf-8")
-        ended = self._execute(folder, self._limits.seconds * len(jobs))
-        done: list[Output | EngineError] = []
-        for index, job in enumerate(jobs):
-            log = _STRETCH.sub("", text_of(folder / f"{index}.log"))
-            if LAST_RESULT not in log:
-                return [*done, self._error(log, ended)]
-            series = text_of(folder / f"{index}.csv") if job.series else None
-            done.append(Output(log, series, ended.seconds / len(jobs)))
-        return done
+        write_batch(jobs, folder, lambda _: names_to_forget())
+        seconds = self._limits.seconds
+        ended = self._execute(folder, seconds * len(jobs))
+        return read_batch(
+            jobs,
+            folder,
+            ended,
+            who="LIGGGHTS",
+            program=self._program,
+            seconds=seconds,
+            clean=lambda log: _STRETCH.sub("", log),
+        )
 
     def _execute(self, folder: Path, seconds: float) -> Ended:
         """Run ``batch.in`` under the limits.
@@ -96,16 +97,6 @@ class Executable:
             memory=self._limits.memory,
             environment={**os.environ, **ALONE, "TMPDIR": str(folder)},
         )
-
-    def _error(self, log: str, ended: Ended) -> EngineError:
-        """Return what the log of a job that did not finish, or its process's end, speaks of."""
-        error = error_from_text(log if "ERROR" in log else ended.said, ended.code, "LIGGGHTS")
-        if ended.timed_out:
-            error = EngineTimeoutError(
-                f"LIGGGHTS ({self._program}) did not finish within {self._limits.seconds:g} s"
-            )
-        error.log = "\n".join(text for text in (log, ended.said) if text)
-        return error
 
     def _ask_for_help(self) -> Provenance:
         """Return what ``liggghts -help`` says of version and models."""
@@ -140,20 +131,3 @@ def names_to_forget() -> list[str]:
     LIGGGHTS's ``clear`` keeps them: they would shadow defaults, or refuse another style.
     """
     return sorted(frozenset().union(*(script.names for script in all_scripts())))
-
-
-def _batch(jobs: Sequence[Job], folder: Path) -> str:
-    """Return the input that runs the jobs in turn, each from a clean slate."""
-    lines: list[str] = []
-    for index, job in enumerate(jobs):
-        script = folder / f"{job.script.sha256[:16]}-{job.script.name}"
-        if not script.exists():
-            script.write_text(job.script.text, encoding="utf-8")
-        variables = dict(job.variables)
-        if job.series:
-            variables |= {"series": f"{index}.csv"}
-        lines += [f"log {index}.log", "clear"]
-        lines += [f"variable {name} delete" for name in names_to_forget()]
-        lines += [f"variable {name} index {value}" for name, value in variables.items()]
-        lines.append(f"include {script.name}")
-    return "\n".join(lines) + "\n"
