@@ -1,6 +1,6 @@
 """Check discrete element (DEM) codes against theory.
 
-The verbs of the command line are functions in :mod:`harness.verbs`, what they
+The verbs of the command line are functions in :mod:`harness.workflows`, what they
 run is described by :mod:`harness.parameters`.
 """
 

@@ -195,7 +195,7 @@ def _run(config: pytest.Config) -> Verification:
 
     from harness.engines.registry import open_engine
     from harness.errors import HarnessError
-    from harness.verbs.verification import verify
+    from harness.workflows.verification import verify
 
     asked = {
         n: config.getoption(f"dem_harness_{n}") or config.getini(f"dem_harness_{n}")

@@ -13,14 +13,14 @@ from harness.engines.tower_record import tower_run
 from harness.errors import EngineCrashError, EngineMissingError
 from harness.parameters.contact import Contact
 
-TRAITS = replace(Reference.traits, obtain="apt install it")
+TRAITS = replace(Reference.traits, install_hint="apt install it")
 
 
 class Twin(Reference):
     """Runs inclines as the reference DEM does, and towers of 1 kg in the scheme it declares."""
 
     name = "twin"
-    traits = replace(TRAITS, lineage="LAMMPS", quirks=("It grew out of LAMMPS.",))
+    traits = replace(TRAITS, lineage="LAMMPS", caveats=("It grew out of LAMMPS.",))
     states_towers = True
 
     def __init__(self, program: str | None = None) -> None:
@@ -81,7 +81,7 @@ def _row_of_particles(particles, stiffness, gravity, speed, step, steps, every, 
 
 class Clamped(Twin):
     name = "clamped"
-    traits = replace(TRAITS, tails=("clipped",), quirks=("It always clips.",))
+    traits = replace(TRAITS, tails=("clipped",), caveats=("It always clips.",))
 
 
 class Half(Twin):

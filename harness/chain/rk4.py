@@ -12,7 +12,7 @@ import math
 
 from harness.chain import rk4_deformable, rk4_long_rows, rk4_overlap
 from harness.chain.arrays import Chain, assemble
-from harness.chain.parting import BLOCK
+from harness.chain.block_partition import BLOCK
 from harness.chain.record import Record, as_run, blank_record, wanted_samples
 from harness.chain.stability import chosen_step
 from harness.errors import RequestError

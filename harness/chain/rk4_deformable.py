@@ -13,7 +13,7 @@ import numpy as np
 from harness.chain.arrays import Chain
 from harness.chain.compiled import compiled
 from harness.chain.record import Record, chain_of_grain, with_room, write_sample
-from harness.chain.stages import accelerate, count_wrong, finish, look_anew, set_overlaps
+from harness.chain.stages import accelerate, count_wrong, finish, set_overlaps, update_contact_set
 from harness.chain.twisted import factorise_from_both_ends, substitute_from_both_ends
 
 
@@ -45,7 +45,7 @@ def integrate(
             set_overlaps(u, v, a if stage < 3 else b, 0, n, shift, lift, overlap)
             substitute_from_both_ends(overlap, pivot, carry, 0, n, force)
             if count_wrong(overlap, beside, pivot, 0, 0, n, force, tolerance):
-                found = look_anew(
+                found = update_contact_set(
                     overlap, diagonal, beside, closed, pivot, carry, 0, n, factor, force, tolerance
                 )
                 if found < 0 or found > longest:

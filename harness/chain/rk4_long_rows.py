@@ -3,7 +3,7 @@
 The stages of a block stay in the cache, and a change of contacts is looked for
 among few: the cost of a particle hardly depends on how many there are. Blocks in
 which nothing touches fall freely, and need neither stages nor factors. Blocks
-part at open contacts (:mod:`harness.chain.parting`). When one of these closes in a
+part at open contacts (:mod:`harness.chain.block_partition`). When one of these closes in a
 stage after all, the step is done again with the whole row as one block.
 """
 
@@ -14,9 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from harness.chain.arrays import Chain, Floats, equal_run
+from harness.chain.block_partition import Cuts, end_of_block, no_cuts, stays_open
 from harness.chain.compiled import compiled
 from harness.chain.complementarity import Flags
-from harness.chain.parting import Cuts, end_of_block, no_cuts, stays_open
 from harness.chain.record import Record, chain_of_grain, with_room, write_sample
 from harness.chain.stages import (
     STAGES,
@@ -24,9 +24,9 @@ from harness.chain.stages import (
     count_wrong,
     finish,
     in_free_flight,
-    look_anew,
     set_overlaps,
     stage_shift,
+    update_contact_set,
 )
 from harness.chain.twisted import factorise_from_both_ends, substitute_from_both_ends
 
@@ -193,7 +193,7 @@ def _advance_block(
         set_overlaps(row.u, row.v, a, low, n, shift, lift, room.overlap)
         substitute_from_both_ends(room.overlap, row.pivot, row.carry, low, n, force)
         if count_wrong(room.overlap, beside, row.pivot, at, low, n, force, limits.tolerance):
-            found = look_anew(
+            found = update_contact_set(
                 room.overlap, chain.diagonal, beside, row.closed, row.pivot, row.carry,
                 low, n, room.factor, force, limits.tolerance,
             )  # fmt: skip

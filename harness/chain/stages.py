@@ -82,7 +82,7 @@ def count_wrong(
 
 
 @compiled
-def look_anew(
+def update_contact_set(
     overlap: Floats, diagonal: Floats, beside: Floats, closed: Flags, pivot: Floats, carry: Floats,
     low: int, n: int, factor: Floats, force: Floats, tolerance: float,
 ) -> int:  # fmt: skip

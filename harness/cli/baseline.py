@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
-from harness.cli.keeping import Cache, Chosen, Fresh
+from harness.cli.cached_engines import Cache, Chosen, Fresh
 from harness.cli.options import EngineName, Json, Lmp, Mpirun, Tolerances
 
 if TYPE_CHECKING:
-    from harness.verbs.baseline import BaselineComparison
+    from harness.workflows.baseline import BaselineComparison
 
 baseline = typer.Typer(
     name="baseline",
@@ -93,7 +93,7 @@ def accept(
     import sys
 
     from harness.cli.output import print_json
-    from harness.verbs.baseline import accept_baseline, where_to_accept
+    from harness.workflows.baseline import accept_baseline, where_to_accept
 
     target = where_to_accept(folder)
     compared = _run(_How(level, Chosen(engine, lmp, mpirun), cache, fresh), folder, None)
@@ -123,12 +123,12 @@ class _How(NamedTuple):
 
 
 def _run(how: _How, folder: Path | None, tolerances: Path | None) -> BaselineComparison:
-    from harness.cli.keeping import open_entries, remembering
+    from harness.cli.cached_engines import open_cached_engine, open_entries
     from harness.cli.progress import progress_bars
     from harness.cli.recording import recorded, verdicts
-    from harness.verbs.baseline import compare_with_baseline
+    from harness.workflows.baseline import compare_with_baseline
 
-    remembered = remembering(how.chosen, open_entries(how.cache), how.fresh)
+    remembered = open_cached_engine(how.chosen, open_entries(how.cache), how.fresh)
     with recorded("baseline") as told, progress_bars() as progress, remembered as opened:
         compared = compare_with_baseline(
             how.level.value,

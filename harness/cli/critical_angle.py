@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from harness.cli.keeping import Cache, Chosen, Fresh
+from harness.cli.cached_engines import Cache, Chosen, Fresh
 from harness.cli.options import (
     ContactName,
     EngineName,
@@ -128,8 +128,8 @@ def critical_angle(
     k = 1e6 N/m, 50 steps per contact time, passage route. A single value agrees
     with 10.2078 deg by cancellation at best: --extrapolate is what proves it.
     """
-    from harness.cli.keeping import open_entries, remembering, runs_made
-    from harness.cli.measured import angle_quantities
+    from harness.cli.cached_engines import open_cached_engine, open_entries, runs_made
+    from harness.cli.history_records import angle_quantities
     from harness.cli.output import print_json, print_record
     from harness.cli.recording import recorded
     from harness.errors import RequestError
@@ -154,7 +154,7 @@ def critical_angle(
         [engine], liggghts=liggghts, yade=yade, kratos=kratos, esys=esys, mfix=mfix
     )
     chosen = Chosen(engine, lmp, mpirun, integrator, programs)
-    with recorded("critical-angle") as told, remembering(chosen, entries, fresh) as opened:
+    with recorded("critical-angle") as told, open_cached_engine(chosen, entries, fresh) as opened:
         found = _measure(case, opened, method, tolerance, extrapolate)
         record = {"closed_form_deg": _closed_form(), **found, **runs_made(opened)}
         told.engine, told.quantities = record, angle_quantities(record)
@@ -168,7 +168,7 @@ def _measure(
     case: Incline, engine: Engine, method: Method, tolerance: float | None, extrapolate: bool
 ) -> dict[str, Any]:
     from harness.cli.progress import progress_bars
-    from harness.verbs import incline as verb
+    from harness.workflows import incline as verb
 
     if not extrapolate:
         return verb.critical_angle(

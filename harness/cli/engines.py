@@ -27,7 +27,7 @@ def engines(
 ) -> None:
     """Which engines are here, in which version, how they are run, and why one is missing."""
     from harness.cli.output import print_json
-    from harness.verbs.status import engines as ask
+    from harness.workflows.status import engines as ask
 
     programs = programs_of(
         None, liggghts=liggghts, yade=yade, kratos=kratos, esys=esys, mfix=mfix, must_be_here=False

@@ -14,7 +14,7 @@ from harness.cli.options import Json
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from harness.verbs.history import Recorded
+    from harness.workflows.history import Recorded
 
 SHOWN = 30
 LONGEST = 56
@@ -99,7 +99,7 @@ def history(
     from harness.cli.files import FORMATS, check_target, save_figure, write_all
     from harness.cli.output import print_json
     from harness.errors import RequestError
-    from harness.verbs.history import history as ask
+    from harness.workflows.history import history as ask
 
     check_target(plot, "--plot", FORMATS)
     check_target(csv, "--csv")

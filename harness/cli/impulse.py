@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
-from harness.cli.keeping import Cache, Fresh
+from harness.cli.cached_engines import Cache, Fresh
 from harness.cli.options import Json, Lmp, Mpirun, Reading
 from harness.cli.tower import Solver, engine_of, own_solver
 
@@ -99,15 +99,15 @@ def impulse(
     hence the critical angle. Without options: the source's six runs, both laws.
     """
     from harness.cli.files import FORMATS, check_target, read_reference, save_figure, write_all
+    from harness.cli.history_records import impulse_quantities
     from harness.cli.lists import heights as height_list
     from harness.cli.lists import numbers
-    from harness.cli.measured import impulse_quantities
     from harness.cli.recording import recorded
     from harness.errors import RequestError
     from harness.observables.windows import WINDOWS
     from harness.parameters.tower import LAWS, Tower
-    from harness.verbs.impulse_angles import impulse_angles
-    from harness.verbs.impulses import SPEEDS, STIFFNESSES
+    from harness.workflows.impulse_angles import impulse_angles
+    from harness.workflows.impulses import SPEEDS, STIFFNESSES
 
     check_target(figure, "--figure", FORMATS)
     check_target(csv, "--csv")

@@ -24,7 +24,7 @@ def inputs(
 ) -> None:
     """Write the generated LAMMPS scripts, or check that the written ones are up to date."""
     from harness.cli.output import print_json
-    from harness.verbs import scripts as verb
+    from harness.workflows import scripts as verb
 
     if not check:
         written = [str(path) for path in verb.inputs(folder)]

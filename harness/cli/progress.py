@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from harness.verbs.progress import Progress
+    from harness.workflows.progress import Progress
 
 
 @contextmanager

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from harness.cli.baseline import Level, LevelName
-from harness.cli.keeping import Cache, Fresh
+from harness.cli.cached_engines import Cache, Fresh
 from harness.cli.options import Json
 
 if TYPE_CHECKING:
@@ -47,12 +47,12 @@ def releases(
     """
     from functools import partial
 
-    from harness.cli.keeping import open_entries, remembered
+    from harness.cli.cached_engines import open_entries, remembered
     from harness.cli.output import print_json
     from harness.cli.progress import progress_bars
     from harness.cli.recording import recorded
     from harness.report.target import check_folder
-    from harness.verbs.releases import releases as compare
+    from harness.workflows.releases import releases as compare
 
     if output is not None:
         check_folder(output)
@@ -74,7 +74,7 @@ def releases(
 
 def _record(found: ReleaseMatrix) -> None:
     """Write down what each release measured, as a run of its own: it has a version of its own."""
-    from harness.cli.measured import case_quantities
+    from harness.cli.history_records import case_quantities
     from harness.cli.recording import recorded
 
     for column in found.columns:

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from harness.cli.keeping import Cache, Chosen, Fresh
+from harness.cli.cached_engines import Cache, Chosen, Fresh
 from harness.cli.options import EngineName, Json, Lmp, Mpirun
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from harness.comparison.ledger import Ledger
+    from harness.reproduction.claims import Ledger
 
 DEFAULT = Path("reports") / "reproduction"
 
@@ -48,18 +48,18 @@ def reproduce(
     source from our own runs, movies, and dump files for OVITO. A statement that
     does not hold is a finding, not a failure: exit status 0.
     """
-    from harness.cli.keeping import open_entries, remembering
+    from harness.cli.cached_engines import open_cached_engine, open_entries
     from harness.cli.output import print_json
     from harness.cli.progress import progress_bars
     from harness.cli.recording import recorded
-    from harness.comparison.ledger_differences import ledger_differences
-    from harness.report.reproduction.folder import check_folder, write
-    from harness.verbs.reproduction.run import reproduce as reproduce_with
+    from harness.reproduction.ledger_differences import ledger_differences
+    from harness.reproduction.pages.folder import check_folder, write
+    from harness.reproduction.run import reproduce as reproduce_with
 
     committed = _committed(output) if check else None
     if not check:
         check_folder(output)
-    remembered = remembering(Chosen(engine, lmp, mpirun), open_entries(cache), fresh)
+    remembered = open_cached_engine(Chosen(engine, lmp, mpirun), open_entries(cache), fresh)
     with recorded("reproduce") as told, progress_bars() as progress, remembered as opened:
         found = reproduce_with(engine=opened, progress=progress)
         told.engine, told.folder = found.provenance.record(), None if check else output
@@ -96,7 +96,7 @@ def _committed(folder: Path) -> pd.DataFrame:
 
 
 def _counts(ledger: Ledger) -> dict[str, Any]:
-    from harness.comparison.ledger import Standing
+    from harness.reproduction.claims import Standing
 
     counts = {standing.name.lower(): ledger.count(standing) for standing in Standing}
     return {"statements": len(ledger.statements), **counts}

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from harness.cli.keeping import Cache, Chosen, Fresh
+from harness.cli.cached_engines import Cache, Chosen, Fresh
 from harness.cli.options import (
     Esys,
     Json,
@@ -122,15 +122,15 @@ def tower(
     arrives with its speed, gravity along the motion. Times are in t0, the time
     that the grain would stay on one fixed particle.
     """
+    from harness.cli.cached_engines import runs_made
     from harness.cli.files import check_target, write_all
-    from harness.cli.keeping import runs_made
-    from harness.cli.measured import tower_quantities
+    from harness.cli.history_records import tower_quantities
     from harness.cli.output import print_json
     from harness.cli.recording import recorded
     from harness.observables.summary import summary
     from harness.parameters.tower import Tower
-    from harness.verbs.towers import covering
-    from harness.verbs.towers import tower as run_tower
+    from harness.workflows.towers import covering
+    from harness.workflows.towers import tower as run_tower
 
     check_target(series, "--series")
     programs = programs_of(
@@ -185,7 +185,7 @@ def engine_of(
 
     Raise RequestError for an executable of LAMMPS without it.
     """
-    from harness.cli.keeping import open_entries, remembering
+    from harness.cli.cached_engines import open_cached_engine, open_entries
     from harness.errors import RequestError
 
     if (lmp or mpirun) and solver is not Solver.lammps:
@@ -193,7 +193,7 @@ def engine_of(
     if not solver.is_engine:
         return nullcontext()
     chosen = Chosen(solver.value, lmp, mpirun, programs=programs)
-    return remembering(chosen, open_entries(cache), fresh)
+    return open_cached_engine(chosen, open_entries(cache), fresh)
 
 
 def own_solver(solver: Solver) -> dict[str, str]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from harness.cli.keeping import Cache, Chosen, Fresh
+from harness.cli.cached_engines import Cache, Chosen, Fresh
 from harness.cli.options import (
     EngineName,
     Esys,
@@ -93,7 +93,7 @@ def verify(
     again: the report kept of it is handed out, and said to be so. An interrupted
     verify goes on where it stopped.
     """
-    from harness.cli.keeping import open_entries
+    from harness.cli.cached_engines import open_entries
     from harness.cli.output import print_json
     from harness.cli.recording import recorded, verdicts
     from harness.cli.tables import print_verification
@@ -149,7 +149,7 @@ def engines_of(wanted: str | None) -> tuple[str, ...]:
     """Return the engines that are asked for; raise RequestError for one that is not known."""
     if wanted is None:
         return ()
-    from harness.verbs.verification.other_engines import asked_engines
+    from harness.workflows.verification.other_engines import asked_engines
 
     return asked_engines(wanted).engines
 
@@ -170,8 +170,8 @@ def _key(asked: _Asked) -> str | None:
 
 def _kept(entries: Entries | None, key: str | None, folder: Path) -> dict[str, Any] | None:
     """Write the report that is kept under a key and return its record, or None."""
-    from harness.aside import whole_folder
-    from harness.store.verifications import NOT_ONE, unpack
+    from harness.atomic_write import whole_folder
+    from harness.store.verifications import DECODE_ERRORS, unpack
 
     payload = entries.get(key) if entries and key else None
     if entries is None or key is None or payload is None:
@@ -179,7 +179,7 @@ def _kept(entries: Entries | None, key: str | None, folder: Path) -> dict[str, A
     try:
         with whole_folder(folder) as aside:
             record = unpack(payload, aside)
-    except NOT_ONE as error:
+    except DECODE_ERRORS as error:
         entries.drop(key, f"not a verification: {error}")
         return None
     return {**record, "cached": True, "engine_runs": 0, "engine_runs_from_cache": 0}
@@ -189,24 +189,24 @@ def _open_other(
     chosen: Chosen, entries: Entries | None, fresh: bool, name: str
 ) -> AbstractContextManager[Engine]:
     """Return another engine by its name, with the program that was given for it."""
-    from harness.cli.keeping import remembering
+    from harness.cli.cached_engines import open_cached_engine
 
-    return remembering(Chosen(name, programs=chosen.programs), entries, fresh)
+    return open_cached_engine(Chosen(name, programs=chosen.programs), entries, fresh)
 
 
 def _measured(
     asked: _Asked, entries: Entries | None, key: str | None, folder: Path, fresh: bool
 ) -> dict[str, Any]:
     """Verify, write the report and return the record; keep both unless the engine died."""
-    from harness.cli.keeping import remembering, runs_made
+    from harness.cli.cached_engines import open_cached_engine, runs_made
     from harness.cli.progress import progress_bars
     from harness.report.folder import write
     from harness.store.verifications import pack
-    from harness.verbs.verification import verify as verify_with
-    from harness.verbs.verification.run import chosen_baseline
+    from harness.workflows.verification import verify as verify_with
+    from harness.workflows.verification.run import chosen_baseline
 
     known = chosen_baseline(asked.baseline, asked.tolerances) if asked.compare else None
-    with progress_bars() as progress, remembering(asked.chosen, entries, fresh) as opened:
+    with progress_bars() as progress, open_cached_engine(asked.chosen, entries, fresh) as opened:
         found = verify_with(
             asked.level,
             engine=opened,

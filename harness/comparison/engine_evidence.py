@@ -39,7 +39,7 @@ class Declared:
     engine: str
     version: str
     how: str
-    obtain: str
+    install_hint: str
     versions: tuple[str, ...]
     integrator: str
     tails: tuple[str, ...]
@@ -47,7 +47,7 @@ class Declared:
     spring: str
     digits: int
     lineage: str
-    quirks: tuple[str, ...]
+    caveats: tuple[str, ...]
     missing: str = ""
     unqualified: str = ""
 

@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from harness.comparison.case import Case
+from harness.comparison.baseline_record import Case
+from harness.comparison.divergence import Comparison
 from harness.comparison.extrapolation import ExtrapolatedAngle
-from harness.comparison.parting import Comparison
 from harness.comparison.series import SeriesComparison
 from harness.comparison.step_convergence import StepConvergence
 from harness.errors import EngineError

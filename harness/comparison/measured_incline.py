@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from harness.comparison.case import Case, Quantity, made_by
+from harness.comparison.baseline_record import Case, Quantity, made_by
+from harness.comparison.divergence import Series
 from harness.comparison.extrapolation import ExtrapolatedAngle
-from harness.comparison.parting import Series
 from harness.observables.critical_angle import CriticalAngle
 from harness.observables.incline import InclineRun
 from harness.parameters.incline import Incline

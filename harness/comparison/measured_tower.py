@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from harness.comparison.case import Case, Made, Quantity, made_by
+from harness.comparison.baseline_record import Case, Made, Quantity, made_by
 from harness.comparison.contact_events import contact_events
+from harness.comparison.divergence import Comparison, Series
 from harness.comparison.measured_incline import short
-from harness.comparison.parting import Comparison, Series
 from harness.comparison.series import SeriesComparison
 from harness.errors import RequestError
 from harness.observables.impulse import impulse

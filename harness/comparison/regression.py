@@ -6,11 +6,11 @@ import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from harness.comparison.case import Case
-from harness.comparison.circumstances import changed_parameters, circumstances
-from harness.comparison.parting import Comparison, compare_series
+from harness.comparison.baseline_record import Case
+from harness.comparison.divergence import Comparison, compare_series
+from harness.comparison.metadata_diff import changed_parameters, circumstances
 from harness.comparison.regression_tolerances import Override, regression_tolerance
-from harness.comparison.triage import Triage, of_error, of_parting
+from harness.comparison.triage import Triage, of_divergence, of_error
 from harness.comparison.verdicts import Check, Kind, Verdict, judge, not_tested
 from harness.errors import EngineError, RequestError
 
@@ -176,11 +176,11 @@ def _over_band(column: Comparison) -> float:
 
 def earliest(parted: Sequence[Comparison]) -> str:
     """Return the class of the column that left its band first, empty if none did."""
-    found = [p for p in (column.parting for column in parted) if p is not None]
+    found = [p for p in (column.divergence for column in parted) if p is not None]
     if not found:
         return ""
     first = min(found, key=lambda p: p.time)
-    return of_parting(replace(first, stays=any(p.stays for p in found)))
+    return of_divergence(replace(first, stays=any(p.stays for p in found)))
 
 
 def _with_relatives(rows: _Rows) -> list[Check]:

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
-from harness.comparison.case import Case, Quantity
-from harness.comparison.parting import compare_series
+from harness.comparison.baseline_record import Case, Quantity
+from harness.comparison.divergence import compare_series
 from harness.comparison.regression import earliest
 from harness.comparison.regression_tolerances import regression_tolerance
 from harness.observables.provenance import Provenance

@@ -1,7 +1,7 @@
 """The published form of a run: what results.json holds, validated when it is read.
 
 These models are the one source: the committed JSON Schema is generated from
-them, and :func:`harness.verbs.diff` reads runs with them.
+them, and :func:`harness.workflows.diff` reads runs with them.
 """
 
 from __future__ import annotations
@@ -83,14 +83,14 @@ class AngleRow(_Published):
     steps_per_contact: Number
 
 
-class PartingRow(_Published):
+class DivergenceRow(_Published):
     """A series that left the band about its reference, and when."""
 
     case: str
     column: str
     largest_difference: Number = Field(description="from the reference, over the whole series")
     band: Number = Field(description="largest difference that passes")
-    parting_time_s: Number = Field(description="first time outside for good [s]")
+    divergence_time_s: Number = Field(description="first time outside for good [s]")
     from_first_step: bool | None = None
     stays: bool | None = Field(None, description="whether it is outside up to the end")
 
@@ -101,7 +101,7 @@ class DeclaredRow(_Published):
     engine: str
     version: str = Field(description="empty where it could not be run")
     how: str
-    obtain: str = Field(description="how to get it")
+    install_hint: str = Field(description="how to get it")
     versions: tuple[str, ...] = Field(description="versions that it was tried with")
     integrator: str = Field(description="its scheme, by the reference DEM's name")
     tails: tuple[str, ...]
@@ -109,7 +109,7 @@ class DeclaredRow(_Published):
     spring: str
     digits: int = Field(description="of its output")
     lineage: str = Field(description="engine that it grew out of; empty for an independent one")
-    quirks: tuple[str, ...]
+    caveats: tuple[str, ...]
     missing: str = Field(description="why it could not be run; or empty")
     unqualified: str = Field(description="checks of its qualification that failed; or empty")
     standing: Literal["missing", "did not qualify", "qualified"]
@@ -183,7 +183,7 @@ class Results(_Published):
     engine: EngineRow | None = Field(description="null when no engine could be run")
     engine_errors: tuple[str, ...] = ()
     baseline: str = Field("", description="where the accepted values lie; empty without them")
-    partings: tuple[PartingRow, ...] = ()
+    divergences: tuple[DivergenceRow, ...] = ()
     closed_form_deg: Number = Field(description="critical angle of the incline by theory [deg]")
     checks: tuple[CheckRow, ...]
     extrapolated: ExtrapolatedRow | None = None

@@ -17,7 +17,7 @@ from harness.observables.tower import Floats, TowerRun
 if TYPE_CHECKING:
     import pandas as pd
 
-PARTING = 1e-3
+DIVERGENCE = 1e-3
 """Part of the reference's peak force by which two runs differ when they have parted."""
 
 
@@ -53,8 +53,8 @@ class SeriesComparison:
     ``force`` is relative to the reference's peak force, ``velocity`` to the speed
     at the start (the reference's largest, if it starts at rest).
     ``force_difference`` and ``velocity_difference`` (T,) are run - reference in
-    these units at the common ``time`` (T,). ``parting_time`` is the first time at
-    which the force differs by more than ``parting``, None if it never does.
+    these units at the common ``time`` (T,). ``divergence_time`` is the first time at
+    which the force differs by more than ``divergence``, None if it never does.
     ``left_out`` are samples that sit in an interval with a change of contacts.
     """
 
@@ -65,8 +65,8 @@ class SeriesComparison:
     velocity_difference: Floats  # [speed at the start]
     force: Difference
     velocity: Difference
-    parting: float  # [peak of the reference]
-    parting_time: float | None  # [s]
+    divergence: float  # [peak of the reference]
+    divergence_time: float | None  # [s]
     events: tuple[EventPair, ...]
     left_out: int
 
@@ -98,8 +98,8 @@ class SeriesComparison:
             "peak_force_N": self.force.scale,
             "force": self.force.record(),
             "velocity": self.velocity.record(),
-            "parting": self.parting,
-            "parting_time_s": self.parting_time,
+            "divergence": self.divergence,
+            "divergence_time_s": self.divergence_time,
             "events_matched": len(self.events) - len(self.unmatched),
             "largest_event_difference_s": None if np.isnan(apart) else apart,
             "events_unmatched": [_event_row(pair) for pair in self.unmatched],
@@ -131,13 +131,13 @@ def compare(
     reference: TowerRun,
     *,
     across_laws: bool = False,
-    parting: float = PARTING,
+    divergence: float = DIVERGENCE,
     near: float = NEAR,
     least_force: float = 0.0,
 ) -> SeriesComparison:
     """Return how ``run`` differs from ``reference``, on the times that both cover.
 
-    ``parting`` is in peaks of the reference's force; ``near`` [t0] is how far
+    ``divergence`` is in peaks of the reference's force; ``near`` [t0] is how far
     apart the same event may be in two runs; above ``least_force`` [peak] a contact is
     closed, more than 0 for runs with profiles only. Raise RequestError for different
     cases (the law may differ where ``across_laws`` is set), for values that are not
@@ -146,7 +146,7 @@ def compare(
     _same_case(run, reference, across_laws)
     for one in (run, reference):
         _usable(one)
-    for name, value in (("parting", parting), ("near", near)):
+    for name, value in (("divergence", divergence), ("near", near)):
         if not (np.isfinite(value) and value > 0):
             raise RequestError(f"{name} = {value}: must be finite and greater than 0")
     peak = peak_force(reference)
@@ -156,7 +156,7 @@ def compare(
     common = on_common_times(run, reference)
     force = (common.force - common.reference_force) / peak
     velocity = (common.velocity - common.reference_velocity) / speed
-    parted = np.flatnonzero(np.abs(force) > parting)
+    parted = np.flatnonzero(np.abs(force) > divergence)
     if not (np.isfinite(least_force) and least_force >= 0):
         raise RequestError(f"least_force = {least_force}: must be finite and at least 0")
     near_s, least_N = near * reference.tower.contact_time, least_force * peak
@@ -168,8 +168,8 @@ def compare(
         velocity_difference=velocity,
         force=_difference(common.time, force, common.force_interpolation_error, peak),
         velocity=_difference(common.time, velocity, common.velocity_interpolation_error, speed),
-        parting=parting,
-        parting_time=float(common.time[parted[0]]) if parted.size else None,
+        divergence=divergence,
+        divergence_time=float(common.time[parted[0]]) if parted.size else None,
         events=tuple(_events(run, reference, near_s, least_N)),
         left_out=common.left_out,
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 
-from harness.comparison.parting import Parting
+from harness.comparison.divergence import Divergence
 from harness.errors import (
     EngineError,
     EngineInputError,
@@ -45,10 +45,10 @@ def of_error(error: EngineError) -> str:
     return triage if error.kind == triage else f"{triage}: {error.kind}"
 
 
-def of_parting(parting: Parting) -> str:
+def of_divergence(divergence: Divergence) -> str:
     """Return the class of a series that left its reference, with the time."""
-    if parting.from_first_step:
-        return f"{Triage.FIRST_STEP}: {parting.column}, at {parting.time:.6g} s"
-    last = f"within its band up to {parting.last_inside:.6g} s"
-    back = "" if parting.stays else "; it came back"
-    return f"{Triage.LATE}: {parting.column}, at {parting.time:.6g} s ({last}){back}"
+    if divergence.from_first_step:
+        return f"{Triage.FIRST_STEP}: {divergence.column}, at {divergence.time:.6g} s"
+    last = f"within its band up to {divergence.last_inside:.6g} s"
+    back = "" if divergence.stays else "; it came back"
+    return f"{Triage.LATE}: {divergence.column}, at {divergence.time:.6g} s ({last}){back}"

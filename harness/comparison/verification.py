@@ -6,10 +6,10 @@ import hashlib
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from harness.comparison.case import Case
+from harness.comparison.baseline_record import Case
+from harness.comparison.divergence import Comparison
 from harness.comparison.engine_evidence import EngineEvidence
 from harness.comparison.evidence import InclineEvidence, TowerEvidence
-from harness.comparison.parting import Comparison
 from harness.comparison.verdicts import Check, Verdict
 from harness.observables.provenance import Provenance
 
@@ -78,7 +78,7 @@ class Verification:
             "engine": self.provenance.record() if self.provenance else None,
             "engine_errors": list(self.engine_errors),
             "baseline": self.baseline,
-            "partings": [series.record() for series in self.parted],
+            "divergences": [series.record() for series in self.parted],
             "closed_form_deg": evidence.closed_form_deg,
             "checks": [check.record() for check in self.checks],
             "extrapolated": evidence.extrapolated.record() if evidence.extrapolated else None,

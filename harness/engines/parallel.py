@@ -19,7 +19,7 @@ def cores() -> int:
     return os.cpu_count() or 1
 
 
-def side_by_side(
+def parallel_map(
     function: Callable[[Item], Result], items: Iterable[Item], threads: int
 ) -> list[Result]:
     """Return ``function`` of each item, in order; on the first exception, start no more.
@@ -52,7 +52,7 @@ def in_batches(
             results.update(zip(left, done, strict=False))
             del left[: len(done)]
 
-    side_by_side(serve, shares, len(shares))
+    parallel_map(serve, shares, len(shares))
     return [results[index] for index in range(len(items))]
 
 

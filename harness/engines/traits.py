@@ -17,11 +17,11 @@ class Traits:
     can be told; ``restitution_floor`` the least nominal restitution that
     it takes, ``most_damping`` its largest damping ratio. ``digits`` are those of its
     output. ``lineage`` is the engine it grew out of: such a one is a regression partner, not
-    independent evidence. ``obtain`` says in one line how to get it, ``versions`` with which
+    independent evidence. ``install_hint`` says in one line how to get it, ``versions`` with which
     ones it was tried.
     """
 
-    obtain: str
+    install_hint: str
     versions: tuple[str, ...]
     integrator: str
     tails: tuple[Tail, ...] = ("attractive", "clipped")
@@ -31,12 +31,12 @@ class Traits:
     most_damping: float = 100.0
     digits: int = 15
     lineage: str = ""
-    quirks: tuple[str, ...] = field(default=())
+    caveats: tuple[str, ...] = field(default=())
     """Traps that users fall into, a sentence each; the report shows them."""
 
     def missing(self, why: str) -> str:
         """Return why an engine is missing, with how to get it where that is not said yet."""
-        return why if self.obtain in why else f"{why}; to get it: {self.obtain}"
+        return why if self.install_hint in why else f"{why}; to get it: {self.install_hint}"
 
     def refuses(self, contact: Contact) -> str:
         """Return why the engine cannot state a contact, or nothing where it can."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from harness.aside import whole_folder
+from harness.atomic_write import whole_folder
 from harness.comparison.run_diff import RunDiff
 from harness.report.diff_page import Pair, diff_page
 from harness.report.finite import finite

@@ -50,9 +50,9 @@ def tables(evidence: EngineEvidence) -> list[Table]:
     return [table for table in made if table.rows]
 
 
-def quirks(evidence: EngineEvidence) -> list[tuple[str, tuple[str, ...]]]:
+def caveats(evidence: EngineEvidence) -> list[tuple[str, tuple[str, ...]]]:
     """Return the traps of each engine that has some."""
-    return [(d.engine, d.quirks) for d in evidence.declared if d.quirks]
+    return [(d.engine, d.caveats) for d in evidence.declared if d.caveats]
 
 
 def _angles(evidence: EngineEvidence) -> Table:

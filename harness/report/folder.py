@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from harness.aside import whole_folder
+from harness.atomic_write import whole_folder
 from harness.comparison.verification import Verification
 from harness.report.finite import finite
 from harness.report.gallery import pictures

@@ -8,18 +8,18 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
+from harness.comparison.divergence import Comparison
 from harness.comparison.engine_evidence import EngineEvidence
 from harness.comparison.evidence import TowerEvidence
-from harness.comparison.parting import Comparison
 from harness.comparison.verification import Verification
 from harness.observables.reference import PEYNEAU_ROUX
 from harness.report.figures import (
     chain_peak_error,
     chain_runs,
+    divergence,
     engines,
     impulse,
     incline,
-    parting,
     tower_comparison,
 )
 from harness.report.figures.style import house_style
@@ -86,7 +86,7 @@ def pictures(found: Verification) -> Iterator[Picture]:
             "against the recursion started from the first.",
             lambda: incline.energy_after_each_shock(recursion),
         )
-    yield from _parting_pictures(found)
+    yield from _divergence_pictures(found)
     yield from _comparison_pictures(found.tower)
     yield from _impulse_pictures(found.tower)
     yield from _tower_pictures(found.tower)
@@ -112,18 +112,18 @@ def _engine_pictures(evidence: EngineEvidence) -> Iterator[Picture]:
         )
 
 
-MOST_PARTINGS = 6
-"""Figures of partings that a report shows; the rows name them all."""
+MOST_DIVERGENCES = 6
+"""Figures of divergences that a report shows; the rows name them all."""
 
 
-def _parting_pictures(found: Verification) -> Iterator[Picture]:
-    for number, series in enumerate(_first_to_part(found.parted)[:MOST_PARTINGS], 1):
+def _divergence_pictures(found: Verification) -> Iterator[Picture]:
+    for number, series in enumerate(_first_to_part(found.parted)[:MOST_DIVERGENCES], 1):
         yield picture(
-            f"parting-{number}",
+            f"divergence-{number}",
             f"Where it parts: {series.case}",
             f"{series.run_label} against {series.reference_label} around the moment at which they "
             "part, and their difference over the whole record with its tolerance.",
-            partial(parting.parting, series),
+            partial(divergence.divergence, series),
         )
 
 
@@ -131,7 +131,7 @@ def _first_to_part(parted: Sequence[Comparison]) -> list[Comparison]:
     """Return of each case the column that left its band first."""
     first: dict[str, tuple[float, Comparison]] = {}
     for series in parted:
-        moment = series.parting
+        moment = series.divergence
         if moment is not None and moment.time < first.get(series.case, (math.inf, series))[0]:
             first[series.case] = moment.time, series
     return [series for _, series in first.values()]

@@ -8,9 +8,9 @@ from xml.etree import ElementTree as Xml
 
 from harness.comparison.verdicts import Check, Verdict
 from harness.comparison.verification import Verification
-from harness.report.standing import KindStanding, standings
 from harness.report.templating import number, tail
 from harness.report.triage import details, explained, triage
+from harness.report.verdict_summary import KindStanding, standings
 
 _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """What XML 1.0 cannot hold, not even escaped."""

@@ -11,7 +11,6 @@ from harness.comparison.verdicts import Check, Verdict
 from harness.comparison.verification import Verification
 from harness.report import engines, triage
 from harness.report.gallery import Picture
-from harness.report.standing import GRAVITY, by_gravity, headline, standings
 from harness.report.templating import environment, tail
 from harness.report.text import (
     LAWS_APART,
@@ -23,6 +22,7 @@ from harness.report.text import (
     provenance,
 )
 from harness.report.vector import data_uri, size
+from harness.report.verdict_summary import SEVERITY, by_severity, headline, standings
 
 if TYPE_CHECKING:
     from markupsafe import Markup
@@ -43,7 +43,7 @@ class Row:
     @property
     def gravity(self) -> int:
         """Return where the verdict stands in the order of reading."""
-        return GRAVITY.index(self.check.verdict)
+        return SEVERITY.index(self.check.verdict)
 
     @property
     def triage(self) -> str:
@@ -110,7 +110,7 @@ class Shown:
 def html_page(found: Verification, shown: Sequence[Picture]) -> str:
     """Return the page; figures, scripts and style are inside it, so that it can be sent alone."""
     template = environment().get_template("report.html.j2")
-    rows = [Row(check, f"check-{n}") for n, check in enumerate(by_gravity(found.checks), 1)]
+    rows = [Row(check, f"check-{n}") for n, check in enumerate(by_severity(found.checks), 1)]
     steps, angles = angle_rows(found)
     return template.render(
         headline=headline(found),
@@ -123,7 +123,7 @@ def html_page(found: Verification, shown: Sequence[Picture]) -> str:
         names=COLUMNS,
         numeric=NUMERIC,
         kinds=[s.kind for s in standings(found.checks)],
-        verdicts=[v for v in GRAVITY if any(c.verdict is v for c in found.checks)],
+        verdicts=[v for v in SEVERITY if any(c.verdict is v for c in found.checks)],
         contacts=contacts_explained(),
         laws_title=LAWS_TITLE,
         laws_text=LAWS_APART,
@@ -136,7 +136,7 @@ def html_page(found: Verification, shown: Sequence[Picture]) -> str:
         engines_title=engines.TITLE,
         engines_text=engines.EXPLAINED,
         engine_tables=engines.tables(found.engines) if found.engines else [],
-        quirks=engines.quirks(found.engines) if found.engines else [],
+        caveats=engines.caveats(found.engines) if found.engines else [],
         scripts=found.scripts,
         logs=found.logs,
         provenance=provenance(found),

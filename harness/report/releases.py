@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from harness.aside import whole_folder
+from harness.atomic_write import whole_folder
 from harness.comparison.releases import Change, ReleaseMatrix
 from harness.report.figures.releases import changes as draw_changes
 from harness.report.figures.style import house_style

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 from harness.comparison.verdicts import Check, Kind, Verdict
 from harness.comparison.verification import Verification
-from harness.report.standing import KINDS, by_gravity, standings
 from harness.report.templating import number
 from harness.report.text import provenance, summary
 from harness.report.triage import details, happened, triage
+from harness.report.verdict_summary import KINDS, by_severity, standings
 
 LIMIT = 60_000
 """Characters. A comment on GitHub holds 65,536, of which others may want some."""
@@ -22,7 +22,7 @@ HEAD = ("| check | value | expected | difference | tolerance | |", "|---|--:|--:
 def short_markdown(found: Verification) -> str:
     """Return outcome, failed rows, and all others folded away by kind; under 60,000 characters."""
     lines = ["## DEM verification", "", *summary(found), ""]
-    grave = [check for check in by_gravity(found.checks) if check.verdict in GRAVE]
+    grave = [check for check in by_severity(found.checks) if check.verdict in GRAVE]
     if grave:
         lines += ["| check | kind | what happened |", "|---|---|---|"]
         lines += [*_within(LIMIT // 3, [_grave(check) for check in grave]), ""]

@@ -13,9 +13,12 @@ TAIL = 12_000
 """Characters of a log that a page shows; the file beside it has the whole."""
 
 
-def environment() -> Environment:
-    """Return the templates, with style and script to be put inside the page."""
-    from jinja2 import Environment, FunctionLoader, StrictUndefined
+def environment(*packages: str) -> Environment:
+    """Return the templates, with style and script to be put inside the page.
+
+    Templates of ``packages`` are found too, in a folder ``templates`` of each.
+    """
+    from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
     from markupsafe import Markup
 
     made = Environment(
@@ -23,7 +26,7 @@ def environment() -> Environment:
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
-        loader=FunctionLoader(_template),
+        loader=ChoiceLoader([PackageLoader(name) for name in ("harness.report", *packages)]),
     )
     made.filters |= {"number": number, "sortable": sortable, "tail": tail}
     made.globals["missing"] = math.nan

@@ -8,8 +8,8 @@ from harness.comparison.verdicts import Check
 from harness.comparison.verification import Verification
 from harness.report import engines
 from harness.report.gallery import Picture
-from harness.report.standing import KINDS, headline, standings
 from harness.report.templating import number
+from harness.report.verdict_summary import KINDS, headline, standings
 
 
 def markdown(found: Verification, shown: Sequence[Picture]) -> str:
@@ -34,7 +34,7 @@ def markdown(found: Verification, shown: Sequence[Picture]) -> str:
         lines += [f"## {engines.TITLE}", "", engines.EXPLAINED, ""]
         for table in engines.tables(found.engines):
             lines += table.markdown()
-        for engine, traps in engines.quirks(found.engines):
+        for engine, traps in engines.caveats(found.engines):
             lines += [f"- {engine}: {' '.join(traps)}"]
         lines += [""]
     lines += ["## Figures", ""]

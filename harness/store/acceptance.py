@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from harness.aside import whole_folder
-from harness.comparison.case import Case
-from harness.comparison.circumstances import changed_parameters
+from harness.atomic_write import whole_folder
+from harness.comparison.baseline_record import Case
+from harness.comparison.metadata_diff import changed_parameters
 from harness.comparison.regression import Baseline
 from harness.errors import RequestError
 from harness.store.baseline import case_text, in_checkout, series_text

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 import harness
-from harness.comparison.case import Case, Quantity
-from harness.comparison.parting import Series
+from harness.comparison.baseline_record import Case, Quantity
+from harness.comparison.divergence import Series
 from harness.comparison.regression import Baseline
 from harness.errors import RequestError
 from harness.store.keys import digest_of_files, digest_of_tree

@@ -17,7 +17,7 @@ from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 from harness.store.entries import Entries
 from harness.store.keys import key_of, machine, source_digest, versions
-from harness.store.runs import NOT_ONE, pack_incline, pack_tower, unpack_incline, unpack_tower
+from harness.store.runs import DECODE_ERRORS, pack_incline, pack_tower, unpack_incline, unpack_tower
 
 ROOMS = ("parameters", "observables", "engines")
 """Source that turns a case into a result: edited, every run is run again."""
@@ -132,7 +132,7 @@ class CachedEngine(Engine):
             return None
         try:
             run = unpack(data, case)
-        except NOT_ONE as error:
+        except DECODE_ERRORS as error:
             self._entries.drop(key, f"not a run: {error}")
             return None
         with self._lock:

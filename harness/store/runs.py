@@ -22,7 +22,7 @@ from harness.parameters.tower import Tower
 
 Arrays = dict[str, NDArray[Any]]
 FACTS = "facts"
-NOT_ONE = (ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile)
+DECODE_ERRORS = (ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile)
 """What unpacking raises for bytes that are not those of a run."""
 
 SERIES = tuple(
@@ -52,7 +52,7 @@ def pack_incline(run: InclineRun) -> bytes:
 def unpack_incline(data: bytes, case: Incline) -> InclineRun:
     """Return the run of a case from its bytes; ``seconds`` are those of the run when it was made.
 
-    Raise one of :data:`NOT_ONE` when the bytes are not those of a run.
+    Raise one of :data:`DECODE_ERRORS` when the bytes are not those of a run.
     """
     facts, arrays = _unpack(data)
     path = _group(arrays, "trajectory")
@@ -82,7 +82,7 @@ def pack_tower(run: TowerRun) -> bytes:
 def unpack_tower(data: bytes, case: Tower) -> TowerRun:
     """Return the run of a case from its bytes.
 
-    Raise one of :data:`NOT_ONE` when the bytes are not those of a run.
+    Raise one of :data:`DECODE_ERRORS` when the bytes are not those of a run.
     """
     facts, arrays = _unpack(data)
     who, profiles = facts.pop("provenance"), _group(arrays, "profiles")

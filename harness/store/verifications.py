@@ -16,7 +16,7 @@ from harness.store.keys import key_of, machine, source_digest, versions
 PACKAGES = ("jinja2", "matplotlib", "numba", "numpy", "pandas", "pydantic", "scipy")
 RECORD = "record.json"
 REPORT = "report/"
-NOT_ONE = (ValueError, KeyError, zipfile.BadZipFile)
+DECODE_ERRORS = (ValueError, KeyError, zipfile.BadZipFile)
 """What :func:`unpack` raises for bytes that are not those of a verification."""
 
 
@@ -72,7 +72,7 @@ def pack(folder: Path, record: Mapping[str, Any]) -> bytes:
 def unpack(payload: bytes, folder: Path) -> dict[str, Any]:
     """Write a kept report into a new folder and return the record.
 
-    Raise one of :data:`NOT_ONE` when the bytes are not those of a verification.
+    Raise one of :data:`DECODE_ERRORS` when the bytes are not those of a verification.
     """
     with zipfile.ZipFile(io.BytesIO(payload)) as archive:
         record: dict[str, Any] = json.loads(archive.read(RECORD))

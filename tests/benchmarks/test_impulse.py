@@ -7,7 +7,7 @@ import time
 import pytest
 
 from harness.observables.windows import WINDOWS
-from harness.verbs.impulse_angles import impulse_angles
+from harness.workflows.impulse_angles import impulse_angles
 
 pytestmark = pytest.mark.benchmark
 

@@ -17,7 +17,7 @@ import pytest
 from harness.engines.lammps.engine import Lammps
 from harness.engines.lammps.scripts import incline_script, incline_variables
 from harness.parameters.incline import Incline
-from harness.verbs.incline import critical_angle
+from harness.workflows.incline import critical_angle
 
 pytestmark = [pytest.mark.benchmark, pytest.mark.live]
 

@@ -7,8 +7,8 @@ import pytest
 
 from harness.chain import rk4, rk4_deformable, rk4_long_rows
 from harness.chain.arrays import assemble
+from harness.chain.block_partition import BLOCK
 from harness.chain.complementarity import forces_of_overlaps
-from harness.chain.parting import BLOCK
 from harness.chain.record import blank_record
 from harness.chain.stages import STAGES, in_free_flight, set_overlaps, stage_shift
 from harness.observables.impulse import impulse_until

@@ -6,7 +6,7 @@ import pytest
 from harness.comparison.tolerances import Tolerance
 from harness.comparison.verdicts import Kind, judge
 from harness.report.diff_folder import write_diff
-from harness.verbs import diff
+from harness.workflows import diff
 
 FIGURE = '<svg viewBox="0 0 72 36" xmlns="http://www.w3.org/2000/svg"><path d="M 0 0"/></svg>'
 

@@ -12,7 +12,7 @@ from contextlib import closing
 
 import pytest
 
-from harness.aside import PREFIX
+from harness.atomic_write import PREFIX
 from harness.store.entries import Entries
 
 pytestmark = [pytest.mark.live, pytest.mark.slow]

@@ -6,14 +6,14 @@ import sys
 import pytest
 
 from harness.cli import main, verify
-from harness.cli.keeping import Chosen
+from harness.cli.cached_engines import Chosen
 from harness.cli.options import programs_of
 from harness.cli.tower import Solver
 from harness.engines import registry
 from harness.errors import RequestError
 from harness.store.entries import Entries
 from harness.store.history import History
-from harness.verbs import status
+from harness.workflows import status
 from tests import engine_doubles as doubles
 
 COMMANDS = ("verify", "critical-angle", "tower", "engines")
@@ -123,7 +123,7 @@ def test_a_tower_in_another_engine_also_covers_a_longer_window(command):
 @pytest.fixture
 def short(monkeypatch):
     """Leave out of a verification what is not about other engines, and engines that are here."""
-    from harness.verbs.verification import run
+    from harness.workflows.verification import run
 
     for name in set(registry.ENGINES) - {"lammps", "reference", "yade"}:
         monkeypatch.delitem(registry.ENGINES, name)
@@ -197,7 +197,10 @@ def test_engines_are_listed_with_what_they_declare(monkeypatch, command):
     assert rows["twin"]["effective_masses"] == ["full", "half"]
     assert (rows["twin"]["spring"], rows["twin"]["digits"]) == ("linear", 15)
     assert rows["twin"]["integrator"] == "velocity-verlet"
-    assert (rows["missing"]["available"], rows["missing"]["obtain"]) == (False, "apt install it")
+    assert (rows["missing"]["available"], rows["missing"]["install_hint"]) == (
+        False,
+        "apt install it",
+    )
 
 
 def test_a_program_that_is_not_there_is_a_missing_engine(monkeypatch):

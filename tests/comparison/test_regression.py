@@ -4,9 +4,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from harness.comparison.case import Case, Quantity
-from harness.comparison.circumstances import changed_parameters
-from harness.comparison.parting import Series
+from harness.comparison.baseline_record import Case, Quantity
+from harness.comparison.divergence import Series
+from harness.comparison.metadata_diff import changed_parameters
 from harness.comparison.regression import Baseline, against_baseline
 from harness.comparison.regression_tolerances import REGRESSION, Override, regression_tolerance
 from harness.comparison.tolerances import Tolerance

@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import pytest
 
-from harness.comparison.case import Case, Quantity
+from harness.comparison.baseline_record import Case, Quantity
 from harness.comparison.releases import Change, Column, classify, release_matrix
 from harness.observables.provenance import Provenance
 

@@ -45,7 +45,7 @@ def switches(*times, first=1):
 def test_a_run_equals_itself():
     found = compare(synthetic(), synthetic())
     assert (found.force.peak, found.force.l2, found.velocity.peak) == (0, 0, 0)
-    assert found.parting_time is None
+    assert found.divergence_time is None
     assert found.events == ()
     assert found.same_law
 
@@ -69,11 +69,11 @@ def test_l2_is_the_mean_over_time_not_over_samples():
     assert compare(run, synthetic(time)).force.l2 == pytest.approx(0.01 * np.sqrt(0.5), rel=0.05)
 
 
-def test_time_of_parting():
+def test_time_of_divergence():
     run = synthetic(force=lambda t: wave(t) + np.where(t > 0.3 * END, 1e4 * (t - 0.3 * END), 0))
-    found = compare(run, synthetic(), parting=0.0201)
-    assert found.parting_time == pytest.approx(0.3 * END + 20.1 / 1e4, abs=END / 200)
-    assert compare(run, synthetic(), parting=0.1).parting_time is None
+    found = compare(run, synthetic(), divergence=0.0201)
+    assert found.divergence_time == pytest.approx(0.3 * END + 20.1 / 1e4, abs=END / 200)
+    assert compare(run, synthetic(), divergence=0.1).divergence_time is None
 
 
 def test_times_equal_to_round_off_are_not_interpolated():
@@ -214,7 +214,7 @@ def test_other_laws_are_compared_on_request():
         ((synthetic(np.linspace(1, 2, 50)), synthetic()), {}, "fewer than two samples"),
         ((synthetic(np.linspace(END, 0, 50)), synthetic()), {}, "must rise"),
         ((synthetic(np.linspace(1e-3, 9e-3, 3)), synthetic(np.linspace(0, END, 4))), {}, "too few"),
-        ((synthetic(), synthetic()), {"parting": 0.0}, "parting = 0.0"),
+        ((synthetic(), synthetic()), {"divergence": 0.0}, "divergence = 0.0"),
         ((synthetic(), synthetic()), {"near": np.nan}, "near = nan"),
         ((synthetic(), synthetic()), {"least_force": -1.0}, "least_force = -1.0"),
         ((synthetic(), synthetic()), {"least_force": 1e-6}, "needs profiles"),
@@ -246,7 +246,7 @@ def test_exact_and_rk4_agree(law, height, largest):
     )
     assert found.force.peak < largest
     assert found.force.interpolation_error < 1e-6
-    assert found.parting_time is None
+    assert found.divergence_time is None
     assert not found.unmatched
     for pair in found.events:
         assert abs(pair.difference) <= 1.01 * pair.resolution
@@ -259,7 +259,7 @@ def test_the_laws_part():
         exact.run(overlap, 2 * t0), exact.run(deformable, 2 * t0), across_laws=True
     )  # fmt: skip
     assert found.force.peak > 0.5
-    assert 0.1 < found.parting_time / t0 < 0.3
+    assert 0.1 < found.divergence_time / t0 < 0.3
     assert found.unmatched
     # two particles alone are the same spring
     alone = [exact.run(Tower(height=1, law=law), t0) for law in ("deformable", "overlap")]

@@ -6,7 +6,7 @@ from harness.parameters.contact import PLASTIC, SOURCE, Contact
 
 
 def traits(**rules):
-    return Traits(obtain="somewhere", versions=("1",), integrator="", **rules)
+    return Traits(install_hint="somewhere", versions=("1",), integrator="", **rules)
 
 
 @pytest.mark.parametrize(
@@ -33,5 +33,5 @@ def test_a_damping_ratio_that_is_given_leaves_the_restitution_aside():
 def test_every_engine_says_what_it_is_without_being_here(name):
     kind = engine_class(name)
     assert kind.name == name
-    assert kind.traits.obtain
+    assert kind.traits.install_hint
     assert kind.traits.versions

@@ -13,8 +13,8 @@ from harness.comparison.regression import Baseline, against_baseline
 from harness.errors import EngineError
 from harness.parameters.tower import Tower
 from harness.store.baseline import read_baseline
-from harness.verbs.verification.baseline_rows import here
-from harness.verbs.verification.passages import passages
+from harness.workflows.verification.baseline_rows import here
+from harness.workflows.verification.passages import passages
 
 COMMITTED = Path(__file__).parents[2] / "reports" / "baseline"
 TOWER_CASES = [Tower(height=height, law="overlap") for height in (2, 19)]

@@ -10,7 +10,7 @@ from harness.comparison.verdicts import Verdict
 from harness.engines.lammps.engine import Lammps
 from harness.engines.process import Limits
 from harness.parameters.incline import Incline
-from harness.verbs.verification.passages import CASES
+from harness.workflows.verification.passages import CASES
 from tests.regression.planted import (
     CLIPPED,
     EVERYTHING,
@@ -148,7 +148,7 @@ def test_clipping_parts_when_a_contact_first_pulls(planted, lammps):
         pulls |= (distance < d) & (case.stiffness * (d - distance) < eta * separation)
     first = path.time_s[1:][np.argmax(pulls)]
     (parted,) = [series for series in found.parted if series.column == "x_m"]
-    moment = parted.parting
+    moment = parted.divergence
     assert pulls.any()
     assert moment.stays
     assert moment.last_inside <= first <= moment.time
@@ -167,7 +167,7 @@ def test_a_dropped_contact_leaves_the_first_samples_as_they_are(planted):
     def missing(time):
         return stiffness * speed / omega * (omega * time) ** 5 / 120
 
-    moment = parted.parting
+    moment = parted.divergence
     assert not moment.from_first_step
     assert missing(moment.last_inside) < 1.1 * parted.band
     assert missing(moment.time) > 0.9 * parted.band

@@ -24,8 +24,8 @@ from harness.parameters.contact import CONTACTS, PLASTIC
 from harness.parameters.incline import Incline
 from harness.parameters.ladder import QUICK_LADDER
 from harness.parameters.tower import Tower
-from harness.verbs.towers import tower
-from harness.verbs.verification.chain_evidence import chain_evidence
+from harness.workflows.towers import tower
+from harness.workflows.verification.chain_evidence import chain_evidence
 
 ENGINE = Provenance("lammps", "1 Jan 2030", ("GRANULAR",), "/bin/lmp", "executable")
 
@@ -102,7 +102,7 @@ def _declared(engine, **others):
     return Declared(
         engine, "1.2" if not others.get("missing") else "", "executable", "apt install", ("1.2",),
         "velocity-verlet", ("clipped",), ("full", "half"), "linear", 15,
-        **{"lineage": "", "quirks": (), **others},
+        **{"lineage": "", "caveats": (), **others},
     )  # fmt: skip
 
 
@@ -117,7 +117,7 @@ def engine_evidence():
     return EngineEvidence(
         closed_form_deg=10.2,
         declared=[
-            _declared("yade", quirks=("It <always> clips.", "It counts m/2.")),
+            _declared("yade", caveats=("It <always> clips.", "It counts m/2.")),
             _declared("liggghts", lineage="LAMMPS"),
             _declared("esys", missing="no esysparticle here"),
             _declared("kratos", unqualified="free fall"),

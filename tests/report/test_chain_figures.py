@@ -7,7 +7,7 @@ import pytest
 
 from harness.parameters.tower import Tower
 from harness.report.figures import chain_peak_error, chain_runs
-from harness.verbs.towers import tower
+from harness.workflows.towers import tower
 
 
 def drawn(figure):

@@ -7,7 +7,7 @@ import pytest
 
 from harness.observables.reference import PEYNEAU_ROUX, ReferencePoints
 from harness.report.figures import impulse as figures
-from harness.verbs.impulse_angles import (
+from harness.workflows.impulse_angles import (
     WAYS,
     energy_scaling_angles,
     impulse_angles,

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 import harness
-from harness.comparison.case import Case, Quantity
-from harness.comparison.parting import Series
+from harness.comparison.baseline_record import Case, Quantity
+from harness.comparison.divergence import Series
 from harness.comparison.regression import Baseline
 from harness.comparison.regression_tolerances import REGRESSION
 from harness.errors import RequestError

@@ -10,7 +10,7 @@ from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 from harness.store.cached_engine import CachedEngine
 from harness.store.entries import Entries
-from harness.verbs.incline import critical_angle
+from harness.workflows.incline import critical_angle
 
 WHO = {"engine": "synthetic", "files": ["1"]}
 
@@ -19,7 +19,7 @@ class Synthetic(Engine):
     """The theory's map and the exact propagator as an engine that counts what it runs."""
 
     name = "synthetic"
-    traits = Traits(obtain="comes with the tests", versions=("1",), integrator="")
+    traits = Traits(install_hint="comes with the tests", versions=("1",), integrator="")
 
     def __init__(self, incline, who=WHO):
         self._incline = incline

@@ -10,9 +10,9 @@ from contextlib import closing
 import pytest
 
 from harness.errors import RequestError
-from harness.store import ask
-from harness.store.ask import Question
+from harness.store import history_query
 from harness.store.history import End, History, Quantity, Start
+from harness.store.history_query import HistoryQuery
 from harness.store.schema import MIGRATIONS, VERSION
 
 START = Start("verify", ["--quick"], "0.1.0", "abc", "Linux")
@@ -34,10 +34,10 @@ def integrity(path):
 def test_a_run_is_there_when_it_starts_and_complete_when_it_ends(path):
     with History(path) as history:
         number = history.begin(START)
-        (row,) = ask.runs(history, Question())
+        (row,) = history_query.runs(history, HistoryQuery())
         assert (row["status"], row["finished"], row["command"]) == (None, None, "verify")
         history.finish(number, END, [ANGLE, RATIO])
-        (row,) = ask.runs(history, Question())
+        (row,) = history_query.runs(history, HistoryQuery())
     assert row["status"] == 1
     assert (row["judged"], row["failed"]) == (1, 1)
     assert row["finished"] >= row["started"]
@@ -47,7 +47,7 @@ def test_a_run_is_there_when_it_starts_and_complete_when_it_ends(path):
 def test_quantities_come_back_as_they_were_and_what_is_missing_is_null(path):
     with History(path) as history:
         history.finish(history.begin(START), END, [ANGLE, RATIO])
-        angle, ratio = ask.quantities(history, Question(quantity="*"))
+        angle, ratio = history_query.quantities(history, HistoryQuery(quantity="*"))
     assert [angle[key] for key in vars(ANGLE)] == list(vars(ANGLE).values())
     assert (ratio["value"], ratio["uncertainty"], ratio["expected"]) == (0.6, None, None)
     assert math.isnan(RATIO.uncertainty)
@@ -56,7 +56,7 @@ def test_quantities_come_back_as_they_were_and_what_is_missing_is_null(path):
 def test_a_name_that_comes_twice_keeps_both(path):
     with History(path) as history:
         history.finish(history.begin(START), END, [RATIO, RATIO, ANGLE])
-        rows = ask.quantities(history, Question(quantity="ratio*"))
+        rows = history_query.quantities(history, HistoryQuery(quantity="ratio*"))
     assert [row["name"] for row in rows] == ["ratio", "ratio (2)"]
 
 
@@ -66,11 +66,11 @@ def test_the_end_of_a_run_is_all_or_nothing(path):
         number = history.begin(START)
         with pytest.raises(sqlite3.Error):
             history.finish(number, END, [ANGLE, bad])
-        (row,) = ask.runs(history, Question())
+        (row,) = history_query.runs(history, HistoryQuery())
         assert row["status"] is None
-        assert ask.quantities(history, Question(quantity="*")) == []
+        assert history_query.quantities(history, HistoryQuery(quantity="*")) == []
         history.finish(number, END, [ANGLE])
-        assert len(ask.quantities(history, Question(quantity="*"))) == 1
+        assert len(history_query.quantities(history, HistoryQuery(quantity="*"))) == 1
 
 
 def _version_1(path):
@@ -96,9 +96,9 @@ def _version_1(path):
 def test_a_history_of_version_1_is_brought_up_to_date_with_its_runs(path):
     _version_1(path)
     with History(path) as history:
-        (row,) = ask.runs(history, Question())
+        (row,) = history_query.runs(history, HistoryQuery())
         assert (row["judged"], row["failed"], row["engine_version"]) == (2, 1, "2 Aug 2023")
-        angle, ratio = ask.quantities(history, Question(quantity="*"))
+        angle, ratio = history_query.quantities(history, HistoryQuery(quantity="*"))
         assert (angle["value"], angle["triage"], ratio["verdict"]) == (10.2, "", "pass")
         history.finish(history.begin(START), END, [ANGLE])
         assert history.rows("PRAGMA user_version") == [{"user_version": VERSION}]
@@ -160,8 +160,8 @@ def test_processes_that_make_and_write_one_history_at_once_lose_nothing(path):
         _, said = writer.communicate(timeout=120)
         assert writer.returncode == 0, said
     with History(path) as history:
-        assert len(ask.runs(history, Question(status="0"))) == 60
-        assert len(ask.quantities(history, Question(quantity="*"))) == 60 * 20
+        assert len(history_query.runs(history, HistoryQuery(status="0"))) == 60
+        assert len(history_query.quantities(history, HistoryQuery(quantity="*"))) == 60 * 20
     assert integrity(path) == [("ok",)]
 
 
@@ -176,7 +176,7 @@ def test_writers_killed_at_random_moments_lose_no_run_that_they_reported(path):
         reported += 1 + rest.count("\n")
     assert integrity(path) == [("ok",)]
     with History(path) as history:
-        finished = ask.runs(history, Question(status="0"))
+        finished = history_query.runs(history, HistoryQuery(status="0"))
         assert len(finished) >= reported
-        rows = ask.quantities(history, Question(quantity="*"))
+        rows = history_query.quantities(history, HistoryQuery(quantity="*"))
         assert len(rows) == 20 * len(finished)

@@ -10,7 +10,7 @@ from harness.observables.provenance import Provenance
 from harness.parameters.contact import CONTACTS
 from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
-from harness.store.runs import NOT_ONE, pack_incline, pack_tower, unpack_incline, unpack_tower
+from harness.store.runs import DECODE_ERRORS, pack_incline, pack_tower, unpack_incline, unpack_tower
 
 doubles = st.floats(width=64)
 
@@ -82,7 +82,7 @@ def test_the_comparison_of_this_test_sees_a_changed_bit():
 
 @pytest.mark.parametrize("data", [b"", b"no archive", b"\x80\x04\x95pickle"])
 def test_what_is_no_run_is_refused(data):
-    with pytest.raises(NOT_ONE):
+    with pytest.raises(DECODE_ERRORS):
         unpack_incline(data, Incline())
 
 

@@ -4,7 +4,7 @@ import pytest
 
 from harness.errors import RequestError
 from harness.store import verifications
-from harness.store.verifications import NOT_ONE, pack, unpack, verification_key
+from harness.store.verifications import DECODE_ERRORS, pack, unpack, verification_key
 
 
 @pytest.fixture
@@ -29,7 +29,7 @@ def test_a_report_and_its_record_come_back(report, tmp_path):
 
 @pytest.mark.parametrize("payload", [b"", b"no archive"])
 def test_what_is_no_verification_is_refused(payload, tmp_path):
-    with pytest.raises(NOT_ONE):
+    with pytest.raises(DECODE_ERRORS):
         unpack(payload, tmp_path / "copy")
     assert not (tmp_path / "copy").exists()
 

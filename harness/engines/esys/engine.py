@@ -18,10 +18,10 @@ from harness.engines.esys.scripts import (
     tower_parameters,
     tower_script,
 )
-from harness.engines.parallel import cores, side_by_side
+from harness.engines.input_values import Value, drop_values
+from harness.engines.parallel import cores, parallel_map
 from harness.engines.path import run_of_path
 from harness.engines.process import Limits
-from harness.engines.statement import Value, drop_values
 from harness.engines.timing import Plan, plan
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineTimeoutError, RequestError
@@ -51,12 +51,12 @@ class Esys(Engine):
 
     name = "esys"
     traits = Traits(
-        obtain="apt install esys-particle (Debian), or --esys PATH",
+        install_hint="apt install esys-particle (Debian), or --esys PATH",
         versions=("2.3.4",),
         integrator="mfix-euler",
         tails=("clipped",),
         spring="Hertz",
-        quirks=(
+        caveats=(
             "LinearDashpot brakes along the tangent too: it cannot state a frictionless contact.",
             "setParticleNonDynamic takes a tag, and says nothing when it is given an id.",
             "An exception in the script leaves the worker waiting for ever.",
@@ -72,7 +72,7 @@ class Esys(Engine):
         workers: int | None = None,
         limits: Limits | None = None,
     ) -> None:
-        self._launcher = Launcher(program, launcher, limits or Limits(), self.traits.obtain)
+        self._launcher = Launcher(program, launcher, limits or Limits(), self.traits.install_hint)
         self._workers = workers or cores()
         self._logs: dict[str, str] = {}
 
@@ -97,7 +97,7 @@ class Esys(Engine):
 
             return self._result(script, drop_values(case), read)
 
-        return side_by_side(one, cases, self._workers)
+        return parallel_map(one, cases, self._workers)
 
     def inclines(
         self, cases: Sequence[Incline], route: Route, *, every: int | None = None
@@ -116,7 +116,7 @@ class Esys(Engine):
             done = self._rows([cases[index] for index in indices], route, every)
             results.update(zip(indices, done, strict=True))
 
-        side_by_side(serve, groups.values(), self._workers)
+        parallel_map(serve, groups.values(), self._workers)
         return [results[index] for index in range(len(cases))]
 
     def towers(
@@ -144,7 +144,7 @@ class Esys(Engine):
             return self._result(script, values, read)
 
         jobs = list(zip(cases, plans, parameters, strict=True))
-        return side_by_side(one, jobs, self._workers)
+        return parallel_map(one, jobs, self._workers)
 
     def logs(self) -> dict[str, str]:
         """Return, for each script, what the first run of it that finished said."""

@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from harness.engines.esys.scripts import SERIES, Script
+from harness.engines.input_values import Value
 from harness.engines.process import Ended, Limits, Processes, last_words, text_of
 from harness.engines.programs import find_program
-from harness.engines.statement import Value
 from harness.errors import EngineCrashError, EngineMissingError, RequestError
 from harness.observables.provenance import Provenance
 
@@ -58,14 +58,14 @@ class Finished(NamedTuple):
 class Launcher:
     """Runs scripts in folders of their own under limits of time and memory.
 
-    Raise EngineMissingError with ``obtain`` where the program or a launcher is not here,
+    Raise EngineMissingError with ``install_hint`` where the program or a launcher is not here,
     RequestError for one that is named and not found.
     """
 
     def __init__(
-        self, program: str | None, launcher: str | None, limits: Limits, obtain: str
+        self, program: str | None, launcher: str | None, limits: Limits, install_hint: str
     ) -> None:
-        self.program = _program(program, obtain)
+        self.program = _program(program, install_hint)
         self._launcher = _launcher(launcher)
         self.limits = limits
         self._processes = Processes()
@@ -125,13 +125,13 @@ class Launcher:
         return replace(ended, said="\n".join(said) + "\n")
 
 
-def _program(name: str | None, obtain: str) -> str:
+def _program(name: str | None, install_hint: str) -> str:
     if name is not None:
         return find_program("esys", name)
     try:
         return find_program("esys", PROGRAM)
     except RequestError:
-        raise EngineMissingError(f"ESyS-Particle is not here: {obtain}") from None
+        raise EngineMissingError(f"ESyS-Particle is not here: {install_hint}") from None
 
 
 def _launcher(words: str | None) -> list[str]:

@@ -9,7 +9,7 @@ from functools import cache
 
 from harness import __version__
 from harness.engines.contract import Route
-from harness.engines.statement import (
+from harness.engines.input_values import (
     Value,
     Values,
     check_overlap_law,

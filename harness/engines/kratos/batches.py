@@ -37,12 +37,14 @@ print("\\nKRATOS", release)
 class Batches:
     """Runner for a Python at ``program``, or this one; ``workers`` processes side by side.
 
-    ``obtain`` tells how to get Kratos. Raise RequestError when there is no such program.
+    ``install_hint`` tells how to get Kratos. Raise RequestError when there is no such program.
     """
 
-    def __init__(self, program: str | None, obtain: str, workers: int, limits: Limits) -> None:
+    def __init__(
+        self, program: str | None, install_hint: str, workers: int, limits: Limits
+    ) -> None:
         self._python = sys.executable if program is None else find_program("kratos", program)
-        self._obtain, self._workers, self._limits = obtain, workers, limits
+        self._install_hint, self._workers, self._limits = install_hint, workers, limits
         self._folder = tempfile.TemporaryDirectory(prefix="dem-harness-")
         self._processes = Processes()
         self._who: Provenance | None = None
@@ -62,7 +64,7 @@ class Batches:
             if not releases or ended.code != 0:
                 raise EngineMissingError(
                     f"{self._python} has no Kratos with its DEM application"
-                    f"{last_words(without_farewell(ended.said))}; get it with: {self._obtain}"
+                    f"{last_words(without_farewell(ended.said))}; get it with: {self._install_hint}"
                 )
             self._who = Provenance(
                 "kratos", releases[-1], ("DEMApplication",), self._python, "worker"
@@ -111,7 +113,7 @@ class Batches:
         for index in range(len(jobs)):
             log, series = text_of(folder / f"{index}.txt"), text_of(folder / f"{index}.csv")
             if not finished(log):
-                return [*done, error_of(ended, self._limits.seconds, self._obtain)]
+                return [*done, error_of(ended, self._limits.seconds, self._install_hint)]
             done.append(Output(log, series, seconds_in(log)))
         return done
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TypeVar
 
 from harness.engines.contract import Engine, Route
+from harness.engines.input_values import Values, drop_values
 from harness.engines.kratos.batches import Batches
 from harness.engines.kratos.jobs import Job, Output
 from harness.engines.kratos.read import read_path, read_tower
@@ -23,7 +24,6 @@ from harness.engines.kratos.scripts import (
 from harness.engines.parallel import cores
 from harness.engines.path import run_of_path
 from harness.engines.process import Limits
-from harness.engines.statement import Values, drop_values
 from harness.engines.timing import plan
 from harness.engines.traits import Traits
 from harness.errors import EngineError, RequestError
@@ -56,13 +56,13 @@ class Kratos(Engine):
 
     name = "kratos"
     traits = Traits(
-        obtain="pip install KratosDEMApplication (extra 'kratos'), or --kratos PYTHON",
+        install_hint="pip install KratosDEMApplication (extra 'kratos'), or --kratos PYTHON",
         versions=RELEASES,
         integrator=REFERENCE["Velocity_Verlet"],
         tails=("clipped",),
         effective_masses=("full", "half"),
         digits=15,
-        quirks=(
+        caveats=(
             "Only the first search for contacts goes by SearchTolerance: every later one goes by "
             "search_tolerance_against_walls, also where there is no wall, and with 0 there and "
             "the default NeighbourSearchFrequency of 50 contacts are found up to 50 steps late.",
@@ -83,7 +83,9 @@ class Kratos(Engine):
         self._scheme: Scheme = scheme
         self.traits = replace(type(self).traits, integrator=REFERENCE[scheme])
         self._logs: dict[str, str] = {}
-        self._batches = Batches(program, self.traits.obtain, workers or cores(), limits or Limits())
+        self._batches = Batches(
+            program, self.traits.install_hint, workers or cores(), limits or Limits()
+        )
 
     def identify(self) -> Provenance:
         """Return the version and the Python that has it."""

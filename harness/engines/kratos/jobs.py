@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from harness.engines.input_values import Values
 from harness.engines.kratos.scripts import Script, words_of
-from harness.engines.statement import Values
 
 
 @dataclass(frozen=True)

@@ -54,15 +54,15 @@ def without_farewell(said: str) -> str:
     return "\n".join(line for line in lines if not line.startswith(FAREWELL))
 
 
-def error_of(ended: Ended, limit: float, obtain: str) -> EngineError:
+def error_of(ended: Ended, limit: float, install_hint: str) -> EngineError:
     """Return what the end of a process speaks of, which left a run unfinished.
 
-    ``limit`` [s] is the time that a run was given, ``obtain`` how to get Kratos.
+    ``limit`` [s] is the time that a run was given, ``install_hint`` how to get Kratos.
     """
     said = without_farewell(ended.said)
     error: EngineError | None
     if not ended.timed_out and re.search(r"^(?:ModuleNotFound|Import)Error: ", said, re.MULTILINE):
-        error = EngineMissingError(f"no Kratos{last_words(said)}; get it with: {obtain}")
+        error = EngineMissingError(f"no Kratos{last_words(said)}; get it with: {install_hint}")
     elif not ended.timed_out and "is not a number" in said:
         error = EngineNaNError(f"Kratos met a value that is not a number{last_words(said)}")
     elif not ended.timed_out and (refused := _refusal(said)):

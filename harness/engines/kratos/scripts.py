@@ -9,8 +9,8 @@ from importlib import resources
 from typing import Literal
 
 from harness import __version__
-from harness.engines import statement
-from harness.engines.statement import Values, check_overlap_law, drop_values
+from harness.engines import input_values
+from harness.engines.input_values import Values, check_overlap_law, drop_values
 from harness.parameters.contact import PLASTIC, Contact
 from harness.parameters.drop import Drop
 from harness.parameters.incline import Incline
@@ -95,7 +95,7 @@ def input_files() -> dict[str, str]:
 
 def incline_values(case: Incline) -> Values:
     """Return the parameters of an incline; its row is endless, however many spheres it has."""
-    return {**statement.incline_values(case), "phase": case.phase}
+    return {**input_values.incline_values(case), "phase": case.phase}
 
 
 def tower_values(case: Tower, duration: float, steps_per_contact: float) -> Values:
@@ -105,7 +105,7 @@ def tower_values(case: Tower, duration: float, steps_per_contact: float) -> Valu
     deformable law.
     """
     check_overlap_law(case, WHO)
-    return statement.tower_values(case, duration, steps_per_contact, WHO)
+    return input_values.tower_values(case, duration, steps_per_contact, WHO)
 
 
 def words_of(values: Values) -> str:

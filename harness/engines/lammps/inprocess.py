@@ -19,7 +19,7 @@ from harness.engines.lammps.jobs import Job, Output
 from harness.engines.lammps.read import LAST_RESULT, error_from_text, version_in
 from harness.engines.lammps.scripts import names_to_forget
 from harness.engines.lammps.worker import FOLDER
-from harness.engines.parallel import side_by_side
+from harness.engines.parallel import parallel_map
 from harness.engines.process import Limits
 from harness.errors import (
     EngineCrashError,
@@ -62,7 +62,7 @@ class InProcess:
         """Run the jobs side by side; safe to call from several threads."""
         if len(jobs) == 1:
             return [self._run_one(jobs[0])]
-        return side_by_side(self._run_one, jobs, min(self._workers, len(jobs)))
+        return parallel_map(self._run_one, jobs, min(self._workers, len(jobs)))
 
     def close(self) -> None:
         """End the workers, also those at work, and remove the temporary files."""

@@ -10,7 +10,7 @@ from functools import cache
 from importlib import resources
 
 from harness import __version__
-from harness.engines import statement
+from harness.engines import input_values
 from harness.parameters.contact import CONTACTS, PLASTIC, Contact
 from harness.parameters.drop import Drop
 from harness.parameters.incline import Incline
@@ -103,13 +103,13 @@ def input_files() -> dict[str, str]:
 
 def drop_variables(case: Drop) -> dict[str, str]:
     """Return what ``-var`` sets for a drop, at full precision."""
-    return texts({**statement.drop_values(case), "tail": case.contact.tail})
+    return texts({**input_values.drop_values(case), "tail": case.contact.tail})
 
 
 def incline_variables(case: Incline) -> dict[str, str]:
     """Return what ``-var`` sets for a case, at full precision."""
-    row: statement.Values = {"spheres": case.spheres, "phase": case.phase}
-    return texts({**statement.incline_values(case), **row, "tail": case.contact.tail})
+    row: input_values.Values = {"spheres": case.spheres, "phase": case.phase}
+    return texts({**input_values.incline_values(case), **row, "tail": case.contact.tail})
 
 
 def tower_variables(case: Tower, duration: float, steps_per_contact: float) -> dict[str, str]:
@@ -117,11 +117,11 @@ def tower_variables(case: Tower, duration: float, steps_per_contact: float) -> d
 
     Raise RequestError for unequal particles, which the script does not have.
     """
-    values = statement.tower_values(case, duration, steps_per_contact, "LAMMPS")
+    values = input_values.tower_values(case, duration, steps_per_contact, "LAMMPS")
     return texts({**values, "law": case.law})
 
 
-def texts(values: statement.Values) -> dict[str, str]:
+def texts(values: input_values.Values) -> dict[str, str]:
     """Return values as LAMMPS reads them."""
     return {k: _number(v) if isinstance(v, float) else str(v) for k, v in values.items()}
 

@@ -47,11 +47,11 @@ class Liggghts(Engine):
 
     name = "liggghts"
     traits = Traits(
-        obtain="apt install liggghts (Debian, Ubuntu), or --liggghts PATH",
+        install_hint="apt install liggghts (Debian, Ubuntu), or --liggghts PATH",
         versions=("LIGGGHTS-PUBLIC 3.8.0",),
         integrator=INTEGRATOR,
         lineage="LAMMPS",
-        quirks=(
+        caveats=(
             "In two dimensions (dimension 2) its particles are discs of unit height: 3/2 of the "
             "mass of spheres of 1 m.",
             "Clipping the tail (limitForce) is an option, off by default.",
@@ -137,7 +137,7 @@ class Liggghts(Engine):
             return find_program(self.name, PROGRAM)
         except RequestError:
             raise EngineMissingError(
-                f"no {PROGRAM} on PATH; install it: {self.traits.obtain}"
+                f"no {PROGRAM} on PATH; install it: {self.traits.install_hint}"
             ) from None
 
     def _results(

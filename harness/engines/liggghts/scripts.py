@@ -11,6 +11,7 @@ from functools import cache
 from importlib import resources
 
 from harness import __version__
+from harness.engines.input_values import check_overlap_law, tower_values
 from harness.engines.lammps.scripts import (
     HEAD_ON,
     STORIES,
@@ -19,7 +20,6 @@ from harness.engines.lammps.scripts import (
     incline_variables,
     texts,
 )
-from harness.engines.statement import check_overlap_law, tower_values
 from harness.parameters.contact import CONTACTS, PLASTIC
 from harness.parameters.drop import Drop
 from harness.parameters.incline import Incline

@@ -8,7 +8,7 @@ from harness.engines.traits import Traits
 OBTAIN = "build it (mfix.netl.doe.gov, MFiX 21.3.2, batch solver) and give --mfix PATH"
 
 TRAITS = Traits(
-    obtain=OBTAIN,
+    install_hint=OBTAIN,
     versions=("21.3.2",),
     integrator="mfix-euler",
     tails=("attractive",),
@@ -16,7 +16,7 @@ TRAITS = Traits(
     restitution_floor=1e-20,
     most_damping=CONTACT.zeta,
     digits=7,
-    quirks=(
+    caveats=(
         "The effective mass against a fixed sphere is m/2: a nominal restitution of 1e-20 "
         "is really about 0.044.",
         "DTSOLID_FACTOR divides the damped contact time: at e = 1e-20 its default of 50 is "

@@ -13,16 +13,16 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from harness.engines.contract import Engine, Route
+from harness.engines.input_values import check_equal_particles, check_overlap_law
 from harness.engines.mfix.declared import OBTAIN, TRAITS
 from harness.engines.mfix.read import check_end, read_path, read_tower
 from harness.engines.mfix.solver import Solver, version_of
 from harness.engines.mfix.system import System, drop_system, incline_system, tower_system
-from harness.engines.parallel import cores, side_by_side
+from harness.engines.parallel import cores, parallel_map
 from harness.engines.path import run_of_path
 from harness.engines.process import Limits
 from harness.engines.programs import find_program
 from harness.engines.routes import start_of
-from harness.engines.statement import check_equal_particles, check_overlap_law
 from harness.engines.timing import Plan, plan
 from harness.errors import EngineError, EngineMissingError, EngineOutputError, RequestError
 from harness.observables.drop import DropRun
@@ -96,7 +96,7 @@ class Mfix(Engine):
                 return error
             return DropRun(cases[index], path, output.seconds, who)
 
-        return side_by_side(one, range(len(cases)), self._workers)
+        return parallel_map(one, range(len(cases)), self._workers)
 
     def inclines(
         self, cases: Sequence[Incline], route: Route, *, every: int | None = None
@@ -107,7 +107,7 @@ class Mfix(Engine):
         """
         for case in cases:
             _incline(case, route, STRETCHES[0], every)
-        return side_by_side(lambda case: self._incline(case, route, every), cases, self._workers)
+        return parallel_map(lambda case: self._incline(case, route, every), cases, self._workers)
 
     def towers(
         self,
@@ -134,7 +134,7 @@ class Mfix(Engine):
                 error.log = output.log
                 return error
 
-        return side_by_side(one, range(len(cases)), self._workers)
+        return parallel_map(one, range(len(cases)), self._workers)
 
     def close(self) -> None:
         """End MFiX's processes and remove what they left."""

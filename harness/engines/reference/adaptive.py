@@ -16,7 +16,6 @@ from typing import NamedTuple
 import numpy as np
 from scipy.integrate import OdeSolution, solve_ivp
 
-from harness.engines.reference.mover import Mover
 from harness.engines.reference.row import Grain, Row
 from harness.engines.reference.smooth_motion import (
     State,
@@ -24,6 +23,7 @@ from harness.engines.reference.smooth_motion import (
     rate_of_change,
     unclipped_force,
 )
+from harness.engines.reference.trajectory_integrator import TrajectoryIntegrator
 from harness.errors import EngineNaNError
 
 RELATIVE, ABSOLUTE = 1e-11, 1e-13
@@ -58,7 +58,7 @@ class Event(NamedTuple):
     act: Callable[[], bool]
 
 
-class Adaptive(Mover):
+class Adaptive(TrajectoryIntegrator):
     """The grain moved for at most ``longest`` [s], sampled every ``sampling`` [s] if at all."""
 
     def __init__(

@@ -11,7 +11,7 @@ from typing import NamedTuple, get_args
 
 from harness import __version__
 from harness.engines.contract import Engine, Route
-from harness.engines.parallel import cores, side_by_side
+from harness.engines.parallel import cores, parallel_map
 from harness.engines.reference import (
     mfix_adams_bashforth,
     mfix_euler,
@@ -22,9 +22,9 @@ from harness.engines.reference import (
 from harness.engines.reference.adaptive import Adaptive
 from harness.engines.reference.fixed_step import FixedStep
 from harness.engines.reference.incline import run
-from harness.engines.reference.mover import Mover
 from harness.engines.reference.row import Grain, Row, row_below, row_of
 from harness.engines.reference.stability import Growth, fewest_steps_per_contact
+from harness.engines.reference.trajectory_integrator import TrajectoryIntegrator
 from harness.engines.routes import Start, start_of
 from harness.engines.springs import SpringLaw
 from harness.engines.traits import Traits
@@ -73,7 +73,7 @@ class Reference(Engine):
 
     name = "reference"
     traits = Traits(
-        obtain="comes with the harness",
+        install_hint="comes with the harness",
         versions=(__version__,),
         integrator=DEFAULT_INTEGRATOR,
     )
@@ -203,13 +203,17 @@ class Reference(Engine):
                     f"{self.integrator} at damping ratio {zeta:.4g}: must be {bound}"
                 )
 
-    def _mover(self, case: Incline, start: Start, longest: int, every: int | None) -> Mover:
+    def _mover(
+        self, case: Incline, start: Start, longest: int, every: int | None
+    ) -> TrajectoryIntegrator:
         if every is not None and every < 1:
             raise RequestError(f"every = {every}: must be at least 1 step")
         grain = Grain(*start.state())
         return self._moved(grain, row_of(case, self._law), case.step, longest, every)
 
-    def _moved(self, grain: Grain, row: Row, step: float, longest: int, every: int | None) -> Mover:
+    def _moved(
+        self, grain: Grain, row: Row, step: float, longest: int, every: int | None
+    ) -> TrajectoryIntegrator:
         if self.integrator == ADAPTIVE:
             sampling = None if every is None else every * step
             return Adaptive(grain, row, longest * step, sampling, self._seconds)
@@ -221,7 +225,7 @@ class Reference(Engine):
     ) -> list[InclineRun | EngineError]:
         if len(cases) == 1:
             return [one(cases[0])]
-        return side_by_side(one, cases, self._workers)
+        return parallel_map(one, cases, self._workers)
 
 
 @cache

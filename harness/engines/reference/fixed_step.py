@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from harness.engines.reference.mover import Mover
 from harness.engines.reference.row import Grain, Row
 from harness.engines.reference.stretch import VELOCITY_VERLET, End, begin, stretch
+from harness.engines.reference.trajectory_integrator import TrajectoryIntegrator
 from harness.errors import EngineNaNError
 
 AT_ONCE = 20_000_000
@@ -18,7 +18,7 @@ ROWS = 65_536
 """Samples kept at once."""
 
 
-class FixedStep(Mover):
+class FixedStep(TrajectoryIntegrator):
     """The grain in steps of ``step`` [s], at most ``longest`` of them, sampled every so many."""
 
     def __init__(

@@ -7,7 +7,7 @@ import time
 import numpy as np
 
 from harness.engines.contract import Route
-from harness.engines.reference.mover import Mover
+from harness.engines.reference.trajectory_integrator import TrajectoryIntegrator
 from harness.engines.routes import end_of, energy, margin, overlaps
 from harness.engines.springs import SpringLaw
 from harness.observables.incline import Crests, InclineRun, Motion
@@ -18,7 +18,7 @@ from harness.parameters.incline import Incline
 def run(
     case: Incline,
     route: Route,
-    mover: Mover,
+    mover: TrajectoryIntegrator,
     provenance: Provenance,
     *,
     sampled: bool,
@@ -27,7 +27,7 @@ def run(
     """Move the grain by well after well (passage: one) and return what became of it.
 
     Dissipation only lowers the energy: a grain that turns back with less than the
-    crest ahead asks for is trapped. Errors as for :meth:`Mover.watch`.
+    crest ahead asks for is trapped. Errors as for :meth:`TrajectoryIntegrator.watch`.
     """
     started = time.perf_counter()
     wells = 1 if route == "passage" else case.wells
@@ -54,7 +54,9 @@ def run(
 
 
 @np.errstate(over="ignore", invalid="ignore")  # NaN is the mover's to name
-def _one_well(case: Incline, route: Route, mover: Mover, well: int, law: SpringLaw) -> Motion:
+def _one_well(
+    case: Incline, route: Route, mover: TrajectoryIntegrator, well: int, law: SpringLaw
+) -> Motion:
     """Return whether the grain passes the end of the well, is trapped before, or time is over."""
     place = end_of(case, route, well, law)
     here = mover.grain[:4]

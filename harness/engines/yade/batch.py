@@ -14,9 +14,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from harness.engines.input_values import Values
 from harness.engines.parallel import dealt, in_batches
 from harness.engines.process import Limits, Processes, last_words, text_of
-from harness.engines.statement import Values
 from harness.engines.yade.read import LAST_RESULT
 from harness.engines.yade.scripts import Script
 from harness.errors import EngineCrashError, EngineError, EngineOutputError

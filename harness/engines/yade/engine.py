@@ -7,9 +7,9 @@ from dataclasses import replace
 from typing import TypeVar
 
 from harness.engines.contract import Engine, Route
+from harness.engines.input_values import Values, drop_values
 from harness.engines.parallel import cores
 from harness.engines.process import Limits
-from harness.engines.statement import Values, drop_values
 from harness.engines.timing import Plan, plan
 from harness.engines.traits import Traits
 from harness.engines.yade.batch import Batches, Job, Output
@@ -45,11 +45,11 @@ class Yade(Engine):
 
     name = "yade"
     traits = Traits(
-        obtain="apt install yade (Debian, Ubuntu), or --yade PATH",
+        install_hint="apt install yade (Debian, Ubuntu), or --yade PATH",
         versions=("2023.02a",),
         integrator="mfix-euler",
         tails=("clipped",),
-        quirks=(
+        caveats=(
             "Its own formulas for tc and en, and for young and en, take m/2 for the effective "
             "mass against a fixed sphere.",
             "With young and en near 0 its search for the dashpot fails: it warns and leaves "
@@ -65,7 +65,7 @@ class Yade(Engine):
         workers: int | None = None,
         limits: Limits | None = None,
     ) -> None:
-        self._program = find(program, self.traits.obtain)
+        self._program = find(program, self.traits.install_hint)
         self._who = Provenance(
             engine=self.name,
             engine_version=version(self._program),

@@ -17,7 +17,7 @@ from harness.errors import EngineMissingError
 VERSION_SECONDS = 60.0
 
 
-def find(program: str | None, obtain: str) -> str:
+def find(program: str | None, install_hint: str) -> str:
     """Return the path of Yade: that of the program named, or of the one on PATH.
 
     Raise RequestError for a program that is not there, EngineMissingError, which says how to
@@ -27,7 +27,7 @@ def find(program: str | None, obtain: str) -> str:
         return find_program("yade", program)
     found = shutil.which("yade")
     if found is None:
-        raise EngineMissingError(f"no Yade on PATH: {obtain}")
+        raise EngineMissingError(f"no Yade on PATH: {install_hint}")
     return str(Path(found).absolute())
 
 

@@ -8,8 +8,8 @@ from functools import cache
 from importlib import resources
 
 from harness import __version__
-from harness.engines import statement
-from harness.engines.statement import Values, check_overlap_law, drop_values
+from harness.engines import input_values
+from harness.engines.input_values import Values, check_overlap_law, drop_values
 from harness.engines.timing import Plan, plan
 from harness.parameters.contact import PLASTIC, Contact
 from harness.parameters.drop import Drop
@@ -64,7 +64,7 @@ def input_files() -> dict[str, str]:
 
 def incline_values(case: Incline) -> Values:
     """Return what a case sets in the incline's script; floats keep every digit in JSON."""
-    return {**statement.incline_values(case), "spheres": case.spheres, "phase": case.phase}
+    return {**input_values.incline_values(case), "spheres": case.spheres, "phase": case.phase}
 
 
 def tower_values(case: Tower, timing: Plan) -> Values:
@@ -73,7 +73,7 @@ def tower_values(case: Tower, timing: Plan) -> Values:
     Raise RequestError for unequal particles or the deformable law, which the script does not have.
     """
     check_overlap_law(case, WHO)
-    values = statement.tower_values(case, timing.duration, timing.steps_per_contact, WHO)
+    values = input_values.tower_values(case, timing.duration, timing.steps_per_contact, WHO)
     return {**values, "series_every": timing.every}
 
 

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from harness.observables.felt_contacts import felt_contacts
+from harness.observables.significant_contacts import significant_contacts
 from harness.observables.tower import TowerRun
 from harness.report.figures.style import COLOURS, STYLES, label, named, panels, power
 
@@ -67,7 +67,7 @@ def draw_force_and_contacts(axes: Axes, run: TowerRun, scale: float) -> Axes:
     )  # fmt: skip
     steps = axes.twinx()
     steps.step(
-        run.time_over_t0, felt_contacts(run), where="post", color=COLOURS[2], linestyle="--",
+        run.time_over_t0, significant_contacts(run), where="post", color=COLOURS[2], linestyle="--",
         linewidth=1.1, label="contacts",
     )  # fmt: skip
     steps.set_ylabel(FELT)

@@ -1,6 +1,6 @@
 """Figures of impulse and critical angle against height.
 
-Tables are those of ``harness.verbs.impulse_angles``, a row for each combination.
+Tables are those of ``harness.workflows.impulse_angles``, a row for each combination.
 """
 
 from __future__ import annotations

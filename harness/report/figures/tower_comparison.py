@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 
 from harness.comparison.series import SeriesComparison
 from harness.comparison.step_convergence import Order, StepConvergence
-from harness.observables.felt_contacts import felt_contacts
+from harness.observables.significant_contacts import significant_contacts
 from harness.observables.tower import Floats, TowerRun
 from harness.report.figures.chain_runs import FELT
 from harness.report.figures.style import COLOURS, MARKERS, STYLES, label, named, panels
@@ -65,8 +65,8 @@ def different_law(comparisons: Sequence[SeriesComparison]) -> Figure:
         for i, run in enumerate((found.reference, found.run)):
             look: dict[str, Any] = {"color": COLOURS[1 + i], "linestyle": STYLES[i]}
             _force(force, run, found.force.scale, **look)
-            contacts.step(run.time_over_t0, felt_contacts(run), where="post", **look)
-        parted = "never part" if found.parting_time is None else _parted(found)
+            contacts.step(run.time_over_t0, significant_contacts(run), where="post", **look)
+        parted = "never part" if found.divergence_time is None else _parted(found)
         last = row == len(comparisons) - 1
         title = f"{found.run.tower.particles} particles, l2 difference {found.force.l2:.2g}, "
         unit = f"force [peak, {found.reference.tower.law}]"
@@ -134,6 +134,6 @@ def _code(run: TowerRun) -> str:
 
 
 def _parted(found: SeriesComparison) -> str:
-    assert found.parting_time is not None
-    at = found.parting_time / found.reference.tower.contact_time
-    return f"parted by {found.parting:g} at {at:.2g} t0"
+    assert found.divergence_time is not None
+    at = found.divergence_time / found.reference.tower.contact_time
+    return f"parted by {found.divergence:g} at {at:.2g} t0"

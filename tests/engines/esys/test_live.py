@@ -19,9 +19,9 @@ from harness.parameters.drop import Drop
 from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 from harness.theory.critical_angle import critical_angle as closed_form
-from harness.verbs.incline import critical_angle
-from harness.verbs.qualification import qualify
-from harness.verbs.towers import tower
+from harness.workflows.incline import critical_angle
+from harness.workflows.qualification import qualify
+from harness.workflows.towers import tower
 
 pytestmark = pytest.mark.live
 

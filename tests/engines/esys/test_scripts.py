@@ -11,7 +11,7 @@ from harness.engines.esys.scripts import (
     tower_parameters,
     tower_script,
 )
-from harness.engines.statement import drop_values
+from harness.engines.input_values import drop_values
 from harness.engines.timing import plan
 from harness.errors import RequestError
 from harness.parameters.contact import PLASTIC, Contact

@@ -13,8 +13,8 @@ from harness.engines.routes import start_of
 from harness.observables.incline import Motion
 from harness.parameters.contact import CLIPPED, PLASTIC
 from harness.parameters.incline import Incline
-from harness.verbs.incline import critical_angle
-from harness.verbs.qualification import qualify
+from harness.workflows.incline import critical_angle
+from harness.workflows.qualification import qualify
 
 pytestmark = pytest.mark.live
 

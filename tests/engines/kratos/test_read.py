@@ -84,7 +84,7 @@ def test_a_log_without_a_verdict_is_that_of_a_run_that_did_not_finish(recorded):
 
 def test_a_python_without_kratos_is_named_with_the_remedy():
     said = "Traceback:\nModuleNotFoundError: No module named 'KratosMultiphysics'"
-    error = error_of(Ended(said, 1, 0.1, False), 300.0, Kratos.traits.obtain)
+    error = error_of(Ended(said, 1, 0.1, False), 300.0, Kratos.traits.install_hint)
     assert isinstance(error, EngineMissingError)
     assert "pip install KratosDEMApplication" in str(error)
     assert error.log == said

@@ -15,7 +15,7 @@ from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE
 from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 from harness.theory.critical_angle import critical_angle as closed_form
-from harness.verbs.incline import critical_angle
+from harness.workflows.incline import critical_angle
 
 pytestmark = pytest.mark.live
 

@@ -11,7 +11,7 @@ from harness.engines.liggghts.scripts import drop_script
 from harness.errors import EngineInputError
 from harness.parameters.contact import SOURCE, Contact
 from harness.parameters.drop import Drop
-from harness.verbs.qualification import qualify
+from harness.workflows.qualification import qualify
 
 pytestmark = pytest.mark.live
 

@@ -26,8 +26,8 @@ from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE
 from harness.parameters.drop import Drop
 from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
-from harness.verbs.incline import critical_angle
-from harness.verbs.qualification import qualify
+from harness.workflows.incline import critical_angle
+from harness.workflows.qualification import qualify
 
 GOOD = Drop(
     contact=CONTACT.replace(restitution=0.5), speed=1.0, steps_per_contact=100.0, duration=1.0

@@ -8,7 +8,7 @@ from harness.engines.reference.engine import Reference
 from harness.observables.incline import Motion
 from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE
 from harness.parameters.incline import Incline
-from harness.verbs.incline import critical_angle
+from harness.workflows.incline import critical_angle
 
 pytestmark = pytest.mark.live
 

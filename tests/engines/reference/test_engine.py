@@ -13,7 +13,7 @@ from harness.observables.incline import Motion
 from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE
 from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
-from harness.verbs.incline import critical_angle
+from harness.workflows.incline import critical_angle
 
 
 @pytest.mark.parametrize("contact", [SOURCE, CLIPPED, PLASTIC], ids=lambda c: c.name)

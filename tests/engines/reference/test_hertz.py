@@ -12,7 +12,7 @@ from harness.errors import RequestError
 from harness.parameters.contact import CLIPPED, PLASTIC
 from harness.parameters.incline import Incline
 from harness.theory.critical_angle import critical_angle as closed_form
-from harness.verbs.incline import critical_angle
+from harness.workflows.incline import critical_angle
 
 CASE = Incline(contact=PLASTIC, stiffness=1e6, steps_per_contact=200.0)
 

@@ -20,8 +20,8 @@ from harness.parameters.contact import PLASTIC, SOURCE
 from harness.parameters.drop import Drop
 from harness.parameters.incline import Incline
 from harness.theory.dashpot import restitution_clipped
-from harness.verbs.incline import critical_angle
-from harness.verbs.qualification import qualify
+from harness.workflows.incline import critical_angle
+from harness.workflows.qualification import qualify
 
 pytestmark = pytest.mark.live
 

@@ -4,7 +4,7 @@ from numpy.testing import assert_allclose
 
 from harness.observables.impulse import impulse
 from harness.parameters.tower import Tower
-from harness.verbs.towers import tower
+from harness.workflows.towers import tower
 
 pytestmark = [pytest.mark.live, pytest.mark.slow]
 

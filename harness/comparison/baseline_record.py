@@ -1,0 +1,67 @@
+"""A case of the baseline: what one run, or one search, left in numbers and a series."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Required, TypedDict
+
+from harness.comparison.divergence import Series
+from harness.observables.provenance import Provenance
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number with its uncertainty, which is 0 for a run that is the same every time."""
+
+    value: float
+    uncertainty: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Case:
+    """A case, measured now or kept in the baseline; two of the same name are compared.
+
+    ``name`` is ``engine/what`` and the path of its file. ``parameters`` is
+    JSON-ready. ``levels`` are the levels of ``verify`` that run it.
+    """
+
+    name: str
+    parameters: Mapping[str, Any]
+    quantities: Mapping[str, Quantity]
+    engine: str
+    engine_version: str
+    how: str = ""
+    platform: str = ""
+    script: str = ""
+    script_sha256: str = ""
+    levels: tuple[str, ...] = ()
+    series: Series | None = field(default=None, repr=False)
+
+    def at(self, level: str, platform: str) -> Case:
+        """Return the case as measured at a level of ``verify``, on a platform."""
+        return replace(self, levels=(level,), platform=platform)
+
+
+class Made(TypedDict, total=False):
+    """Who made a case, as fields of it."""
+
+    engine: Required[str]
+    engine_version: Required[str]
+    how: str
+    script: str
+    script_sha256: str
+
+
+def made_by(who: Provenance | None, solver: str, version: str) -> Made:
+    """Return who made a case: an engine, or a solver of this harness in its ``version``."""
+    if who is None:
+        return {"engine": solver, "engine_version": f"dem-harness {version}"}
+    return {
+        "engine": who.engine,
+        "engine_version": who.engine_version,
+        "how": who.how,
+        "script": who.script,
+        "script_sha256": who.script_sha256,
+    }

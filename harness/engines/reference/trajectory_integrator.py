@@ -1,0 +1,70 @@
+"""What moves the grain: fixed steps, or an adaptive integrator. One small interface."""
+
+from __future__ import annotations
+
+import time
+from abc import ABC, abstractmethod
+
+import numpy as np
+from numpy.typing import NDArray
+
+from harness.engines.reference.row import Grain
+from harness.errors import EngineMemoryError, EngineTimeoutError
+from harness.observables.incline import Trajectory
+
+MOST_SAMPLES = 10_000_000
+
+
+class TrajectoryIntegrator(ABC):
+    """A grain in motion: ``grain``, ``steps`` taken, ``time`` [s], and its samples."""
+
+    grain: Grain
+    steps: int = 0
+
+    def __init__(self, grain: Grain, seconds: float) -> None:
+        self.grain = grain
+        self._deadline = time.monotonic() + seconds
+        self._seconds = seconds
+        self._samples: list[NDArray[np.float64]] = []
+        self._count = 0
+
+    @property
+    @abstractmethod
+    def time(self) -> float:
+        """Return the time [s] since the start."""
+
+    @property
+    @abstractmethod
+    def over(self) -> bool:
+        """Return whether the time limit is reached."""
+
+    @abstractmethod
+    def watch(self, place: float, floor: float) -> None:
+        """Move until x > ``place`` [m], the grain turns back, or the time limit.
+
+        A grain that moves back is given up when its energy falls below ``floor``
+        [J]: a method without steps needs to be told. Raise EngineNaNError when
+        the state overflows, EngineTimeoutError when it takes too long.
+        """
+
+    @abstractmethod
+    def finish(self) -> None:
+        """Move to the time limit, whatever the grain does. Errors as for ``watch``."""
+
+    def trajectory(self) -> Trajectory:
+        """Return the samples taken."""
+        return Trajectory(*np.concatenate(self._samples).T)
+
+    def _keep(self, rows: NDArray[np.float64]) -> None:
+        """Keep samples, shape (rows, 5)."""
+        self._count += len(rows)
+        if self._count > MOST_SAMPLES:
+            raise EngineMemoryError(f"reference: more than {MOST_SAMPLES:g} samples of one run")
+        self._samples.append(rows)
+
+    def _look_at_clock(self) -> None:
+        if time.monotonic() > self._deadline:
+            raise EngineTimeoutError(
+                f"reference: not finished after {self._seconds:g} s of wall time, "
+                f"at step {self.steps}"
+            )

@@ -1,0 +1,94 @@
+"""The source's figures of the tower in time: collapse, separation, choice of the window."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from harness.observables.significant_contacts import significant_contacts
+from harness.observables.tower import TowerRun
+from harness.report.figures.chain_runs import (
+    FELT,
+    TIME,
+    draw_force_and_contacts,
+    draw_scaled_forces,
+    force_and_contacts,
+    runs_apart,
+)
+from harness.report.figures.style import BLACK, GREEN, PURPLE, label, panels
+from harness.reproduction.figure_data import TowersInTime, WindowChoice
+
+_WIDTH, _HEIGHT = 7.6, 2.3  # [in] of a row
+OF_ALL = "peak of all 19"
+
+
+def collapse(runs: Sequence[TowerRun]) -> Figure:
+    """Draw scaled force (above) and contacts (below) of towers that differ in stiffness."""
+    figure = panels(2, 1, width=_WIDTH, height=3.0)
+    above, below = figure.axes
+    draw_scaled_forces(above, runs)
+    for run, look in zip(runs, runs_apart(len(runs)), strict=True):
+        below.step(run.time_over_t0, significant_contacts(run), where="post", **look)
+    label(below, TIME, FELT)
+    below.yaxis.set_major_locator(MaxNLocator(integer=True))
+    below.sharex(above)
+    return figure
+
+
+def separation(towers: TowersInTime) -> Figure:
+    """Draw force and contacts of each tower, and when its grain first feels the base."""
+    figure = force_and_contacts(towers.separated, towers.largest_force, OF_ALL)
+    figure.set_figwidth(_WIDTH)
+    above = figure.axes[: len(towers.separated)]
+    for axes, run, felt in zip(above, towers.separated, towers.base_felt, strict=True):
+        told = "base not felt"
+        if math.isfinite(felt):
+            axes.axvline(felt, color=GREEN, ls=":", lw=1.8, label="base felt")
+            told = f"base felt at {felt:.2f} t0"
+        axes.set_title(f"{run.tower.particles} particles, {told}", fontsize="medium")
+    _one_legend(figure, len(above))
+    return figure
+
+
+def window_selection(choices: Sequence[WindowChoice]) -> Figure:
+    """Draw contacts, force and compression, and the largest compression, a row a tower."""
+    figure = panels(len(choices), 1, width=_WIDTH, height=2.8)
+    for row, choice in enumerate(choices):
+        axes, run = figure.axes[row], choice.run
+        draw_force_and_contacts(axes, run, float(run.grain_force.max()))
+        axes.plot(
+            run.time_over_t0, run.compression / run.compression.max(), color=BLACK, lw=1.2,
+            ls="-.", label="compression, grain to base",
+        )  # fmt: skip
+        at = choice.largest_compression
+        for time, line, name in ((at, "--", "largest compression"), (2 * at, ":", "window's end")):
+            axes.axvline(time, color=PURPLE, ls=line, lw=2, label=name)
+        title = f"{run.tower.particles} particles: compressed most at {at:.3f} t0"
+        last = row == len(choices) - 1
+        label(axes, TIME if last else "", "force, compression\n[largest]", title)
+    _one_legend(figure, len(choices))
+    return figure
+
+
+def _one_legend(figure: Figure, rows: int) -> None:
+    """Put the legend of the first row below all rows: in the panels it would hide lines."""
+    for axes in figure.axes[:rows]:
+        if legend := axes.get_legend():
+            legend.remove()
+    lines = [line for i in (0, rows) for line in figure.axes[i].get_lines()]
+    named = [line for line in lines if not str(line.get_label()).startswith("_")]
+    figure.legend(handles=named, loc="outside lower center", ncols=3, fontsize="small")
+
+
+def of_all_heights(towers: TowersInTime) -> Figure:
+    """Draw force and contacts of the source's four towers, in the largest force of all heights.
+
+    The source scales the force up to the axis of the contacts; here each has an
+    axis of its own and one height on the page, which keeps the comparison.
+    """
+    figure = force_and_contacts(towers.shown, towers.largest_force, OF_ALL)
+    figure.set_figwidth(_WIDTH)
+    return figure

@@ -1,0 +1,183 @@
+"""Appendix A, boundaries of one chain: lengths, examples, and what they show."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import brentq
+
+from harness.reproduction import as_printed
+from harness.reproduction.claims import Source, Statement, claim, compare_everywhere
+from harness.reproduction.ledger.samples import (
+    RADIUS,
+    Floats,
+    touching_chains,
+)
+from harness.reproduction.ledger.widths import round_off
+
+_LAW = ("tests/chain/test_contact_solvers.py",)
+_PLACE = "Appendix A, boundaries within a chain"
+
+
+def from_first(centres: Floats, first: float) -> Floats:
+    """Return the boundaries (n+1,) [m] that mirror ``first`` at one centre after the other."""
+    found = [first]
+    for centre in centres:
+        found.append(2 * float(centre) - found[-1])
+    return np.array(found)
+
+
+def lengths() -> list[Statement]:
+    """Return the rows on the length of a chain, which its centres do not give."""
+
+    def both_lengths(particles: int) -> tuple[float, float]:
+        """Return b_n - b_0 of one set of centres for two choices of b_0, 0.01 m apart."""
+        chain = touching_chains(1, (particles,))[0]
+        first = float(chain.boundaries[0])
+        both = [from_first(chain.centres, first + shift) for shift in (0.0, 0.01)]
+        return float(both[0][-1] - both[0][0]), float(both[1][-1] - both[1][0])
+
+    change = {n: both_lengths(n)[1] - both_lengths(n)[0] for n in range(2, 8)}
+    odd = [change[n] for n in change if n % 2]
+    even = [change[n] for n in change if n % 2 == 0]
+    triple = touching_chains(50, (3,))
+    return [
+        compare_everywhere(
+            Source("eq-chain-length", _PLACE, "b_3 - b_0 = 2x_3 - 2x_2 + 2x_1 - 2b_0 for three"),
+            printed=[
+                2 * c.centres[2] - 2 * c.centres[1] + 2 * c.centres[0] - 2 * c.boundaries[0]
+                for c in triple
+            ],
+            found=[float(c.boundaries[3] - c.boundaries[0]) for c in triple],
+            width=round_off("m"),
+            computed=f"{len(triple)} random chains of three",
+            evidence=_LAW,
+        ),
+        claim(
+            Source(
+                "text-odd-chains",
+                _PLACE,
+                "x_n - x_1 gives the length of a chain, and the length all boundaries of odd ones",
+            ),
+            holds=max(abs(value) for value in odd) < 1e-12,
+            computed="centres held and b_0 moved by 0.01 m, the lengths of chains of 3, 5 and 7 "
+            "change by " + ", ".join(f"{value:.2f}" for value in odd) + " m: the centres do not "
+            "give the length, which takes the deformations of the two ends",
+            correction="the length would give b_0, but is not known; Newton's third law closes "
+            "odd chains as well as even ones",
+            evidence=_LAW,
+            why="a length that the centres fix would not change",
+        ),
+        claim(
+            Source(
+                "text-even-chains", _PLACE, "the length does not give the boundaries of even chains"
+            ),
+            holds=max(abs(value) for value in even) < 1e-12 and min(map(abs, odd)) > 1e-3,
+            computed="the same in chains of 2, 4 and 6: the length changes by "
+            f"{max(abs(value) for value in even):.0e} m at most, b_0 cancels",
+            evidence=_LAW,
+        ),
+    ]
+
+
+def swapped() -> Statement:
+    """Return the row of two particles that swap their deformations."""
+
+    def laid(deformed: tuple[float, float]) -> Floats:
+        widths = [1.0 - value for value in deformed]
+        return np.array([0.0, widths[0], sum(widths)])
+
+    one, other = laid((0.15, 0.05)), laid((0.05, 0.15))
+    centres = [0.5 * (b[1:] + b[:-1]) for b in (one, other)]
+    apart = [float(np.diff(x)[0]) for x in centres]
+    return claim(
+        Source(
+            "text-swapped",
+            _PLACE,
+            "two particles may swap deformations at the same centres and length; Newton's third "
+            "law forbids it",
+        ),
+        holds=abs(apart[0] - apart[1]) < 1e-12
+        and abs(one[-1] - other[-1]) < 1e-12
+        and abs(one[1] - other[1]) > 0.01,
+        computed=f"deformations 0.15 and 0.05 m in either order: centres {apart[0]:.3f} and "
+        f"{apart[1]:.3f} m apart, lengths {one[-1]:.3f} and {other[-1]:.3f} m, boundary between "
+        f"them at {one[1]:.3f} and {other[1]:.3f} m",
+        evidence=_LAW,
+    )
+
+
+def four() -> list[Statement]:
+    """Return the rows of the example of four particles."""
+    chains = touching_chains(50, (4,))
+    exact = [float(c.boundaries[0]) for c in chains]
+
+    def solved(centres: Floats) -> float:
+        return float(
+            brentq(lambda b: as_printed.imbalance_of_four(centres, b, RADIUS), -100.0, 100.0)
+        )
+
+    return [
+        compare_everywhere(
+            Source(
+                "eq-four-inserted",
+                "Appendix A, example of four particles, third line",
+                "... = r_0 - x_2 + 2x_1 - 2b_0 - r_0 + x_3 - ...",
+            ),
+            printed=[solved(c.centres) for c in chains],
+            found=exact,
+            width=round_off("m", 1e-11),
+            computed="the line solved for b_0 by root finding: b_1 = 2x_1 - b_0 brings one b_0, "
+            "the line has two",
+            corrected=[as_printed.boundary_of_four(c.centres) for c in chains],
+            correction="- b_0 in place of - 2b_0; the last line is right",
+            evidence=_LAW,
+        ),
+        compare_everywhere(
+            Source(
+                "eq-four",
+                "Appendix A, example of four particles, last line",
+                "b_0 = (-x_4 + 3x_3 - 5x_2 + 7x_1)/4",
+            ),
+            printed=[as_printed.boundary_of_four(c.centres) for c in chains],
+            found=exact,
+            width=round_off("m"),
+            computed=f"{len(chains)} random chains of four; no r_0 in it, as eq. (A7) has",
+            evidence=_LAW,
+        ),
+    ]
+
+
+def odd_coefficients() -> Statement:
+    """Find the weights of the centres by moving one centre at a time, r_0 by itself."""
+    weights: dict[int, list[float]] = {}
+    for n in range(2, 8):
+        balance = np.zeros((n + 1, n + 1))  # b_0 to b_n from centres and the alternating sum
+        for i in range(n):
+            balance[i, i : i + 2] = 1.0
+        alternating = (-1.0) ** np.arange(n)
+        balance[n, :-1] += alternating  # sum (-1)^i (2r_0 - (b_(i+1) - b_i)) = 0
+        balance[n, 1:] -= alternating
+        inverse = np.linalg.inv(balance)
+        weights[n] = [*(2 * n * inverse[0, :n]), -2 * alternating.sum() * n * inverse[0, n]]
+    odd = all(
+        np.allclose(w[:-1], [(-1.0) ** i * (2 * (n - i) - 1) for i in range(n)])
+        for n, w in weights.items()
+    )
+    return claim(
+        Source(
+            "text-odd-coefficients",
+            "Appendix A, before eq. (A7)",
+            "the pattern of four particles, alternating odd coefficients, is the general solution",
+        ),
+        holds=odd and all(abs(w[-1]) < 1e-9 for w in weights.values()),
+        corrected_holds=odd
+        and all(abs(w[-1] - ((-1) ** n - 1) / 2) < 1e-9 for n, w in weights.items()),
+        computed="the equations of 2 to 7 particles inverted: n b_0 has the weights "
+        + "; ".join(
+            f"{', '.join(f'{v:.0f}' for v in w[:-1])} and {w[-1] + 0.0:.0f} r_0"
+            for n, w in weights.items() if n in (3, 4)
+        )
+        + " for 3 and 4",
+        correction="odd chains have - r_0 besides",
+        evidence=_LAW,
+    )  # fmt: skip

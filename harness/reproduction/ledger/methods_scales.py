@@ -1,0 +1,156 @@
+"""Section Methods: the two time scales, equations (11) and (12)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.integrate import quad
+from scipy.optimize import brentq
+
+from harness.parameters.tower import Tower
+from harness.reproduction import as_printed
+from harness.reproduction.as_printed import Printed
+from harness.reproduction.claims import (
+    Source,
+    Statement,
+    Width,
+    claim,
+    compare,
+    compare_everywhere,
+)
+from harness.reproduction.ledger.contact import integrate
+from harness.reproduction.ledger.runs import impulses
+from harness.reproduction.ledger.samples import generator
+from harness.reproduction.ledger.widths import last_digit, round_off
+from harness.theory.critical_angle import critical_angle, no_flight_bound
+from harness.theory.energy_map import steady_energy
+
+_MASS, _DIAMETER = 1.0, 1.0  # [kg], [m] of the source's towers
+
+
+def statements(printed: Printed) -> list[Statement]:
+    """Return the rows in the order of the text."""
+    return [
+        *_crest(printed),
+        _collision(printed),
+        *_contact_time(printed),
+        _separation(printed),
+    ]
+
+
+def rise_time(angle_deg: float) -> float:
+    """Return the time [s] from well to crest in steady motion, by quadrature over the arc."""
+    rise = math.radians(30 - angle_deg)
+    energy = steady_energy(angle_deg, 0.25)
+
+    def slowness(left: float) -> float:
+        return 1 / math.sqrt(2 * (energy - math.cos(left) + math.cos(rise)))
+
+    return float(quad(slowness, 0.0, rise)[0]) * math.sqrt(_DIAMETER / 9.81)
+
+
+def _crest(printed: Printed) -> list[Statement]:
+    drop = 1 - math.sqrt(3) / 2  # [d] from crest to well of a level row, Pythagoras
+    escape = math.sqrt(2 * printed.gravity * drop * 2.0)
+    evaluated = escape / 8 / printed.gravity
+    needed = brentq(
+        lambda r: as_printed.crest_time(r, printed.gravity) - printed.crest_time, 1e-3, 1e6
+    )
+    fastest, slow = rise_time(no_flight_bound()), rise_time(critical_angle() + 1e-6)
+    return [
+        compare(
+            Source("eq-11", "Methods, eq. (11)", "t_c = 1/4 sqrt(2g 2r (1 - sin 60)) cos 60/g"),
+            printed=as_printed.crest_time(1.0, printed.gravity),
+            found=evaluated,
+            width=round_off("s"),
+            computed=f"escape from the well of a level row of radius 1 m takes {escape:.4f} m/s "
+            f"(geometry); an eighth of it over g is {evaluated:.4f} s; r is the radius here and "
+            "the distance of centres in Table I; the source gives no reason for the factor 1/4",
+        ),
+        compare(
+            Source("text-t-c", "Methods, eq. (11)", "the formula gives t_c = 0.41 s"),
+            printed=printed.crest_time,
+            found=evaluated,
+            width=last_digit(0.01, "s"),
+            computed=f"{evaluated:.4f} s for r = 1 m; 0.41 s needs r = {needed:.0f} m",
+            correction=f"t_c = {evaluated:.3f} s by the formula",
+            evidence=("tests/verbs/reproduction/ledger/test_methods.py",),
+        ),
+        claim(
+            Source(
+                "text-crest-time",
+                "Methods, before eq. (11)",
+                "the grain takes about 0.41 s from well to crest",
+            ),
+            holds=fastest <= printed.crest_time <= slow,
+            computed=f"steady motion over spheres of 1 m, integrated: {fastest:.3f} s at "
+            f"{no_flight_bound():.2f} deg, {slow:.2f} s 1e-6 deg above theta_c, "
+            "without bound at theta_c: the number is of the right size though its formula is not",
+            evidence=("tests/theory/test_energy_map.py",),
+            why="between the shortest and the longest rise in steady motion",
+        ),
+    ]
+
+
+def _collision(printed: Printed) -> Statement:
+    random = generator()
+    cases = [tuple(random.uniform([50, 0.3, 0.5], [200, 1.0, 5.0])) for _ in range(50)]
+    return compare_everywhere(
+        Source("eq-12", "Methods, eq. (12)", "t_n = pi (k/m_eff - (gamma/m_eff)^2)^(-1/2)"),
+        printed=[as_printed.collision_time(k, m, g, printed.damping_factor) for k, m, g in cases],
+        found=[integrate(k, m, g).time for k, m, g in cases],
+        width=Width(1e-8, "s", "integration with a relative tolerance of 1e-10"),
+        computed="m_eff x'' + gamma x' + k x = 0 integrated until x is 0 again, 50 random cases",
+        corrected=[as_printed.collision_time(k, m, g, 0.25) for k, m, g in cases],
+        correction="(gamma/(2 m_eff))^2; without damping, as here, nothing changes",
+        evidence=("tests/theory/test_dashpot.py",),
+    )
+
+
+def _contact_time(printed: Printed) -> list[Statement]:
+    stiffness = printed.stiffnesses[0]
+    modes = np.linalg.eigvalsh(stiffness / _MASS * np.array([[1.0, -1.0], [-1.0, 1.0]]))
+    found = math.pi / math.sqrt(modes[1])
+    held = Tower(stiffness=stiffness, gravity=0.0).contact_time
+    effective = stiffness / modes[1]
+    return [
+        compare(
+            Source("text-effective-mass", "Methods, after eq. (12)", "m_eff = m_1 m_2/(m_1 + m_2)"),
+            printed=_MASS * _MASS / (_MASS + _MASS),
+            found=float(effective),
+            width=round_off("kg"),
+            computed=f"stiffness over squared frequency of two free particles: {effective:.4f} kg; "
+            "against the fixed particles of this model it is m, not m/2",
+            evidence=("tests/theory/test_chain.py",),
+        ),
+        compare(
+            Source("text-t-n", "Methods, eq. (12)", "t_n = 0.007 s at 100,000 N/m"),
+            printed=printed.contact_time,
+            found=found,
+            width=last_digit(0.001, "s"),
+            computed=f"half a period of two free particles of 1 kg: {found:.5f} s; of a grain on a "
+            f"fixed one, which is the case at hand, {held:.5f} s",
+            evidence=("tests/chain/test_propagators.py",),
+        ),
+    ]
+
+
+def _separation(printed: Printed) -> Statement:
+    by_formula = as_printed.crest_time(1.0, printed.gravity) / printed.contact_time
+    fastest = rise_time(no_flight_bound())
+    longest = max(row.window_s for row in impulses())
+    return claim(
+        Source(
+            "text-separation",
+            "Methods, after eq. (12)",
+            "contacts are over long before the grain is on the crest",
+        ),
+        holds=fastest > 10 * printed.contact_time,
+        computed=f"the two numbers printed are {printed.crest_time / printed.contact_time:.0f} "
+        f"apart, by the formula {by_formula:.1f}; the fastest rise, {fastest:.3f} s, is "
+        f"{fastest / printed.contact_time:.0f} contacts long, but only {fastest / longest:.1f} of "
+        f"the longest window over which an impulse is taken ({longest:.4f} s, Appendix B)",
+        evidence=("tests/verbs/reproduction/ledger/test_methods.py",),
+        why="well separated: ten contacts or more to a rise",
+    )

@@ -1,0 +1,61 @@
+"""Movies of the motions: looping GIFs, and dumps for OVITO."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from harness.observables.motions import InclineMotion, Motions, RowMotion
+    from harness.reproduction.movies.film import Film
+    from harness.reproduction.movies.stage import Image
+
+
+class Scene(Protocol):
+    """Draws the frames of one motion."""
+
+    @property
+    def frames(self) -> int:
+        """Return the number of frames."""
+
+    @property
+    def telling(self) -> int:
+        """Return the frame to show where nothing moves."""
+
+    def picture(self, frame: int) -> Image:
+        """Return one frame (height, width, 3)."""
+
+
+def films(motions: Motions) -> list[Film]:
+    """Return a film of each motion that there is."""
+    from harness.reproduction.movies.dump import incline_dump, row_dump
+    from harness.reproduction.movies.incline_grain import InclineGrain
+    from harness.reproduction.movies.row_collision import RowCollision
+    from harness.reproduction.movies.tower_shock import TowerShock
+
+    made = [
+        _film(motion, RowCollision(motion), row_dump(motion))
+        for motion in (motions.pair, motions.triple)
+    ]
+    if motions.incline is not None:
+        made.append(
+            _film(motions.incline, InclineGrain(motions.incline), incline_dump(motions.incline))
+        )
+    made.append(_film(motions.tower, TowerShock(motions.tower), row_dump(motions.tower)))
+    return made
+
+
+def _film(motion: RowMotion | InclineMotion, scene: Scene, dump: bytes) -> Film:
+    from harness.reproduction.movies.film import Film
+    from harness.reproduction.movies.gif import FRAME_MS, gif
+    from harness.reproduction.movies.stage import png
+
+    speed = 1e3 * float(motion.time[1] - motion.time[0]) / FRAME_MS
+    pace = f"{speed:.2g} times as fast" if speed > 1 else f"{1 / speed:.0f} times slowed down"
+    return Film(
+        name=motion.name,
+        title=motion.title,
+        caption=f"{motion.sentence} Shown {pace}.",
+        gif=gif(scene.picture, scene.frames),
+        still=png(scene.picture(scene.telling)),
+        dump=dump,
+    )

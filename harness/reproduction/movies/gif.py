@@ -1,0 +1,99 @@
+"""Pictures to a looping GIF: one palette for all, no dither, the same bytes each time."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image as Pillow
+
+from harness.reproduction.movies.stage import Image
+
+FRAME_MS = 50
+"""Browsers slow down what is faster than 20 ms; GIF counts in 10 ms."""
+LAST_MS = 1500
+_EXACT = 32
+_BLENDS = 64
+_UNKNOWN = 255  # more entries than a palette of these has
+_SAMPLES = 5
+
+
+def gif(picture: Callable[[int], Image], frames: int) -> bytes:
+    """Return the pictures of frames 0 to ``frames`` - 1 as a GIF that loops for ever.
+
+    Colours are flat areas and lines: dither would only add noise, and bytes.
+    """
+    palette = _palette([picture(frame) for frame in _chosen(frames)])
+    paint = _Painter(palette)
+    images = [paint(picture(frame)) for frame in range(frames)]
+    target = io.BytesIO()
+    images[0].save(
+        target,
+        format="GIF",
+        save_all=True,
+        append_images=images[1:],
+        duration=[FRAME_MS] * (frames - 1) + [LAST_MS],
+        loop=0,
+        optimize=True,
+        disposal=1,
+    )
+    return target.getvalue()
+
+
+def _chosen(frames: int) -> list[int]:
+    """Return a few frames, evenly chosen."""
+    return [int(frame) for frame in np.unique(np.linspace(0, frames - 1, _SAMPLES).round())]
+
+
+def _palette(pictures: list[Image]) -> Image:
+    """Return the palette (M, 3) of some pictures: the commonest colours as they are, then blends.
+
+    Median cut alone would shift the white of the page and the colours of the lines.
+    """
+    packed = np.concatenate([_packed(picture).ravel() for picture in pictures])
+    colours, counts = np.unique(packed, return_counts=True)
+    order = np.argsort(-counts, kind="stable")
+    common, rest = colours[order[:_EXACT]], colours[order[_EXACT:]]
+    entries = _unpacked(common)
+    if rest.size:
+        blends = Pillow.fromarray(_unpacked(rest)[None]).quantize(_BLENDS)
+        entries = np.vstack([entries, np.array(blends.getpalette()).reshape(-1, 3)])
+    return entries.astype(np.uint8)
+
+
+class _Painter:
+    """Puts pictures on a palette, the nearest colour for each pixel.
+
+    Pillow's own is only roughly the nearest, and turns white grey. Colours come again
+    from frame to frame: each is looked for once.
+    """
+
+    def __init__(self, palette: Image) -> None:
+        self._palette = palette
+        self._nearest = np.full(1 << 24, _UNKNOWN, dtype=np.uint8)
+
+    def __call__(self, picture: Image) -> Pillow.Image:
+        """Return a picture (height, width, 3) in colours of the palette."""
+        packed = _packed(picture)
+        entries = self._nearest[packed]
+        unknown = np.unique(packed[entries == _UNKNOWN])
+        if unknown.size:
+            apart = _unpacked(unknown)[:, None].astype(int) - self._palette[None].astype(int)
+            self._nearest[unknown] = (apart**2).sum(axis=2).argmin(axis=1)
+            entries = self._nearest[packed]
+        image = Pillow.fromarray(entries)
+        image.putpalette(self._palette.tobytes())
+        return image
+
+
+def _packed(picture: Image) -> NDArray[np.uint32]:
+    """Return each pixel's colour as one number, (height, width)."""
+    red, green, blue = np.moveaxis(picture.astype(np.uint32), -1, 0)
+    return np.asarray(red << 16 | green << 8 | blue)
+
+
+def _unpacked(colours: NDArray[np.uint32]) -> Image:
+    """Return packed colours (M,) as bytes (M, 3)."""
+    return np.stack([colours >> 16, colours >> 8 & 255, colours & 255], axis=-1).astype(np.uint8)

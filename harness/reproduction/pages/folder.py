@@ -1,0 +1,58 @@
+"""Write the reproduction's folder: aside first, then in place of the old one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from harness.atomic_write import whole_folder
+from harness.errors import RequestError
+from harness.report.target import check_writable
+from harness.reproduction.movies import films as draw_films
+from harness.reproduction.pages.gallery import all_pictures
+from harness.reproduction.pages.page import html_page
+from harness.reproduction.pages.text import markdown
+from harness.reproduction.result import Reproduction
+
+LEDGER = "ledger.csv"
+
+
+def check_folder(folder: Path) -> None:
+    """Raise RequestError for a folder that cannot take the report.
+
+    One that holds an older reproduction (a ledger) is replaced; one that holds
+    something else is not touched.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise RequestError(f"--output {folder}: is a file; name a folder")
+    ours = folder.is_dir() and (folder / LEDGER).is_file()
+    if folder.is_dir() and any(folder.iterdir()) and not ours:
+        raise RequestError(
+            f"--output {folder}: holds something that is not a reproduction; name a new folder"
+        )
+    check_writable(folder)
+
+
+def write(found: Reproduction, folder: Path) -> None:
+    """Write report.md, report.html, ledger.csv, figures, movies and dumps into a folder.
+
+    An older reproduction there is replaced as a whole. Raise RequestError as
+    :func:`check_folder` does.
+    """
+    check_folder(folder)
+    with whole_folder(folder, replace=True) as aside:
+        aside.mkdir()
+        _fill(found, aside)
+
+
+def _fill(found: Reproduction, folder: Path) -> None:
+    for name in ("figures", "movies", "dumps"):
+        (folder / name).mkdir()
+    pictures, films = all_pictures(found), draw_films(found.motions)
+    for picture in pictures:
+        (folder / "figures" / f"{picture.name}.svg").write_text(picture.svg, encoding="utf-8")
+    for film in films:
+        (folder / "movies" / f"{film.name}.gif").write_bytes(film.gif)
+        (folder / "dumps" / f"{film.name}.dump.gz").write_bytes(film.dump)
+    found.ledger.frame().to_csv(folder / LEDGER, index=False)
+    (folder / "report.md").write_text(markdown(found, pictures, films), encoding="utf-8")
+    (folder / "report.html").write_text(html_page(found, pictures, films), encoding="utf-8")

@@ -1,0 +1,56 @@
+"""The reproduction as an HTML page beside its figures and movies."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from harness.report.gallery import Picture
+from harness.report.page import Shown
+from harness.report.templating import environment
+from harness.report.vector import size
+from harness.reproduction.movies.film import Film
+from harness.reproduction.pages.findings import findings_text
+from harness.reproduction.pages.text import (
+    FIGURES,
+    LEAD,
+    MOVIES,
+    TITLE,
+    counts,
+    explained,
+    links,
+    provenance,
+)
+from harness.reproduction.result import Reproduction
+
+
+def html_page(found: Reproduction, pictures: Sequence[Picture], films: Sequence[Film]) -> str:
+    """Return the page; figures and movies are files beside it, named relative to it."""
+    from markdown_it import MarkdownIt
+    from markupsafe import Markup
+
+    to_html = MarkdownIt("commonmark", {"html": False}).enable("table").render
+    return (
+        environment("harness.reproduction")
+        .get_template("reproduction.html.j2")
+        .render(
+            title=TITLE,
+            lead=LEAD.replace("`", ""),
+            counts=counts(found),
+            total=len(found.ledger.statements),
+            # our own text, rendered without raw HTML
+            findings=Markup(to_html(findings_text(found))),
+            rows=[(s, explained(s), links(s)) for s in found.ledger.statements],
+            figures_text=FIGURES,
+            pictures=[_shown(picture) for picture in pictures],
+            movies_text=MOVIES,
+            films=films,
+            provenance=provenance(found),
+        )
+    )
+
+
+def _shown(picture: Picture) -> Shown:
+    """Return a figure as the page shows it: a file beside it."""
+    width, height = size(picture.svg)
+    address = f"figures/{picture.name}.svg"
+    return Shown(picture.name, picture.title, picture.caption, address, round(width), round(height))

@@ -1,0 +1,100 @@
+"""The reproduction as Markdown, and the words that it shares with the page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import PurePosixPath
+
+from harness.report.gallery import Picture
+from harness.reproduction.claims import Standing, Statement
+from harness.reproduction.movies.film import Film
+from harness.reproduction.pages.findings import findings_text
+from harness.reproduction.result import Reproduction
+
+TITLE = "Harper, Dufek and Breard (arXiv 2409.13633), recomputed"
+
+LEAD = (
+    "One row for every numbered equation, testable number and figure of the source, both "
+    "appendices included, and for each erratum. A row holds what the statement gives as it "
+    "stands, the same quantity by a route of its own, and the standing that follows. The errata "
+    "come last, with those of our own restatement, from which this harness was planned. "
+    "`dem-harness reproduce` makes this folder again; nothing in it is typed in."
+)
+
+FIGURES = (
+    "Redrawn from our own runs with the axes of the source; the sentence below each says what "
+    "agrees and what does not."
+)
+
+MOVIES = (
+    "The source's supplement shows two and three particles; incline and tower are added. The "
+    "dump files beside them are LAMMPS text dumps, which OVITO opens."
+)
+
+
+def markdown(found: Reproduction, pictures: Sequence[Picture], films: Sequence[Film]) -> str:
+    """Return the report as Markdown, with links to ledger, figures, movies and dumps."""
+    lines = [f"# {TITLE}", "", LEAD, "", *_counts(found), "", "## Findings", ""]
+    lines += [findings_text(found), "", "## Ledger", "", "As a table for pandas: "]
+    lines[-1] += "[ledger.csv](ledger.csv).\n"
+    lines += ["| where | the source says | standing | computed here | evidence |"]
+    lines += ["|---|---|---|---|---|", *(_row(s) for s in found.ledger.statements)]
+    lines += ["", "## Figures", "", FIGURES, ""]
+    for picture in pictures:
+        lines += [f"### {picture.title}", "", f"![{picture.title}](figures/{picture.name}.svg)", ""]
+        lines += [picture.caption, ""]
+    lines += ["## Movies", "", MOVIES, ""]
+    for film in films:
+        lines += [f"### {film.title}", "", f"![{film.title}](movies/{film.name}.gif)", ""]
+        lines += [f"{film.caption} Dump: [{film.name}.dump.gz](dumps/{film.name}.dump.gz).", ""]
+    lines += ["## Provenance", "", *(f"- {name}: {text}" for name, text in provenance(found)), ""]
+    return "\n".join(lines)
+
+
+def counts(found: Reproduction) -> list[tuple[Standing, int]]:
+    """Return how many statements have each standing."""
+    return [(standing, found.ledger.count(standing)) for standing in Standing]
+
+
+def explained(statement: Statement) -> str:
+    """Return what was computed, with the correction or the reason behind it."""
+    parts = [f"{statement.computed.removesuffix('.')}."]
+    if statement.correction:
+        parts.append(f"Correction: {statement.correction}.")
+    if statement.standing is Standing.UNTESTABLE:
+        parts = [f"{statement.why[0].upper()}{statement.why[1:]}."]
+    return " ".join(parts)
+
+
+def links(statement: Statement) -> list[tuple[str, str]]:
+    """Return name and address of each piece of evidence, seen from the report's folder."""
+    return [(PurePosixPath(path).stem, _address(path)) for path in statement.evidence]
+
+
+def provenance(found: Reproduction) -> list[tuple[str, str]]:
+    """Return what made this report; no date, so that the same code makes the same files."""
+    engine = found.provenance
+    return [
+        ("dem-harness", found.harness_version),
+        ("platform", found.platform),
+        ("engine", f"{engine.engine} {engine.engine_version}, {engine.how}"),
+    ]
+
+
+def _address(path: str) -> str:
+    return path if path.startswith("figures/") else f"../../{path}"
+
+
+def _counts(found: Reproduction) -> list[str]:
+    cells = counts(found)
+    total = len(found.ledger.statements)
+    head = " | ".join(["statements", *(str(standing) for standing, _ in cells)])
+    values = " | ".join([str(total), *(str(count) for _, count in cells)])
+    return [f"| {head} |", f"|{'--:|' * (len(cells) + 1)}", f"| {values} |"]
+
+
+def _row(statement: Statement) -> str:
+    source = statement.source
+    evidence = "<br>".join(f"[{name}]({address})" for name, address in links(statement))
+    cells = [source.where, source.says, str(statement.standing), explained(statement), evidence]
+    return "| " + " | ".join(cell.replace("|", "\\|").replace("\n", " ") for cell in cells) + " |"

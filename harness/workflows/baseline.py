@@ -1,0 +1,103 @@
+"""Compare a run with the baseline, or accept it as the new one."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from harness.comparison.regression import Baseline
+from harness.comparison.verdicts import Check, Kind
+from harness.comparison.verification import Verification
+from harness.engines.contract import Engine
+from harness.errors import EngineError, RequestError
+from harness.store.acceptance import Change, changes, check_target, write
+from harness.store.baseline import committed, read_baseline
+from harness.workflows.progress import Progress, silent
+from harness.workflows.verification import verify
+
+
+@dataclass(frozen=True)
+class BaselineComparison:
+    """A run against the baseline: the rows of kind regression, and what accepting would change."""
+
+    found: Verification
+    changes: tuple[Change, ...]
+
+    @property
+    def checks(self) -> tuple[Check, ...]:
+        """Return the rows against the baseline."""
+        return tuple(check for check in self.found.checks if check.kind is Kind.REGRESSION)
+
+    @property
+    def status(self) -> int:
+        """Return the exit status: 3 when an engine died, 1 when a row failed, else 0."""
+        if self.found.engine_errors:
+            return 3
+        return 1 if any(check.verdict == "fail" for check in self.checks) else 0
+
+    def record(self) -> dict[str, Any]:
+        """Return everything but the series as a JSON-ready mapping."""
+        return {
+            "baseline": self.found.baseline,
+            "level": self.found.level,
+            "status": self.status,
+            "engine": self.found.provenance.record() if self.found.provenance else None,
+            "engine_errors": list(self.found.engine_errors),
+            "checks": [check.record() for check in self.checks],
+            "divergences": [series.record() for series in self.found.parted],
+            "changes": [change.record() for change in self.changes],
+        }
+
+
+def compare_with_baseline(
+    level: str = "default",
+    *,
+    baseline: Path | None = None,
+    tolerances: Path | None = None,
+    engine: Engine | None = None,
+    progress: Progress = silent,
+) -> BaselineComparison:
+    """Run the cases of a level of ``verify`` and hold them against a baseline.
+
+    The committed baseline unless a folder is given; one that is not there yet is
+    empty. Raise RequestError for a damaged file, which is named.
+    """
+    folder = baseline if baseline is not None and baseline.is_dir() else None
+    known = Baseline({}, str(baseline or "none"))
+    if folder is not None or baseline is None:
+        where = folder or committed()
+        known = read_baseline(where, tolerances) if where else known
+    found = verify(level, engine=engine, progress=progress, baseline=known)
+    return BaselineComparison(found, tuple(changes(found.measured, known)))
+
+
+def accept_baseline(compared: BaselineComparison, folder: Path | None = None) -> Path:
+    """Write what a comparison found into a baseline's folder, all of it or nothing.
+
+    Into the project's own unless a ``folder`` is given. Raise RequestError for
+    the baseline of an installed package, which is not written, and EngineError
+    after a run in which an engine died.
+    """
+    if compared.found.engine_errors:
+        first = compared.found.engine_errors[0]
+        raise EngineError(f"baseline: nothing is accepted from a run that died: {first}")
+    for change in compared.changes:
+        for name, quantity in change.case.quantities.items():
+            if not math.isfinite(quantity.value):
+                raise EngineError(
+                    f"baseline: {change.case.name}: {name} = {quantity.value} is not accepted"
+                )
+    target = where_to_accept(folder)
+    write(compared.changes, target)
+    return target
+
+
+def where_to_accept(folder: Path | None = None) -> Path:
+    """Return the folder to write; raise RequestError, before any work, if it may not be."""
+    target = folder or committed()
+    if target is None:
+        raise RequestError("--baseline: this installation has no baseline; name a folder to write")
+    check_target(target)
+    return target

