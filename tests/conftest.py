@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from harness.observables.incline import Crests, InclineRun, Motion
+from harness.cases.incline.result import Crests, InclineRun, Motion
 from harness.observables.provenance import Provenance
 from harness.theory.energy_map import after_next_shock, passage_margin, well_depth
 

@@ -24,9 +24,9 @@ from harness.cli.options import (
 )
 
 if TYPE_CHECKING:
+    from harness.cases.incline.parameters import Incline
     from harness.engines.contract import Engine
     from harness.parameters.contact import Contact
-    from harness.parameters.incline import Incline
 
 _CONTACT = "Contact"
 _SYSTEM = "System"
@@ -128,12 +128,12 @@ def critical_angle(
     k = 1e6 N/m, 50 steps per contact time, passage route. A single value agrees
     with 10.2078 deg by cancellation at best: --extrapolate is what proves it.
     """
+    from harness.cases.incline.parameters import UNIT_MASS_DENSITY, Incline
     from harness.cli.cached_engines import open_cached_engine, open_entries, runs_made
     from harness.cli.history_records import angle_quantities
     from harness.cli.output import print_json, print_record
     from harness.cli.recording import recorded
     from harness.errors import RequestError
-    from harness.parameters.incline import UNIT_MASS_DENSITY, Incline
 
     if tolerance is not None and not 1e-9 <= tolerance <= 1.0:
         raise RequestError(f"--tolerance {tolerance!r} is not allowed: must be from 1e-9 to 1 deg")
@@ -167,8 +167,8 @@ def critical_angle(
 def _measure(
     case: Incline, engine: Engine, method: Method, tolerance: float | None, extrapolate: bool
 ) -> dict[str, Any]:
+    from harness.cases.incline import critical_angles as verb
     from harness.cli.progress import progress_bars
-    from harness.workflows import incline as verb
 
     if not extrapolate:
         return verb.critical_angle(

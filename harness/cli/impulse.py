@@ -98,6 +98,8 @@ def impulse(
     over that on a rigid base. It rescales the shock in the well of the incline,
     hence the critical angle. Without options: the source's six runs, both laws.
     """
+    from harness.cases.tower.impulse_angles import impulse_angles
+    from harness.cases.tower.impulse_table import SPEEDS, STIFFNESSES
     from harness.cli.files import FORMATS, check_target, read_reference, save_figure, write_all
     from harness.cli.history_records import impulse_quantities
     from harness.cli.lists import heights as height_list
@@ -106,8 +108,6 @@ def impulse(
     from harness.errors import RequestError
     from harness.observables.windows import WINDOWS
     from harness.parameters.tower import LAWS, Tower
-    from harness.workflows.impulse_angles import impulse_angles
-    from harness.workflows.impulses import SPEEDS, STIFFNESSES
 
     check_target(figure, "--figure", FORMATS)
     check_target(csv, "--csv")
@@ -144,8 +144,8 @@ def impulse(
 
 
 def _draw(found: pd.DataFrame, points: ReferencePoints | None, reading: str, solver: str) -> Figure:
+    from harness.cases.tower.figures.impulse import critical_angle_against_height
     from harness.observables.reference import PEYNEAU_ROUX
-    from harness.report.figures.impulse import critical_angle_against_height
 
     return critical_angle_against_height(
         found, readings=(reading,), solver=solver, published=PEYNEAU_ROUX, reference=points

@@ -122,6 +122,8 @@ def tower(
     arrives with its speed, gravity along the motion. Times are in t0, the time
     that the grain would stay on one fixed particle.
     """
+    from harness.cases.tower.run import covering
+    from harness.cases.tower.run import tower as run_tower
     from harness.cli.cached_engines import runs_made
     from harness.cli.files import check_target, write_all
     from harness.cli.history_records import tower_quantities
@@ -129,8 +131,6 @@ def tower(
     from harness.cli.recording import recorded
     from harness.observables.summary import summary
     from harness.parameters.tower import Tower
-    from harness.workflows.towers import covering
-    from harness.workflows.towers import tower as run_tower
 
     check_target(series, "--series")
     programs = programs_of(

@@ -6,7 +6,7 @@ import math
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from harness.comparison.step_convergence import StepConvergence
+from harness.cases.tower.step_convergence import StepConvergence
 
 OWN = "reference"
 """The harness's own DEM, that the others are held against."""

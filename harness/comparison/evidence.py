@@ -8,14 +8,14 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from harness.cases.incline.critical_angle import CriticalAngle
+from harness.cases.incline.extrapolation import ExtrapolatedAngle
+from harness.cases.incline.result import InclineRun
+from harness.cases.tower.comparison import SeriesComparison
+from harness.cases.tower.step_convergence import StepConvergence
 from harness.comparison.baseline_record import Case
 from harness.comparison.divergence import Comparison
-from harness.comparison.extrapolation import ExtrapolatedAngle
-from harness.comparison.series import SeriesComparison
-from harness.comparison.step_convergence import StepConvergence
 from harness.errors import EngineError
-from harness.observables.critical_angle import CriticalAngle
-from harness.observables.incline import InclineRun
 from harness.observables.tower import TowerRun
 
 Curve = tuple[list[float], list[float]]

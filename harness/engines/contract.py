@@ -29,14 +29,14 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, Self
 
+from harness.cases.drop.parameters import Drop
+from harness.cases.drop.result import DropRun
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import InclineRun
 from harness.engines.traits import Traits
 from harness.errors import EngineError
-from harness.observables.drop import DropRun
-from harness.observables.incline import InclineRun
 from harness.observables.provenance import Provenance
 from harness.observables.tower import TowerRun
-from harness.parameters.drop import Drop
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 
 Route = Literal["passage", "steady"]

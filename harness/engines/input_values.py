@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from harness.cases.drop.parameters import Drop
+from harness.cases.incline.parameters import Incline
 from harness.errors import RequestError
 from harness.parameters.contact import Contact
-from harness.parameters.drop import Drop
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Property, Tower
 
 Value = str | int | float

@@ -6,13 +6,13 @@ import math
 
 import numpy as np
 
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import Crests, InclineRun, Motion, Trajectory
 from harness.engines.contract import Route
 from harness.engines.routes import end_of, margin, overlaps
 from harness.engines.springs import SpringLaw
 from harness.errors import EngineNaNError, EngineOutputError
-from harness.observables.incline import Crests, InclineRun, Motion, Trajectory
 from harness.observables.provenance import Provenance
-from harness.parameters.incline import Incline
 
 
 def run_of_path(

@@ -13,9 +13,9 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from harness.cases.incline.parameters import Incline
 from harness.engines.springs import SpringLaw, spring_of
 from harness.errors import RequestError
-from harness.parameters.incline import Incline
 
 Number = TypeVar("Number", float, NDArray[np.float64])
 

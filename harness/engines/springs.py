@@ -7,8 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
+from harness.cases.incline.parameters import Incline
 from harness.parameters.hertz import Hertz, hertz_of_incline
-from harness.parameters.incline import Incline
 
 SpringLaw = Literal["linear", "Hertz"]
 

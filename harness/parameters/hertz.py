@@ -22,10 +22,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from harness.cases.drop.parameters import Drop
+from harness.cases.incline.parameters import Incline
 from harness.errors import RequestError
 from harness.parameters.contact import Contact
-from harness.parameters.drop import Drop
-from harness.parameters.incline import Incline
 
 STIFFEST = 15.0 / 8.0
 """[k] slope of the spring at the reference overlap: 3/2 K sqrt(overlap)."""

@@ -8,20 +8,17 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
+from harness.cases.incline import figures as incline
+from harness.cases.tower.figures import comparison as tower_comparison
+from harness.cases.tower.figures import impulse
+from harness.cases.tower.figures import peak_error as chain_peak_error
+from harness.cases.tower.figures import runs as chain_runs
 from harness.comparison.divergence import Comparison
 from harness.comparison.engine_evidence import EngineEvidence
 from harness.comparison.evidence import TowerEvidence
 from harness.comparison.verification import Verification
 from harness.observables.reference import PEYNEAU_ROUX
-from harness.report.figures import (
-    chain_peak_error,
-    chain_runs,
-    divergence,
-    engines,
-    impulse,
-    incline,
-    tower_comparison,
-)
+from harness.report.figures import divergence, engines
 from harness.report.figures.style import house_style
 from harness.report.vector import compact
 

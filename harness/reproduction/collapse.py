@@ -7,14 +7,14 @@ import math
 
 import numpy as np
 
+from harness.cases.tower.impulse_table import STIFFNESSES
+from harness.cases.tower.run import tower
 from harness.observables.summary import contact_changes
 from harness.observables.tower import TowerRun
 from harness.parameters.tower import Tower
 from harness.reproduction.claims import Statement, claim
 from harness.reproduction.sentences import agreement, all_hold
 from harness.reproduction.source_figures import FIGURES
-from harness.workflows.impulses import STIFFNESSES
-from harness.workflows.towers import tower
 
 HEIGHT = 9  # ten particles
 LAST = 1.5  # [t0] beyond it the grain of ten particles has left

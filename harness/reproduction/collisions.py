@@ -7,6 +7,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from harness.cases.tower.chain_evidence import PAIR, PARTED, error_over_stiffness
+from harness.cases.tower.run import tower
 from harness.comparison.convergence import slope_order
 from harness.comparison.evidence import Curve
 from harness.observables.summary import contact_changes
@@ -15,8 +17,6 @@ from harness.parameters.tower import Tower
 from harness.reproduction.claims import Statement, claim
 from harness.reproduction.sentences import agreement, all_hold
 from harness.reproduction.source_figures import FIGURES
-from harness.workflows.towers import tower
-from harness.workflows.verification.chain_evidence import PAIR, PARTED, error_over_stiffness
 
 STIFFNESSES = [10.0**exponent for exponent in np.arange(2.0, 7.5, 0.5)]
 """[N/m] two decades either side of what the source's claim names, and its runs."""

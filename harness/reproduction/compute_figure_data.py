@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from harness.cases.incline.result import Trajectory
+from harness.cases.tower.impulse_angles import impulse_angles
 from harness.engines.contract import Engine
-from harness.observables.incline import Trajectory
 from harness.observables.reference import ReferencePoints
 from harness.reproduction import heights, schematics
 from harness.reproduction.claims import Statement, untestable
@@ -17,7 +18,6 @@ from harness.reproduction.source_figures import FIGURES
 from harness.reproduction.towers_in_time import towers_in_time
 from harness.reproduction.velocity_series import velocity_series
 from harness.reproduction.window_choice import structure_window, window_selection
-from harness.workflows.impulse_angles import impulse_angles
 from harness.workflows.progress import Progress, silent
 
 _STAGES = 6

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
+from harness.cases.tower.impulse_angles import energy_scaling_angles
 from harness.observables.reference import PEYNEAU_ROUX, ReferencePoints
 from harness.reproduction.claims import Statement, claim, untestable
 from harness.reproduction.height_curves import FLAT, Curve, curves
 from harness.reproduction.sentences import Fact, agreement, all_hold
 from harness.reproduction.source_figures import FIGURES
 from harness.theory.energy_scaling import LARGEST_HEIGHT
-from harness.workflows.impulse_angles import energy_scaling_angles
 
 HALVED = (0.4, 0.6)
 """What "nearly halve" may mean for alpha on the plateau."""

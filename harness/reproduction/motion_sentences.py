@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from harness.observables.incline import InclineRun
+from harness.cases.incline.result import InclineRun
 from harness.observables.tower import TowerRun
 from harness.theory.critical_angle import critical_angle
 

@@ -11,13 +11,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import InclineRun
+from harness.cases.tower.run import tower
 from harness.chain.sweeps import compressions
 from harness.engines.contract import Engine
 from harness.errors import EngineError
-from harness.observables.incline import InclineRun
-from harness.observables.motions import InclineMotion, Motions, RowMotion
 from harness.observables.tower import TowerRun
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 from harness.reproduction.motion_sentences import (
     incline_sentence,
@@ -25,8 +25,8 @@ from harness.reproduction.motion_sentences import (
     tower_sentence,
     triple_sentence,
 )
+from harness.reproduction.row_motion import InclineMotion, Motions, RowMotion
 from harness.workflows.progress import Progress, silent
-from harness.workflows.towers import tower
 
 Floats = NDArray[np.float64]
 

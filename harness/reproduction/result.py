@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from harness.comparison.findings import Findings
-from harness.observables.motions import Motions
 from harness.observables.provenance import Provenance
 from harness.reproduction.claims import Ledger
 from harness.reproduction.figure_data import Exhibits
+from harness.reproduction.findings_tables import Findings
+from harness.reproduction.row_motion import Motions
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from harness.cases.tower.impulse_table import HEIGHTS
+from harness.cases.tower.run import tower
 from harness.observables.significant_contacts import significant_contacts
 from harness.observables.summary import contact_changes, grain_alone
 from harness.observables.tower import TowerRun
@@ -19,8 +21,6 @@ from harness.reproduction.separation import (
     separation,
 )
 from harness.reproduction.source_figures import FIGURES
-from harness.workflows.impulses import HEIGHTS
-from harness.workflows.towers import tower
 
 PARTICLES = (2, 3, 10, 20)
 SEPARATED = (2, 3, 4, 20)

@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import Motion, Trajectory
 from harness.engines.contract import Engine
 from harness.errors import EngineError
-from harness.observables.incline import Motion, Trajectory
-from harness.parameters.incline import Incline
 from harness.reproduction.claims import Statement, claim, untestable
 from harness.reproduction.figure_data import VelocitySeries
 from harness.reproduction.recorded_motion import as_series

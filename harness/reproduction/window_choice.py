@@ -6,6 +6,8 @@ import math
 
 import pandas as pd
 
+from harness.cases.tower.impulse_angles import READINGS, angle_from_impulse_ratio
+from harness.cases.tower.run import tower
 from harness.errors import RequestError
 from harness.observables.impulse import impulse_until
 from harness.observables.tower import TowerRun
@@ -15,8 +17,6 @@ from harness.reproduction.claims import Statement, claim
 from harness.reproduction.figure_data import WindowChoice
 from harness.reproduction.sentences import agreement, all_hold
 from harness.reproduction.source_figures import FIGURES
-from harness.workflows.impulse_angles import READINGS, angle_from_impulse_ratio
-from harness.workflows.towers import tower
 
 HEIGHTS = range(1, 7)
 """Two to seven particles."""

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.observables.incline import Crests, InclineRun, Motion, Trajectory
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import Crests, InclineRun, Motion, Trajectory
 from harness.observables.provenance import Provenance
 from harness.observables.tower import Profiles, TowerRun
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 
 Arrays = dict[str, NDArray[Any]]

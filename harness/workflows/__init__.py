@@ -13,44 +13,46 @@ from typing import TYPE_CHECKING, Any
 _HOMES = {
     "accept_baseline": "harness.workflows.baseline",
     "compare_with_baseline": "harness.workflows.baseline",
-    "critical_angle": "harness.workflows.incline",
-    "critical_angles": "harness.workflows.incline",
+    "critical_angle": "harness.cases.incline.critical_angles",
+    "critical_angles": "harness.cases.incline.critical_angles",
     "diff": "harness.workflows.diff",
-    "energy_scaling_angles": "harness.workflows.impulse_angles",
+    "energy_scaling_angles": "harness.cases.tower.impulse_angles",
     "engines": "harness.workflows.status",
-    "extrapolated_critical_angle": "harness.workflows.incline",
+    "extrapolated_critical_angle": "harness.cases.incline.critical_angles",
     "history": "harness.workflows.history",
     "inputs": "harness.workflows.scripts",
     "outdated_inputs": "harness.workflows.scripts",
-    "impulse_angles": "harness.workflows.impulse_angles",
-    "impulse_by_gamma": "harness.workflows.impulse_angles",
-    "impulse_table": "harness.workflows.impulses",
+    "impulse_angles": "harness.cases.tower.impulse_angles",
+    "impulse_by_gamma": "harness.cases.tower.impulse_angles",
+    "impulse_table": "harness.cases.tower.impulse_table",
     "reproduce": "harness.reproduction.run",
     "releases": "harness.workflows.releases",
     "theory": "harness.workflows.closed_forms",
-    "tower": "harness.workflows.towers",
+    "tower": "harness.cases.tower.run",
     "verify": "harness.workflows.verification",
 }
 
 if TYPE_CHECKING:
+    from harness.cases.incline.critical_angles import critical_angle as critical_angle
+    from harness.cases.incline.critical_angles import critical_angles as critical_angles
+    from harness.cases.incline.critical_angles import (
+        extrapolated_critical_angle as extrapolated_critical_angle,
+    )
+    from harness.cases.tower.impulse_angles import energy_scaling_angles as energy_scaling_angles
+    from harness.cases.tower.impulse_angles import impulse_angles as impulse_angles
+    from harness.cases.tower.impulse_angles import impulse_by_gamma as impulse_by_gamma
+    from harness.cases.tower.impulse_table import impulse_table as impulse_table
+    from harness.cases.tower.run import tower as tower
     from harness.reproduction.run import reproduce as reproduce
     from harness.workflows.baseline import accept_baseline as accept_baseline
     from harness.workflows.baseline import compare_with_baseline as compare_with_baseline
     from harness.workflows.closed_forms import theory as theory
     from harness.workflows.diff import diff as diff
     from harness.workflows.history import history as history
-    from harness.workflows.impulse_angles import energy_scaling_angles as energy_scaling_angles
-    from harness.workflows.impulse_angles import impulse_angles as impulse_angles
-    from harness.workflows.impulse_angles import impulse_by_gamma as impulse_by_gamma
-    from harness.workflows.impulses import impulse_table as impulse_table
-    from harness.workflows.incline import critical_angle as critical_angle
-    from harness.workflows.incline import critical_angles as critical_angles
-    from harness.workflows.incline import extrapolated_critical_angle as extrapolated_critical_angle
     from harness.workflows.releases import releases as releases
     from harness.workflows.scripts import inputs as inputs
     from harness.workflows.scripts import outdated_inputs as outdated_inputs
     from harness.workflows.status import engines as engines
-    from harness.workflows.towers import tower as tower
     from harness.workflows.verification import verify as verify
 
 __all__ = list(_HOMES)

@@ -16,11 +16,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from harness.cases.tower.impulse_table import impulse_table
 from harness.chain import rk4
 from harness.chain.arrays import assemble
 from harness.chain.record import blank_record
 from harness.parameters.tower import Tower
-from harness.workflows.impulses import impulse_table
 
 pytestmark = pytest.mark.benchmark
 

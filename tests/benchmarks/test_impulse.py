@@ -6,8 +6,8 @@ import time
 
 import pytest
 
+from harness.cases.tower.impulse_angles import impulse_angles
 from harness.observables.windows import WINDOWS
-from harness.workflows.impulse_angles import impulse_angles
 
 pytestmark = pytest.mark.benchmark
 

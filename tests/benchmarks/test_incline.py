@@ -14,10 +14,10 @@ from pathlib import Path
 
 import pytest
 
+from harness.cases.incline.critical_angles import critical_angle
+from harness.cases.incline.parameters import Incline
 from harness.engines.lammps.engine import Lammps
 from harness.engines.lammps.scripts import incline_script, incline_variables
-from harness.parameters.incline import Incline
-from harness.workflows.incline import critical_angle
 
 pytestmark = [pytest.mark.benchmark, pytest.mark.live]
 

@@ -4,9 +4,9 @@ import time
 
 import pytest
 
+from harness.cases.incline.parameters import Incline
 from harness.engines.lammps.engine import Lammps
 from harness.engines.reference.engine import Reference
-from harness.parameters.incline import Incline
 
 pytestmark = [pytest.mark.benchmark, pytest.mark.live]
 

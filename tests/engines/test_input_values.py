@@ -2,6 +2,8 @@
 
 import pytest
 
+from harness.cases.drop.parameters import Drop
+from harness.cases.incline.parameters import Incline
 from harness.engines.input_values import (
     check_overlap_law,
     contact_values,
@@ -11,8 +13,6 @@ from harness.engines.input_values import (
 )
 from harness.errors import RequestError
 from harness.parameters.contact import PLASTIC, SOURCE, Contact
-from harness.parameters.drop import Drop
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 
 

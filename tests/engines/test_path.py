@@ -5,14 +5,14 @@ import math
 import numpy as np
 import pytest
 
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import Motion, Trajectory
 from harness.engines.path import run_of_path
 from harness.engines.reference.engine import Reference
 from harness.engines.routes import start_of
 from harness.errors import EngineNaNError, EngineOutputError
-from harness.observables.incline import Motion, Trajectory
 from harness.observables.provenance import Provenance
 from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE
-from harness.parameters.incline import Incline
 
 WHO = Provenance("some engine", "1")
 

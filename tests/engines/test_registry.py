@@ -1,9 +1,9 @@
 import pytest
 
+from harness.cases.incline.parameters import Incline
 from harness.engines.contract import Engine
 from harness.engines.registry import ENGINES, open_engine
 from harness.errors import EngineCrashError, RequestError
-from harness.parameters.incline import Incline
 
 
 def test_unknown_engine_is_named_with_those_that_exist():

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from harness.cases.incline.parameters import Incline
 from harness.engines.routes import (
     Start,
     crest_energy,
@@ -20,7 +21,6 @@ from harness.engines.routes import (
 )
 from harness.errors import RequestError
 from harness.parameters.contact import CONTACTS
-from harness.parameters.incline import Incline
 
 ANGLES = st.floats(0.0, 30.0)
 

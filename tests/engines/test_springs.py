@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import Motion
 from harness.engines.reference.engine import Reference
 from harness.engines.reference.row import acceleration, row_of
 from harness.engines.routes import (
@@ -19,9 +21,7 @@ from harness.engines.routes import (
     start_of,
 )
 from harness.engines.springs import spring_of
-from harness.observables.incline import Motion
 from harness.parameters.contact import CLIPPED, PLASTIC
-from harness.parameters.incline import Incline
 
 CASE = Incline(angle=12.0, contact=PLASTIC, steps_per_contact=400.0, phase=0.3)
 LAWS = ("linear", "Hertz")

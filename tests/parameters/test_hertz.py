@@ -8,10 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 
+from harness.cases.drop.parameters import Drop
+from harness.cases.incline.parameters import Incline
 from harness.engines.reference import mfix_euler, stability
 from harness.errors import RequestError
 from harness.parameters.contact import PLASTIC, SOURCE, Contact
-from harness.parameters.drop import Drop
 from harness.parameters.hertz import (
     STIFFEST,
     fewest_steps_per_contact,
@@ -19,7 +20,6 @@ from harness.parameters.hertz import (
     hertz_of_drop,
     hertz_of_incline,
 )
-from harness.parameters.incline import Incline
 
 POSITIVE = st.floats(1e-6, 1e6)
 

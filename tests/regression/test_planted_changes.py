@@ -5,12 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.passages import CASES
 from harness.comparison.triage import Triage
 from harness.comparison.verdicts import Verdict
 from harness.engines.lammps.engine import Lammps
 from harness.engines.process import Limits
-from harness.parameters.incline import Incline
-from harness.workflows.verification.passages import CASES
 from tests.regression.planted import (
     CLIPPED,
     EVERYTHING,

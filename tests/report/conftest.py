@@ -3,6 +3,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from harness.cases.incline.critical_angle import CriticalAngle
+from harness.cases.incline.extrapolation import extrapolate
+from harness.cases.incline.ladder import QUICK_LADDER
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import Crests, InclineRun, Motion, Trajectory
+from harness.cases.tower.chain_evidence import chain_evidence
+from harness.cases.tower.run import tower
+from harness.cases.tower.step_convergence import step_convergence
 from harness.comparison.engine_evidence import (
     Declared,
     EngineAngle,
@@ -11,21 +19,13 @@ from harness.comparison.engine_evidence import (
     Rules,
 )
 from harness.comparison.evidence import InclineEvidence, Recursion, TowerEvidence
-from harness.comparison.extrapolation import extrapolate
-from harness.comparison.step_convergence import step_convergence
 from harness.comparison.tolerances import TOLERANCES
 from harness.comparison.verdicts import Kind, failed_run, finding, judge, not_tested
 from harness.comparison.verification import Verification
 from harness.errors import EngineTimeoutError
-from harness.observables.critical_angle import CriticalAngle
-from harness.observables.incline import Crests, InclineRun, Motion, Trajectory
 from harness.observables.provenance import Provenance
 from harness.parameters.contact import CONTACTS, PLASTIC
-from harness.parameters.incline import Incline
-from harness.parameters.ladder import QUICK_LADDER
 from harness.parameters.tower import Tower
-from harness.workflows.towers import tower
-from harness.workflows.verification.chain_evidence import chain_evidence
 
 ENGINE = Provenance("lammps", "1 Jan 2030", ("GRANULAR",), "/bin/lmp", "executable")
 

@@ -2,11 +2,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from harness.cases.tower.impulse_angles import READINGS, angle_from_impulse_ratio, impulse_angles
 from harness.observables.reference import PEYNEAU_ROUX, ReferencePoints
 from harness.reproduction import heights, window_choice
 from harness.reproduction.claims import Standing
 from harness.reproduction.height_curves import curves
-from harness.workflows.impulse_angles import READINGS, angle_from_impulse_ratio, impulse_angles
 
 POINTS = ReferencePoints("made-up.csv", (12.0, 2.0), (6.5, 9.0))
 

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from harness.cases.incline.result import Motion
 from harness.errors import EngineCrashError
-from harness.observables.incline import Motion
 from harness.parameters.tower import Tower
 from harness.reproduction.motion_sentences import contact_changes
 from harness.reproduction.motions import FREE, motions, row_motion

@@ -3,11 +3,11 @@ import math
 import numpy as np
 import pytest
 
+from harness.cases.tower.run import tower
 from harness.observables.significant_contacts import significant_contacts
 from harness.parameters.tower import Tower
 from harness.reproduction import collapse, separation, towers_in_time
 from harness.reproduction.claims import Standing
-from harness.workflows.towers import tower
 
 
 @pytest.fixture(scope="module")

@@ -3,8 +3,8 @@ import dataclasses
 import numpy as np
 import pytest
 
+from harness.cases.incline.result import Crests, InclineRun, Motion, Trajectory
 from harness.errors import EngineCrashError
-from harness.observables.incline import Crests, InclineRun, Motion, Trajectory
 from harness.observables.provenance import Provenance
 from harness.reproduction.claims import Standing
 from harness.reproduction.recorded_motion import as_series, recorded_motions, turns_back

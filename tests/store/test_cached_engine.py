@@ -1,16 +1,16 @@
 import pytest
 
+from harness.cases.incline.critical_angles import critical_angle
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import InclineRun
 from harness.chain import exact
 from harness.engines.contract import Engine
 from harness.engines.traits import Traits
 from harness.errors import EngineCrashError
-from harness.observables.incline import InclineRun
 from harness.observables.provenance import Provenance
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 from harness.store.cached_engine import CachedEngine
 from harness.store.entries import Entries
-from harness.workflows.incline import critical_angle
 
 WHO = {"engine": "synthetic", "files": ["1"]}
 

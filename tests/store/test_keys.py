@@ -2,8 +2,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from harness.cases.incline.parameters import Incline
 from harness.parameters.contact import CLIPPED, SOURCE, Contact
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 from harness.store import keys
 from harness.store.cached_engine import ROOMS, run_key

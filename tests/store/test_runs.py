@@ -4,11 +4,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import Crests, InclineRun, Motion, Trajectory
 from harness.chain import exact
-from harness.observables.incline import Crests, InclineRun, Motion, Trajectory
 from harness.observables.provenance import Provenance
 from harness.parameters.contact import CONTACTS
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 from harness.store.runs import DECODE_ERRORS, pack_incline, pack_tower, unpack_incline, unpack_tower
 

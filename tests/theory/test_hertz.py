@@ -5,10 +5,10 @@ import math
 import pytest
 from scipy.special import gamma
 
+from harness.cases.drop.parameters import Drop
 from harness.engines.reference.engine import Reference
 from harness.errors import RequestError
 from harness.parameters.contact import Contact
-from harness.parameters.drop import Drop
 from harness.parameters.hertz import hertz_of_drop
 from harness.theory.hertz import first_order_loss, impact, strongly_damped
 

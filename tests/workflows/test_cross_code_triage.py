@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from harness.cases.tower.checks import _against_exact
+from harness.cases.tower.run import tower
 from harness.comparison.evidence import TowerEvidence
 from harness.comparison.verdicts import Verdict
 from harness.parameters.tower import Tower
-from harness.workflows.towers import tower
-from harness.workflows.verification.tower_checks import _against_exact
 
 CASE = Tower(height=2, law="overlap")
 

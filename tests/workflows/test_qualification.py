@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from harness.cases.drop.qualification import qualify
+from harness.cases.incline.result import Trajectory
 from harness.comparison.verdicts import Verdict
 from harness.engines.reference.engine import INTEGRATORS, Reference
 from harness.engines.registry import open_engine
 from harness.errors import EngineCrashError, EngineError
-from harness.observables.incline import Trajectory
 from harness.parameters.contact import Contact
-from harness.workflows.qualification import qualify
 
 
 class Trapped(Reference):

@@ -4,10 +4,10 @@ import math
 
 import pytest
 
+from harness.cases.tower.impulse_table import impulse_table
+from harness.cases.tower.run import covering, tower
 from harness.errors import RequestError
 from harness.parameters.tower import Tower
-from harness.workflows.impulses import impulse_table
-from harness.workflows.towers import covering, tower
 
 
 def test_solvers_by_name():

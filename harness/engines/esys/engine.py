@@ -7,6 +7,10 @@ from dataclasses import replace
 from functools import cached_property
 from typing import TypeVar
 
+from harness.cases.drop.parameters import Drop
+from harness.cases.drop.result import DropRun
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import InclineRun, Trajectory
 from harness.engines.contract import Engine, Route
 from harness.engines.esys.launch import Finished, Launcher
 from harness.engines.esys.read import WHO, error_of, read_drop, read_paths, read_tower
@@ -25,14 +29,10 @@ from harness.engines.process import Limits
 from harness.engines.timing import Plan, plan
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineTimeoutError, RequestError
-from harness.observables.drop import DropRun
-from harness.observables.incline import InclineRun, Trajectory
 from harness.observables.provenance import Provenance
 from harness.observables.tower import TowerRun
 from harness.parameters.contact import Contact
-from harness.parameters.drop import Drop
 from harness.parameters.hertz import fewest_steps_per_contact
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 
 Result = TypeVar("Result")

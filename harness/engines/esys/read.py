@@ -8,6 +8,8 @@ import re
 import numpy as np
 from numpy.typing import NDArray
 
+from harness.cases.drop.parameters import Drop
+from harness.cases.incline.result import Trajectory
 from harness.engines.process import Ended, last_words
 from harness.engines.tower_record import forces_of_contacts, tower_run
 from harness.errors import (
@@ -16,10 +18,8 @@ from harness.errors import (
     EngineNaNError,
     EngineOutputError,
 )
-from harness.observables.incline import Trajectory
 from harness.observables.provenance import Provenance
 from harness.observables.tower import TowerRun
-from harness.parameters.drop import Drop
 from harness.parameters.tower import Tower
 
 Floats = NDArray[np.float64]

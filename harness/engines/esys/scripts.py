@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from functools import cache
 
 from harness import __version__
+from harness.cases.drop.parameters import Drop
+from harness.cases.incline.parameters import Incline
 from harness.engines.contract import Route
 from harness.engines.input_values import (
     Value,
@@ -19,8 +21,6 @@ from harness.engines.input_values import (
 )
 from harness.engines.timing import Plan
 from harness.parameters.contact import PLASTIC, Contact
-from harness.parameters.drop import Drop
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 
 WHO = "ESyS-Particle"

@@ -6,6 +6,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
+from harness.cases.drop.parameters import Drop
+from harness.cases.drop.result import DropRun
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import InclineRun
 from harness.engines.contract import Engine, Route
 from harness.engines.input_values import Values, drop_values
 from harness.engines.kratos.batches import Batches
@@ -27,12 +31,8 @@ from harness.engines.process import Limits
 from harness.engines.timing import plan
 from harness.engines.traits import Traits
 from harness.errors import EngineError, RequestError
-from harness.observables.drop import DropRun
-from harness.observables.incline import InclineRun
 from harness.observables.provenance import Provenance
 from harness.observables.tower import TowerRun
-from harness.parameters.drop import Drop
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 
 Result = TypeVar("Result")

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from harness.cases.incline.result import Trajectory
 from harness.engines.process import Ended, last_words
 from harness.engines.timing import Plan
 from harness.engines.tower_record import forces_of_contacts, tower_run
@@ -18,7 +19,6 @@ from harness.errors import (
     EngineNaNError,
     EngineOutputError,
 )
-from harness.observables.incline import Trajectory
 from harness.observables.provenance import Provenance
 from harness.observables.tower import TowerRun
 from harness.parameters.tower import Tower

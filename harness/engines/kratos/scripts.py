@@ -9,11 +9,11 @@ from importlib import resources
 from typing import Literal
 
 from harness import __version__
+from harness.cases.drop.parameters import Drop
+from harness.cases.incline.parameters import Incline
 from harness.engines import input_values
 from harness.engines.input_values import Values, check_overlap_law, drop_values
 from harness.parameters.contact import PLASTIC, Contact
-from harness.parameters.drop import Drop
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 
 Scheme = Literal["Velocity_Verlet", "Symplectic_Euler"]

@@ -7,6 +7,10 @@ from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
+from harness.cases.drop.parameters import Drop
+from harness.cases.drop.result import DropRun
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import InclineRun
 from harness.engines.contract import Engine, Route
 from harness.engines.lammps.executable import Executable
 from harness.engines.lammps.fingerprint import fingerprint
@@ -29,12 +33,8 @@ from harness.engines.process import Limits
 from harness.engines.timing import Plan, plan
 from harness.engines.traits import Traits
 from harness.errors import EngineError
-from harness.observables.drop import DropRun
-from harness.observables.incline import InclineRun
 from harness.observables.provenance import Provenance
 from harness.observables.tower import TowerRun
-from harness.parameters.drop import Drop
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 
 

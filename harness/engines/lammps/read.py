@@ -8,6 +8,9 @@ import re
 
 import numpy as np
 
+from harness.cases.drop.parameters import Drop
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import Crests, InclineRun, Motion, Trajectory
 from harness.engines.process import last_words, way_of_death
 from harness.errors import (
     EngineCrashError,
@@ -19,10 +22,7 @@ from harness.errors import (
     EngineNaNError,
     EngineOutputError,
 )
-from harness.observables.incline import Crests, InclineRun, Motion, Trajectory
 from harness.observables.provenance import Provenance
-from harness.parameters.drop import Drop
-from harness.parameters.incline import Incline
 
 _RESULT = re.compile(r"^RESULT (\w+) = (.*)$", re.MULTILINE)
 

@@ -10,10 +10,10 @@ from functools import cache
 from importlib import resources
 
 from harness import __version__
+from harness.cases.drop.parameters import Drop
+from harness.cases.incline.parameters import Incline
 from harness.engines import input_values
 from harness.parameters.contact import CONTACTS, PLASTIC, Contact
-from harness.parameters.drop import Drop
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 
 STORIES = {

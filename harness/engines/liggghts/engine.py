@@ -8,6 +8,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
 
+from harness.cases.drop.parameters import Drop
+from harness.cases.drop.result import DropRun
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import InclineRun
 from harness.engines.contract import Engine, Route
 from harness.engines.lammps.fingerprint import facts, program_files
 from harness.engines.lammps.jobs import Job, Output
@@ -22,12 +26,8 @@ from harness.engines.programs import find_program
 from harness.engines.timing import Plan, plan
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineMissingError, RequestError
-from harness.observables.drop import DropRun
-from harness.observables.incline import InclineRun
 from harness.observables.provenance import Provenance
 from harness.observables.tower import TowerRun
-from harness.parameters.drop import Drop
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 
 PROGRAM = "liggghts"

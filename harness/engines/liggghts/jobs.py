@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from harness.cases.drop.parameters import Drop
+from harness.cases.incline.parameters import Incline
 from harness.engines.contract import Route
 from harness.engines.lammps.jobs import Job
 from harness.engines.lammps.scripts import (
@@ -19,8 +21,6 @@ from harness.engines.liggghts.scripts import (
     tower_variables,
 )
 from harness.engines.timing import Plan
-from harness.parameters.drop import Drop
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 
 

@@ -11,6 +11,8 @@ from functools import cache
 from importlib import resources
 
 from harness import __version__
+from harness.cases.drop.parameters import Drop
+from harness.cases.incline.parameters import Incline
 from harness.engines.input_values import check_overlap_law, tower_values
 from harness.engines.lammps.scripts import (
     HEAD_ON,
@@ -21,8 +23,6 @@ from harness.engines.lammps.scripts import (
     texts,
 )
 from harness.parameters.contact import CONTACTS, PLASTIC
-from harness.parameters.drop import Drop
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 
 WHO = "LIGGGHTS"

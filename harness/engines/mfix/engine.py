@@ -12,6 +12,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
+from harness.cases.drop.parameters import Drop
+from harness.cases.drop.result import DropRun
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import InclineRun, Motion
 from harness.engines.contract import Engine, Route
 from harness.engines.input_values import check_equal_particles, check_overlap_law
 from harness.engines.mfix.declared import OBTAIN, TRAITS
@@ -25,13 +29,9 @@ from harness.engines.programs import find_program
 from harness.engines.routes import start_of
 from harness.engines.timing import Plan, plan
 from harness.errors import EngineError, EngineMissingError, EngineOutputError, RequestError
-from harness.observables.drop import DropRun
-from harness.observables.incline import InclineRun, Motion
 from harness.observables.provenance import Provenance
 from harness.observables.tower import TowerRun
 from harness.parameters.contact import Contact
-from harness.parameters.drop import Drop
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 
 WATCH = 50

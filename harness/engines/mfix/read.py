@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from harness.cases.incline.result import Trajectory
 from harness.engines.mfix.system import System, start_displacements
 from harness.engines.mfix.vtp import Frame
 from harness.engines.tower_record import tower_run
 from harness.errors import EngineNaNError, EngineOutputError
-from harness.observables.incline import Trajectory
 from harness.observables.provenance import Provenance
 from harness.observables.tower import TowerRun
 from harness.parameters.tower import Tower

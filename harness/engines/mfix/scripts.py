@@ -6,6 +6,8 @@ import math
 from importlib import resources
 
 from harness import __version__
+from harness.cases.drop.parameters import Drop
+from harness.cases.incline.parameters import Incline
 from harness.engines.mfix.recorded import CONTACT, START_SPEED
 from harness.engines.mfix.system import (
     Sphere,
@@ -16,8 +18,6 @@ from harness.engines.mfix.system import (
 )
 from harness.engines.routes import start_in_well
 from harness.engines.timing import plan
-from harness.parameters.drop import Drop
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 
 KEYWORDS, PARTICLES = "mfix.dat", "particle_input.dat"

@@ -15,12 +15,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
+from harness.cases.drop.parameters import Drop
+from harness.cases.incline.parameters import Incline
 from harness.engines.mfix.recorded import UNDAMPED
 from harness.engines.mfix.step import factor
 from harness.engines.routes import Start
 from harness.parameters.contact import Contact
-from harness.parameters.drop import Drop
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 
 LIFT = 1e-12

@@ -10,6 +10,10 @@ from functools import cache
 from typing import NamedTuple, get_args
 
 from harness import __version__
+from harness.cases.drop.parameters import Drop
+from harness.cases.drop.result import DropRun
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import InclineRun, Trajectory
 from harness.engines.contract import Engine, Route
 from harness.engines.parallel import cores, parallel_map
 from harness.engines.reference import (
@@ -29,13 +33,9 @@ from harness.engines.routes import Start, start_of
 from harness.engines.springs import SpringLaw
 from harness.engines.traits import Traits
 from harness.errors import EngineError, RequestError
-from harness.observables.drop import DropRun
-from harness.observables.incline import InclineRun, Trajectory
 from harness.observables.provenance import Provenance
 from harness.observables.tower import TowerRun
-from harness.parameters.drop import Drop
 from harness.parameters.hertz import STIFFEST
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 
 

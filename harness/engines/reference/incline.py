@@ -6,13 +6,13 @@ import time
 
 import numpy as np
 
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import Crests, InclineRun, Motion
 from harness.engines.contract import Route
 from harness.engines.reference.trajectory_integrator import TrajectoryIntegrator
 from harness.engines.routes import end_of, energy, margin, overlaps
 from harness.engines.springs import SpringLaw
-from harness.observables.incline import Crests, InclineRun, Motion
 from harness.observables.provenance import Provenance
-from harness.parameters.incline import Incline
 
 
 def run(

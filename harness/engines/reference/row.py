@@ -9,12 +9,12 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from harness.cases.drop.parameters import Drop
+from harness.cases.incline.parameters import Incline
 from harness.engines.reference.compiled import compiled
 from harness.engines.reference.contact import damping, hertz_force, normal_force
 from harness.engines.springs import SpringLaw
-from harness.parameters.drop import Drop
 from harness.parameters.hertz import Hertz, hertz_of_drop, hertz_of_incline
-from harness.parameters.incline import Incline
 
 ROUNDING = 1e-15
 """Overlaps [d] up to this are no contact, as in MFiX: a start that just touches shall not be

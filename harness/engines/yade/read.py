@@ -9,15 +9,15 @@ import re
 import numpy as np
 from numpy.typing import NDArray
 
+from harness.cases.drop.parameters import Drop
+from harness.cases.drop.result import DropRun
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import Crests, InclineRun, Motion, Trajectory
 from harness.engines.timing import Plan
 from harness.engines.tower_record import tower_run
 from harness.errors import EngineNaNError, EngineOutputError
-from harness.observables.drop import DropRun
-from harness.observables.incline import Crests, InclineRun, Motion, Trajectory
 from harness.observables.provenance import Provenance
 from harness.observables.tower import TowerRun
-from harness.parameters.drop import Drop
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 
 Floats = NDArray[np.float64]

@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from harness.cases.tower.step_convergence import StepConvergence
 from harness.comparison.engine_evidence import EngineAngle
-from harness.comparison.step_convergence import StepConvergence
 from harness.report.figures.style import (
     BLACK,
     BLUE,

@@ -8,8 +8,8 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from harness.cases.tower.figures.impulse import draw_others
 from harness.observables.reference import PublishedAngle, ReferencePoints
-from harness.report.figures.impulse import draw_others
 from harness.report.figures.style import BLUE, ORANGE
 
 _LAWS: dict[str, tuple[str, str]] = {"deformable": (BLUE, "o"), "overlap": (ORANGE, "s")}

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 from matplotlib.figure import Figure
 
+from harness.cases.tower.figures.peak_error import draw_against_stiffness
 from harness.comparison.evidence import Curve
-from harness.report.figures.chain_peak_error import draw_against_stiffness
 from harness.report.figures.style import label, panels
 
 CLAIM_PER_CENT, CLAIM_STIFFNESS = 0.5, 1e4

@@ -8,9 +8,7 @@ from collections.abc import Sequence
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from harness.observables.significant_contacts import significant_contacts
-from harness.observables.tower import TowerRun
-from harness.report.figures.chain_runs import (
+from harness.cases.tower.figures.runs import (
     FELT,
     TIME,
     draw_force_and_contacts,
@@ -18,6 +16,8 @@ from harness.report.figures.chain_runs import (
     force_and_contacts,
     runs_apart,
 )
+from harness.observables.significant_contacts import significant_contacts
+from harness.observables.tower import TowerRun
 from harness.report.figures.style import BLACK, GREEN, PURPLE, label, panels
 from harness.reproduction.figure_data import TowersInTime, WindowChoice
 

@@ -7,15 +7,15 @@ from collections.abc import Sequence
 
 import pandas as pd
 
+from harness.cases.incline.critical_angle import CriticalAngle
+from harness.cases.incline.critical_angles import critical_angle
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import InclineRun
+from harness.cases.incline.steady import critical_angle_by_steady_motion
 from harness.engines.mfix.recorded import START_SPEED, case_at, recorded_angles
 from harness.engines.reference.engine import Reference
 from harness.engines.routes import start_in_well
 from harness.errors import EngineError, RequestError
-from harness.observables.critical_angle import CriticalAngle
-from harness.observables.incline import InclineRun
-from harness.observables.steady import critical_angle_by_steady_motion
-from harness.parameters.incline import Incline
-from harness.workflows.incline import critical_angle
 
 EULER, ADAMS_BASHFORTH = "mfix-euler", "mfix-adams-bashforth"
 STIFFNESSES = (1e5, 1e6, 1e7)

@@ -6,14 +6,14 @@ import math
 
 import pandas as pd
 
+from harness.cases.incline.critical_angle import CriticalAngle
+from harness.cases.incline.critical_angles import critical_angle
+from harness.cases.incline.parameters import Incline
 from harness.engines.contract import Engine
 from harness.engines.reference.engine import Reference
-from harness.observables.critical_angle import CriticalAngle
 from harness.parameters.contact import Contact
-from harness.parameters.incline import Incline
 from harness.theory.critical_angle import critical_angle as closed_form
 from harness.theory.shock import shock_from_restitution
-from harness.workflows.incline import critical_angle
 
 RESTITUTIONS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
 IN_THE_ENGINE = (0.1, 0.5)

@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import brentq
 
+from harness.cases.incline.critical_angle import CriticalAngle
+from harness.cases.incline.critical_angles import critical_angle as measured_critical_angle
+from harness.cases.incline.parameters import Incline
 from harness.engines.contract import Engine
 from harness.engines.mfix.recorded import recorded_angles
 from harness.errors import EngineError
-from harness.observables.critical_angle import CriticalAngle
 from harness.parameters.contact import SOURCE, Contact
-from harness.parameters.incline import Incline
 from harness.reproduction import as_printed
 from harness.reproduction.as_printed import Printed
 from harness.reproduction.claims import (
@@ -24,7 +25,6 @@ from harness.reproduction.claims import (
 from harness.reproduction.ledger.contact import integrate
 from harness.reproduction.ledger.widths import last_digit
 from harness.theory.critical_angle import critical_angle
-from harness.workflows import incline
 
 Recorded = dict[float, dict[int, float]]
 
@@ -152,7 +152,7 @@ def _lammps(printed: Printed, engine: Engine | None) -> list[Statement]:
 
 def _measured(steps: float, engine: Engine, contact: Contact = SOURCE) -> CriticalAngle:
     case = Incline(steps_per_contact=steps, contact=contact)
-    return incline.critical_angle(case, engine=engine)
+    return measured_critical_angle(case, engine=engine)
 
 
 def _rebound(source: Source, found: CriticalAngle, evidence: tuple[str, ...]) -> Statement:

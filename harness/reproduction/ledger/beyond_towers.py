@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from harness.cases.tower.run import covering, tower
 from harness.observables.impulse import impulse_until
 from harness.observables.windows import window_end
 from harness.parameters.tower import LAWS, Law, Tower
@@ -19,7 +20,6 @@ from harness.reproduction.claims import (
 from harness.reproduction.ledger.runs import ratios, windows
 from harness.theory.free_chain import compliance
 from harness.theory.tower import static_forces
-from harness.workflows.towers import covering, tower
 
 _RESTATEMENT = "Errata, of our restatement"
 

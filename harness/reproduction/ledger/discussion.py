@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from harness.cases.tower.impulse_angles import angle_from_impulse_ratio
 from harness.parameters.tower import LAWS, Tower
 from harness.reproduction.as_printed import Printed
 from harness.reproduction.claims import (
@@ -16,7 +17,6 @@ from harness.reproduction.ledger.results_impulse import longest_chains
 from harness.reproduction.ledger.runs import ratios, run
 from harness.reproduction.ledger.widths import last_digit
 from harness.theory import energy_scaling
-from harness.workflows.impulse_angles import angle_from_impulse_ratio
 
 _ENERGY = ("tests/theory/test_energy_scaling.py",)
 _IMPULSES = ("tests/verbs/test_impulse_angles.py",)

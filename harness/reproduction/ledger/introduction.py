@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from harness.cases.tower.impulse_table import impulse_table
 from harness.parameters.tower import Tower
 from harness.reproduction import as_printed
 from harness.reproduction.claims import Source, Statement, claim, compare_everywhere, untestable
 from harness.reproduction.ledger.widths import round_off
-from harness.workflows.impulses import impulse_table
 
 _HEIGHTS = range(1, 21)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from harness.cases.tower.run import tower
 from harness.chain.complementarity import contact_forces
 from harness.parameters.tower import Tower
 from harness.reproduction import as_printed
@@ -13,7 +14,6 @@ from harness.reproduction.ledger.runs import free_collision
 from harness.reproduction.ledger.samples import RADIUS, generator
 from harness.reproduction.ledger.widths import round_off
 from harness.theory import two_spheres
-from harness.workflows.towers import tower
 
 _STIFFNESS, _MASS = 1e6, 1.0
 _LAW = ("tests/chain/test_contact_solvers.py",)

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from harness.cases.tower.impulse_table import STIFFNESSES
 from harness.reproduction import as_printed
 from harness.reproduction.as_printed import Printed
 from harness.reproduction.claims import (
@@ -16,7 +17,6 @@ from harness.reproduction.claims import (
     untestable,
 )
 from harness.reproduction.ledger.widths import last_digit
-from harness.workflows.impulses import STIFFNESSES
 
 _MASS, _DIAMETER = 1.0, 1.0  # [kg], [m] of the source's towers
 _GLASS_MODULUS, _GLASS_DENSITY, _PACKING = 70e9, 2500.0, 0.6  # [Pa], [kg/m3], [1] usual values

@@ -7,13 +7,13 @@ from itertools import pairwise
 
 import numpy as np
 
+from harness.cases.tower.impulse_angles import angle_from_impulse_ratio
 from harness.observables.impulse import impulse
 from harness.observables.reference import PEYNEAU_ROUX
 from harness.parameters.tower import Tower
 from harness.reproduction.as_printed import Printed
 from harness.reproduction.claims import Source, Statement, Width, claim, compare, untestable
 from harness.reproduction.ledger.runs import ratios, run
-from harness.workflows.impulse_angles import angle_from_impulse_ratio
 
 _IMPULSES = ("tests/verbs/test_impulse_angles.py", "tests/observables/test_tower_run.py")
 _FLAT = 0.01  # what counts as no change of alpha, a hundredth

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from functools import cache
 
+from harness.cases.tower.impulse_table import HEIGHTS, SPEEDS, STIFFNESSES, impulse_table
+from harness.cases.tower.run import tower
 from harness.observables.impulse import ImpulseRow
 from harness.observables.tower import TowerRun
 from harness.observables.windows import Window
 from harness.parameters.tower import Law, Tower
-from harness.workflows.impulses import HEIGHTS, SPEEDS, STIFFNESSES, impulse_table
-from harness.workflows.towers import tower
 
 SAMPLES = 2000
 """For each run: enough to name a time to a thousandth of t0; changes of contact are exact."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from harness.observables.motions import InclineMotion, Motions, RowMotion
     from harness.reproduction.movies.film import Film
     from harness.reproduction.movies.stage import Image
+    from harness.reproduction.row_motion import InclineMotion, Motions, RowMotion
 
 
 class Scene(Protocol):

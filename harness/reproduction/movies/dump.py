@@ -13,8 +13,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.observables.incline import InclineRun
-from harness.observables.motions import InclineMotion, RowMotion
+from harness.cases.incline.result import InclineRun
+from harness.reproduction.row_motion import InclineMotion, RowMotion
 
 Floats = NDArray[np.float64]
 

@@ -9,10 +9,10 @@ from matplotlib.collections import PatchCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from harness.observables.incline import InclineRun, Motion, Trajectory
-from harness.observables.motions import InclineMotion
+from harness.cases.incline.result import InclineRun, Motion, Trajectory
 from harness.report.figures.style import BLACK, BLUE, RED, label
 from harness.reproduction.movies.stage import Camera, Image, power, stage
+from harness.reproduction.row_motion import InclineMotion
 
 WIDTH, HEIGHT = 880, 700
 _LOOKS = ((RED, "--"), (BLUE, "-"))

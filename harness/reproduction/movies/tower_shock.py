@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse, Rectangle
 from matplotlib.ticker import MaxNLocator
 
-from harness.observables.motions import RowMotion
 from harness.report.figures.style import BLACK, RED, label
 from harness.reproduction.movies.stage import Camera, Image, power, stage
+from harness.reproduction.row_motion import RowMotion
 
 WIDTH, HEIGHT = 880, 680
 _COLOURS = colormaps["Blues"]

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from harness.report.figures.findings import angle_against_mfix_step, angle_against_restitution
 from harness.report.gallery import Picture, picture
+from harness.reproduction.figures.findings import angle_against_mfix_step, angle_against_restitution
 from harness.reproduction.pages.pictures import source_pictures
 from harness.reproduction.result import Reproduction
 

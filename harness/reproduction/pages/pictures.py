@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from harness.cases.tower.figures import impulse
+from harness.cases.tower.figures import runs as chain_runs
 from harness.observables.reference import PEYNEAU_ROUX
 from harness.parameters.tower import Tower
-from harness.report.figures import chain_runs, impulse
 from harness.report.gallery import Picture, picture
 from harness.reproduction.figure_data import Exhibits
 from harness.reproduction.figures import heights, peak_error, schematics, towers, velocity_series

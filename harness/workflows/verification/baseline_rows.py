@@ -8,17 +8,17 @@ from collections.abc import Sequence
 import pandas as pd
 
 from harness import __version__
+from harness.cases.incline.critical_angle import CriticalAngle
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.passage import PHASES
+from harness.cases.incline.records import angle_case, angle_name, extrapolated_case
+from harness.cases.tower.records import ratio_case
 from harness.comparison.baseline_record import Case, made_by
 from harness.comparison.evidence import InclineEvidence, TowerEvidence
-from harness.comparison.measured_incline import angle_case, angle_name, extrapolated_case
-from harness.comparison.measured_tower import ratio_case
 from harness.comparison.regression import Baseline, Regression, against_baseline
 from harness.errors import EngineError
-from harness.observables.critical_angle import CriticalAngle
-from harness.observables.passage import PHASES
 from harness.observables.provenance import Provenance
 from harness.parameters.contact import PLASTIC
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 from harness.workflows.verification.levels import Level
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from harness.cases.incline.ladder import FULL_LADDER, QUICK_LADDER, Ladder
+from harness.cases.incline.parameters import Incline
 from harness.errors import RequestError
 from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE, Contact
-from harness.parameters.incline import Incline
-from harness.parameters.ladder import FULL_LADDER, QUICK_LADDER, Ladder
 
 SOURCE_CLIPPED = Contact(
     name="source, clipped", restitution=SOURCE.restitution, damping_ratio=None, tail="clipped"

@@ -11,6 +11,11 @@ from functools import partial
 from pathlib import Path
 
 from harness import __version__
+from harness.cases.incline.checks import incline_checks
+from harness.cases.incline.reference_checks import reference_checks
+from harness.cases.incline.theory_checks import theory_checks
+from harness.cases.tower.chain_checks import chain_checks
+from harness.cases.tower.checks import tower_checks
 from harness.comparison.evidence import InclineEvidence, TowerEvidence
 from harness.comparison.regression import Baseline, Regression
 from harness.comparison.verdicts import Check, Kind, failed_run
@@ -25,8 +30,6 @@ from harness.store.baseline import committed, read_baseline
 from harness.theory.critical_angle import critical_angle
 from harness.workflows.progress import Progress, silent
 from harness.workflows.verification.baseline_rows import baseline_rows, measured_cases
-from harness.workflows.verification.chain_checks import chain_checks
-from harness.workflows.verification.incline_checks import incline_checks
 from harness.workflows.verification.levels import Level
 from harness.workflows.verification.levels import level as level_by_name
 from harness.workflows.verification.other_engines import (
@@ -35,9 +38,6 @@ from harness.workflows.verification.other_engines import (
     asked_engines,
     engine_checks,
 )
-from harness.workflows.verification.reference_checks import reference_checks
-from harness.workflows.verification.theory_checks import theory_checks
-from harness.workflows.verification.tower_checks import tower_checks
 
 ENGINE = "lammps"
 """Whose baseline it is when the engine does not even say who it is."""

@@ -4,6 +4,8 @@ import time
 
 import pytest
 
+from harness.cases.drop.parameters import Drop
+from harness.cases.incline.parameters import Incline
 from harness.engines.esys.engine import Esys
 from harness.engines.registry import open_engine
 from harness.errors import (
@@ -17,8 +19,6 @@ from harness.errors import (
     RequestError,
 )
 from harness.parameters.contact import PLASTIC, SOURCE, Contact
-from harness.parameters.drop import Drop
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 
 DROP = Drop(contact=PLASTIC, speed=1.0, steps_per_contact=2.0, duration=1.0)

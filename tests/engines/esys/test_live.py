@@ -6,6 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from harness.cases.drop.parameters import Drop
+from harness.cases.drop.qualification import qualify
+from harness.cases.incline.critical_angles import critical_angle
+from harness.cases.incline.parameters import Incline
+from harness.cases.tower.run import tower
 from harness.comparison.verdicts import Verdict
 from harness.engines.esys import engine as esys_engine
 from harness.engines.esys.engine import Esys
@@ -15,13 +20,8 @@ from harness.engines.reference.engine import Reference
 from harness.errors import EngineError, EngineInputError, EngineMissingError, EngineTimeoutError
 from harness.observables.impulse import impulse
 from harness.parameters.contact import CLIPPED, PLASTIC, Contact
-from harness.parameters.drop import Drop
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 from harness.theory.critical_angle import critical_angle as closed_form
-from harness.workflows.incline import critical_angle
-from harness.workflows.qualification import qualify
-from harness.workflows.towers import tower
 
 pytestmark = pytest.mark.live
 

@@ -5,6 +5,8 @@ import re
 import numpy as np
 import pytest
 
+from harness.cases.drop.parameters import Drop
+from harness.cases.incline.parameters import Incline
 from harness.engines.esys.read import error_of, read_drop, read_paths, read_tower
 from harness.engines.path import run_of_path
 from harness.engines.process import Ended
@@ -20,9 +22,7 @@ from harness.errors import (
 )
 from harness.observables.provenance import Provenance
 from harness.parameters.contact import PLASTIC, Contact
-from harness.parameters.drop import Drop
 from harness.parameters.hertz import hertz_of_drop, hertz_of_incline
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 
 WHO = Provenance("esys", "2.3.4")

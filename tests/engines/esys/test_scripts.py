@@ -2,6 +2,8 @@ import ast
 
 import pytest
 
+from harness.cases.drop.parameters import Drop
+from harness.cases.incline.parameters import Incline
 from harness.engines.esys.scripts import (
     all_scripts,
     drop_script,
@@ -15,8 +17,6 @@ from harness.engines.input_values import drop_values
 from harness.engines.timing import plan
 from harness.errors import RequestError
 from harness.parameters.contact import PLASTIC, Contact
-from harness.parameters.drop import Drop
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 
 

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from harness.cases.drop.parameters import Drop
+from harness.cases.incline.parameters import Incline
 from harness.engines.kratos.engine import Kratos
 from harness.parameters.contact import PLASTIC
-from harness.parameters.drop import Drop
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 
 RECORDED = Path(__file__).parent / "recorded"

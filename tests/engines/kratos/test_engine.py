@@ -5,6 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from harness.cases.drop.parameters import Drop
+from harness.cases.drop.result import DropRun
+from harness.cases.incline.result import InclineRun, Motion
 from harness.engines.kratos.engine import Kratos
 from harness.engines.kratos.scripts import incline_script, input_files
 from harness.engines.process import Limits
@@ -18,11 +21,8 @@ from harness.errors import (
     EngineTimeoutError,
     RequestError,
 )
-from harness.observables.drop import DropRun
-from harness.observables.incline import InclineRun, Motion
 from harness.observables.tower import TowerRun
 from harness.parameters.contact import SOURCE
-from harness.parameters.drop import Drop
 from harness.parameters.tower import Tower
 
 FAKE = Path(__file__).parent / "fake_kratos.py"

@@ -6,15 +6,15 @@ import sys
 import numpy as np
 import pytest
 
+from harness.cases.drop.qualification import qualify
+from harness.cases.incline.critical_angles import critical_angle
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import Motion
 from harness.engines.kratos.engine import REFERENCE, Kratos
 from harness.engines.kratos.scripts import incline_script
 from harness.engines.reference.engine import Reference
 from harness.engines.routes import start_of
-from harness.observables.incline import Motion
 from harness.parameters.contact import CLIPPED, PLASTIC
-from harness.parameters.incline import Incline
-from harness.workflows.incline import critical_angle
-from harness.workflows.qualification import qualify
 
 pytestmark = pytest.mark.live
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from harness.cases.incline.result import Motion
 from harness.chain import exact
 from harness.engines.kratos.engine import Kratos
 from harness.engines.kratos.read import error_of, finished, read_path, read_tower, seconds_in
@@ -11,7 +12,6 @@ from harness.engines.process import Ended
 from harness.engines.reference.engine import Reference
 from harness.engines.timing import plan
 from harness.errors import EngineMissingError, EngineNaNError, EngineOutputError
-from harness.observables.incline import Motion
 from harness.observables.provenance import Provenance
 
 WHO = Provenance("kratos", "10.4.4")

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from harness.cases.drop.parameters import Drop
 from harness.engines.lammps.engine import Lammps
 from harness.engines.lammps.read import read_drop
 from harness.engines.reference.engine import Reference
 from harness.errors import EngineInputError, EngineNaNError, EngineOutputError
 from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE
-from harness.parameters.drop import Drop
 
 HEAD = "time_s,x_m,y_m,vx_m_per_s,vy_m_per_s\n"
 ROWS = "0,0,1.1,0,-1\n0.1,0,1.0,0,-1\n0.2,0,0.9,0,-1\n"

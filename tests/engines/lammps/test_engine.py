@@ -3,6 +3,10 @@ import math
 import numpy as np
 import pytest
 
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.passage import critical_angle_by_passage
+from harness.cases.incline.result import Motion
+from harness.cases.incline.steady import critical_angle_by_steady_motion
 from harness.engines.lammps.engine import Lammps
 from harness.engines.lammps.executable import Executable
 from harness.engines.lammps.jobs import Job
@@ -10,11 +14,7 @@ from harness.engines.lammps.read import read_incline
 from harness.engines.lammps.scripts import incline_script, incline_variables
 from harness.engines.process import Limits
 from harness.errors import EngineError, EngineMissingError
-from harness.observables.incline import Motion
-from harness.observables.passage import critical_angle_by_passage
-from harness.observables.steady import critical_angle_by_steady_motion
 from harness.parameters.contact import CLIPPED, CONTACTS, PLASTIC, SOURCE
-from harness.parameters.incline import Incline
 from harness.theory.critical_angle import critical_angle
 from harness.theory.dashpot import restitution_clipped
 from harness.theory.energy_map import energies, passage_margin, well_depth

@@ -4,6 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import InclineRun, Motion
 from harness.engines.lammps.engine import Lammps
 from harness.engines.lammps.executable import Executable
 from harness.engines.lammps.jobs import Job
@@ -20,8 +22,6 @@ from harness.errors import (
     EngineTimeoutError,
     RequestError,
 )
-from harness.observables.incline import InclineRun, Motion
-from harness.parameters.incline import Incline
 
 FAKE = Path(__file__).parent / "fake_lmp.py"
 GIGABYTE = 1024**3

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from harness.cases.incline.parameters import Incline
 from harness.engines.lammps.inprocess import InProcess
 from harness.engines.lammps.jobs import Job, Output
 from harness.engines.lammps.scripts import Script, incline_script, incline_variables
@@ -21,7 +22,6 @@ from harness.errors import (
     EngineOutputError,
     EngineTimeoutError,
 )
-from harness.parameters.incline import Incline
 
 pytestmark = [pytest.mark.live, pytest.mark.usefixtures("lammps_here")]
 

@@ -1,6 +1,8 @@
 import numpy as np
 import pytest
 
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import Motion
 from harness.engines.lammps.read import (
     error_from_text,
     read_incline,
@@ -16,9 +18,7 @@ from harness.errors import (
     EngineNaNError,
     EngineOutputError,
 )
-from harness.observables.incline import Motion
 from harness.observables.provenance import Provenance
-from harness.parameters.incline import Incline
 
 WHO = Provenance("lammps", "22 Jul 2025 - Update 4")
 CASE = Incline(angle=10.2)

@@ -3,13 +3,13 @@ import sys
 
 import pytest
 
+from harness.cases.incline.parameters import Incline
 from harness.engines.lammps.executable import Executable
 from harness.engines.lammps.jobs import Job
 from harness.engines.lammps.read import read_incline
 from harness.engines.lammps.scripts import Script, incline_script
 from harness.engines.process import Limits
 from harness.parameters.contact import CONTACTS
-from harness.parameters.incline import Incline
 
 pytestmark = [pytest.mark.live, pytest.mark.slow]
 

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from harness.cases.incline.parameters import Incline
 from harness.engines.lammps.read import LAST_RESULT
 from harness.engines.lammps.scripts import (
     all_scripts,
@@ -13,7 +14,6 @@ from harness.engines.lammps.scripts import (
     incline_variables,
 )
 from harness.parameters.contact import CONTACTS, Contact
-from harness.parameters.incline import Incline
 
 SCRIPTS = all_scripts()
 BY_NAME = pytest.mark.parametrize("script", SCRIPTS, ids=lambda s: s.name)

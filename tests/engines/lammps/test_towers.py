@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
+from harness.cases.incline.parameters import Incline
 from harness.chain import exact
 from harness.engines.lammps.engine import Lammps
 from harness.errors import RequestError
 from harness.observables.impulse import impulse
 from harness.observables.windows import first_contact_end
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 
 pytestmark = pytest.mark.live

@@ -5,6 +5,8 @@ import subprocess
 import numpy as np
 import pytest
 
+from harness.cases.incline.critical_angles import critical_angle
+from harness.cases.incline.parameters import Incline
 from harness.chain import exact
 from harness.engines.lammps.engine import Lammps
 from harness.engines.liggghts.engine import Liggghts
@@ -12,10 +14,8 @@ from harness.engines.reference.engine import Reference
 from harness.errors import EngineError, RequestError
 from harness.observables.impulse import impulse
 from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 from harness.theory.critical_angle import critical_angle as closed_form
-from harness.workflows.incline import critical_angle
 
 pytestmark = pytest.mark.live
 

@@ -4,6 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import InclineRun, Motion
 from harness.engines.liggghts import engine as module
 from harness.engines.liggghts.engine import Liggghts
 from harness.engines.liggghts.scripts import incline_script
@@ -19,8 +21,6 @@ from harness.errors import (
     EngineTimeoutError,
     RequestError,
 )
-from harness.observables.incline import InclineRun, Motion
-from harness.parameters.incline import Incline
 
 HERE = Path(__file__).parent
 GOOD, BAD = Incline(angle=10.0), Incline(angle=13.0)

@@ -6,6 +6,8 @@ import re
 import numpy as np
 import pytest
 
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import Motion
 from harness.engines.lammps.read import error_from_text, read_incline, read_trajectory
 from harness.engines.lammps.read_tower import read_tower
 from harness.errors import (
@@ -14,10 +16,8 @@ from harness.errors import (
     EngineNaNError,
     EngineOutputError,
 )
-from harness.observables.incline import Motion
 from harness.observables.provenance import Provenance
 from harness.parameters.contact import PLASTIC
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 
 WHO = Provenance("liggghts", "LIGGGHTS-PUBLIC 3.8.0")

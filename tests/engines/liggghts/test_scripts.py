@@ -2,6 +2,8 @@ import re
 
 import pytest
 
+from harness.cases.drop.parameters import Drop
+from harness.cases.incline.parameters import Incline
 from harness.engines.lammps.read import LAST_RESULT
 from harness.engines.lammps.scripts import check_variables, drop_variables, incline_variables
 from harness.engines.lammps.scripts import drop_script as lammps_drop
@@ -17,8 +19,6 @@ from harness.engines.liggghts.scripts import (
 )
 from harness.errors import RequestError
 from harness.parameters.contact import CONTACTS
-from harness.parameters.drop import Drop
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 
 BY_NAME = pytest.mark.parametrize("script", all_scripts(), ids=lambda s: s.name)

@@ -5,6 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from harness.cases.drop.parameters import Drop
+from harness.cases.drop.qualification import qualify
+from harness.cases.drop.result import DropRun
+from harness.cases.incline.critical_angles import critical_angle
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import Motion
 from harness.comparison.convergence import slope_order
 from harness.engines.mfix.engine import MOST_FRAMES, Mfix
 from harness.engines.mfix.recorded import CONTACT
@@ -20,14 +26,8 @@ from harness.errors import (
     EngineTimeoutError,
     RequestError,
 )
-from harness.observables.drop import DropRun
-from harness.observables.incline import Motion
 from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE
-from harness.parameters.drop import Drop
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
-from harness.workflows.incline import critical_angle
-from harness.workflows.qualification import qualify
 
 GOOD = Drop(
     contact=CONTACT.replace(restitution=0.5), speed=1.0, steps_per_contact=100.0, duration=1.0

@@ -5,6 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from harness.cases.incline.result import Motion
+from harness.cases.incline.steady import critical_angle_by_steady_motion
 from harness.engines.mfix.recorded import (
     CONTACT,
     PATHS,
@@ -19,8 +21,6 @@ from harness.engines.mfix.step import steps_per_contact
 from harness.engines.reference.engine import Reference
 from harness.engines.routes import start_in_well
 from harness.errors import RequestError
-from harness.observables.incline import Motion
-from harness.observables.steady import critical_angle_by_steady_motion
 from harness.parameters.contact import SOURCE
 
 ROW_SECONDS = 0.0130557  # six digits, every 20 steps at f = 50

@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import pytest
 
+from harness.cases.drop.parameters import Drop
 from harness.engines.mfix.recorded import CONTACT, case_at
 from harness.engines.mfix.system import (
     drop_system,
@@ -14,7 +15,6 @@ from harness.engines.mfix.system import (
 )
 from harness.engines.routes import start_behind_crest, start_in_well
 from harness.errors import RequestError
-from harness.parameters.drop import Drop
 from harness.parameters.tower import Tower
 
 

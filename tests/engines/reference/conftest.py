@@ -4,10 +4,10 @@ import math
 
 import pytest
 
+from harness.cases.incline.parameters import Incline
 from harness.engines.reference.engine import Reference
 from harness.engines.routes import Start
 from harness.parameters.contact import Contact
-from harness.parameters.incline import Incline
 
 
 @pytest.fixture(scope="session")

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from harness.cases.incline.critical_angles import critical_angle
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import Motion
 from harness.engines.lammps.engine import Lammps
 from harness.engines.reference.engine import Reference
-from harness.observables.incline import Motion
 from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE
-from harness.parameters.incline import Incline
-from harness.workflows.incline import critical_angle
 
 pytestmark = pytest.mark.live
 

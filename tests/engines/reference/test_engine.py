@@ -5,15 +5,15 @@ import math
 import numpy as np
 import pytest
 
+from harness.cases.incline.critical_angles import critical_angle
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import Motion
 from harness.engines.reference.engine import Reference
 from harness.engines.registry import open_engine
 from harness.engines.routes import Start, start_in_well
 from harness.errors import EngineNaNError, EngineTimeoutError, RequestError
-from harness.observables.incline import Motion
 from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
-from harness.workflows.incline import critical_angle
 
 
 @pytest.mark.parametrize("contact", [SOURCE, CLIPPED, PLASTIC], ids=lambda c: c.name)

@@ -5,14 +5,14 @@ import math
 import numpy as np
 import pytest
 
+from harness.cases.incline.critical_angles import critical_angle
+from harness.cases.incline.parameters import Incline
 from harness.comparison.convergence import slope_order
 from harness.engines.reference.engine import Reference
 from harness.engines.routes import Start, energy
 from harness.errors import RequestError
 from harness.parameters.contact import CLIPPED, PLASTIC
-from harness.parameters.incline import Incline
 from harness.theory.critical_angle import critical_angle as closed_form
-from harness.workflows.incline import critical_angle
 
 CASE = Incline(contact=PLASTIC, stiffness=1e6, steps_per_contact=200.0)
 

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from harness.cases.incline.parameters import Incline
 from harness.engines.reference.engine import INTEGRATORS, Reference
 from harness.engines.routes import Start, crest_energy, energy, start_behind_crest
 from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE
-from harness.parameters.incline import Incline
 
 CONTACTS = st.sampled_from([SOURCE, CLIPPED, PLASTIC])
 FIXED = st.sampled_from([name for name in INTEGRATORS if name != "adaptive"])

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from harness.cases.incline.parameters import Incline
 from harness.engines.reference import mfix_adams_bashforth, mfix_euler, rk4, velocity_verlet
 from harness.engines.reference.engine import FIXED_STEP, INTEGRATORS, Reference
 from harness.engines.reference.row import Grain, Row
@@ -13,7 +14,6 @@ from harness.engines.reference.stretch import advance, begin
 from harness.engines.routes import start_in_well
 from harness.errors import RequestError
 from harness.parameters.contact import PLASTIC, SOURCE
-from harness.parameters.incline import Incline
 
 ZETAS = (0.01, 0.2, 0.7, 0.99768, 5.0)
 

@@ -4,6 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from harness.cases.drop.parameters import Drop
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import InclineRun
 from harness.engines.process import Limits
 from harness.engines.yade.batch import environment
 from harness.engines.yade.engine import Yade
@@ -16,10 +19,7 @@ from harness.errors import (
     EngineTimeoutError,
     RequestError,
 )
-from harness.observables.incline import InclineRun
 from harness.parameters.contact import PLASTIC, SOURCE
-from harness.parameters.drop import Drop
-from harness.parameters.incline import Incline
 
 HERE = Path(__file__).parent
 GIGABYTE = 1024**3

@@ -7,6 +7,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from harness.cases.drop.parameters import Drop
+from harness.cases.drop.qualification import qualify
+from harness.cases.drop.result import DropRun
+from harness.cases.incline.critical_angles import critical_angle
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import Motion
 from harness.engines.process import Limits
 from harness.engines.reference.engine import Reference
 from harness.engines.yade.batch import Batches, Job
@@ -14,14 +20,8 @@ from harness.engines.yade.engine import Yade
 from harness.engines.yade.read import read_incline
 from harness.engines.yade.scripts import incline_script
 from harness.errors import EngineCrashError, EngineError, EngineNaNError
-from harness.observables.drop import DropRun
-from harness.observables.incline import Motion
 from harness.parameters.contact import PLASTIC, SOURCE
-from harness.parameters.drop import Drop
-from harness.parameters.incline import Incline
 from harness.theory.dashpot import restitution_clipped
-from harness.workflows.incline import critical_angle
-from harness.workflows.qualification import qualify
 
 pytestmark = pytest.mark.live
 

@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
+from harness.cases.incline.result import Motion
 from harness.engines.routes import margin, start_of
 from harness.engines.timing import plan
 from harness.engines.yade.read import read_drop, read_incline, read_tower
 from harness.errors import EngineNaNError, EngineOutputError
-from harness.observables.incline import Motion
 from harness.observables.provenance import Provenance
 
 WHO = Provenance("yade", "1970.01a")

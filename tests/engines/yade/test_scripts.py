@@ -4,6 +4,7 @@ import re
 
 import pytest
 
+from harness.cases.incline.parameters import Incline
 from harness.engines.timing import plan
 from harness.engines.yade.scripts import (
     drop_script,
@@ -16,7 +17,6 @@ from harness.engines.yade.scripts import (
 )
 from harness.errors import RequestError
 from harness.parameters.contact import CLIPPED, PLASTIC
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 
 SCRIPTS = pytest.mark.parametrize("script", [incline_script(), drop_script(), tower_script()])

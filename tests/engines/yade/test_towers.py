@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from harness.cases.tower.run import tower
 from harness.observables.impulse import impulse
 from harness.parameters.tower import Tower
-from harness.workflows.towers import tower
 
 pytestmark = [pytest.mark.live, pytest.mark.slow]
 

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from harness.observables.incline import Crests, InclineRun, Motion, Trajectory
-from harness.observables.motions import InclineMotion, Motions
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import Crests, InclineRun, Motion, Trajectory
 from harness.observables.provenance import Provenance
-from harness.parameters.incline import Incline
 from harness.parameters.tower import Tower
 from harness.reproduction.motions import FREE, row_motion
 from harness.reproduction.motions import motions as reproduced_motions
@@ -18,6 +17,7 @@ from harness.reproduction.movies import films
 from harness.reproduction.movies.dump import INCLINE_COLUMNS, ROW_COLUMNS
 from harness.reproduction.movies.gif import FRAME_MS, gif
 from harness.reproduction.movies.row_collision import RowCollision
+from harness.reproduction.row_motion import InclineMotion, Motions
 
 ENGINE = Provenance("lammps", "1 Jan 2030")
 

@@ -4,11 +4,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from harness.comparison.findings import Findings
-from harness.observables.incline import Crests, InclineRun, Motion, Trajectory
+from harness.cases.incline.result import Crests, InclineRun, Motion, Trajectory
 from harness.observables.provenance import Provenance
 from harness.reproduction.claims import Ledger, Source, Width, compare, untestable
 from harness.reproduction.compute_figure_data import exhibits
+from harness.reproduction.findings_tables import Findings
 from harness.theory.critical_angle import critical_angle
 from harness.theory.shock import shock_from_restitution
 

@@ -6,20 +6,20 @@ from dataclasses import replace
 
 import pytest
 
+from harness.cases.incline.critical_angles import critical_angle
+from harness.cases.incline.engine_angles import microseconds_per_step, same_rules
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.rules import Stated, contacts_of, reference_for
 from harness.comparison.verdicts import Kind, Verdict
 from harness.engines import registry
 from harness.engines.reference.engine import Reference
 from harness.errors import EngineCrashError, RequestError
 from harness.parameters.contact import CLIPPED, PLASTIC
-from harness.parameters.incline import Incline
 from harness.report.finite import finite
-from harness.workflows.incline import critical_angle
 from harness.workflows.progress import silent
 from harness.workflows.verification import verify
 from harness.workflows.verification.other_engines import Asked, asked_engines, engine_checks
 from harness.workflows.verification.other_engines.extent import STATED
-from harness.workflows.verification.other_engines.measured import microseconds_per_step, same_rules
-from harness.workflows.verification.other_engines.rules import Stated, contacts_of, reference_for
 from tests import engine_doubles as doubles
 
 

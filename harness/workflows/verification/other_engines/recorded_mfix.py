@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from harness.cases.tower.run import tower
 from harness.comparison.engine_evidence import EngineAngle, EngineEvidence, EngineTower, Rules
 from harness.comparison.tolerances import TOLERANCES
 from harness.comparison.verdicts import (
@@ -25,7 +26,6 @@ from harness.engines.mfix.recorded import (
 from harness.engines.reference.engine import Reference
 from harness.errors import EngineError
 from harness.reproduction.findings.mfix_scheme import EULER, angle_in_scheme
-from harness.workflows.towers import tower
 
 NAME = "mfix (recorded)"
 

@@ -6,6 +6,11 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass, field, replace
 
+from harness.cases.drop.qualification import qualify
+from harness.cases.incline.across_engines import across_engines
+from harness.cases.incline.engine_angles import References
+from harness.cases.incline.engine_checks import angle_checks
+from harness.cases.tower.engine_checks import tower_checks
 from harness.comparison.engine_evidence import EngineEvidence
 from harness.comparison.verdicts import Check
 from harness.engines.contract import Engine
@@ -14,15 +19,10 @@ from harness.errors import EngineError, EngineMissingError, RequestError
 from harness.observables.provenance import Provenance
 from harness.theory.critical_angle import critical_angle
 from harness.workflows.progress import Progress
-from harness.workflows.qualification import qualify
 from harness.workflows.verification.other_engines import identity
-from harness.workflows.verification.other_engines.across import across_engines
-from harness.workflows.verification.other_engines.angles import angle_checks
 from harness.workflows.verification.other_engines.asked import Asked
 from harness.workflows.verification.other_engines.extent import EXTENTS, Extent
-from harness.workflows.verification.other_engines.measured import References
 from harness.workflows.verification.other_engines.recorded_mfix import recorded_checks
-from harness.workflows.verification.other_engines.towers import tower_checks
 
 Open = Callable[[str], AbstractContextManager[Engine]]
 """Opens an engine by its name, to be closed after use."""

@@ -1,0 +1,1 @@
+"""Cases: what is simulated, read and judged; one folder a case."""

@@ -1,0 +1,1 @@
+"""A grain that meets one fixed sphere; engines qualify with it."""

@@ -1,0 +1,1 @@
+"""The frictionless incline: a grain slides over a row of fixed spheres."""

@@ -1,0 +1,76 @@
+"""The critical angle as an observable: one result type for theory, solver and engine."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from harness.cases.incline.parameters import Incline
+from harness.observables.provenance import Provenance
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One run on the way to a critical angle; margin in units of m g d."""
+
+    angle_deg: float
+    phase: float
+    motion: str
+    margin: float
+
+
+@dataclass(frozen=True)
+class CriticalAngle:
+    """A critical angle [deg] at one stiffness and step, with its uncertainty [deg].
+
+    The uncertainty is that of the measurement at this stiffness and step
+    (bracket or root, and where in a step the contacts begin). It does not
+    contain the bias of a finite stiffness: that is what extrapolation is for.
+    ``mean_error_deg`` is the error of the value as a mean over where in a step
+    contacts begin; the uncertainty is the range a single run may fall in.
+    ``monotone`` is false when an angle above a moving one was trapped.
+    """
+
+    value_deg: float
+    uncertainty_deg: float
+    mean_error_deg: float
+    method: str
+    case: Incline
+    provenance: Provenance
+    samples: tuple[Sample, ...] = field(default=(), repr=False)
+    monotone: bool = True
+    note: str = ""
+    steps: int = 0
+
+    def record(self) -> dict[str, Any]:
+        """Return the result as a flat JSON-ready mapping (keys of the command line)."""
+        case = self.case
+        return {
+            "critical_angle_deg": self.value_deg,
+            "uncertainty_deg": self.uncertainty_deg,
+            "method": self.method,
+            "stiffness_N_per_m": case.stiffness,
+            "steps_per_contact": case.steps_per_contact,
+            "contact": case.contact.name,
+            "restitution": case.contact.restitution,
+            "damping_ratio": case.contact.zeta,
+            "tail": case.contact.tail,
+            "effective_mass": case.contact.effective_mass,
+            "diameter_m": case.diameter,
+            "density_kg_per_m3": case.density,
+            "gravity_m_per_s2": case.gravity,
+            "monotone": self.monotone,
+            "note": self.note,
+            "runs": len(self.samples),
+            "steps": self.steps,
+            **self.provenance.record(),
+        }
+
+    def frame(self) -> pd.DataFrame:
+        """Return the runs behind the value as a table, sorted by angle."""
+        import pandas as pd
+
+        return pd.DataFrame([vars(s) for s in self.samples]).sort_values("angle_deg")

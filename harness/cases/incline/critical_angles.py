@@ -1,0 +1,125 @@
+"""The critical angle of the incline in an engine."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+from typing import Literal
+
+from harness.cases.incline.critical_angle import CriticalAngle
+from harness.cases.incline.extrapolation import ExtrapolatedAngle, extrapolate
+from harness.cases.incline.ladder import Ladder
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.passage import PHASES, critical_angle_by_passage
+from harness.cases.incline.steady import critical_angle_by_steady_motion
+from harness.engines.contract import Engine
+from harness.engines.parallel import cores, parallel_map
+from harness.engines.registry import open_engine
+from harness.errors import EngineError, EngineOutputError, RequestError
+from harness.parameters.contact import PLASTIC
+from harness.workflows.progress import Progress, silent
+
+Method = Literal["passage", "steady"]
+
+TOLERANCES_DEG = {"passage": 1e-3, "steady": 5e-3}
+
+
+def critical_angle(
+    case: Incline | None = None,
+    *,
+    method: Method = "passage",
+    tolerance_deg: float | None = None,
+    phases: int = PHASES,
+    engine: Engine | None = None,
+) -> CriticalAngle:
+    """Return the critical angle of a case (the source's contact unless told otherwise).
+
+    ``method`` is ``passage`` (root of the energy margin over one well) or
+    ``steady`` (smallest angle that keeps moving, the source's definition);
+    ``phases`` is how many starts within a step the passage is averaged over.
+    Without an engine, LAMMPS in-process is opened and closed again. Raise
+    EngineError when the engine fails.
+    """
+    case = case or Incline()
+    if engine is None:
+        with open_engine() as opened:
+            return critical_angle(
+                case, method=method, tolerance_deg=tolerance_deg, phases=phases, engine=opened
+            )
+    tolerance = TOLERANCES_DEG[method] if tolerance_deg is None else tolerance_deg
+    if method == "steady":
+        return critical_angle_by_steady_motion(
+            lambda cases: engine.measured(cases, "steady"), case, tolerance_deg=tolerance
+        )
+    return critical_angle_by_passage(
+        lambda cases: engine.measured(cases, "passage"),
+        case,
+        tolerance_deg=tolerance,
+        phases=phases,
+    )
+
+
+def critical_angles(
+    cases: Sequence[Incline],
+    engine: Engine,
+    *,
+    method: Method = "passage",
+    phases: int = PHASES,
+    stage: str = "critical angles",
+    progress: Progress = silent,
+) -> list[CriticalAngle | EngineError]:
+    """Return the critical angle of each case, side by side over the cores; errors in place."""
+    done, lock = 0, threading.Lock()
+
+    def one(case: Incline) -> CriticalAngle | EngineError:
+        nonlocal done
+        try:
+            result: CriticalAngle | EngineError = critical_angle(
+                case, method=method, phases=phases, engine=engine
+            )
+        except EngineError as error:
+            result = error
+        except RequestError as error:
+            # one case of many that passage cannot measure is no reason to lose the others
+            result = EngineOutputError(str(error))
+        with lock:
+            done += 1
+            progress(stage, done, len(cases))
+        return result
+
+    progress(stage, 0, len(cases))
+    return parallel_map(one, cases, cores())
+
+
+def extrapolated_critical_angle(
+    case: Incline | None = None,
+    *,
+    ladder: Ladder | None = None,
+    engine: Engine | None = None,
+    stage: str = "extrapolation",
+    progress: Progress = silent,
+) -> ExtrapolatedAngle:
+    """Return the critical angle with the step to zero, then the stiffness to infinity.
+
+    The plastic contact unless a case says otherwise; passage route. Raise the
+    first EngineError: a ladder with a rung missing is not extrapolated.
+    """
+    case = case or Incline(contact=PLASTIC)
+    if engine is None:
+        with open_engine() as opened:
+            return extrapolated_critical_angle(
+                case, ladder=ladder, engine=opened, stage=stage, progress=progress
+            )
+    rungs = (ladder or Ladder()).cases(case)
+    angles = critical_angles(rungs, engine, stage=stage, progress=progress)
+    return extrapolate(complete(angles))
+
+
+def complete(angles: Sequence[CriticalAngle | EngineError]) -> list[CriticalAngle]:
+    """Return the angles; raise the first error among them."""
+    found: list[CriticalAngle] = []
+    for angle in angles:
+        if isinstance(angle, EngineError):
+            raise angle
+        found.append(angle)
+    return found

@@ -1,0 +1,156 @@
+"""The critical angles of one engine, against the closed form and the reference DEM."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from harness.cases.incline.critical_angle import CriticalAngle
+from harness.cases.incline.engine_angles import (
+    References,
+    measured_angle,
+    microseconds_per_step,
+    same_rules,
+)
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.rules import (
+    PLASTIC_ROLE,
+    Refused,
+    Stated,
+    contacts_of,
+)
+from harness.comparison.engine_evidence import OWN, EngineAngle, EngineEvidence
+from harness.comparison.tolerances import TOLERANCES
+from harness.comparison.verdicts import Check, Kind, failed_run, finding, judge, not_tested
+from harness.engines.contract import Engine
+from harness.engines.traits import Traits
+from harness.errors import EngineError
+from harness.workflows.verification.other_engines.extent import STATED, Extent
+
+STIFF = 1e6
+"""[N/m] from which the plastic contact is held against the closed form: softer ones are biased."""
+
+
+def angle_checks(
+    engine: Engine, extent: Extent, references: References, evidence: EngineEvidence
+) -> list[Check]:
+    """Measure the critical angles of an engine and return their rows; fill in the evidence."""
+    rows: list[Check] = []
+    for stated in contacts_of(engine.traits):
+        if isinstance(stated, Refused):
+            name = f"{engine.name}: critical angle, {stated.contact.name} contact"
+            rows.append(not_tested(name, Kind.ANALYTIC, stated.reason, "deg"))
+            continue
+        for stiffness, steps in extent.angles:
+            case = Incline(contact=stated.contact, stiffness=stiffness, steps_per_contact=steps)
+            rows += _cell(engine, stated, case, extent, references, evidence)
+    return rows
+
+
+def where(case: Incline) -> str:
+    """Return contact, stiffness and step for the name of a row."""
+    return (
+        f"{case.contact.name} contact, k = {case.stiffness:g} N/m, {case.steps_per_contact:g} steps"
+    )
+
+
+def lineage_note(traits: Traits) -> str:
+    """Return what an engine's agreement is worth where it grew out of another."""
+    if not traits.lineage:
+        return ""
+    return f"grew out of {traits.lineage}: a regression partner, not independent evidence"
+
+
+def _cell(
+    engine: Engine,
+    stated: Stated,
+    case: Incline,
+    extent: Extent,
+    references: References,
+    evidence: EngineEvidence,
+) -> list[Check]:
+    traits = engine.traits
+    name = f"{engine.name}: critical angle, {where(case)}"
+    beside = f"{engine.name}: critical angle against the reference DEM, {where(case)}"
+    at = (case.stiffness, case.steps_per_contact)
+    found = measured_angle(case, engine, extent.phases)
+    if isinstance(found, EngineError):
+        untested = not_tested(beside, Kind.CROSS_CODE, "the engine's own run died", "deg")
+        return [failed_run(name, Kind.ANALYTIC, found, "deg"), untested]
+    shown = EngineAngle(
+        engine=engine.name,
+        contact=case.contact.name,
+        rules=stated.rules(traits),
+        stiffness=case.stiffness,
+        steps_per_contact=case.steps_per_contact,
+        value_deg=found.value_deg,
+        uncertainty_deg=found.uncertainty_deg,
+        closed_form_deg=evidence.closed_form_deg,
+        integrator=traits.integrator,
+        microseconds_per_step=microseconds_per_step(found, engine) if at == STATED else math.nan,
+        lineage=traits.lineage,
+    )
+    own = references.angle(traits, case)
+    if isinstance(own, CriticalAngle):
+        shown = replace(
+            shown,
+            reference_deg=own.value_deg,
+            reference_uncertainty_deg=own.uncertainty_deg,
+        )
+    evidence.angles.append(shown)
+    rows = [_against_theory(name, stated, shown, traits)]
+    if engine.name != OWN:
+        rows.append(_against_reference(beside, found, own, traits, shown.closed_form_deg))
+    return rows
+
+
+def _against_theory(name: str, stated: Stated, shown: EngineAngle, traits: Traits) -> Check:
+    of_theory = stated.role == PLASTIC_ROLE and traits.spring == "linear"
+    if of_theory and shown.stiffness >= STIFF:
+        return judge(
+            name,
+            Kind.ANALYTIC,
+            shown.value_deg,
+            shown.closed_form_deg,
+            TOLERANCES["critical angle, engines, plastic contact"],
+            uncertainty=shown.uncertainty_deg,
+            note=lineage_note(traits),
+        )
+    own = "not the limit of the closed form, but a class of its own"
+    soft = f"below {STIFF:g} N/m the bias of the stiffness is not small"
+    why = f"{shown.rules.text}; {soft if of_theory else own}"
+    note = "; ".join(filter(None, (why, lineage_note(traits))))
+    return finding(name, shown.value_deg, shown.closed_form_deg, "deg", note, shown.uncertainty_deg)
+
+
+def _against_reference(
+    name: str,
+    angle: CriticalAngle,
+    own: CriticalAngle | EngineError | None,
+    traits: Traits,
+    closed_form: float,
+) -> Check:
+    if own is None:
+        reason = "the reference DEM does not have the engine's scheme"
+        return not_tested(name, Kind.CROSS_CODE, reason, "deg")
+    if isinstance(own, EngineError):
+        return failed_run(name, Kind.CROSS_CODE, own, "deg")
+    note = f"reference DEM: {traits.integrator}, {traits.spring} spring"
+    return judge(
+        name,
+        Kind.CROSS_CODE,
+        angle.value_deg,
+        own.value_deg,
+        same_rules(traits, own, closed_form),
+        uncertainty=angle.uncertainty_deg,
+        note="; ".join(filter(None, (note, lineage_note(traits)))),
+    )
+
+
+def stated_angles(evidence: EngineEvidence) -> list[EngineAngle]:
+    """Return the angles at the stated stiffness and step, which every engine has."""
+    return [
+        a
+        for a in evidence.angles
+        if not a.recorded and (a.stiffness, a.steps_per_contact) == STATED
+    ]

@@ -1,0 +1,224 @@
+"""The figures of the incline."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+
+from harness.cases.incline.critical_angle import CriticalAngle
+from harness.cases.incline.extrapolation import ExtrapolatedAngle
+from harness.cases.incline.result import InclineRun, Motion, Trajectory
+from harness.comparison.evidence import Recursion
+from harness.report.figures.style import (
+    BLACK,
+    BLUE,
+    COLOURS,
+    GREEN,
+    MARKERS,
+    ORANGE,
+    SKY,
+    STYLES,
+    power,
+)
+
+FATES = {
+    Motion.MOVES_ON: "keeps moving",
+    Motion.TRAPPED: "trapped",
+    Motion.UNDECIDED: "undecided",
+}
+
+
+def speed_against_time(runs: Sequence[InclineRun]) -> Figure:
+    """Draw speed against time below and above the critical angle (the source's velocity figure)."""
+    figure = Figure(figsize=(8.0, 3.6))
+    axes = figure.add_subplot()
+    for run, colour, line in zip(runs, (ORANGE, BLUE), ("--", "-"), strict=False):
+        path = _path(run)
+        label = f"{run.case.angle:.2f} deg: {FATES[run.motion]}"
+        axes.plot(path.time_s, path.speed_m_per_s, line, color=colour, lw=1.1, label=label)
+    axes.set(xlabel="time (s)", ylabel="speed of the grain (m/s)", ylim=(0, None))
+    axes.set_title(_who(runs[0]))
+    axes.margins(x=0.01)
+    axes.legend(loc="upper right", ncols=2, bbox_to_anchor=(1, 1.02))
+    axes.set_ylim(top=axes.get_ylim()[1] * 1.12)
+    return figure
+
+
+def path_over_the_bumps(runs: Sequence[InclineRun], bumps: int = 6) -> Figure:
+    """Draw the path of the grain's centre over the row of fixed spheres, to scale."""
+    figure = Figure(figsize=(8.0, 2.7))
+    axes = figure.add_subplot()
+    diameter = runs[0].case.diameter
+    start = _last_well(runs) - bumps / 2
+    for index in range(int(start) - 1, int(start) + bumps + 2):
+        axes.add_patch(
+            Circle((index, 0), 0.5, facecolor="#e8e8e8", edgecolor="#888888", lw=0.8, zorder=1)
+        )
+    styles = zip(reversed(runs), (SKY, BLACK), ("-", "--"), (4.0, 1.3), strict=False)
+    for run, colour, line, width in styles:
+        path = _path(run)
+        label = f"{run.case.angle:.2f} deg: {FATES[run.motion]}"
+        axes.plot(
+            path.x_m / diameter, path.y_m / diameter, ls=line, lw=width, color=colour, label=label
+        )
+        if run.motion is Motion.TRAPPED:
+            end = (path.x_m[-1] / diameter, path.y_m[-1] / diameter)
+            axes.plot(*end, "o", color=colour, ms=6, zorder=3)
+            axes.annotate("turns back", end, xytext=(0, 9), textcoords="offset points", ha="center")
+    _draw_gravity(axes, start + 0.45, runs[0].case.angle)
+    axes.set(
+        xlim=(start, start + bumps),
+        ylim=(-0.15, 1.42),
+        aspect="equal",
+        xlabel="along the row (diameters)",
+        ylabel="above it (diameters)",
+    )
+    axes.grid(visible=False)
+    axes.set_title("path of the grain's centre; drawn with the row level, gravity tilted")
+    axes.legend(loc="upper right", ncols=2, bbox_to_anchor=(1, 1.04))
+    return figure
+
+
+def _draw_gravity(axes: Axes, x: float, angle_deg: float) -> None:
+    """Draw the direction of gravity as an arrow between the grain's path and the row."""
+    tilt = np.radians(angle_deg)
+    axes.annotate(
+        "",
+        (x + 0.3 * np.sin(tilt), 1.35 - 0.3 * np.cos(tilt)),
+        xytext=(x, 1.35),
+        arrowprops={"arrowstyle": "-|>", "color": BLACK},
+    )
+    axes.text(x - 0.06, 1.2, "g", ha="right", va="center", style="italic")
+
+
+def extrapolation(found: ExtrapolatedAngle, closed_form: float) -> Figure:
+    """Draw the critical angle against the step, and its limits against the stiffness."""
+    figure = Figure(figsize=(8.6, 3.9))
+    left, right = figure.subplots(1, 2)
+    for number, (stiffness, limit) in enumerate(found.at_stiffness.items()):
+        colour, marker = COLOURS[number % 6], MARKERS[number % 6]
+        label = f"k = {power(stiffness)} N/m"
+        left.errorbar(
+            limit.h, limit.y, limit.errors, fmt=marker, color=colour, label=label, capsize=2
+        )
+        fine = np.linspace(0, limit.h.max(), 50)
+        left.plot(fine, limit.curve(fine), color=colour, lw=0.9)
+        left.plot(0, limit.value, marker, color=colour, mfc="white", clip_on=False)
+    left.axhline(closed_form, color=BLACK, ls="--", lw=1)
+    left.set(xlabel="1 / steps per contact time", ylabel="critical angle (deg)")
+    left.set_title("step to zero")
+    left.legend(loc="lower left")
+    _stiffness_panel(right, found, closed_form)
+    return figure
+
+
+def _stiffness_panel(axes: Axes, found: ExtrapolatedAngle, closed_form: float) -> None:
+    rigid = found.rigid
+    axes.errorbar(
+        1 / rigid.h,
+        rigid.y,
+        rigid.errors,
+        fmt="o",
+        color=BLUE,
+        capsize=2,
+        label="LAMMPS, step to zero",
+    )
+    fine = np.geomspace(rigid.h.min() / 30, rigid.h.max(), 100)
+    order = f"observed order {rigid.order:.2f}"
+    axes.plot(1 / fine, rigid.curve(fine), color=BLUE, lw=0.9, label=f"fit, {order}")
+    axes.axhspan(
+        rigid.value - rigid.uncertainty,
+        rigid.value + rigid.uncertainty,
+        color=GREEN,
+        alpha=0.25,
+        label=f"limit {rigid.value:.5f} +- {rigid.uncertainty:.5f} deg",
+    )
+    axes.axhline(closed_form, color=BLACK, ls="--", lw=1, label=f"theory {closed_form:.5f} deg")
+    axes.set(xscale="log", xlabel="stiffness k (N/m)")
+    axes.set_title("then stiffness to infinity")
+    axes.legend(loc="lower right")
+
+
+def contacts_side_by_side(by_contact: dict[str, list[CriticalAngle]], closed_form: float) -> Figure:
+    """Draw the critical angle over step and stiffness, one panel a contact."""
+    titles = {
+        "source": "source: e = 1e-20, tail kept",
+        "clipped": "clipped: critical damping",
+        "plastic": "plastic: overdamped, clipped",
+    }
+    names = [name for name in titles if name in by_contact]
+    figure = Figure(figsize=(9.6, 3.9))
+    panels = figure.subplots(1, len(names), squeeze=False)[0]
+    stiffnesses = sorted({a.case.stiffness for name in names for a in by_contact[name]})
+    decades = [k for k in stiffnesses if abs(np.log10(k) - round(np.log10(k))) < 1e-9]
+    for axes, name in zip(panels, names, strict=True):
+        for number, stiffness in enumerate(decades):
+            angles = sorted(
+                (a for a in by_contact[name] if a.case.stiffness == stiffness),
+                key=lambda a: a.case.steps_per_contact,
+            )
+            if not angles:
+                continue
+            axes.errorbar(
+                [a.case.steps_per_contact for a in angles],
+                [a.value_deg for a in angles],
+                [a.uncertainty_deg for a in angles],
+                color=COLOURS[number % 6],
+                marker=MARKERS[number % 6],
+                ls=STYLES[number % 6],
+                lw=1,
+                capsize=2,
+                label=f"k = {power(stiffness)} N/m",
+            )
+        axes.axhline(closed_form, color=BLACK, ls="--", lw=1, label="theory")
+        axes.set(xscale="log", xlabel="steps per contact time")
+        axes.set_title(titles[name], fontsize=10)
+        axes.set_xticks([25, 50, 100, 200, 400], ["25", "50", "100", "200", "400"])
+        axes.minorticks_off()
+        axes.margins(x=0.12)
+    panels[0].set_ylabel("critical angle (deg)")
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
+    return figure
+
+
+def energy_after_each_shock(recursion: Recursion) -> Figure:
+    """Draw the energy after each shock against the recursion, with the difference below."""
+    figure = Figure(figsize=(6.6, 4.2))
+    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+    shocks = np.arange(1, len(recursion.measured) + 1)
+    case = recursion.run.case
+    top.plot(shocks, recursion.predicted, "--", color=BLACK, label="E[j+1] = (E[j] + dE) / 4")
+    top.plot(shocks, recursion.measured, "o", color=BLUE, label=_who(recursion.run))
+    top.set_ylabel("energy after the shock\n(m g d)")
+    top.set_title(f"{case.angle:g} deg, above the critical angle")
+    top.legend()
+    bottom.plot(shocks, 1e6 * (recursion.measured - recursion.predicted), "o", color=BLUE)
+    bottom.axhline(0, color=BLACK, ls="--", lw=1)
+    bottom.set(xlabel="shock", ylabel="difference\n(1e-6 m g d)")
+    bottom.set_xticks(shocks)
+    return figure
+
+
+def _path(run: InclineRun) -> Trajectory:
+    if run.trajectory is None:
+        raise ValueError("this run kept no trajectory")
+    return run.trajectory
+
+
+def _last_well(runs: Sequence[InclineRun]) -> float:
+    """Return where the trapped run ends, in diameters; else the end of the first run."""
+    run = next((r for r in runs if r.motion is Motion.TRAPPED), runs[0])
+    return float(_path(run).x_m[-1] / run.case.diameter)
+
+
+def _who(run: InclineRun) -> str:
+    case = run.case
+    return (
+        f"LAMMPS, {case.contact.name} contact, k = {power(case.stiffness)} N/m, "
+        f"{case.steps_per_contact:g} steps per contact"
+    )

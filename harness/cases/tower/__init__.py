@@ -1,0 +1,1 @@
+"""The tower: a grain dropped on a row of particles at rest."""

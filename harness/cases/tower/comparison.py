@@ -1,0 +1,239 @@
+"""Two runs of the same tower held against each other: force, velocity, contacts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.integrate import trapezoid
+
+from harness.cases.tower.common_times import on_common_times
+from harness.cases.tower.contact_events import NEAR, EventPair, contact_events, match_events
+from harness.errors import RequestError
+from harness.observables.summary import peak_force
+from harness.observables.tower import Floats, TowerRun
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+DIVERGENCE = 1e-3
+"""Part of the reference's peak force by which two runs differ when they have parted."""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """How far a series is from its reference, over ``scale``.
+
+    ``l2`` is the root of the mean over time of the squared difference.
+    ``interpolation_error`` is the bound of what interpolation adds to ``peak``,
+    0 if the samples are at the same times.
+    """
+
+    peak: float
+    peak_time: float  # [s] where it is
+    l2: float
+    interpolation_error: float
+    scale: float  # [N] or [m/s]
+
+    def record(self) -> dict[str, float]:
+        """Return it as a JSON-ready mapping."""
+        return {
+            "peak_difference": self.peak,
+            "peak_difference_time_s": self.peak_time,
+            "l2_difference": self.l2,
+            "interpolation_error": self.interpolation_error,
+        }
+
+
+@dataclass(frozen=True)
+class SeriesComparison:
+    """A run against a reference of the same tower.
+
+    ``force`` is relative to the reference's peak force, ``velocity`` to the speed
+    at the start (the reference's largest, if it starts at rest).
+    ``force_difference`` and ``velocity_difference`` (T,) are run - reference in
+    these units at the common ``time`` (T,). ``divergence_time`` is the first time at
+    which the force differs by more than ``divergence``, None if it never does.
+    ``left_out`` are samples that sit in an interval with a change of contacts.
+    """
+
+    run: TowerRun
+    reference: TowerRun
+    time: Floats  # [s]
+    force_difference: Floats  # [peak of the reference]
+    velocity_difference: Floats  # [speed at the start]
+    force: Difference
+    velocity: Difference
+    divergence: float  # [peak of the reference]
+    divergence_time: float | None  # [s]
+    events: tuple[EventPair, ...]
+    left_out: int
+
+    @property
+    def same_law(self) -> bool:
+        """Return whether both runs are under the same law."""
+        return self.run.tower.law == self.reference.tower.law
+
+    @property
+    def unmatched(self) -> tuple[EventPair, ...]:
+        """Return the events that only one run has."""
+        return tuple(pair for pair in self.events if not pair.matched)
+
+    @property
+    def largest_event_difference(self) -> float:
+        """Return the largest time difference of matched events [s], NaN without any."""
+        apart = [abs(pair.difference) for pair in self.events if pair.matched]
+        return max(apart, default=float("nan"))
+
+    def record(self) -> dict[str, Any]:
+        """Return all but the series as a JSON-ready mapping."""
+        apart = self.largest_event_difference
+        return {
+            "height": self.run.tower.height,
+            **_named("", self.run),
+            **_named("reference_", self.reference),
+            "common_samples": int(self.time.size),
+            "samples_left_out": self.left_out,
+            "peak_force_N": self.force.scale,
+            "force": self.force.record(),
+            "velocity": self.velocity.record(),
+            "divergence": self.divergence,
+            "divergence_time_s": self.divergence_time,
+            "events_matched": len(self.events) - len(self.unmatched),
+            "largest_event_difference_s": None if np.isnan(apart) else apart,
+            "events_unmatched": [_event_row(pair) for pair in self.unmatched],
+        }
+
+    def frame(self) -> pd.DataFrame:
+        """Return the events as a table, one row each; NaN where one run has none."""
+        import pandas as pd
+
+        rows = [_event_row(pair) for pair in self.events]
+        times = {name: float for name in _EVENT_COLUMNS if name.endswith("_s")}
+        return pd.DataFrame(rows, columns=list(_EVENT_COLUMNS)).astype(times)
+
+
+_EVENT_COLUMNS = (
+    "contact",
+    "kind",
+    "time_s",
+    "reference_time_s",
+    "difference_s",
+    "resolution_s",
+    "matched",
+    "grazing",
+)
+
+
+def compare(
+    run: TowerRun,
+    reference: TowerRun,
+    *,
+    across_laws: bool = False,
+    divergence: float = DIVERGENCE,
+    near: float = NEAR,
+    least_force: float = 0.0,
+) -> SeriesComparison:
+    """Return how ``run`` differs from ``reference``, on the times that both cover.
+
+    ``divergence`` is in peaks of the reference's force; ``near`` [t0] is how far
+    apart the same event may be in two runs; above ``least_force`` [peak] a contact is
+    closed, more than 0 for runs with profiles only. Raise RequestError for different
+    cases (the law may differ where ``across_laws`` is set), for values that are not
+    finite, for runs without common times, and for a reference without force.
+    """
+    _same_case(run, reference, across_laws)
+    for one in (run, reference):
+        _usable(one)
+    for name, value in (("divergence", divergence), ("near", near)):
+        if not (np.isfinite(value) and value > 0):
+            raise RequestError(f"{name} = {value}: must be finite and greater than 0")
+    peak = peak_force(reference)
+    if peak <= 0:
+        raise RequestError("grain_force: is 0 throughout the reference, nothing to compare with")
+    speed = reference.tower.speed or float(np.abs(reference.grain_velocity).max())
+    common = on_common_times(run, reference)
+    force = (common.force - common.reference_force) / peak
+    velocity = (common.velocity - common.reference_velocity) / speed
+    parted = np.flatnonzero(np.abs(force) > divergence)
+    if not (np.isfinite(least_force) and least_force >= 0):
+        raise RequestError(f"least_force = {least_force}: must be finite and at least 0")
+    near_s, least_N = near * reference.tower.contact_time, least_force * peak
+    return SeriesComparison(
+        run=run,
+        reference=reference,
+        time=common.time,
+        force_difference=force,
+        velocity_difference=velocity,
+        force=_difference(common.time, force, common.force_interpolation_error, peak),
+        velocity=_difference(common.time, velocity, common.velocity_interpolation_error, speed),
+        divergence=divergence,
+        divergence_time=float(common.time[parted[0]]) if parted.size else None,
+        events=tuple(_events(run, reference, near_s, least_N)),
+        left_out=common.left_out,
+    )
+
+
+def _events(run: TowerRun, reference: TowerRun, near: float, least_force: float) -> list[EventPair]:
+    """Return the events in pairs, without those whose counterpart may lie after the end."""
+    last = float(min(run.time[-1], reference.time[-1]))
+    pairs = match_events(
+        contact_events(run, least_force), contact_events(reference, least_force), near
+    )
+    within = [pair for pair in pairs if pair.known.time <= last]
+    return [pair for pair in within if pair.matched or pair.known.time < last - pair.resolution]
+
+
+def _difference(time: Floats, values: Floats, error: float, scale: float) -> Difference:
+    worst = int(np.argmax(np.abs(values)))
+    mean_square = float(trapezoid(values**2, time) / (time[-1] - time[0]))
+    return Difference(
+        peak=float(np.abs(values[worst])),
+        peak_time=float(time[worst]),
+        l2=float(np.sqrt(mean_square)),
+        interpolation_error=error / scale,
+        scale=scale,
+    )
+
+
+def _same_case(run: TowerRun, reference: TowerRun, across_laws: bool) -> None:
+    ours, theirs = run.tower.model_dump(), reference.tower.model_dump()
+    for name, value in ours.items():
+        if value != theirs[name] and not (across_laws and name == "law"):
+            raise RequestError(
+                f"{name} = {value}: differs from the reference's {theirs[name]}; "
+                "runs of different cases are not compared"
+            )
+
+
+def _usable(run: TowerRun) -> None:
+    for name in ("time", "grain_force", "grain_velocity", "contacts"):
+        values = getattr(run, name)
+        bad = np.flatnonzero(~np.isfinite(values))
+        if bad.size:
+            raise RequestError(f"{name} = {values[bad[0]]} in row {bad[0]} of {run.solver}")
+    if run.time.size < 2 or (np.diff(run.time) < 0).any() or run.time[-1] <= run.time[0]:
+        raise RequestError(f"time of {run.solver}: must rise, over at least two samples")
+
+
+def _named(prefix: str, run: TowerRun) -> dict[str, Any]:
+    return {
+        f"{prefix}law": run.tower.law,
+        f"{prefix}solver": run.solver,
+        f"{prefix}step_s": run.step,
+    }
+
+
+def _event_row(pair: EventPair) -> dict[str, Any]:
+    """Return an event for JSON: None for a time that is not there."""
+    return {
+        "contact": pair.known.contact,
+        "kind": pair.known.kind,
+        "time_s": pair.event.time if pair.event else None,
+        "reference_time_s": pair.reference.time if pair.reference else None,
+        "difference_s": pair.difference if pair.matched else None,
+        "resolution_s": pair.resolution,
+        "matched": pair.matched,
+        "grazing": pair.grazing,
+    }

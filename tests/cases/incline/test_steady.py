@@ -1,0 +1,137 @@
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.passage import critical_angle_by_passage
+from harness.cases.incline.result import Motion
+from harness.cases.incline.steady import critical_angle_by_steady_motion
+from harness.errors import EngineOutputError
+from harness.theory.critical_angle import critical_angle
+
+CASE = Incline()
+
+
+def in_bands(*bands, otherwise):
+    """Return a fate from (low, high, motion) bands of the angle; the first that fits counts."""
+
+    def fate(angle):
+        for low, high, motion in bands:
+            if low <= angle < high:
+                return motion
+        return otherwise
+
+    return fate
+
+
+def test_bracket_of_the_theory_map_holds_the_closed_form_with_few_runs(synthetic):
+    engine = synthetic()
+    found = critical_angle_by_steady_motion(engine.steady, CASE, tolerance_deg=1e-3)
+    assert abs(found.value_deg - critical_angle()) <= found.uncertainty_deg
+    assert found.uncertainty_deg <= 1e-3
+    assert found.monotone
+    assert found.note == ""
+    assert found.method == "steady"
+    assert len(engine.cases) == len(found.samples) <= 24
+
+
+@given(st.floats(0.05, 29.95))
+def test_any_angle_is_found_from_the_usual_window(synthetic, truth):
+    engine = synthetic(fate=in_bands((0.0, truth, Motion.TRAPPED), otherwise=Motion.MOVES_ON))
+    found = critical_angle_by_steady_motion(engine.steady, CASE)
+    assert abs(found.value_deg - truth) <= found.uncertainty_deg <= 5e-3
+    assert len(engine.cases) <= 60
+    assert all(0.0 <= case.angle <= 30.0 for case in engine.cases)
+
+
+def test_both_routes_agree_on_the_same_jittery_engine(synthetic):
+    def shift(case):
+        return 0.002 * ((case.phase + 37.3 * case.angle) % 1.0 - 0.5)
+
+    passage = critical_angle_by_passage(synthetic(shift=shift).passage, CASE)
+    steady = critical_angle_by_steady_motion(synthetic(shift=shift).steady, CASE)
+    apart = abs(passage.value_deg - steady.value_deg)
+    assert apart <= passage.uncertainty_deg + steady.uncertainty_deg
+
+
+def test_moving_band_below_a_trapped_one_is_told_and_widens_the_uncertainty(synthetic):
+    fate = in_bands(
+        (0.0, 10.05, Motion.TRAPPED),
+        (10.05, 10.3, Motion.MOVES_ON),
+        (10.3, 10.5, Motion.TRAPPED),
+        otherwise=Motion.MOVES_ON,
+    )
+    found = critical_angle_by_steady_motion(synthetic(fate=fate).steady, CASE)
+    assert found.value_deg == pytest.approx(10.05, abs=5e-3)
+    assert not found.monotone
+    assert found.note.startswith("not monotone: trapped again up to 10.")
+    assert 10.5 <= found.value_deg + found.uncertainty_deg <= 10.51
+
+
+def test_narrow_moving_bands_within_the_scan_that_holds_the_change_are_seen(synthetic):
+    fate = in_bands(
+        (0.0, 10.22, Motion.TRAPPED),
+        (10.22, 10.27, Motion.MOVES_ON),
+        (10.27, 10.32, Motion.TRAPPED),
+        otherwise=Motion.MOVES_ON,
+    )
+    found = critical_angle_by_steady_motion(synthetic(fate=fate).steady, CASE)
+    assert not found.monotone
+    assert found.value_deg == pytest.approx(10.22, abs=5e-3)
+
+
+def test_undecided_band_is_part_of_the_uncertainty_and_never_counts_as_trapped(synthetic):
+    engine = synthetic(
+        fate=in_bands(
+            (0.0, 10.15, Motion.TRAPPED),
+            (10.15, 10.25, Motion.UNDECIDED),
+            otherwise=Motion.MOVES_ON,
+        )
+    )
+    found = critical_angle_by_steady_motion(engine.steady, CASE)
+    assert found.value_deg - found.uncertainty_deg <= 10.15
+    assert found.value_deg + found.uncertainty_deg >= 10.25
+    assert found.uncertainty_deg < 0.2
+    assert "undecided within the time limit" in found.note
+    assert found.monotone
+    assert len(engine.cases) <= 30
+
+
+def test_one_undecided_angle_is_stepped_around(synthetic):
+    fate = in_bands(
+        (0.0, 10.2, Motion.TRAPPED),
+        (10.2, 10.2001, Motion.UNDECIDED),
+        otherwise=Motion.MOVES_ON,
+    )
+    found = critical_angle_by_steady_motion(synthetic(fate=fate).steady, CASE)
+    assert found.uncertainty_deg <= 5e-3
+    assert found.value_deg == pytest.approx(10.2, abs=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("motion", "message"),
+    [
+        (Motion.MOVES_ON, "no angle from 0 to 30 deg was trapped"),
+        (Motion.TRAPPED, "no angle from 0 to 30 deg kept moving"),
+        (Motion.UNDECIDED, "no angle from 0 to 30 deg was trapped"),
+    ],
+)
+def test_same_fate_at_every_angle_is_an_error(synthetic, motion, message):
+    engine = synthetic(fate=lambda _: motion)
+    with pytest.raises(EngineOutputError, match=message):
+        critical_angle_by_steady_motion(engine.steady, CASE)
+    assert {0.0, 30.0} & {case.angle for case in engine.cases}
+
+
+def test_fate_that_only_turns_from_moving_to_trapped_is_an_error(synthetic):
+    fate = in_bands((0.0, 10.2, Motion.MOVES_ON), otherwise=Motion.TRAPPED)
+    with pytest.raises(EngineOutputError, match="trapped"):
+        critical_angle_by_steady_motion(synthetic(fate=fate).steady, CASE)
+
+
+def test_window_is_respected_when_it_holds_the_change(synthetic):
+    engine = synthetic()
+    critical_angle_by_steady_motion(engine.steady, CASE, window=(10.1, 10.3))
+    angles = [case.angle for case in engine.cases]
+    assert min(angles) == pytest.approx(10.1)
+    assert max(angles) == pytest.approx(10.3)
