@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 from numba import njit
 
+from harness.cases.tower.motion import tower_run
+from harness.cases.tower.timing import plan
 from harness.engines.reference.engine import Reference
-from harness.engines.timing import plan
-from harness.engines.tower_record import tower_run
 from harness.errors import EngineCrashError, EngineMissingError
 from harness.parameters.contact import Contact
 

@@ -1,108 +1,129 @@
-"""The contract of an engine: write, execute, read.
+"""The contract of an engine: it runs scripts, and knows no case.
 
-To add an engine, make a folder beside ``lammps`` and ``reference`` with a subclass of
-:class:`Engine` and name it in ``registry.py``:
+A *job* is a template with values; an *output* is the named numbers and tables that came back,
+with log and provenance. A case makes jobs and reads outputs; the two meet in
+``engines/<code>/templates/<template>`` and nowhere else.
 
-1. ``traits`` declares its rules: tails, effective mass, integrator, digits, lineage;
-2. ``identify`` says who it is (version, packages, executable), or raises
-   EngineMissingError with what to install;
-3. ``drops``, ``inclines`` and ``towers`` run cases. Split them into *write* (case to
-   input, a pure function), *execute* (run it under limits of time and memory:
-   ``process.py``) and *read* (output to result, a pure function tested on recorded
-   output). Convert units at this edge and nowhere else.
-4. a function named in ``registry.INPUTS`` returns the files that ``dem-harness inputs``
-   writes, each of which runs with the engine alone.
+To add an engine, subclass :class:`Engine`, or :class:`harness.engines.scripted.ScriptedEngine`
+for a code that runs script files, and name it under the entry point ``dem_harness.engines``
+(an engine of this package: one line in ``registry.py``):
 
-``routes.py`` says where the grain of an incline starts and ends, ``path.py`` judges
-a path that the engine wrote, ``tower_record.py`` makes the result of a tower from the
-motion of its particles, ``timing.py`` plans the steps of a tower.
+1. ``traits`` declares the rules of its contacts, which decide what it is held against;
+2. ``identify`` returns who it is, or raises EngineMissingError with what to install;
+3. ``run`` returns one Output for each job, in order, or the EngineError in its place: what goes
+   wrong in one run must not touch the others.
 
-What goes wrong in one run must not touch the others: return the EngineError in
-the place of its result. Raise RequestError for a case that the engine cannot state
-(``traits.refuses`` tells of contacts). Formulas are not shared with theory or chain solvers.
-The engine qualifies by its drops before it is believed (``verbs.qualification``).
+An engine without a script language takes the job's *scene* instead: positions, velocities,
+contact, gravity and step as arrays (:class:`harness.engines.scene.Scene`). Units are converted
+at this edge and nowhere else. Formulas are not shared with theory or chain solvers.
+An engine qualifies on one fixed sphere before its results are used.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
-from typing import Any, Literal, Self
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from harness.cases.drop.parameters import Drop
-from harness.cases.drop.result import DropRun
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import InclineRun
+from harness.engines.output import Output
 from harness.engines.traits import Traits
-from harness.errors import EngineError
+from harness.errors import EngineError, RequestError
 from harness.observables.provenance import Provenance
-from harness.observables.tower import TowerRun
-from harness.parameters.tower import Tower
 
-Route = Literal["passage", "steady"]
+if TYPE_CHECKING:
+    from harness.engines.scene import SceneBuilder
+
+Value = str | int | float
+Values = Mapping[str, Value]
+
+__all__ = ["Engine", "Job", "Output", "Template", "Value", "Values"]
+
+
+@dataclass(frozen=True)
+class Template:
+    """What a case asks engines to simulate: the name of a template, with defaults for its values.
+
+    ``variants`` maps the name of a variant to its defaults; the first is the main one, and a case
+    with one script names it "". ``notes`` is a sentence on each variant for the head of its script.
+    ``package`` is where templates of a case outside this project lie, in
+    ``templates/<engine>/``. ``scene`` makes the same system from values as arrays.
+    """
+
+    name: str
+    variants: Mapping[str, Values]
+    notes: Mapping[str, str] = field(default_factory=dict)
+    package: str = ""
+    scene: SceneBuilder | None = None
+
+    @property
+    def main(self) -> str:
+        """Return the name of the main variant."""
+        return next(iter(self.variants))
+
+
+@dataclass(frozen=True)
+class Job:
+    """One run: a template, the values set in it, and whether its table of samples is wanted.
+
+    ``values`` are SI, angles in degrees; ``series_every`` among them is the number of steps
+    between samples. ``variant`` chooses the defaults of the script that is rendered: values win
+    over them.
+    """
+
+    template: Template
+    values: Values
+    variant: str = ""
+    sampled: bool = False
 
 
 class Engine(ABC):
-    """A DEM code that can run the cases of this harness. Use it as a context manager."""
+    """A DEM code that runs jobs. Use it as a context manager."""
 
-    name: str
+    name: ClassVar[str]
     traits: Traits
-
-    states_towers = True
-    """Whether it can run towers at all."""
 
     @abstractmethod
     def identify(self) -> Provenance:
         """Return version, packages and executable; raise EngineMissingError with the remedy."""
 
     @abstractmethod
-    def drops(self, cases: Sequence[Drop]) -> list[DropRun | EngineError]:
-        """Run a grain against one fixed sphere, case by case, and return the paths in order.
+    def run(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
+        """Run the jobs, in parallel where that helps, and return their outputs in order.
 
-        A sample at the start and after every ``case.every`` steps, ``case.steps`` in all.
+        Raise RequestError, before anything runs, for a job that :meth:`refuses` names.
         """
 
-    @abstractmethod
-    def inclines(
-        self, cases: Sequence[Incline], route: Route, *, every: int | None = None
-    ) -> list[InclineRun | EngineError]:
-        """Run the cases, in parallel where that helps, and return their results in order.
+    def states(self, template: Template) -> bool:
+        """Return whether the engine can run a template at all: here, whether it has a scene."""
+        return template.scene is not None
 
-        With ``every``, the grain's path is sampled every so many steps.
-        """
+    def refuses(self, job: Job) -> str:
+        """Return why the engine cannot run a job, or nothing where it can."""
+        if not self.states(job.template):
+            return f"it has no template {job.template.name!r}"
+        return self.traits.refuses(job.values)
 
-    @abstractmethod
-    def towers(
-        self,
-        cases: Sequence[Tower],
-        duration: float,
-        *,
-        steps_per_contact: float | None = None,
-        samples: int | None = None,
-        profiles: bool = False,
-    ) -> list[TowerRun | EngineError]:
-        """Run towers for ``duration`` [t0] and return their results in order.
-
-        Steps count in pi sqrt(m/k), samples default to about 1000 per t0.
-        Raise RequestError for a case that the engine cannot state.
-        """
+    def check(self, jobs: Iterable[Job]) -> None:
+        """Raise RequestError for the first job that the engine refuses."""
+        for job in jobs:
+            reason = self.refuses(job)
+            if reason:
+                raise RequestError(
+                    f"engine {self.name!r} cannot run {job.template.name!r}: {reason}"
+                )
 
     def fingerprint(self) -> Mapping[str, Any] | None:
-        """Return all that decides a result besides the case, JSON-ready, or None.
+        """Return all that decides a result besides the job, JSON-ready, or None.
 
-        Contents of programs and libraries, not only their version: results are
-        kept under it. None, the default, has nothing kept.
+        Contents of programs and libraries, not only their version: outputs are
+        cached under it. None, the default, has nothing cached.
         """
         return None
 
-    def measured(self, cases: Sequence[Incline], route: Route) -> list[InclineRun]:
-        """Run the cases and raise the first EngineError, for callers that need them all."""
-        runs: list[InclineRun] = []
-        for run in self.inclines(cases, route):
-            if isinstance(run, EngineError):
-                raise run
-            runs.append(run)
-        return runs
+    def inputs(self, templates: Iterable[Template]) -> dict[str, str]:  # noqa: ARG002
+        """Return the generated input files of templates, by their names below ``inputs``."""
+        return {}
 
     def logs(self) -> dict[str, str]:
         """Return the log of one finished run for each script, by the script's name."""

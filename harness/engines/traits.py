@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
-from harness.parameters.contact import Contact, EffectiveMass, Tail
+from harness.parameters.contact import Contact, EffectiveMass, Spring, Tail, contact_values
 
 
 @dataclass(frozen=True)
@@ -16,7 +17,8 @@ class Traits:
     empty where it has none. ``effective_masses`` are those against a fixed sphere that it
     can be told; ``restitution_floor`` the least nominal restitution that
     it takes, ``most_damping`` its largest damping ratio. ``digits`` are those of its
-    output. ``lineage`` is the engine it grew out of: such a one is a regression partner, not
+    output. ``laws`` are those of several particles in a row. ``force_from_velocity`` says that
+    its forces are changes of velocity over a step, which round as such. ``lineage`` is the engine it grew out of: such a one is a regression partner, not
     independent evidence. ``install_hint`` says in one line how to get it, ``versions`` with which
     ones it was tried.
     """
@@ -26,10 +28,12 @@ class Traits:
     integrator: str
     tails: tuple[Tail, ...] = ("attractive", "clipped")
     effective_masses: tuple[EffectiveMass, ...] = ("full", "half")
-    spring: Literal["linear", "Hertz"] = "linear"
+    laws: tuple[str, ...] = ("overlap",)
+    spring: Spring = "linear"
     restitution_floor: float = 0.0
     most_damping: float = 100.0
     digits: int = 15
+    force_from_velocity: bool = False
     lineage: str = ""
     caveats: tuple[str, ...] = field(default=())
     """Traps that users fall into, a sentence each; the report shows them."""
@@ -38,15 +42,34 @@ class Traits:
         """Return why an engine is missing, with how to get it where that is not said yet."""
         return why if self.install_hint in why else f"{why}; to get it: {self.install_hint}"
 
-    def refuses(self, contact: Contact) -> str:
-        """Return why the engine cannot state a contact, or nothing where it can."""
-        if contact.tail not in self.tails:
-            return f"its contacts always have the {self.tails[0]} tail"
-        if contact.effective_mass not in self.effective_masses:
-            return f"its effective mass against a fixed sphere is {self.effective_masses[0]}"
-        if contact.zeta > self.most_damping:
-            return f"its damping ratio is at most {self.most_damping:g}"
-        nominal = contact.restitution if contact.damping_ratio is None else None
+    def refuses(self, values: Mapping[str, Any]) -> str:
+        """Return why the engine's rules exclude the values of a job, or nothing where they do not.
+
+        Values by their names in scripts; one that a job does not have excludes nothing.
+        """
+        rules: tuple[tuple[str, tuple[str, ...], str], ...] = (
+            ("tail", self.tails, "its contacts always have the {} tail"),
+            ("effective_mass", self.effective_masses, "its effective mass on a fixed sphere is {}"),
+            ("law", self.laws, "it has the {} law only"),
+        )
+        for name, known, text in rules:
+            if name in values and values[name] not in known:
+                return f"{text.format(known[0])} ({name} = {values[name]!r})"
+        nominal = values.get("restitution") if values.get("damping") == "restitution" else None
         if nominal is not None and nominal < self.restitution_floor:
             return f"its restitution is at least {self.restitution_floor:g}"
+        if values.get("damping") == "ratio" and values["damping_ratio"] > self.most_damping:
+            return f"its damping ratio is at most {self.most_damping:g}"
+        if nominal == 0.0 and self.most_damping < 1.0:
+            return f"its damping ratio is at most {self.most_damping:g}"
         return ""
+
+    def refuses_contact(self, contact: Contact) -> str:
+        """Return why the engine cannot state a contact, or nothing where it can."""
+        return self.refuses(contact_values(contact))
+
+    @property
+    def fixed_values(self) -> dict[str, str]:
+        """Return the values that the rules leave no choice in: scripts need no variable for them."""
+        rules = {"tail": self.tails, "effective_mass": self.effective_masses, "law": self.laws}
+        return {name: known[0] for name, known in rules.items() if len(known) == 1}

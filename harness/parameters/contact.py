@@ -8,7 +8,8 @@ attractive: the *tail*. A code either keeps the tail or clips it to zero.
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -73,3 +74,33 @@ PLASTIC = Contact(name="plastic", restitution=None, damping_ratio=5.0, tail="cli
 """Overdamped and clipped: no tail, no rebound; the contact to extrapolate."""
 
 CONTACTS = {contact.name: contact for contact in (SOURCE, CLIPPED, PLASTIC)}
+
+Spring = Literal["linear", "Hertz"]
+"""The elastic law of a contact's normal force."""
+
+
+def contact_values(contact: Contact) -> dict[str, str | int | float]:
+    """Return what a script is told of a contact: zeta from the restitution (0: critical), or given.
+
+    The same names and units in every engine's scripts.
+    """
+    by_ratio = contact.damping_ratio is not None
+    return {
+        "damping": "ratio" if by_ratio else "restitution",
+        "restitution": float(contact.restitution or 0.0),
+        "damping_ratio": contact.zeta if by_ratio else 1.0,
+        "effective_mass": contact.effective_mass,
+        "tail": contact.tail,
+    }
+
+
+def contact_of(values: Mapping[str, Any], name: str = "custom") -> Contact:
+    """Return the contact that a script's values state, the inverse of :func:`contact_values`."""
+    by_ratio = values["damping"] == "ratio"
+    return Contact(
+        name=name,
+        restitution=None if by_ratio else values["restitution"],
+        damping_ratio=values["damping_ratio"] if by_ratio else None,
+        tail=values["tail"],
+        effective_mass=values["effective_mass"],
+    )

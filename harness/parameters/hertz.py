@@ -22,8 +22,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from harness.cases.drop.parameters import Drop
-from harness.cases.incline.parameters import Incline
 from harness.errors import RequestError
 from harness.parameters.contact import Contact
 
@@ -69,7 +67,15 @@ class Hertz:
 
 
 def hertz(contact: Contact, stiffness: float, mass: float, speed: float) -> Hertz:
-    """Return the Hertz contact for a linear one, at an impact speed [m/s] greater than 0."""
+    """Return the Hertz contact for a linear one, at an impact speed [m/s].
+
+    Raise RequestError for a speed of 0: then there is no scale.
+    """
+    if speed == 0.0:
+        raise RequestError(
+            "speed = 0.0 m/s: a Hertz contact needs a speed or gravity greater than 0, which "
+            "set its scale"
+        )
     overlap = speed * math.sqrt(mass / stiffness)
     # A = 8/5 zeta sqrt(m_eff/k), and the effective mass is in the ratio with the whole mass
     damping = 1.6 * contact.zeta_against_full_mass
@@ -87,23 +93,3 @@ def fewest_steps_per_contact(contact: Contact) -> float:
     half = 0.75 * STIFFEST
     longest = (math.sqrt(9.0 * zeta * zeta + 8.0 * half) - 3.0 * zeta) / (2.0 * half)
     return math.pi / longest
-
-
-def hertz_of_incline(case: Incline) -> Hertz:
-    """Return the Hertz contact of an incline, at the speed sqrt(g d)."""
-    speed = math.sqrt(case.gravity * case.diameter)
-    return hertz(case.contact, case.stiffness, case.mass, speed)
-
-
-def hertz_of_drop(case: Drop) -> Hertz:
-    """Return the Hertz contact of a drop, at sqrt(speed^2 + sideways^2 + g d).
-
-    Raise RequestError where nothing moves and nothing falls: then there is no scale.
-    """
-    speed = math.hypot(case.speed, case.sideways, math.sqrt(case.gravity * case.diameter))
-    if speed == 0.0:
-        raise RequestError(
-            "speed = 0.0 m/s: a Hertz contact needs a speed or gravity greater than 0, which "
-            "set its scale"
-        )
-    return hertz(case.contact, case.stiffness, case.mass, speed)

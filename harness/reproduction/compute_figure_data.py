@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from harness.cases.incline.result import Trajectory
 from harness.cases.tower.impulse_angles import impulse_angles
 from harness.engines.contract import Engine
 from harness.observables.reference import ReferencePoints
+from harness.observables.trajectory import Trajectory
 from harness.reproduction import heights, schematics
 from harness.reproduction.claims import Statement, untestable
 from harness.reproduction.collapse import collapse

@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from harness.cases.incline.result import Trajectory
 from harness.comparison.evidence import Curve
 from harness.observables.reference import ReferencePoints
 from harness.observables.tower import TowerRun
+from harness.observables.trajectory import Trajectory
 from harness.reproduction.claims import Statement
 
 Points = NDArray[np.float64]

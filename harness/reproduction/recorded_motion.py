@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from harness.cases.incline.result import Trajectory
 from harness.engines.mfix.recorded import PATHS, recorded_path
+from harness.observables.trajectory import Trajectory
 from harness.reproduction.figure_data import VelocitySeries
 
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.cases.incline.result import InclineRun, Trajectory
+from harness.cases.incline.result import InclineRun
 from harness.observables.tower import TowerRun
+from harness.observables.trajectory import Trajectory
 
 Floats = NDArray[np.float64]
 

@@ -8,9 +8,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import Motion, Trajectory
+from harness.cases.incline.result import Motion
 from harness.engines.contract import Engine
 from harness.errors import EngineError
+from harness.observables.trajectory import Trajectory
 from harness.reproduction.claims import Statement, claim, untestable
 from harness.reproduction.figure_data import VelocitySeries
 from harness.reproduction.recorded_motion import as_series

@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import Crests, InclineRun, Motion, Trajectory
+from harness.cases.incline.result import Crests, InclineRun, Motion
 from harness.observables.provenance import Provenance
 from harness.observables.tower import Profiles, TowerRun
+from harness.observables.trajectory import Trajectory
 from harness.parameters.tower import Tower
 
 Arrays = dict[str, NDArray[Any]]

@@ -52,7 +52,7 @@ def test_the_motion_turns_there():
 @pytest.mark.parametrize("mass", ["full", "half"])
 def test_the_dashpot_has_the_linear_coefficient_at_that_overlap(mass):
     case = Incline(contact=PLASTIC.replace(effective_mass=mass), steps_per_contact=100.0)
-    law = hertz_of_incline(case)
+    law = hertz(case.contact, case.stiffness, case.mass, case.hertz_speed)
     m_eff = case.mass * (0.5 if mass == "half" else 1.0)
     eta = 2.0 * PLASTIC.zeta * math.sqrt(case.stiffness * m_eff)
     assert law.coefficient * law.relaxation * math.sqrt(law.overlap) == pytest.approx(eta)
@@ -72,7 +72,7 @@ def test_rest_slope_and_damping_ratio_are_those_of_the_force(force):
 
 def test_the_spring_is_at_most_so_much_stiffer_than_the_linear_one():
     case = Incline(contact=SOURCE, stiffness=1e5)
-    law = hertz_of_incline(case)
+    law = hertz(case.contact, case.stiffness, case.mass, case.hertz_speed)
     assert law.slope(law.overlap) / case.stiffness == pytest.approx(STIFFEST, rel=1e-14)
 
 

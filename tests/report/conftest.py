@@ -7,7 +7,7 @@ from harness.cases.incline.critical_angle import CriticalAngle
 from harness.cases.incline.extrapolation import extrapolate
 from harness.cases.incline.ladder import QUICK_LADDER
 from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import Crests, InclineRun, Motion, Trajectory
+from harness.cases.incline.result import Crests, InclineRun, Motion
 from harness.cases.tower.chain_evidence import chain_evidence
 from harness.cases.tower.run import tower
 from harness.cases.tower.step_convergence import step_convergence
@@ -24,6 +24,7 @@ from harness.comparison.verdicts import Kind, failed_run, finding, judge, not_te
 from harness.comparison.verification import Verification
 from harness.errors import EngineTimeoutError
 from harness.observables.provenance import Provenance
+from harness.observables.trajectory import Trajectory
 from harness.parameters.contact import CONTACTS, PLASTIC
 from harness.parameters.tower import Tower
 

@@ -3,9 +3,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from harness.cases.incline.result import Crests, InclineRun, Motion, Trajectory
+from harness.cases.incline.result import Crests, InclineRun, Motion
 from harness.errors import EngineCrashError
 from harness.observables.provenance import Provenance
+from harness.observables.trajectory import Trajectory
 from harness.reproduction.claims import Standing
 from harness.reproduction.recorded_motion import as_series, recorded_motions, turns_back
 from harness.reproduction.velocity_series import ANGLES_DEG, judged, velocity_series

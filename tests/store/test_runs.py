@@ -5,9 +5,10 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import Crests, InclineRun, Motion, Trajectory
+from harness.cases.incline.result import Crests, InclineRun, Motion
 from harness.chain import exact
 from harness.observables.provenance import Provenance
+from harness.observables.trajectory import Trajectory
 from harness.parameters.contact import CONTACTS
 from harness.parameters.tower import Tower
 from harness.store.runs import DECODE_ERRORS, pack_incline, pack_tower, unpack_incline, unpack_tower

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from harness.cases.drop.qualification import qualify
-from harness.cases.incline.result import Trajectory
 from harness.comparison.verdicts import Verdict
 from harness.engines.reference.engine import INTEGRATORS, Reference
 from harness.engines.registry import open_engine
 from harness.errors import EngineCrashError, EngineError
+from harness.observables.trajectory import Trajectory
 from harness.parameters.contact import Contact
 
 

@@ -182,7 +182,7 @@ def _static_hertz(traits: Traits) -> DropTest:
     """
     contact = max(_contacts(traits), key=lambda contact: contact.zeta_against_full_mass)
     case = Drop(contact=contact, gravity=9.81, steps_per_contact=200.0, every=100)
-    law = hertz_of_drop(case)
+    law = hertz(case.contact, case.stiffness, case.mass, case.hertz_speed)
     overlap = law.rest(case.mass * case.gravity)
     zeta = law.damping_ratio(overlap, case.mass)
     slow = zeta - math.sqrt(zeta * zeta - 1.0) if zeta >= 1.0 else zeta

@@ -41,6 +41,12 @@ class Drop(Parameters):
         return self.density * math.pi / 6.0 * self.diameter**3
 
     @property
+    def hertz_speed(self) -> float:
+        """Return sqrt(speed^2 + sideways^2 + g d) [m/s], at which a Hertz spring stands for k."""
+        falls = math.sqrt(self.gravity * self.diameter)
+        return math.hypot(self.speed, self.sideways, falls)
+
+    @property
     def contact_time(self) -> float:
         """Return pi sqrt(m / k) [s]."""
         return math.pi * math.sqrt(self.mass / self.stiffness)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from harness.cases.drop.parameters import Drop
-from harness.cases.incline.result import Trajectory
 from harness.observables.provenance import Provenance
+from harness.observables.trajectory import Trajectory
 
 
 @dataclass(frozen=True)

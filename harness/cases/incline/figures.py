@@ -11,8 +11,9 @@ from matplotlib.patches import Circle
 
 from harness.cases.incline.critical_angle import CriticalAngle
 from harness.cases.incline.extrapolation import ExtrapolatedAngle
-from harness.cases.incline.result import InclineRun, Motion, Trajectory
+from harness.cases.incline.result import InclineRun, Motion
 from harness.comparison.evidence import Recursion
+from harness.observables.trajectory import Trajectory
 from harness.report.figures.style import (
     BLACK,
     BLUE,

@@ -73,6 +73,11 @@ class Incline(Parameters):
         return self.mass * self.gravity / (self.stiffness * self.diameter)
 
     @property
+    def hertz_speed(self) -> float:
+        """Return sqrt(g d) [m/s], at which a Hertz spring stands for k."""
+        return math.sqrt(self.gravity * self.diameter)
+
+    @property
     def contact_time(self) -> float:
         """Return pi sqrt(m / k) [s], the undamped contact time that steps are counted in."""
         return math.pi * math.sqrt(self.mass / self.stiffness)

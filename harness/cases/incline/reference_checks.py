@@ -15,12 +15,12 @@ from harness.cases.incline.critical_angles import critical_angle
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.passage import PHASES
 from harness.cases.incline.result import InclineRun
+from harness.cases.incline.routes import Start
 from harness.comparison.evidence import InclineEvidence
 from harness.comparison.tolerances import TOLERANCES
 from harness.comparison.verdicts import Check, Kind, failed_run, finding, judge, not_tested
 from harness.engines.contract import Engine
 from harness.engines.reference.engine import Reference
-from harness.engines.routes import Start
 from harness.errors import EngineError
 from harness.parameters.contact import CONTACTS, PLASTIC, SOURCE, Contact
 from harness.theory.dashpot import restitution_unclipped

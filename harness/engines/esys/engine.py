@@ -9,8 +9,10 @@ from typing import TypeVar
 
 from harness.cases.drop.parameters import Drop
 from harness.cases.drop.result import DropRun
+from harness.cases.incline.judge import run_of_path
 from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import InclineRun, Trajectory
+from harness.cases.incline.result import InclineRun
+from harness.cases.tower.timing import Plan, plan
 from harness.engines.contract import Engine, Route
 from harness.engines.esys.launch import Finished, Launcher
 from harness.engines.esys.read import WHO, error_of, read_drop, read_paths, read_tower
@@ -24,13 +26,12 @@ from harness.engines.esys.scripts import (
 )
 from harness.engines.input_values import Value, drop_values
 from harness.engines.parallel import cores, parallel_map
-from harness.engines.path import run_of_path
 from harness.engines.process import Limits
-from harness.engines.timing import Plan, plan
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineTimeoutError, RequestError
 from harness.observables.provenance import Provenance
 from harness.observables.tower import TowerRun
+from harness.observables.trajectory import Trajectory
 from harness.parameters.contact import Contact
 from harness.parameters.hertz import fewest_steps_per_contact
 from harness.parameters.tower import Tower

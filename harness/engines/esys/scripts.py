@@ -10,6 +10,7 @@ from functools import cache
 from harness import __version__
 from harness.cases.drop.parameters import Drop
 from harness.cases.incline.parameters import Incline
+from harness.cases.tower.timing import Plan
 from harness.engines.contract import Route
 from harness.engines.input_values import (
     Value,
@@ -19,7 +20,6 @@ from harness.engines.input_values import (
     incline_values,
     tower_values,
 )
-from harness.engines.timing import Plan
 from harness.parameters.contact import PLASTIC, Contact
 from harness.parameters.tower import Tower
 

@@ -8,8 +8,10 @@ from typing import TypeVar
 
 from harness.cases.drop.parameters import Drop
 from harness.cases.drop.result import DropRun
+from harness.cases.incline.judge import run_of_path
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import InclineRun
+from harness.cases.tower.timing import plan
 from harness.engines.contract import Engine, Route
 from harness.engines.input_values import Values, drop_values
 from harness.engines.kratos.batches import Batches
@@ -26,9 +28,7 @@ from harness.engines.kratos.scripts import (
     tower_values,
 )
 from harness.engines.parallel import cores
-from harness.engines.path import run_of_path
 from harness.engines.process import Limits
-from harness.engines.timing import plan
 from harness.engines.traits import Traits
 from harness.errors import EngineError, RequestError
 from harness.observables.provenance import Provenance

@@ -8,10 +8,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.cases.incline.result import Trajectory
+from harness.cases.tower.motion import forces_of_contacts, tower_run
+from harness.cases.tower.timing import Plan
 from harness.engines.process import Ended, last_words
-from harness.engines.timing import Plan
-from harness.engines.tower_record import forces_of_contacts, tower_run
 from harness.errors import (
     EngineError,
     EngineInputError,
@@ -21,6 +20,7 @@ from harness.errors import (
 )
 from harness.observables.provenance import Provenance
 from harness.observables.tower import TowerRun
+from harness.observables.trajectory import Trajectory
 from harness.parameters.tower import Tower
 
 Floats = NDArray[np.float64]

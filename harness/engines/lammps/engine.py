@@ -11,6 +11,7 @@ from harness.cases.drop.parameters import Drop
 from harness.cases.drop.result import DropRun
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import InclineRun
+from harness.cases.tower.timing import Plan, plan
 from harness.engines.contract import Engine, Route
 from harness.engines.lammps.executable import Executable
 from harness.engines.lammps.fingerprint import fingerprint
@@ -30,7 +31,6 @@ from harness.engines.lammps.scripts import (
 )
 from harness.engines.parallel import cores
 from harness.engines.process import Limits
-from harness.engines.timing import Plan, plan
 from harness.engines.traits import Traits
 from harness.errors import EngineError
 from harness.observables.provenance import Provenance

@@ -10,7 +10,7 @@ import numpy as np
 
 from harness.cases.drop.parameters import Drop
 from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import Crests, InclineRun, Motion, Trajectory
+from harness.cases.incline.result import Crests, InclineRun, Motion
 from harness.engines.process import last_words, way_of_death
 from harness.errors import (
     EngineCrashError,
@@ -23,6 +23,7 @@ from harness.errors import (
     EngineOutputError,
 )
 from harness.observables.provenance import Provenance
+from harness.observables.trajectory import Trajectory
 
 _RESULT = re.compile(r"^RESULT (\w+) = (.*)$", re.MULTILINE)
 

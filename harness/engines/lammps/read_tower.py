@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from harness.engines.tower_record import forces_of_contacts, tower_run
+from harness.cases.tower.motion import forces_of_contacts, tower_run
 from harness.errors import EngineNaNError, EngineOutputError
 from harness.observables.provenance import Provenance
 from harness.observables.tower import TowerRun

@@ -12,6 +12,7 @@ from harness.cases.drop.parameters import Drop
 from harness.cases.drop.result import DropRun
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import InclineRun
+from harness.cases.tower.timing import Plan, plan
 from harness.engines.contract import Engine, Route
 from harness.engines.lammps.fingerprint import facts, program_files
 from harness.engines.lammps.jobs import Job, Output
@@ -23,7 +24,6 @@ from harness.engines.liggghts.scripts import all_scripts
 from harness.engines.parallel import cores
 from harness.engines.process import Limits
 from harness.engines.programs import find_program
-from harness.engines.timing import Plan, plan
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineMissingError, RequestError
 from harness.observables.provenance import Provenance

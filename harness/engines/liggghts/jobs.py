@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from harness.cases.drop.parameters import Drop
 from harness.cases.incline.parameters import Incline
+from harness.cases.tower.timing import Plan
 from harness.engines.contract import Route
 from harness.engines.lammps.jobs import Job
 from harness.engines.lammps.scripts import (
@@ -20,7 +21,6 @@ from harness.engines.liggghts.scripts import (
     tower_script,
     tower_variables,
 )
-from harness.engines.timing import Plan
 from harness.parameters.tower import Tower
 
 

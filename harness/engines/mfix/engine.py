@@ -14,8 +14,11 @@ from dataclasses import replace
 
 from harness.cases.drop.parameters import Drop
 from harness.cases.drop.result import DropRun
+from harness.cases.incline.judge import run_of_path
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import InclineRun, Motion
+from harness.cases.incline.routes import start_of
+from harness.cases.tower.timing import Plan, plan
 from harness.engines.contract import Engine, Route
 from harness.engines.input_values import check_equal_particles, check_overlap_law
 from harness.engines.mfix.declared import OBTAIN, TRAITS
@@ -23,11 +26,8 @@ from harness.engines.mfix.read import check_end, read_path, read_tower
 from harness.engines.mfix.solver import Solver, version_of
 from harness.engines.mfix.system import System, drop_system, incline_system, tower_system
 from harness.engines.parallel import cores, parallel_map
-from harness.engines.path import run_of_path
 from harness.engines.process import Limits
 from harness.engines.programs import find_program
-from harness.engines.routes import start_of
-from harness.engines.timing import Plan, plan
 from harness.errors import EngineError, EngineMissingError, EngineOutputError, RequestError
 from harness.observables.provenance import Provenance
 from harness.observables.tower import TowerRun

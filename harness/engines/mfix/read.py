@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.cases.incline.result import Trajectory
+from harness.cases.tower.motion import tower_run
 from harness.engines.mfix.system import System, start_displacements
 from harness.engines.mfix.vtp import Frame
-from harness.engines.tower_record import tower_run
 from harness.errors import EngineNaNError, EngineOutputError
 from harness.observables.provenance import Provenance
 from harness.observables.tower import TowerRun
+from harness.observables.trajectory import Trajectory
 from harness.parameters.tower import Tower
 
 Floats = NDArray[np.float64]

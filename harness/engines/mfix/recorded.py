@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import Trajectory
 from harness.engines.mfix.step import steps_per_contact
 from harness.errors import RequestError
+from harness.observables.trajectory import Trajectory
 from harness.parameters.contact import Contact
 from harness.parameters.tower import Tower
 

@@ -8,6 +8,8 @@ from importlib import resources
 from harness import __version__
 from harness.cases.drop.parameters import Drop
 from harness.cases.incline.parameters import Incline
+from harness.cases.incline.routes import start_in_well
+from harness.cases.tower.timing import plan
 from harness.engines.mfix.recorded import CONTACT, START_SPEED
 from harness.engines.mfix.system import (
     Sphere,
@@ -16,8 +18,6 @@ from harness.engines.mfix.system import (
     incline_system,
     tower_system,
 )
-from harness.engines.routes import start_in_well
-from harness.engines.timing import plan
 from harness.parameters.tower import Tower
 
 KEYWORDS, PARTICLES = "mfix.dat", "particle_input.dat"

@@ -17,9 +17,9 @@ from dataclasses import dataclass, replace
 
 from harness.cases.drop.parameters import Drop
 from harness.cases.incline.parameters import Incline
+from harness.cases.incline.routes import Start
 from harness.engines.mfix.recorded import UNDAMPED
 from harness.engines.mfix.step import factor
-from harness.engines.routes import Start
 from harness.parameters.contact import Contact
 from harness.parameters.tower import Tower
 

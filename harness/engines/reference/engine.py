@@ -13,7 +13,9 @@ from harness import __version__
 from harness.cases.drop.parameters import Drop
 from harness.cases.drop.result import DropRun
 from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import InclineRun, Trajectory
+from harness.cases.incline.result import InclineRun
+from harness.cases.incline.routes import Start, start_of
+from harness.cases.incline.springs import SpringLaw
 from harness.engines.contract import Engine, Route
 from harness.engines.parallel import cores, parallel_map
 from harness.engines.reference import (
@@ -29,12 +31,11 @@ from harness.engines.reference.incline import run
 from harness.engines.reference.row import Grain, Row, row_below, row_of
 from harness.engines.reference.stability import Growth, fewest_steps_per_contact
 from harness.engines.reference.trajectory_integrator import TrajectoryIntegrator
-from harness.engines.routes import Start, start_of
-from harness.engines.springs import SpringLaw
 from harness.engines.traits import Traits
 from harness.errors import EngineError, RequestError
 from harness.observables.provenance import Provenance
 from harness.observables.tower import TowerRun
+from harness.observables.trajectory import Trajectory
 from harness.parameters.hertz import STIFFEST
 from harness.parameters.tower import Tower
 

@@ -8,10 +8,10 @@ import numpy as np
 
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import Crests, InclineRun, Motion
+from harness.cases.incline.routes import end_of, energy, margin, overlaps
+from harness.cases.incline.springs import SpringLaw
 from harness.engines.contract import Route
 from harness.engines.reference.trajectory_integrator import TrajectoryIntegrator
-from harness.engines.routes import end_of, energy, margin, overlaps
-from harness.engines.springs import SpringLaw
 from harness.observables.provenance import Provenance
 
 

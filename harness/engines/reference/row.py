@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 from harness.cases.drop.parameters import Drop
 from harness.cases.incline.parameters import Incline
+from harness.cases.incline.springs import SpringLaw
 from harness.engines.reference.compiled import compiled
 from harness.engines.reference.contact import damping, hertz_force, normal_force
-from harness.engines.springs import SpringLaw
 from harness.parameters.hertz import Hertz, hertz_of_drop, hertz_of_incline
 
 ROUNDING = 1e-15
@@ -58,12 +58,26 @@ def row_of(case: Incline, law: SpringLaw = "linear") -> Row:
     """Return the row of a case."""
     tilt = math.radians(case.angle)
     along, normal = case.gravity * math.sin(tilt), -case.gravity * math.cos(tilt)
-    return _row(case, along, normal, hertz_of_incline(case) if law == "Hertz" else None)
+    return _row(
+        case,
+        along,
+        normal,
+        hertz(case.contact, case.stiffness, case.mass, case.hertz_speed)
+        if law == "Hertz"
+        else None,
+    )
 
 
 def row_below(case: Drop, law: SpringLaw = "linear") -> Row:
     """Return the row, level, under a grain that drops on its first sphere."""
-    return _row(case, 0.0, -case.gravity, hertz_of_drop(case) if law == "Hertz" else None)
+    return _row(
+        case,
+        0.0,
+        -case.gravity,
+        hertz(case.contact, case.stiffness, case.mass, case.hertz_speed)
+        if law == "Hertz"
+        else None,
+    )
 
 
 def _row(case: Incline | Drop, along: float, normal: float, hertz: Hertz | None) -> Row:

@@ -8,9 +8,9 @@ from abc import ABC, abstractmethod
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.cases.incline.result import Trajectory
 from harness.engines.reference.row import Grain
 from harness.errors import EngineMemoryError, EngineTimeoutError
+from harness.observables.trajectory import Trajectory
 
 MOST_SAMPLES = 10_000_000
 

@@ -10,11 +10,11 @@ from harness.cases.drop.parameters import Drop
 from harness.cases.drop.result import DropRun
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import InclineRun
+from harness.cases.tower.timing import Plan, plan
 from harness.engines.contract import Engine, Route
 from harness.engines.input_values import Values, drop_values
 from harness.engines.parallel import cores
 from harness.engines.process import Limits
-from harness.engines.timing import Plan, plan
 from harness.engines.traits import Traits
 from harness.engines.yade.batch import Batches, Job, Output
 from harness.engines.yade.program import find, version

@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from harness.cases.drop.parameters import Drop
 from harness.cases.drop.result import DropRun
 from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import Crests, InclineRun, Motion, Trajectory
-from harness.engines.timing import Plan
-from harness.engines.tower_record import tower_run
+from harness.cases.incline.result import Crests, InclineRun, Motion
+from harness.cases.tower.motion import tower_run
+from harness.cases.tower.timing import Plan
 from harness.errors import EngineNaNError, EngineOutputError
 from harness.observables.provenance import Provenance
 from harness.observables.tower import TowerRun
+from harness.observables.trajectory import Trajectory
 from harness.parameters.tower import Tower
 
 Floats = NDArray[np.float64]

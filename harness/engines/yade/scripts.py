@@ -10,9 +10,9 @@ from importlib import resources
 from harness import __version__
 from harness.cases.drop.parameters import Drop
 from harness.cases.incline.parameters import Incline
+from harness.cases.tower.timing import Plan, plan
 from harness.engines import input_values
 from harness.engines.input_values import Values, check_overlap_law, drop_values
-from harness.engines.timing import Plan, plan
 from harness.parameters.contact import PLASTIC, Contact
 from harness.parameters.tower import Tower
 

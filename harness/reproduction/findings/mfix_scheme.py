@@ -11,10 +11,10 @@ from harness.cases.incline.critical_angle import CriticalAngle
 from harness.cases.incline.critical_angles import critical_angle
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import InclineRun
+from harness.cases.incline.routes import start_in_well
 from harness.cases.incline.steady import critical_angle_by_steady_motion
 from harness.engines.mfix.recorded import START_SPEED, case_at, recorded_angles
 from harness.engines.reference.engine import Reference
-from harness.engines.routes import start_in_well
 from harness.errors import EngineError, RequestError
 
 EULER, ADAMS_BASHFORTH = "mfix-euler", "mfix-adams-bashforth"

@@ -9,7 +9,8 @@ from matplotlib.collections import PatchCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from harness.cases.incline.result import InclineRun, Motion, Trajectory
+from harness.cases.incline.result import InclineRun, Motion
+from harness.observables.trajectory import Trajectory
 from harness.report.figures.style import BLACK, BLUE, RED, label
 from harness.reproduction.movies.stage import Camera, Image, power, stage
 from harness.reproduction.row_motion import InclineMotion

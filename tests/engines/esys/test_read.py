@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from harness.cases.drop.parameters import Drop
+from harness.cases.incline.judge import run_of_path
 from harness.cases.incline.parameters import Incline
+from harness.cases.tower.timing import plan
 from harness.engines.esys.read import error_of, read_drop, read_paths, read_tower
-from harness.engines.path import run_of_path
 from harness.engines.process import Ended
 from harness.engines.reference.engine import Reference
-from harness.engines.timing import plan
 from harness.errors import (
     EngineCrashError,
     EngineInputError,

@@ -4,6 +4,7 @@ import pytest
 
 from harness.cases.drop.parameters import Drop
 from harness.cases.incline.parameters import Incline
+from harness.cases.tower.timing import plan
 from harness.engines.esys.scripts import (
     all_scripts,
     drop_script,
@@ -14,7 +15,6 @@ from harness.engines.esys.scripts import (
     tower_script,
 )
 from harness.engines.input_values import drop_values
-from harness.engines.timing import plan
 from harness.errors import RequestError
 from harness.parameters.contact import PLASTIC, Contact
 from harness.parameters.tower import Tower

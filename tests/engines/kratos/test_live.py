@@ -10,10 +10,10 @@ from harness.cases.drop.qualification import qualify
 from harness.cases.incline.critical_angles import critical_angle
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import Motion
+from harness.cases.incline.routes import start_of
 from harness.engines.kratos.engine import REFERENCE, Kratos
 from harness.engines.kratos.scripts import incline_script
 from harness.engines.reference.engine import Reference
-from harness.engines.routes import start_of
 from harness.parameters.contact import CLIPPED, PLASTIC
 
 pytestmark = pytest.mark.live

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
+from harness.cases.incline.judge import run_of_path
 from harness.cases.incline.result import Motion
+from harness.cases.tower.timing import plan
 from harness.chain import exact
 from harness.engines.kratos.engine import Kratos
 from harness.engines.kratos.read import error_of, finished, read_path, read_tower, seconds_in
-from harness.engines.path import run_of_path
 from harness.engines.process import Ended
 from harness.engines.reference.engine import Reference
-from harness.engines.timing import plan
 from harness.errors import EngineMissingError, EngineNaNError, EngineOutputError
 from harness.observables.provenance import Provenance
 

@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
+from harness.cases.incline.routes import start_in_well
 from harness.engines.mfix.read import read_path
 from harness.engines.mfix.recorded import START_SPEED, recorded_path
 from harness.engines.mfix.system import incline_system
 from harness.engines.mfix.vtp import read_frame, read_frames
-from harness.engines.routes import start_in_well
 from harness.errors import EngineNaNError, EngineOutputError
 
 ROWS = 300

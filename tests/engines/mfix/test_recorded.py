@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from harness.cases.incline.result import Motion
+from harness.cases.incline.routes import start_in_well
 from harness.cases.incline.steady import critical_angle_by_steady_motion
 from harness.engines.mfix.recorded import (
     CONTACT,
@@ -19,7 +20,6 @@ from harness.engines.mfix.recorded import (
 )
 from harness.engines.mfix.step import steps_per_contact
 from harness.engines.reference.engine import Reference
-from harness.engines.routes import start_in_well
 from harness.errors import RequestError
 from harness.parameters.contact import SOURCE
 

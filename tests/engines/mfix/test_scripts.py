@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 
 from harness.cases.incline.parameters import Incline
+from harness.cases.incline.routes import start_in_well
 from harness.engines.mfix.recorded import CONTACT, START_SPEED, case_at
 from harness.engines.mfix.scripts import input_files, keyword_file, particle_file
 from harness.engines.mfix.step import steps_per_contact
 from harness.engines.mfix.system import LIFT, incline_system
-from harness.engines.routes import start_in_well
 
 RECORDED = Path(__file__).parent / "recorded"
 

@@ -6,6 +6,7 @@ from itertools import pairwise
 import pytest
 
 from harness.cases.drop.parameters import Drop
+from harness.cases.incline.routes import start_behind_crest, start_in_well
 from harness.engines.mfix.recorded import CONTACT, case_at
 from harness.engines.mfix.system import (
     drop_system,
@@ -13,7 +14,6 @@ from harness.engines.mfix.system import (
     start_displacements,
     tower_system,
 )
-from harness.engines.routes import start_behind_crest, start_in_well
 from harness.errors import RequestError
 from harness.parameters.tower import Tower
 

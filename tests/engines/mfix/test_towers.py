@@ -5,10 +5,10 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 
+from harness.cases.tower.timing import plan
 from harness.chain import exact
 from harness.comparison.convergence import slope_order
 from harness.engines.mfix.system import start_displacements
-from harness.engines.timing import plan
 from harness.parameters.tower import Tower
 
 K, SINGLE = 1e5, 2.0**-23

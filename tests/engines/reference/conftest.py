@@ -5,8 +5,8 @@ import math
 import pytest
 
 from harness.cases.incline.parameters import Incline
+from harness.cases.incline.routes import Start
 from harness.engines.reference.engine import Reference
-from harness.engines.routes import Start
 from harness.parameters.contact import Contact
 
 

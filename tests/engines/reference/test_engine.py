@@ -8,9 +8,9 @@ import pytest
 from harness.cases.incline.critical_angles import critical_angle
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import Motion
+from harness.cases.incline.routes import Start, start_in_well
 from harness.engines.reference.engine import Reference
 from harness.engines.registry import open_engine
-from harness.engines.routes import Start, start_in_well
 from harness.errors import EngineNaNError, EngineTimeoutError, RequestError
 from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE
 from harness.parameters.tower import Tower

@@ -7,9 +7,9 @@ import pytest
 
 from harness.cases.incline.critical_angles import critical_angle
 from harness.cases.incline.parameters import Incline
+from harness.cases.incline.routes import Start, energy
 from harness.comparison.convergence import slope_order
 from harness.engines.reference.engine import Reference
-from harness.engines.routes import Start, energy
 from harness.errors import RequestError
 from harness.parameters.contact import CLIPPED, PLASTIC
 from harness.theory.critical_angle import critical_angle as closed_form

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from harness.cases.incline.parameters import Incline
+from harness.cases.incline.routes import Start, energy
 from harness.comparison.convergence import slope_order
 from harness.engines.reference.engine import FIXED_STEP, Reference
 from harness.engines.reference.row import Grain
-from harness.engines.routes import Start, energy
 from harness.theory.dashpot import restitution_clipped, restitution_unclipped
 
 ORDERS = {"velocity-verlet": 2, "mfix-euler": 1, "mfix-adams-bashforth": 2, "rk4": 4}

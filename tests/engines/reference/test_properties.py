@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from harness.cases.incline.parameters import Incline
+from harness.cases.incline.routes import Start, crest_energy, energy, start_behind_crest
 from harness.engines.reference.engine import INTEGRATORS, Reference
-from harness.engines.routes import Start, crest_energy, energy, start_behind_crest
 from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE
 
 CONTACTS = st.sampled_from([SOURCE, CLIPPED, PLASTIC])

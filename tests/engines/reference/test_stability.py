@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from harness.cases.incline.parameters import Incline
+from harness.cases.incline.routes import start_in_well
 from harness.engines.reference import mfix_adams_bashforth, mfix_euler, rk4, velocity_verlet
 from harness.engines.reference.engine import FIXED_STEP, INTEGRATORS, Reference
 from harness.engines.reference.row import Grain, Row
 from harness.engines.reference.stability import fewest_steps_per_contact
 from harness.engines.reference.stretch import advance, begin
-from harness.engines.routes import start_in_well
 from harness.errors import RequestError
 from harness.parameters.contact import PLASTIC, SOURCE
 

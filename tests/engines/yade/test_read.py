@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from harness.cases.incline.result import Motion
-from harness.engines.routes import margin, start_of
-from harness.engines.timing import plan
+from harness.cases.incline.routes import margin, start_of
+from harness.cases.tower.timing import plan
 from harness.engines.yade.read import read_drop, read_incline, read_tower
 from harness.errors import EngineNaNError, EngineOutputError
 from harness.observables.provenance import Provenance

@@ -5,7 +5,7 @@ import re
 import pytest
 
 from harness.cases.incline.parameters import Incline
-from harness.engines.timing import plan
+from harness.cases.tower.timing import plan
 from harness.engines.yade.scripts import (
     drop_script,
     drop_values,

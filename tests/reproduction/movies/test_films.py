@@ -8,8 +8,9 @@ import pytest
 from PIL import Image
 
 from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import Crests, InclineRun, Motion, Trajectory
+from harness.cases.incline.result import Crests, InclineRun, Motion
 from harness.observables.provenance import Provenance
+from harness.observables.trajectory import Trajectory
 from harness.parameters.tower import Tower
 from harness.reproduction.motions import FREE, row_motion
 from harness.reproduction.motions import motions as reproduced_motions

@@ -4,8 +4,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from harness.cases.incline.result import Crests, InclineRun, Motion, Trajectory
+from harness.cases.incline.result import Crests, InclineRun, Motion
 from harness.observables.provenance import Provenance
+from harness.observables.trajectory import Trajectory
 from harness.reproduction.claims import Ledger, Source, Width, compare, untestable
 from harness.reproduction.compute_figure_data import exhibits
 from harness.reproduction.findings_tables import Findings

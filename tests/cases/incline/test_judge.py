@@ -5,13 +5,14 @@ import math
 import numpy as np
 import pytest
 
+from harness.cases.incline.judge import run_of_path
 from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import Motion, Trajectory
-from harness.engines.path import run_of_path
+from harness.cases.incline.result import Motion
+from harness.cases.incline.routes import start_of
 from harness.engines.reference.engine import Reference
-from harness.engines.routes import start_of
 from harness.errors import EngineNaNError, EngineOutputError
 from harness.observables.provenance import Provenance
+from harness.observables.trajectory import Trajectory
 from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE
 
 WHO = Provenance("some engine", "1")

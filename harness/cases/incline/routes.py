@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from harness.cases.incline.parameters import Incline
-from harness.engines.springs import SpringLaw, spring_of
+from harness.cases.incline.springs import SpringLaw, spring_of
 from harness.errors import RequestError
 
 Number = TypeVar("Number", float, NDArray[np.float64])
@@ -132,8 +132,12 @@ def margin(
     law: SpringLaw = "linear",
 ) -> Number:
     """Return the energy [J] above that of a grain at rest on the crest after ``well`` wells."""
-    drop = case.mass * case.gravity * well * case.diameter * math.sin(math.radians(case.angle))
-    return energy(case, x, y, vx, vy, law) - crest_energy(case, law) + drop
+    return energy(case, x, y, vx, vy, law) - crest_energy(case, law) + margin_offset(case, well)
+
+
+def margin_offset(case: Incline, well: int) -> float:
+    """Return the energy [J] by which the crest after ``well`` wells lies below the first one."""
+    return case.mass * case.gravity * well * case.diameter * math.sin(math.radians(case.angle))
 
 
 def end_of(case: Incline, route: str, well: int, law: SpringLaw = "linear") -> float:

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol
+from typing import Any, Protocol
 
 from harness.cases.incline.parameters import Incline
-from harness.parameters.hertz import Hertz, hertz_of_incline
-
-SpringLaw = Literal["linear", "Hertz"]
+from harness.parameters.contact import Spring as SpringLaw
+from harness.parameters.hertz import Hertz, hertz
 
 
 class Spring(Protocol):
@@ -106,6 +105,8 @@ def spring_of(case: Incline, law: SpringLaw) -> Spring:
     """Return the spring of a case under a law."""
     makers: dict[SpringLaw, Callable[[], Spring]] = {
         "linear": lambda: Linear(case),
-        "Hertz": lambda: HertzSpring(hertz_of_incline(case), case.mass),
+        "Hertz": lambda: HertzSpring(
+            hertz(case.contact, case.stiffness, case.mass, case.hertz_speed), case.mass
+        ),
     }
     return makers[law]()

@@ -9,9 +9,7 @@ from scipy.integrate import quad
 
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import Motion
-from harness.engines.reference.engine import Reference
-from harness.engines.reference.row import acceleration, row_of
-from harness.engines.routes import (
+from harness.cases.incline.routes import (
     crest_energy,
     crest_place,
     energy,
@@ -20,7 +18,9 @@ from harness.engines.routes import (
     settled_place,
     start_of,
 )
-from harness.engines.springs import spring_of
+from harness.cases.incline.springs import spring_of
+from harness.engines.reference.engine import Reference
+from harness.engines.reference.row import acceleration, row_of
 from harness.parameters.contact import CLIPPED, PLASTIC
 
 CASE = Incline(angle=12.0, contact=PLASTIC, steps_per_contact=400.0, phase=0.3)

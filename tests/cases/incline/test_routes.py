@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from harness.cases.incline.parameters import Incline
-from harness.engines.routes import (
+from harness.cases.incline.routes import (
     Start,
     crest_energy,
     crest_place,

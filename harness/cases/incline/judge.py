@@ -1,0 +1,69 @@
+"""Judge a grain by its path: for engines whose scripts write only where it was."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import Crests, Motion
+from harness.cases.incline.routes import end_of, margin, overlaps
+from harness.engines.output import Table
+from harness.observables.trajectory import Trajectory
+from harness.parameters.contact import Spring
+
+COLUMNS = ("time_s", "x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
+
+
+class Judgement(NamedTuple):
+    """The outcome of a path, decided at its sample ``row``; margin [J], time [s]."""
+
+    motion: Motion
+    margin_J: float
+    touching: bool
+    crests: Crests
+    time_s: float
+    row: int
+
+
+def path_in(table: Table) -> Trajectory:
+    """Return the grain's path: the first particle where a table has several."""
+    columns = [np.asarray(table[name]) for name in COLUMNS]
+    return Trajectory(*(c[:, 0] if c.ndim == 2 else c for c in columns))
+
+
+def judge(case: Incline, route: str, path: Trajectory, spring: Spring = "linear") -> Judgement:
+    """Return the outcome of a path, judged at its samples as LAMMPS's script judges.
+
+    A sample past the end of a well counts as its crest; one that moves back with
+    less energy than the crest ahead asks for is trapped for good. The path may end as soon
+    as that is decided. ``spring`` is that of the engine.
+    """
+    t, state = path.time_s, (path.x_m, path.y_m, path.vx_m_per_s, path.vy_m_per_s)
+    wells = 1 if route == "passage" else case.wells
+    passed: list[tuple[float, float]] = []
+    motion, row, well = Motion.MOVES_ON, 0, 0
+    while motion is Motion.MOVES_ON and well < wells:
+        well += 1
+        margins = margin(case, well, *state, spring)
+        beyond = path.x_m > end_of(case, route, well, spring)
+        back = (path.vx_m_per_s < 0.0) & (margins < 0.0)
+        decided = np.flatnonzero((beyond | back)[row:])
+        if decided.size == 0:
+            motion, row = Motion.UNDECIDED, t.size - 1
+        else:
+            row += int(decided[0])
+            short = route == "passage" and margins[row] < 0.0
+            motion = Motion.MOVES_ON if beyond[row] and not short else Motion.TRAPPED
+        if motion is Motion.MOVES_ON:
+            passed.append((float(t[row]), float(margins[row])))
+    crests = np.array(passed).reshape(-1, 2)
+    return Judgement(
+        motion,
+        float(margins[row]),
+        bool(max(overlaps(case, float(path.x_m[row]), float(path.y_m[row]))) > 0.0),
+        Crests(time_s=crests[:, 0], margin_J=crests[:, 1]),
+        float(t[row]),
+        row,
+    )

@@ -1,0 +1,120 @@
+"""Run inclines in an engine, and read what comes back."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from harness.cases.incline.judge import COLUMNS, judge, path_in
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import Crests, InclineRun, Motion
+from harness.cases.incline.template import Route, job_of
+from harness.engines.contract import Engine, Output
+from harness.errors import EngineError, EngineOutputError, RequestError
+from harness.observables.trajectory import Trajectory
+from harness.parameters.contact import Spring
+
+
+def run_inclines(
+    engine: Engine, cases: Sequence[Incline], route: Route, *, every: int | None = None
+) -> list[InclineRun | EngineError]:
+    """Run the cases, in parallel where that helps, and return their results in order.
+
+    With ``every``, the grain's path is sampled every so many steps. Raise RequestError for a
+    case that the engine cannot state.
+    """
+    if every is not None and every < 1:
+        raise RequestError(f"every = {every}: must be at least 1 step")
+    jobs = [job_of(case, route, every) for case in cases]
+    results: list[InclineRun | EngineError] = []
+    for case, output in zip(cases, engine.run(jobs), strict=True):
+        try:
+            if isinstance(output, EngineError):
+                raise output
+            results.append(read(case, route, output, engine.traits.spring, every))
+        except EngineError as error:
+            if isinstance(output, Output):
+                error.log = output.log
+            results.append(error)
+    return results
+
+
+def measured(engine: Engine, cases: Sequence[Incline], route: Route) -> list[InclineRun]:
+    """Run the cases and raise the first EngineError, for callers that need them all."""
+    runs: list[InclineRun] = []
+    for run in run_inclines(engine, cases, route):
+        if isinstance(run, EngineError):
+            raise run
+        runs.append(run)
+    return runs
+
+
+def read(
+    case: Incline, route: Route, output: Output, spring: Spring, every: int | None = None
+) -> InclineRun:
+    """Return the run that an output tells of: by its verdict, or judged by its path.
+
+    Raise EngineOutputError for what is missing, out of order or cut short, EngineNaNError for
+    values that are not finite.
+    """
+    judged = output.has("margin_J")
+    path = None
+    if every is not None or not judged:
+        path = path_in(output.table(COLUMNS))
+    if judged:
+        return _told(case, output, path, every)
+    assert path is not None
+    found = judge(case, route, path, spring)
+    limit = case.time_limit * math.sqrt(case.diameter / case.gravity)
+    if found.motion is Motion.UNDECIDED and path.time_s[-1] < limit * (1.0 - 1e-9) - case.step:
+        raise EngineOutputError(
+            f"{output.who} wrote a path that ends at {path.time_s[-1]:g} s, undecided, before the "
+            f"time limit of {limit:g} s"
+        )
+    kept = Trajectory(*(column[: found.row + 1] for column in vars(path).values()))
+    return InclineRun(
+        case=case,
+        motion=found.motion,
+        margin_J=found.margin_J,
+        touching=found.touching,
+        crests=found.crests,
+        time_s=found.time_s,
+        steps=round(found.time_s / case.step),
+        seconds=output.seconds,
+        provenance=output.provenance,
+        trajectory=None if every is None else kept,
+    )
+
+
+def _told(case: Incline, output: Output, path: Trajectory | None, every: int | None) -> InclineRun:
+    """Return the run whose script judged the grain itself."""
+    crests = output.rows("crest", 4)
+    steps = round(output.number("steps"))
+    try:
+        motion = Motion(output.text("verdict"))
+    except ValueError as error:
+        raise EngineOutputError(f"{output.who} left an incomplete result ({error})") from None
+    if path is not None and every is not None:
+        _complete(path, steps // every + 1, output.who)
+    return InclineRun(
+        case=case,
+        motion=motion,
+        margin_J=output.number("margin_J"),
+        touching=output.text("touching") == "1",
+        crests=Crests(time_s=crests[:, 1], margin_J=crests[:, 2]),
+        time_s=output.number("time_s"),
+        steps=steps,
+        seconds=output.seconds,
+        provenance=output.provenance,
+        trajectory=path,
+    )
+
+
+def _complete(path: Trajectory, rows: int, who: str) -> None:
+    """Raise EngineOutputError for a path that lacks samples."""
+    if path.time_s.size < rows:
+        raise EngineOutputError(f"{who} left {path.time_s.size} rows of a series of {rows}")
+    if path.time_s.size > 2 and np.ptp(np.diff(path.time_s[:rows])) > 1e-6 * path.time_s[-1]:
+        raise EngineOutputError(f"{who} left a series with samples missing in between")

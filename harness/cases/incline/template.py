@@ -1,0 +1,119 @@
+"""What engines are asked to simulate: the values of an incline, its scripts, its scene."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, Literal
+
+import numpy as np
+
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.routes import crest_energy, end_of, margin_offset, start_of
+from harness.engines.contract import Job, Template, Value
+from harness.engines.scene import Scene, Stage
+from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE, Spring, contact_of, contact_values
+
+Route = Literal["passage", "steady"]
+
+NOTES = {
+    "plastic": "overdamped and clipped: no tail, no rebound; the one to extrapolate.",
+    "source": "e = 1e-20 with the attractive tail, as Harper, Dufek and Breard ran it.",
+    "clipped": "critical damping, tail clipped; it rebounds with e = exp(-2) = 0.135.",
+}
+
+
+def values_of(case: Incline, route: Route, every: int | None = None) -> dict[str, Value]:
+    """Return what a script is told of a run; with ``every``, samples every so many steps."""
+    sampled: dict[str, Value] = {} if every is None else {"series_every": every}
+    return {
+        "route": route,
+        "angle": case.angle,
+        "stiffness": case.stiffness,
+        "steps_per_contact": case.steps_per_contact,
+        "gravity": case.gravity,
+        "diameter": case.diameter,
+        "density": case.density,
+        "wells": case.wells,
+        "time_limit": case.time_limit,
+        **contact_values(case.contact),
+        "spheres": case.spheres,
+        "phase": case.phase,
+        **sampled,
+    }
+
+
+def case_of(values: Mapping[str, Any]) -> Incline:
+    """Return the parameters that values state, the inverse of :func:`values_of`."""
+    same = set(Incline.model_fields) - {"contact"}
+    return Incline(
+        contact=contact_of(values), **{name: values[name] for name in same if name in values}
+    )
+
+
+def scene_of(values: Mapping[str, Any], spring: Spring) -> Scene:
+    """Return the grain, particle 1, and the row as arrays, with a stage for each well."""
+    case, route = case_of(values), values["route"]
+    d, tilt = case.diameter, math.radians(case.angle)
+    x, y, vx, vy = start_of(case, route, spring).state()
+    row = np.arange(case.spheres) * d
+    wells = 1 if route == "passage" else case.wells
+    return Scene(
+        position=np.column_stack([np.append(x, row), np.append(y, np.zeros(case.spheres))]),
+        velocity=np.array([[vx, vy], *[[0.0, 0.0]] * case.spheres]),
+        mass=np.full(case.spheres + 1, case.mass),
+        diameter=np.full(case.spheres + 1, d),
+        fixed=np.append(False, np.full(case.spheres, True)),
+        gravity=(case.gravity * math.sin(tilt), -case.gravity * math.cos(tilt)),
+        stiffness=case.stiffness,
+        damping_ratio=case.contact.zeta,
+        restitution=case.contact.restitution if case.contact.damping_ratio is None else None,
+        tail=case.contact.tail,
+        effective_mass=case.contact.effective_mass,
+        step=case.step,
+        steps=math.ceil(case.time_limit * math.sqrt(d / case.gravity) / case.step),
+        every=values.get("series_every"),
+        period=case.spheres * d,
+        spring=spring,
+        hertz_speed=math.sqrt(case.gravity * d),
+        stages=tuple(
+            Stage(
+                end_of(case, route, well, spring),
+                crest_energy(case, spring) - margin_offset(case, well),
+            )
+            for well in range(1, wells + 1)
+        ),
+        decided=_decided(case, route, spring),
+    )
+
+
+def _defaults(case: Incline) -> dict[str, Value]:
+    return values_of(case, "steady")
+
+
+TEMPLATE = Template(
+    name="incline",
+    variants={
+        contact.name: _defaults(Incline(contact=contact, steps_per_contact=steps))
+        for contact, steps in ((PLASTIC, 100.0), (SOURCE, 50.0), (CLIPPED, 50.0))
+    },
+    notes=NOTES,
+    scene=scene_of,
+)
+
+
+def job_of(case: Incline, route: Route, every: int | None = None) -> Job:
+    """Return the job of a run: in the script of its contact, a custom one in the main script."""
+    known = case.contact.name in TEMPLATE.variants
+    variant = case.contact.name if known else TEMPLATE.main
+    return Job(TEMPLATE, values_of(case, route, every), variant, sampled=every is not None)
+
+
+def _decided(case: Incline, route: Route, spring: Spring):  # type: ignore[no-untyped-def]
+    def decided(table: Mapping[str, Any]) -> bool:
+        from harness.cases.incline.judge import judge, path_in
+        from harness.cases.incline.result import Motion
+
+        return judge(case, route, path_in(table), spring).motion is not Motion.UNDECIDED
+
+    return decided

@@ -1,0 +1,80 @@
+"""A system as arrays, for engines that take particles and not scripts.
+
+All of it is in the plane: x and y. A scene says the same as a case's scripts do with the same
+values; the table that an engine returns of it has the columns ``step``, ``time_s`` of shape (M,)
+and ``x_m``, ``y_m``, ``vx_m_per_s``, ``vy_m_per_s`` of shape (M, N), the particles in the
+scene's order, with ``fx_N`` (M, N), the total force along x with gravity, where
+``forces`` is set.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from harness.engines.output import Table
+from harness.parameters.contact import EffectiveMass, Spring, Tail
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Stage:
+    """Where a stretch of the motion of the first particle ends.
+
+    At the first look, one each :data:`LOOK` steps, at which x is beyond ``place`` [m], and the
+    next stage begins; or at which it moves back with less mechanical energy than ``floor`` [J],
+    and the run is over. ``passes_short`` says whether a particle beyond the place with less
+    energy than the floor still counts as past it.
+    """
+
+    place: float
+    floor: float
+    passes_short: bool = True
+
+
+LOOK = 50
+"""Steps between two looks at the first particle."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """N particles in the plane, their contact and the steps to take; SI.
+
+    ``position`` and ``velocity`` (N, 2), ``mass`` and ``diameter`` (N,), ``fixed`` (N,);
+    ``gravity`` (2,). The spring is linear with ``stiffness`` [N/m] or Hertz's that stands for it
+    at the speed ``hertz_speed`` [m/s] (:mod:`harness.parameters.hertz`); the dashpot has
+    ``damping_ratio`` [-] with the effective mass of two particles, against a fixed one m or m/2
+    as ``effective_mass`` says. ``period`` [m] is that of x, None without one.
+
+    The run takes ``steps`` of ``step`` [s], a sample every ``every`` (None: the start, the end and
+    the ends of ``stages``). ``decided`` tells from the table so far whether it may end earlier.
+    """
+
+    position: Floats
+    velocity: Floats
+    mass: Floats
+    diameter: Floats
+    fixed: NDArray[np.bool_]
+    gravity: tuple[float, float]
+    stiffness: float
+    damping_ratio: float
+    restitution: float | None
+    tail: Tail
+    effective_mass: EffectiveMass
+    step: float
+    steps: int
+    every: int | None = None
+    period: float | None = None
+    spring: Spring = "linear"
+    hertz_speed: float = 0.0
+    stages: tuple[Stage, ...] = ()
+    forces: bool = False
+    decided: Callable[[Table], bool] | None = None
+
+
+SceneBuilder = Callable[[Mapping[str, str | int | float], Spring], Scene]
+"""Makes the scene of a job from its values, with the spring that the engine has."""
