@@ -10,7 +10,7 @@ import math
 from collections.abc import Hashable, Iterable, Mapping
 from typing import Any
 
-from harness.comparison.baseline_record import Case
+from harness.comparison.baseline_record import BaselineRecord
 from harness.store.history import Quantity
 
 MEASURED = "measured"
@@ -47,7 +47,7 @@ def angle_quantities(record: Mapping[str, Any]) -> list[Quantity]:
     ]
 
 
-def case_quantities(cases: Iterable[Case]) -> list[Quantity]:
+def case_quantities(cases: Iterable[BaselineRecord]) -> list[Quantity]:
     """Return what cases of the baseline measured, named as their rows are."""
     return [
         Quantity(f"{case.name}: {name}", MEASURED, own.unit, own.value, own.uncertainty)

@@ -1,4 +1,4 @@
-"""A case of the baseline: what one run, or one search, left in numbers and a series."""
+"""A record of the baseline: what one run, or one search, left in numbers and a series."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ class Quantity:
 
 
 @dataclass(frozen=True)
-class Case:
-    """A case, measured now or kept in the baseline; two of the same name are compared.
+class BaselineRecord:
+    """A record, measured now or kept in the baseline; two of the same name are compared.
 
     ``name`` is ``engine/what`` and the path of its file. ``parameters`` is
     JSON-ready. ``levels`` are the levels of ``verify`` that run it.
@@ -39,7 +39,7 @@ class Case:
     levels: tuple[str, ...] = ()
     series: Series | None = field(default=None, repr=False)
 
-    def at(self, level: str, platform: str) -> Case:
+    def at(self, level: str, platform: str) -> BaselineRecord:
         """Return the case as measured at a level of ``verify``, on a platform."""
         return replace(self, levels=(level,), platform=platform)
 

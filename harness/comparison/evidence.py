@@ -13,7 +13,7 @@ from harness.cases.incline.extrapolation import ExtrapolatedAngle
 from harness.cases.incline.result import InclineRun
 from harness.cases.tower.comparison import SeriesComparison
 from harness.cases.tower.step_convergence import StepConvergence
-from harness.comparison.baseline_record import Case
+from harness.comparison.baseline_record import BaselineRecord
 from harness.comparison.divergence import Comparison
 from harness.errors import EngineError
 from harness.observables.tower import TowerRun
@@ -46,7 +46,7 @@ class InclineEvidence:
     routes: list[CriticalAngle] = field(default_factory=list)
     motions: list[InclineRun] = field(default_factory=list)
     recursion: Recursion | None = None
-    measured: list[Case] = field(default_factory=list)
+    measured: list[BaselineRecord] = field(default_factory=list)
     errors: dict[str, EngineError] = field(default_factory=dict)
 
 
@@ -79,6 +79,6 @@ class TowerEvidence:
     by_gamma: pd.DataFrame | None = None
     ways: pd.DataFrame | None = None
     scaling: pd.DataFrame | None = None
-    measured: list[Case] = field(default_factory=list)
+    measured: list[BaselineRecord] = field(default_factory=list)
     errors: dict[str, EngineError] = field(default_factory=dict)
     parted: list[Comparison] = field(default_factory=list)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from harness.comparison.baseline_record import Case
+from harness.comparison.baseline_record import BaselineRecord
 
 
 def changed_parameters(now: Mapping[str, Any], known: Mapping[str, Any]) -> list[str]:
@@ -21,7 +21,7 @@ def changed_parameters(now: Mapping[str, Any], known: Mapping[str, Any]) -> list
     return found
 
 
-def circumstances(case: Case, known: Case) -> list[str]:
+def circumstances(case: BaselineRecord, known: BaselineRecord) -> list[str]:
     """Say what differs between the two runs besides the case."""
     said = []
     if case.engine_version != known.engine_version:

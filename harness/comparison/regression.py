@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from harness.comparison.baseline_record import Case
+from harness.comparison.baseline_record import BaselineRecord
 from harness.comparison.divergence import Comparison, compare_series
 from harness.comparison.metadata_diff import changed_parameters, circumstances
 from harness.comparison.regression_tolerances import Override, regression_tolerance
@@ -22,11 +22,11 @@ INPUT = frozenset({"step_s"})
 class Baseline:
     """The cases that were accepted, by name, and the exceptions to the table of tolerances."""
 
-    cases: Mapping[str, Case]
+    cases: Mapping[str, BaselineRecord]
     where: str = ""
     overrides: Sequence[Override] = ()
 
-    def of_level(self, level: str) -> list[Case]:
+    def of_level(self, level: str) -> list[BaselineRecord]:
         """Return the cases that a level of ``verify`` runs, by name."""
         return [case for name, case in sorted(self.cases.items()) if level in case.levels]
 
@@ -46,13 +46,13 @@ class _Rows:
 
 
 def against_baseline(
-    measured: Sequence[Case],
+    measured: Sequence[BaselineRecord],
     baseline: Baseline,
     level: str,
     *,
     engines: Collection[str],
     errors: Mapping[str, EngineError] | None = None,
-    reason: Callable[[Case], str] = lambda _: "it was not run",
+    reason: Callable[[BaselineRecord], str] = lambda _: "it was not run",
 ) -> Regression:
     """Hold what was measured at a level against the baseline.
 
@@ -87,7 +87,7 @@ def row_name(case: str, quantity: str = "") -> str:
     return f"baseline: {case}{f': {quantity}' if quantity else ''}"
 
 
-def _died(known: Case, error: EngineError) -> Check:
+def _died(known: BaselineRecord, error: EngineError) -> Check:
     nan, note = math.nan, f"{error.kind}: {error}"
     return Check(
         row_name(known.name), Kind.REGRESSION, "", nan, nan, nan, nan, Verdict.FAIL, "", note,
@@ -95,7 +95,9 @@ def _died(known: Case, error: EngineError) -> Check:
     )  # fmt: skip
 
 
-def _compare(case: Case, known: Case, overrides: Sequence[Override], rows: _Rows) -> None:
+def _compare(
+    case: BaselineRecord, known: BaselineRecord, overrides: Sequence[Override], rows: _Rows
+) -> None:
     """Add the rows of one case."""
     changed = changed_parameters(case.parameters, known.parameters)
     note = "; ".join([*changed, *circumstances(case, known)])
@@ -126,7 +128,11 @@ def _compare(case: Case, known: Case, overrides: Sequence[Override], rows: _Rows
 
 
 def _series(
-    case: Case, known: Case, overrides: Sequence[Override], note: str, rows: _Rows
+    case: BaselineRecord,
+    known: BaselineRecord,
+    overrides: Sequence[Override],
+    note: str,
+    rows: _Rows,
 ) -> list[Comparison]:
     """Add one row for the series of a case, its worst column; return the columns that parted."""
     name = row_name(known.name, "series")

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
-from harness.comparison.baseline_record import Case, Quantity
+from harness.comparison.baseline_record import BaselineRecord, Quantity
 from harness.comparison.divergence import compare_series
 from harness.comparison.regression import earliest
 from harness.comparison.regression_tolerances import regression_tolerance
@@ -41,7 +41,7 @@ class Column:
 
     release: str
     provenance: Provenance | None
-    cases: tuple[Case, ...] = ()
+    cases: tuple[BaselineRecord, ...] = ()
     error: str = ""
     errors: Mapping[str, str] = field(default_factory=dict)
 
@@ -174,7 +174,12 @@ def release_matrix(level: str, platform: str, columns: Sequence[Column]) -> Rele
 
 
 def _cell(
-    column: Column, name: str, case: Case | None, known: Case | None, quantity: str, width: float
+    column: Column,
+    name: str,
+    case: BaselineRecord | None,
+    known: BaselineRecord | None,
+    quantity: str,
+    width: float,
 ) -> Cell:
     said = column.error or column.errors.get(name, "")
     if case is None or quantity not in case.quantities:
@@ -198,7 +203,7 @@ def classify(here: Quantity, wanted: Quantity, width: float) -> Change:
     return Change.TOLERATED if difference <= width else Change.MOVED
 
 
-def _when(case: Case, known: Case) -> str:
+def _when(case: BaselineRecord, known: BaselineRecord) -> str:
     """Say when the series of a case that moved left that of the reference."""
     if case.series is None or known.series is None:
         return ""

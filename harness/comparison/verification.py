@@ -6,7 +6,7 @@ import hashlib
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from harness.comparison.baseline_record import Case
+from harness.comparison.baseline_record import BaselineRecord
 from harness.comparison.divergence import Comparison
 from harness.comparison.engine_evidence import EngineEvidence
 from harness.comparison.evidence import InclineEvidence, TowerEvidence
@@ -44,7 +44,7 @@ class Verification:
     tower: TowerEvidence
     scripts: dict[str, str]
     engine_errors: tuple[str, ...] = ()
-    measured: tuple[Case, ...] = ()
+    measured: tuple[BaselineRecord, ...] = ()
     parted: tuple[Comparison, ...] = ()
     baseline: str = ""
     logs: dict[str, str] = field(default_factory=dict)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from harness.atomic_write import whole_folder
-from harness.comparison.baseline_record import Case
+from harness.comparison.baseline_record import BaselineRecord
 from harness.comparison.metadata_diff import changed_parameters
 from harness.comparison.regression import Baseline
 from harness.errors import RequestError
@@ -19,7 +19,7 @@ from harness.store.baseline import case_text, in_checkout, series_text
 class Change:
     """A case whose files would change, and how: one line each."""
 
-    case: Case
+    case: BaselineRecord
     kind: str  # new or changed
     lines: tuple[str, ...]
 
@@ -28,7 +28,7 @@ class Change:
         return {"case": self.case.name, "kind": self.kind, "changes": list(self.lines)}
 
 
-def changes(measured: Sequence[Case], baseline: Baseline) -> list[Change]:
+def changes(measured: Sequence[BaselineRecord], baseline: Baseline) -> list[Change]:
     """Return what accepting would change; cases that were not measured stay as they are."""
     found = []
     for case in sorted(measured, key=lambda case: case.name):
@@ -44,13 +44,13 @@ def changes(measured: Sequence[Case], baseline: Baseline) -> list[Change]:
     return found
 
 
-def _same_series(case: Case, known: Case) -> bool:
+def _same_series(case: BaselineRecord, known: BaselineRecord) -> bool:
     if case.series is None or known.series is None:
         return case.series is known.series
     return series_text(case.series) == series_text(known.series)
 
 
-def _lines(case: Case, known: Case) -> list[str]:
+def _lines(case: BaselineRecord, known: BaselineRecord) -> list[str]:
     lines = changed_parameters(case.parameters, known.parameters)
     for name in sorted({*case.quantities, *known.quantities}):
         new, old = case.quantities.get(name), known.quantities.get(name)
@@ -100,7 +100,7 @@ def write(accepted: Sequence[Change], folder: Path) -> None:
         raise RequestError(f"--baseline {folder}: cannot be written ({error.strerror})") from None
 
 
-def _write_case(case: Case, folder: Path) -> None:
+def _write_case(case: BaselineRecord, folder: Path) -> None:
     path = folder / f"{case.name}.json"
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(case_text(case), encoding="utf-8")

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 import harness
-from harness.comparison.baseline_record import Case, Quantity
+from harness.comparison.baseline_record import BaselineRecord, Quantity
 from harness.comparison.divergence import Series
 from harness.comparison.regression import Baseline
 from harness.errors import RequestError
@@ -78,14 +78,14 @@ def read_baseline(folder: Path, tolerances: Path | None = None) -> Baseline:
     return Baseline({case.name: case for case in cases}, str(folder), overrides)
 
 
-def read_case(path: Path, folder: Path) -> Case:
+def read_case(path: Path, folder: Path) -> BaselineRecord:
     """Return the case of a file below a baseline's folder; raise RequestError if damaged."""
     try:
         record = json.loads(path.read_text(encoding="utf-8"))
         name = path.relative_to(folder).with_suffix("").as_posix()
         if record["case"] != name:
             raise ValueError(f"it says it is case {record['case']!r}")
-        return Case(
+        return BaselineRecord(
             name=name,
             parameters=dict(record["parameters"]),
             quantities={key: _quantity(key, q) for key, q in record["quantities"].items()},
@@ -129,7 +129,7 @@ def _read_series(path: Path) -> Series:
     return Series(rows[:, 0], dict(zip(head[1:], rows[:, 1:].T, strict=True)))
 
 
-def case_text(case: Case) -> str:
+def case_text(case: BaselineRecord) -> str:
     """Return a case as indented JSON with sorted keys: text whose differences are readable."""
     record = {
         "case": case.name,

@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from harness.comparison.baseline_record import Case, Quantity
+from harness.comparison.baseline_record import BaselineRecord, Quantity
 from harness.comparison.divergence import Series
 from harness.comparison.metadata_diff import changed_parameters
 from harness.comparison.regression import Baseline, against_baseline
@@ -15,7 +15,7 @@ from harness.comparison.verdicts import Kind, Verdict
 from harness.errors import EngineMemoryError
 
 TIME = np.linspace(0.0, 1.0, 101)
-PATH = Case(
+PATH = BaselineRecord(
     name="lammps/incline-path-source-10.2-deg",
     parameters={"stiffness": 1e6, "contact": {"tail": "attractive"}},
     quantities={"margin_over_mgd": Quantity(-1e-4, 0.0, ""), "step_s": Quantity(1e-5, 0.0, "s")},

@@ -2,11 +2,11 @@ from dataclasses import replace
 
 import pytest
 
-from harness.comparison.baseline_record import Case, Quantity
+from harness.comparison.baseline_record import BaselineRecord, Quantity
 from harness.comparison.releases import Change, Column, classify, release_matrix
 from harness.observables.provenance import Provenance
 
-CASE = Case(
+CASE = BaselineRecord(
     name="lammps/incline-passage-source-k1e6-50-steps-8-phases",
     parameters={},
     quantities={"critical_angle_deg": Quantity(10.2, 1e-3, "deg")},

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from harness.comparison.baseline_record import Case, Quantity
+from harness.comparison.baseline_record import BaselineRecord, Quantity
 from harness.comparison.divergence import Comparison
 from harness.comparison.releases import Column, release_matrix
 from harness.observables.provenance import Provenance
@@ -23,7 +23,9 @@ PARTED = Comparison(
     run_label="this run, lammps 2025",
     reference_label="baseline, lammps 2022",
 )
-CASE = Case("lammps/tower", {}, {"peak_force_N": Quantity(1400.0, 0.0, "N")}, "lammps", "1")
+CASE = BaselineRecord(
+    "lammps/tower", {}, {"peak_force_N": Quantity(1400.0, 0.0, "N")}, "lammps", "1"
+)
 
 
 def test_divergence_shows_both_series_around_the_moment_and_the_difference_on_a_log_axis():

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import harness
-from harness.comparison.baseline_record import Case, Quantity
+from harness.comparison.baseline_record import BaselineRecord, Quantity
 from harness.comparison.divergence import Series
 from harness.comparison.regression import Baseline
 from harness.comparison.regression_tolerances import REGRESSION
@@ -16,7 +16,7 @@ from harness.store.baseline import case_text, committed, committed_tolerances, r
 from harness.store.overrides import read_overrides
 
 TIME = np.linspace(0.0, 0.1, 1001)
-CASE = Case(
+CASE = BaselineRecord(
     name="lammps/incline-path-source-10.2-deg",
     parameters={"stiffness": 1e6, "steps": [50, 100.0], "name": None},
     quantities={"margin_over_mgd": Quantity(-1.0 / 3.0, 0.0, "")},

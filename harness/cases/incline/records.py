@@ -6,7 +6,7 @@ from harness.cases.incline.critical_angle import CriticalAngle
 from harness.cases.incline.extrapolation import ExtrapolatedAngle
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import InclineRun
-from harness.comparison.baseline_record import Case, Quantity, made_by
+from harness.comparison.baseline_record import BaselineRecord, Quantity, made_by
 from harness.comparison.divergence import Series
 
 NOT_OF_AN_ANGLE = {"angle", "phase"}
@@ -28,11 +28,11 @@ def angle_name(case: Incline, engine: str, method: str, resolution: str) -> str:
     )
 
 
-def angle_case(angle: CriticalAngle, resolution: str) -> Case:
+def angle_case(angle: CriticalAngle, resolution: str) -> BaselineRecord:
     """Return a critical angle as a case."""
     who = angle.provenance
     own = angle.case.model_dump(mode="json", exclude=NOT_OF_AN_ANGLE)
-    return Case(
+    return BaselineRecord(
         name=angle_name(angle.case, who.engine, angle.method, resolution),
         parameters={**own, "method": angle.method, "resolution": resolution},
         quantities={
@@ -42,13 +42,13 @@ def angle_case(angle: CriticalAngle, resolution: str) -> Case:
     )  # fmt: skip
 
 
-def extrapolated_case(found: ExtrapolatedAngle, rungs: list[CriticalAngle]) -> Case:
+def extrapolated_case(found: ExtrapolatedAngle, rungs: list[CriticalAngle]) -> BaselineRecord:
     """Return an extrapolated critical angle as a case, with the rungs that it stands on."""
     first = rungs[0]
     contact = first.case.contact
     ladder = sorted((a.case.stiffness, a.case.steps_per_contact) for a in rungs)
     fixed = {*NOT_OF_AN_ANGLE, "stiffness", "steps_per_contact"}
-    return Case(
+    return BaselineRecord(
         name=f"{first.provenance.engine}/incline-extrapolated-{contact.name}-{len(rungs)}-rungs",
         parameters={
             **first.case.model_dump(mode="json", exclude=fixed),
@@ -66,14 +66,14 @@ def passage_name(case: Incline, engine: str) -> str:
     return f"{engine}/incline-path-{case.contact.name}-{case.angle:g}-deg"
 
 
-def passage_case(run: InclineRun) -> Case:
+def passage_case(run: InclineRun) -> BaselineRecord:
     """Return one passage as a case: margin, and the path as a series.
 
     ``step_s`` is taken from the run's own end, time over steps, not from what was asked.
     """
     path = run.trajectory
     who = run.provenance
-    return Case(
+    return BaselineRecord(
         name=passage_name(run.case, who.engine),
         parameters=run.case.model_dump(mode="json"),
         quantities={

@@ -9,7 +9,7 @@ import numpy as np
 from harness.cases.incline.records import short
 from harness.cases.tower.comparison import SeriesComparison
 from harness.cases.tower.contact_events import contact_events
-from harness.comparison.baseline_record import Case, Made, Quantity, made_by
+from harness.comparison.baseline_record import BaselineRecord, Made, Quantity, made_by
 from harness.comparison.divergence import Comparison, Series
 from harness.errors import RequestError
 from harness.observables.impulse import impulse
@@ -32,7 +32,7 @@ def tower_name(case: Tower, solver: str) -> str:
     )
 
 
-def tower_case(run: TowerRun, version: str) -> Case:
+def tower_case(run: TowerRun, version: str) -> BaselineRecord:
     """Return a run with profiles as a case: peak force, impulse, changes of contacts, force series.
 
     ``version`` is that of this harness, for its own solvers. The impulse is NaN where
@@ -48,7 +48,7 @@ def tower_case(run: TowerRun, version: str) -> Case:
     if last is not None:
         t0 = run.tower.contact_time
         quantities["last_change_t0"] = Quantity(last.time / t0, last.resolution / t0, "t0")
-    return Case(
+    return BaselineRecord(
         name=tower_name(run.tower, run.solver),
         parameters={
             **run.tower.model_dump(mode="json"),
@@ -77,10 +77,10 @@ def force_comparison(name: str, found: SeriesComparison, band: float) -> Compari
     )
 
 
-def ratio_case(case: Tower, solver: str, ratio: float, made: Made) -> Case:
+def ratio_case(case: Tower, solver: str, ratio: float, made: Made) -> BaselineRecord:
     """Return an impulse ratio alpha(n), turnaround window, as a case."""
     name = tower_name(case, solver).replace("/tower-", "/impulse-ratio-")
-    return Case(
+    return BaselineRecord(
         name=name,
         parameters={**case.model_dump(mode="json"), "window": "turnaround"},
         quantities={"impulse_ratio": Quantity(ratio, 0.0, "")},

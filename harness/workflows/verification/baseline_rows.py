@@ -13,7 +13,7 @@ from harness.cases.incline.parameters import Incline
 from harness.cases.incline.passage import PHASES
 from harness.cases.incline.records import angle_case, angle_name, extrapolated_case
 from harness.cases.tower.records import ratio_case
-from harness.comparison.baseline_record import Case, made_by
+from harness.comparison.baseline_record import BaselineRecord, made_by
 from harness.comparison.evidence import InclineEvidence, TowerEvidence
 from harness.comparison.regression import Baseline, Regression, against_baseline
 from harness.errors import EngineError
@@ -52,7 +52,7 @@ def keep_errors(
 
 def ratio_cases(
     frame: pd.DataFrame, who: Provenance | None, heights: Sequence[int]
-) -> list[Case]:  # fmt: skip
+) -> list[BaselineRecord]:  # fmt: skip
     """Return the impulse ratios of a table, at the run of the source that is kept, as cases."""
     chosen = frame[
         (frame["stiffness_N_per_m"] == RATIO.stiffness)
@@ -72,7 +72,9 @@ def ratio_cases(
     ]
 
 
-def measured_cases(level: Level, inclines: InclineEvidence, towers: TowerEvidence) -> list[Case]:
+def measured_cases(
+    level: Level, inclines: InclineEvidence, towers: TowerEvidence
+) -> list[BaselineRecord]:
     """Return every case for the baseline that a verification left, each once."""
     rungs = inclines.by_contact.get(PLASTIC.name, [])
     found = [angle_case(angle, in_phases(PHASES)) for angle in rungs]
@@ -87,7 +89,7 @@ def measured_cases(level: Level, inclines: InclineEvidence, towers: TowerEvidenc
 
 
 def baseline_rows(
-    measured: Sequence[Case],
+    measured: Sequence[BaselineRecord],
     baseline: Baseline,
     level: Level,
     engine: str,
@@ -97,7 +99,7 @@ def baseline_rows(
 ) -> Regression:
     """Return the rows of a verification against the baseline."""
 
-    def reason(case: Case) -> str:
+    def reason(case: BaselineRecord) -> str:
         if "deformable" in case.name and case.engine == engine and how != "in-process":
             return "an external force on LAMMPS's particles needs LAMMPS in-process"
         died = [*inclines.errors.values(), *towers.errors.values()]

@@ -1,0 +1,205 @@
+"""The contract of a case: what is simulated, how an output is read, and how it is judged.
+
+A case is one object and one folder: ``parameters.py`` (frozen, validated, SI), ``template.py``
+(the values that scripts are told, the same system as a scene), reading into declared quantities,
+``checks.py`` with tolerances and their reasons, ``sections.py`` with figures. It names no engine:
+every engine that has a template for it, or takes scenes, and whose declared rules accept the
+values, runs it.
+
+To add a case, subclass :class:`Case` in ``cases/<name>/case.py`` as ``CASE = MyCase()``, or in a
+package of your own under the entry point ``dem_harness.cases``. ``parameters``, ``quantities``,
+``template``, ``job``, ``read`` and ``references`` are enough for ``run`` and for a verification
+with ``plans``; override ``verify`` for studies of another shape.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from typing import Any, Callable, ClassVar, Generic, Literal, TypeVar
+
+from harness.comparison.findings import Findings
+from harness.comparison.tolerances import Tolerance
+from harness.comparison.verdicts import Check, Kind, failed_run, judge, not_tested
+from harness.engines.contract import Engine, Job, Output, Template
+from harness.engines.traits import Traits
+from harness.errors import EngineError, RequestError
+from harness.observables.declared import Observable
+from harness.observables.provenance import Provenance
+from harness.parameters.base import Parameters
+from harness.report.sections import Section
+
+P = TypeVar("P", bound=Parameters)
+
+LevelName = Literal["quick", "default", "full"]
+LEVELS: tuple[LevelName, ...] = ("quick", "default", "full")
+
+Progress = Callable[[str, int, int], None]
+"""Called with the name of a stage, the parts done, and the parts in all; from any thread."""
+
+ReferenceKind = Literal["closed form", "integrated", "none"]
+
+
+def silent(stage: str, done: int, total: int) -> None:
+    """Report no progress."""
+
+
+@dataclass(frozen=True)
+class Reference:
+    """What a quantity is expected to be, and where that comes from."""
+
+    value: float
+    kind: ReferenceKind
+
+
+@dataclass(frozen=True)
+class Measured:
+    """The quantities of one run, by their declared names, and who made it."""
+
+    values: Mapping[str, float]
+    provenance: Provenance | None = None
+    seconds: float = 0.0
+
+
+@dataclass(frozen=True)
+class Plan(Generic[P]):
+    """A run of a verification: parameters, and the quantities to judge with their tolerances."""
+
+    name: str
+    parameters: P
+    tolerances: Mapping[str, Tolerance]
+
+
+@dataclass(frozen=True)
+class Study:
+    """How a verification is to be done: how much of it, and how to open another engine by name."""
+
+    level: LevelName = "default"
+    progress: Progress = silent
+    open_engine: Callable[[str], AbstractContextManager[Engine]] | None = None
+
+
+class Case(ABC, Generic[P]):
+    """One system: parameters to values, output to quantities, quantities to verdicts."""
+
+    name: ClassVar[str]
+    group: ClassVar[str]
+    summary: ClassVar[str]
+    by_default: ClassVar[bool] = False
+    """Whether ``verify`` runs it when no case is named."""
+    qualifies: ClassVar[bool] = False
+    """Whether an engine must pass it before its other results are used."""
+    parameters: ClassVar[type[Parameters]]
+    quantities: ClassVar[tuple[Observable, ...]]
+    template: ClassVar[Template]
+    solvers: ClassVar[tuple[str, ...]] = ()
+    """Solvers of this package that run it beside engines."""
+
+    @property
+    def presets(self) -> Mapping[str, P]:
+        """Return known sets of parameters, by name."""
+        return {}
+
+    @abstractmethod
+    def job(self, parameters: P) -> Job:
+        """Return the job of one run."""
+
+    @abstractmethod
+    def read(self, parameters: P, output: Output, traits: Traits) -> Mapping[str, float]:
+        """Return the declared quantities of a run; raise EngineOutputError for a bad output."""
+
+    def references(self, parameters: P, traits: Traits) -> Mapping[str, Reference]:  # noqa: ARG002
+        """Return what quantities are expected to be under an engine's rules; {} where unknown."""
+        return {}
+
+    def solve(self, parameters: P, solver: str) -> Measured:  # noqa: ARG002
+        """Run a solver of this package."""
+        raise RequestError(f"--engine {solver!r}: case {self.name!r} has no such solver")
+
+    def measure(self, parameters: P, engine: Engine) -> Measured:
+        """Run once in an engine; raise EngineError for a run that failed, RequestError for one
+        that the engine cannot state."""
+        (output,) = engine.run([self.job(parameters)])
+        if isinstance(output, EngineError):
+            raise output
+        return self._measured(parameters, output, engine.traits)
+
+    def plans(self, level: LevelName, traits: Traits) -> Sequence[Plan[P]]:  # noqa: ARG002
+        """Return the runs of a level that the default :meth:`verify` judges."""
+        return ()
+
+    def verify(self, engine: Engine, study: Study) -> Findings:
+        """Run the plans of a level in an engine and judge each quantity against its reference."""
+        plans = self.plans(study.level, engine.traits)
+        findings = Findings(self.name, engine.name)
+        runnable = []
+        for plan in plans:
+            reason = engine.refuses(self.job(plan.parameters))
+            if reason:
+                name = f"{self.name}: {plan.name}, {engine.name}"
+                findings.checks.append(not_tested(name, Kind.ANALYTIC, reason))
+            else:
+                runnable.append(plan)
+        outputs = engine.run([self.job(plan.parameters) for plan in runnable]) if runnable else []
+        for plan, output in zip(runnable, outputs, strict=True):
+            findings.checks += self._judged(plan, output, engine)
+        return findings
+
+    def verify_own(self, study: Study) -> Findings:  # noqa: ARG002
+        """Judge what needs no engine: closed forms and solvers of this package."""
+        return Findings(self.name)
+
+    def verify_beside(self, engine: Engine, study: Study) -> Findings:
+        """Judge an engine beside the main one; as :meth:`verify` unless there is less to do."""
+        return self.verify(engine, study)
+
+    def across(self, beside: Mapping[str, Findings]) -> Sequence[Check]:  # noqa: ARG002
+        """Hold engines, by name, against one another."""
+        return ()
+
+    def sections(
+        self,
+        main: Findings | None,
+        own: Findings,
+        beside: Mapping[str, Findings],  # noqa: ARG002
+    ) -> Sequence[Section]:
+        """Return the parts of the report: of the main engine, own solvers, engines beside it."""
+        return ()
+
+    def _measured(self, parameters: P, output: Output, traits: Traits) -> Measured:
+        """Return the declared quantities of an output, checked against their declaration."""
+        values = dict(self.read(parameters, output, traits))
+        check_declared(self, values)
+        return Measured(values, output.provenance, output.seconds)
+
+    def _judged(self, plan: Plan[P], output: Output | EngineError, engine: Engine) -> list[Check]:
+        name = f"{self.name}: {plan.name}, {engine.name}"
+        try:
+            if isinstance(output, EngineError):
+                raise output
+            found = self._measured(plan.parameters, output, engine.traits)
+        except EngineError as error:
+            return [failed_run(name, Kind.ANALYTIC, error)]
+        references = self.references(plan.parameters, engine.traits)
+        return [
+            judge(
+                f"{name}: {quantity}",
+                Kind.ANALYTIC if references[quantity].kind == "closed form" else Kind.CROSS_CODE,
+                found.values[quantity],
+                references[quantity].value,
+                tolerance,
+            )
+            for quantity, tolerance in plan.tolerances.items()
+        ]
+
+
+def check_declared(case: Case[Any], values: Mapping[str, Any]) -> None:
+    """Raise EngineError for a quantity that a case did not declare, or that is no number."""
+    declared = {observable.name for observable in case.quantities}
+    for name, value in values.items():
+        if name not in declared:
+            raise EngineError(f"case {case.name!r} returned {name!r}, which it does not declare")
+        if not isinstance(value, (int, float)):
+            raise EngineError(f"case {case.name!r} returned {name} = {value!r}: not one number")
