@@ -1,22 +1,23 @@
-"""All that a verification found: the checks, and the evidence behind them."""
+"""All that a verification found: checks, findings case by case, and what made them."""
 
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from harness.comparison.baseline_record import BaselineRecord
 from harness.comparison.divergence import Comparison
-from harness.comparison.engine_evidence import EngineEvidence
-from harness.comparison.evidence import InclineEvidence, TowerEvidence
+from harness.comparison.engines import DeclaredEngine
+from harness.comparison.findings import Findings, Headline
 from harness.comparison.verdicts import Check, Verdict
 from harness.observables.provenance import Provenance
 
 if TYPE_CHECKING:
     import pandas as pd
 
-SCHEMA = 1
+SCHEMA = 2
 """Version of the published form of results.json; raised when a key goes or changes its meaning."""
 
 
@@ -24,31 +25,33 @@ SCHEMA = 1
 class Verification:
     """The result of ``verify``.
 
-    ``status`` is the exit status: 3 when an engine died, 1 when a verdict
-    failed, else 0. ``scripts`` are the exact inputs that ran, by name, ``logs``
-    the engine's log of one run that finished for each script, by the same names.
-    ``measured`` are the cases of the baseline that were run, ``parted`` the
-    series that left the band about their reference, ``baseline`` is where the
-    accepted ones lie. ``engines`` is what engines beside LAMMPS left, None where none
-    was asked for.
+    ``main`` are the findings of each case in the main engine, ``own`` those of the harness's own
+    solvers, ``beside`` those of other engines, by engine and case. ``checks`` are all of them with
+    the rows against the baseline. ``status`` is the exit status: 3 when an engine died, 1 when a
+    verdict failed, else 0. ``scripts`` are the exact inputs that ran, by name, ``logs`` the
+    engine's log of one run that finished for each script, by the same names; ``records`` what was
+    held against the baseline, ``divergences`` the series that left the band about their reference,
+    ``baseline`` where the accepted ones lie. ``engines`` are those held beside the main one.
     """
 
     level: str
+    cases: tuple[str, ...]
     started: str
     seconds: float
     platform: str
     harness_version: str
     provenance: Provenance | None
     checks: tuple[Check, ...]
-    incline: InclineEvidence
-    tower: TowerEvidence
-    scripts: dict[str, str]
+    main: Mapping[str, Findings] = field(default_factory=dict)
+    own: Mapping[str, Findings] = field(default_factory=dict)
+    beside: Mapping[str, Mapping[str, Findings]] = field(default_factory=dict)
+    engines: tuple[DeclaredEngine, ...] = ()
+    scripts: Mapping[str, str] = field(default_factory=dict)
     engine_errors: tuple[str, ...] = ()
-    measured: tuple[BaselineRecord, ...] = ()
-    parted: tuple[Comparison, ...] = ()
+    records: tuple[BaselineRecord, ...] = ()
+    divergences: tuple[Comparison, ...] = ()
     baseline: str = ""
-    logs: dict[str, str] = field(default_factory=dict)
-    engines: EngineEvidence | None = None
+    logs: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def status(self) -> int:
@@ -57,6 +60,20 @@ class Verification:
             return 3
         return 1 if any(check.verdict is Verdict.FAIL for check in self.checks) else 0
 
+    @property
+    def headlines(self) -> tuple[Headline, ...]:
+        """Return the results to be told first."""
+        return tuple(headline for found in self.findings() for headline in found.headlines)
+
+    def findings(self) -> Iterator[Findings]:
+        """Yield the findings of the main engine, then those of own solvers, case by case."""
+        yield from self.main.values()
+        yield from self.own.values()
+
+    def of_case(self, case: str) -> dict[str, Findings]:
+        """Return the findings of a case in the engines beside the main one, by engine."""
+        return {engine: found[case] for engine, found in self.beside.items() if case in found}
+
     def frame(self) -> pd.DataFrame:
         """Return the checks as a table, one row each."""
         import pandas as pd
@@ -64,12 +81,14 @@ class Verification:
         return pd.DataFrame([check.record() for check in self.checks])
 
     def record(self) -> dict[str, Any]:
-        """Return everything but the series as a JSON-ready mapping."""
-        evidence = self.incline
-        ladders = [a.record() for angles in evidence.by_contact.values() for a in angles]
+        """Return everything but the series as a JSON-ready mapping: results.json."""
+        published: dict[str, Any] = {}
+        for found in self.findings():
+            published |= found.published
         return {
             "schema": SCHEMA,
             "level": self.level,
+            "cases": list(self.cases),
             "started": self.started,
             "seconds": self.seconds,
             "platform": self.platform,
@@ -78,14 +97,22 @@ class Verification:
             "engine": self.provenance.record() if self.provenance else None,
             "engine_errors": list(self.engine_errors),
             "baseline": self.baseline,
-            "divergences": [series.record() for series in self.parted],
-            "closed_form_deg": evidence.closed_form_deg,
+            "headlines": [vars(headline) for headline in self.headlines],
+            "divergences": [series.record() for series in self.divergences],
             "checks": [check.record() for check in self.checks],
-            "extrapolated": evidence.extrapolated.record() if evidence.extrapolated else None,
-            "engines": self.engines.record() if self.engines else None,
-            "critical_angles": ladders + [a.record() for a in evidence.routes],
+            "engines": self._engines(),
             "scripts": {
                 name: hashlib.sha256(text.encode()).hexdigest()
                 for name, text in self.scripts.items()
             },
+            **published,
         }
+
+    def _engines(self) -> dict[str, Any] | None:
+        if not self.engines:
+            return None
+        published: dict[str, list[Any]] = {}
+        for found in (f for by_case in self.beside.values() for f in by_case.values()):
+            for name, rows in found.published.items():
+                published.setdefault(name, []).extend(rows)
+        return {"declared": [engine.record() for engine in self.engines], **published}
