@@ -83,6 +83,11 @@ class Engine(ABC):
     name: ClassVar[str]
     traits: Traits
 
+    @property
+    def title(self) -> str:
+        """Return the engine's name as reports write it."""
+        return self.traits.title or self.name.upper()
+
     @abstractmethod
     def identify(self) -> Provenance:
         """Return version, packages and executable; raise EngineMissingError with the remedy."""
@@ -118,6 +123,13 @@ class Engine(ABC):
 
         Contents of programs and libraries, not only their version: outputs are
         cached under it. None, the default, has nothing cached.
+        """
+        return None
+
+    def twin(self) -> Engine | None:
+        """Return another way to run the same installation, or None where there is no other.
+
+        Raise EngineMissingError where there is one that is not here. Close it after use.
         """
         return None
 
