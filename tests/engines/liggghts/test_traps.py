@@ -6,6 +6,7 @@ import pytest
 
 from harness.cases.drop.parameters import Drop
 from harness.cases.drop.qualification import qualify
+from harness.cases.drop.runs import run_drops
 from harness.cases.drop.template import TEMPLATE
 from harness.comparison.verdicts import Verdict
 from harness.engines.liggghts.engine import Liggghts
@@ -67,7 +68,7 @@ def failed(found):
 
 
 def test_model_hooke_refuses_the_source_restitution(with_script):
-    (run,) = with_script(hooke_text()).drops([Drop(contact=SOURCE)])
+    (run,) = run_drops(with_script(hooke_text()), [Drop(contact=SOURCE)])
     assert type(run) is EngineInputError
     assert "0.05 < coefficientRestitution <= 1 required" in str(run)
     assert "ERROR" in run.log
