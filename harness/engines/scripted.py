@@ -161,7 +161,7 @@ class ScriptedEngine(ScriptSource):
     def run_batch(self, tasks: Sequence[Task]) -> list[Output | EngineError]:
         """Run tasks in one process; return what those left that it got to, one at least."""
         if self.processes.closed:
-            return [EngineCrashError(f"{self.title} ({self.program}) was closed") for _ in tasks]
+            return [self.closed_error() for _ in tasks]
         folder = self.new_folder()
         try:
             self.write(folder, tasks)
@@ -241,6 +241,8 @@ class ScriptedEngine(ScriptSource):
         self.check(jobs)
         if not jobs:
             return []
+        if self.processes.closed:
+            return [self.closed_error() for _ in jobs]
         self.identify()
         tasks = [self.task(job) for job in jobs]
         outputs: list[Output | EngineError] = []
@@ -284,6 +286,10 @@ class ScriptedEngine(ScriptSource):
     def new_folder(self) -> Path:
         """Return a fresh folder, removed with the engine at the latest."""
         return Path(tempfile.mkdtemp(dir=self._folder.name))
+
+    def closed_error(self) -> EngineError:
+        """Return the error of a job that is given after :meth:`close`."""
+        return EngineCrashError(f"{self.title} was closed")
 
     def close(self) -> None:
         """End what runs and remove the temporary files."""
