@@ -59,7 +59,7 @@ def read(
     Raise EngineOutputError for what is missing, out of order or cut short, EngineNaNError for
     values that are not finite.
     """
-    judged = output.has("margin_J")
+    judged = output.has("touching")
     path = None
     if every is not None or not judged:
         path = path_in(output.table(COLUMNS))
