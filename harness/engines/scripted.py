@@ -57,6 +57,7 @@ from harness.errors import (
 from harness.observables.provenance import Provenance
 
 ASK_SECONDS = 60.0
+NO_FILES: Mapping[str, str] = {}
 FOLDER = "dem-harness-"
 """How the name of an engine's temporary folder begins."""
 
@@ -224,17 +225,19 @@ class ScriptedEngine(ScriptSource):
     def _fingerprint(self) -> Mapping[str, Any] | None:
         return self.fingerprint_of(program=self.program)
 
-    def ask(self, words: Sequence[str], seconds: float = ASK_SECONDS) -> tuple[str, Ended]:
-        """Run a command once; return what it says first and how it ended.
+    def ask(self, words: Sequence[str], files: Mapping[str, str] = NO_FILES) -> tuple[str, Ended]:
+        """Run a command once, beside these files; return what it says first and how it ended.
 
         Raise EngineMissingError for one that cannot be started.
         """
         folder = self.new_folder()
         try:
+            for name, text in files.items():
+                (folder / name).write_text(text, encoding="utf-8")
             ended = self.processes.run(
                 words,
                 folder,
-                seconds=seconds,
+                seconds=ASK_SECONDS,
                 memory=self.limits.memory,
                 environment=self.environment(folder),
             )
