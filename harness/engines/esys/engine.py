@@ -109,9 +109,8 @@ class Esys(ScriptedEngine):
 
         Raise EngineMissingError when there is none, as with another MPI's launcher.
         """
-        script = self.new_folder() / "version.py"
-        script.write_text(GREETING, encoding="utf-8")
-        said, ended = self.ask([*self._launcher, *RANKS, self.program, str(script)])
+        words = [*self._launcher, *RANKS, self.program, "version.py"]
+        said, ended = self.ask(words, {"version.py": GREETING})
         found = re.findall(r"^RESULT version = (.*)$", said, re.MULTILINE)
         if len(found) != 1:
             reason = "it gave no answer" if ended.timed_out else f"exit status {ended.code}"
