@@ -83,6 +83,11 @@ class Engine(ABC):
     name: ClassVar[str]
     traits: Traits
 
+    @property
+    def title(self) -> str:
+        """Return the engine's name as reports write it."""
+        return self.traits.title or self.name.upper()
+
     @abstractmethod
     def identify(self) -> Provenance:
         """Return version, packages and executable; raise EngineMissingError with the remedy."""
@@ -123,10 +128,25 @@ class Engine(ABC):
         return None
 
     @classmethod
-    def fingerprint_of(cls, program: str | None = None, **options: Any) -> Mapping[str, Any] | None:  # noqa: ARG003
+    def fingerprint_of(cls, **options: Any) -> Mapping[str, Any] | None:  # noqa: ARG003
         """Return what :meth:`fingerprint` would, without opening the engine; None: not known.
 
         Takes what opens the engine. Raise RequestError for a program that is not there.
+        """
+        return None
+
+    @classmethod
+    def twin_options(cls, **options: Any) -> Mapping[str, Any] | None:  # noqa: ARG003
+        """Return what opens another way to run the installation that ``options`` open.
+
+        None where there is no other way.
+        """
+        return None
+
+    def twin(self) -> Engine | None:
+        """Return another way to run the same installation, or None where there is no other.
+
+        Raise EngineMissingError where there is one that is not here. Close it after use.
         """
         return None
 

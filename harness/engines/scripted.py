@@ -3,7 +3,7 @@
 To make one, subclass :class:`ScriptedEngine` beside a folder ``templates`` with a file
 ``<template>.<extension>.j2`` for each template of a case that the code can state, and give
 
-- ``name``, ``title`` (as messages write it), ``traits``, ``programs`` (names on PATH, the first
+- ``name``, ``traits`` (whose ``title`` messages write), ``programs`` (names on PATH, the first
   that is there is taken), ``extension`` of script files;
 - :meth:`~ScriptedEngine.ask_version`: who the program is, from :meth:`~ScriptedEngine.ask`;
 - :meth:`~ScriptedEngine.command`: the words that run a batch of tasks in a folder;
@@ -72,7 +72,6 @@ class ScriptedEngine(ScriptSource):
     EngineMissingError where none is named and there is none.
     """
 
-    title: ClassVar[str]
     programs: ClassVar[tuple[str, ...]] = ()
     self_contained: ClassVar[bool] = False
     keeps_finished: ClassVar[bool] = False
@@ -212,8 +211,9 @@ class ScriptedEngine(ScriptSource):
         return replace(self.ask_version(), integrator=self.traits.integrator)
 
     @classmethod
-    def fingerprint_of(cls, program: str | None = None, **_: Any) -> Mapping[str, Any] | None:
+    def fingerprint_of(cls, **options: Any) -> Mapping[str, Any] | None:
         """Return the contents of the program and its libraries, where they are all there is."""
+        program = options.get("program")
         files = program_files(Path(cls.find(program))) if cls.self_contained else []
         return facts(cls.name, "executable", files) if files else None
 

@@ -20,7 +20,8 @@ class Traits:
     output. ``laws`` are those of several particles in a row. ``force_from_velocity`` says that
     its forces are changes of velocity over a step, which round as such. ``lineage`` is the engine
     it grew out of: such a one is a regression partner, not independent evidence. ``install_hint``
-    says in one line how to get it, ``versions`` with which ones it was tried.
+    says in one line how to get it, ``versions`` with which ones it was tried. ``title`` is the
+    engine's name as its authors write it; empty where that is its name in capitals.
     """
 
     install_hint: str
@@ -35,6 +36,7 @@ class Traits:
     digits: int = 15
     force_from_velocity: bool = False
     lineage: str = ""
+    title: str = ""
     caveats: tuple[str, ...] = field(default=())
     """Traps that users fall into, a sentence each; the report shows them."""
 

@@ -32,7 +32,6 @@ class Lammps(LammpsLanguage):
     """
 
     name = "lammps"
-    title = "LAMMPS"
     command_name = "lmp"
     inputs_folder = ""
     traits = Traits(
@@ -69,15 +68,25 @@ class Lammps(LammpsLanguage):
         return "" if program is None else find_program("lmp", program)
 
     @classmethod
-    def fingerprint_of(
-        cls,
-        program: str | None = None,
-        lmp: str | None = None,
-        launcher: str | None = None,
-        **_: Any,
-    ) -> Mapping[str, Any] | None:
+    def fingerprint_of(cls, **options: Any) -> Mapping[str, Any] | None:
         """Return the contents of LAMMPS and its libraries; None for a wrapper that hides them."""
-        return fingerprint(_executable(lmp, launcher, program), launcher)
+        launcher = options.get("launcher")
+        lmp = _executable(options.get("lmp"), launcher, options.get("program"))
+        return fingerprint(lmp, launcher)
+
+    @classmethod
+    def twin_options(cls, **options: Any) -> Mapping[str, Any] | None:
+        """Return those of the executable beside the library; an executable has no twin."""
+        named = any(options.get(name) is not None for name in ("lmp", "launcher", "program"))
+        return None if named else {"lmp": "lmp"}
+
+    def twin(self) -> Lammps | None:
+        """Return the executable on PATH, or beside this Python, of LAMMPS in-process."""
+        options = self.twin_options(**self._asked)
+        try:
+            return None if options is None else Lammps(limits=self.limits, **options)
+        except RequestError as error:
+            raise EngineMissingError(str(error)) from None
 
     def fingerprint(self) -> Mapping[str, Any] | None:
         """Return :meth:`fingerprint_of` what was asked for."""

@@ -41,7 +41,6 @@ class Liggghts(LammpsLanguage):
     """
 
     name = "liggghts"
-    title = "LIGGGHTS"
     command_name = "liggghts"
     programs = ("liggghts",)
     self_contained = True
