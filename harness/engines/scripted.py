@@ -254,13 +254,19 @@ class ScriptedEngine(ScriptSource):
             return []
         self.identify()
         tasks = [self.task(job) for job in jobs]
-        outputs = self.execute(tasks)
-        for task, output in zip(tasks, outputs, strict=True):
-            if isinstance(output, EngineError):
-                output.log = self.headed(task, output.log)
-            else:
-                self._logs.setdefault(task.script.name, self.headed(task, output.log))
-        return outputs
+        return [
+            self._signed(task, output)
+            for task, output in zip(tasks, self.execute(tasks), strict=True)
+        ]
+
+    def _signed(self, task: Task, output: Output | EngineError) -> Output | EngineError:
+        """Return an output or error whose log says what was run; keep the first good log."""
+        log = self.headed(task, output.log)
+        if isinstance(output, EngineError):
+            output.log = log
+            return output
+        self._logs.setdefault(task.script.name, log)
+        return replace(output, log=log)
 
     def output(self, task: Task, log: str, series: str, seconds: float) -> Output:
         """Return the output of a task from its log and its series."""

@@ -157,7 +157,7 @@ class Esys(ScriptedEngine):
         (found,) = super().run_batch([_together(tasks)])
         if isinstance(found, Output):
             try:
-                return _apart(found, len(tasks))
+                return apart(found, len(tasks))
             except EngineError as error:
                 found = error
         if len(tasks) == 1 or isinstance(found, EngineTimeoutError):
@@ -206,7 +206,7 @@ def _together(tasks: Sequence[Task]) -> Task:
     return replace(first, values={**first.values, SHARED: phases})
 
 
-def _apart(output: Output, count: int) -> list[Output | EngineError]:
+def apart(output: Output, count: int) -> list[Output | EngineError]:
     """Return the output of each of the systems that ran side by side in one model.
 
     A result that is there once for each is theirs in order, and so are the columns of a table.
@@ -215,8 +215,10 @@ def _apart(output: Output, count: int) -> list[Output | EngineError]:
     if count == 1:
         return [output]
     table = output.tables.get(SERIES, {})
-    if any(column.ndim == 2 and column.shape[1] != count for column in table.values()):
-        raise EngineOutputError(f"{output.who} left no columns for each of {count} in one model")
+    for systems in {column.shape[1] for column in table.values() if column.ndim == 2} - {count}:
+        raise EngineOutputError(
+            f"{output.who} left columns of {systems} systems in one model of {count}"
+        )
     return [
         replace(
             output,
@@ -251,7 +253,7 @@ def _launcher(words: str | None) -> list[str]:
     """Return the launcher's words, its program as a path."""
     if words is not None:
         first, *options = shlex.split(words) or [""]
-        return [find_program("engine-option esys.launcher=", first), *options]
+        return [find_program("mpirun", first), *options]
     for name in LAUNCHERS:
         path = shutil.which(name)
         if path is not None:

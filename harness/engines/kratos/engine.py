@@ -23,7 +23,6 @@ from harness.errors import (
     EngineMissingError,
     EngineNaNError,
     EngineOutputError,
-    RequestError,
 )
 from harness.observables.provenance import Provenance
 
@@ -91,10 +90,6 @@ class Kratos(ScriptedEngine):
         limits: Limits | None = None,
         scheme: Scheme = "Velocity_Verlet",
     ) -> None:
-        if scheme not in REFERENCE:
-            raise RequestError(
-                f"--engine-option kratos.scheme={scheme!r}: must be one of {', '.join(REFERENCE)}"
-            )
         super().__init__(program, workers, limits)
         self._scheme: Scheme = scheme
         self.traits = replace(type(self).traits, integrator=REFERENCE[scheme])

@@ -12,11 +12,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import ClassVar
 
+from harness.engines.output import Output
 from harness.engines.process import first_words
 from harness.engines.script import Task
 from harness.engines.scripted import ScriptedEngine
 from harness.engines.traits import Traits
-from harness.errors import EngineMissingError
+from harness.errors import EngineMissingError, EngineNaNError
 from harness.observables.provenance import Provenance
 
 FOREIGN = ("PYTHON", "OMPI_", "PMI_", "PMIX_", "DISPLAY", "XDG_CONFIG_HOME")
@@ -78,6 +79,13 @@ class Yade(ScriptedEngine):
             for index, task in enumerate(tasks)
         ]
         (folder / "runs.json").write_text(json.dumps(runs), encoding="utf-8")
+
+    def read_job(self, folder: Path, index: int, task: Task, seconds: float) -> Output:
+        """Return the output of a finished run; raise EngineNaNError for one that overflowed."""
+        output = super().read_job(folder, index, task, seconds)
+        if output.text("verdict") == "not_a_number":
+            raise EngineNaNError(f"{self.title} met a place or velocity that is not a number")
+        return output
 
     def environment(self, folder: Path) -> Mapping[str, str]:
         """Return the environment of a Yade that keeps to its own Python and writes here only.

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from harness.engines.esys.scripts import Script, drop_script
 
 from harness.cases.drop.parameters import Drop
 from harness.cases.drop.qualification import qualify
@@ -14,7 +15,6 @@ from harness.cases.tower.run import tower
 from harness.comparison.verdicts import Verdict
 from harness.engines.esys import engine as esys_engine
 from harness.engines.esys.engine import Esys
-from harness.engines.esys.scripts import Script, drop_script
 from harness.engines.process import Limits
 from harness.engines.reference.engine import Reference
 from harness.errors import EngineError, EngineInputError, EngineMissingError, EngineTimeoutError
