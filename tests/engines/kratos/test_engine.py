@@ -117,7 +117,7 @@ def test_a_python_without_kratos_is_missing_and_no_program_is_a_wrong_request(fa
         ):
             ask()
     with pytest.raises(
-        RequestError, match="^--program kratos='/no/such/python': no such executable"
+        RequestError, match=r"^--program kratos='/no/such/python': no such executable"
     ):
         open_engine("kratos", programs={"kratos": "/no/such/python"})
     with pytest.raises(RequestError, match=r"kratos\.scheme"):
