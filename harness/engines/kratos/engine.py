@@ -124,14 +124,17 @@ class Kratos(ScriptedEngine):
         """Return the words that run a file of runs."""
         return [self.program, "-u", tasks[0].script.name, "--cases", "runs"]
 
+    def command_line(self, task: Task) -> str:
+        """Return the command that runs a task again by hand."""
+        return f"python {task.script.name} {_words(task.values)}"
+
     def write(self, folder: Path, tasks: Sequence[Task]) -> None:
         """Write the script and the file of runs, a line each with the files that it writes."""
         super().write(folder, tasks)
-        lines = []
-        for index, task in enumerate(tasks):
-            files = {"series": f"{index}.csv", "results": f"{index}.txt"}
-            values = {**task.values, **files}
-            lines.append(" ".join(f"{name}={value}" for name, value in values.items()) + "\n")
+        lines = [
+            f"{_words(task.values)} series={index}.csv results={index}.txt\n"
+            for index, task in enumerate(tasks)
+        ]
         (folder / "runs").write_text("".join(lines), encoding="utf-8")
 
     def error_of(self, ended: Ended, log: str) -> EngineError:  # noqa: ARG002
@@ -149,6 +152,11 @@ class Kratos(ScriptedEngine):
                 return EngineInputError(f"Kratos refused its input: {refusal[1].strip()[:160]}")
         died = replace(ended, said=said).error(self.title, self.limits.seconds)
         return died or EngineOutputError(f"Kratos ended without a result{last_words(said)}")
+
+
+def _words(values: Values) -> str:
+    """Return values as a script takes them, numbers at full digits."""
+    return " ".join(f"{name}={value}" for name, value in values.items())
 
 
 def _without_farewell(said: str) -> str:

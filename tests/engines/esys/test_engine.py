@@ -6,8 +6,10 @@ import pytest
 
 from harness.cases.drop.parameters import Drop
 from harness.cases.drop.runs import run_drops
+from harness.cases.drop.template import job_of as drop_job
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.runs import run_inclines
+from harness.cases.incline.template import job_of as incline_job
 from harness.cases.tower.engine_runs import run_towers
 from harness.engines.esys.engine import Esys
 from harness.engines.registry import open_engine
@@ -84,7 +86,8 @@ def test_rows_that_die_together_run_alone(fake):
     alone = (
         WRITES
         + 'if words["phases"] != "0.5":\n    sys.exit("lost")\n'
-        + 'write("time_s,x_m[1],y_m[1],vx_m_per_s[1],vy_m_per_s[1]\\n0,0.5,1,1,0\\n1,0.9,1,1,0\\n")\n'
+        + 'head = "time_s,x_m[1],y_m[1],vx_m_per_s[1],vy_m_per_s[1]"\n'
+        + 'write(head + "\\n0,0.5,1,1,0\\n1,0.9,1,1,0\\n")\n'
         + 'print("RESULT verdict = moves_on")\n'
     )
     cases = [INCLINE.replace(phase=phase) for phase in (0.0, 0.5)]
@@ -114,11 +117,9 @@ def test_a_tower_that_is_cut_short_is_named(fake):
 )
 def test_what_it_cannot_state_is_refused_before_anything_runs(fake, cases, words):
     engine = fake("sys.exit(1)")
+    jobs = [drop_job(c) if isinstance(c, Drop) else incline_job(c, "passage") for c in cases]
     with pytest.raises(RequestError, match=words):
-        if isinstance(cases[0], Drop):
-            run_drops(engine, cases)
-        else:
-            run_inclines(engine, cases, "passage")
+        engine.run(jobs)
 
 
 def test_a_rebounding_contact_asks_for_fewer_steps(fake):
