@@ -101,8 +101,9 @@ class Esys(ScriptedEngine):
         workers: int | None = None,
         limits: Limits | None = None,
     ) -> None:
-        super().__init__(program, workers, limits)
+        found = self.find(program)
         self._launcher = _launcher(launcher)
+        super().__init__(found, workers, limits)
 
     def ask_version(self) -> Provenance:
         """Return the version that a short run names.
