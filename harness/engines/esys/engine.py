@@ -73,7 +73,6 @@ class Esys(ScriptedEngine):
     """
 
     name = "esys"
-    title = "ESyS-Particle"
     traits = Traits(
         install_hint="apt install esys-particle (Debian), or --program esys=PATH",
         versions=("2.3.4",),
@@ -81,6 +80,7 @@ class Esys(ScriptedEngine):
         tails=("clipped",),
         spring="Hertz",
         force_from_velocity=True,
+        title="ESyS-Particle",
         caveats=(
             "LinearDashpot brakes along the tangent too: it cannot state a frictionless contact.",
             "setParticleNonDynamic takes a tag, and says nothing when it is given an id.",

@@ -59,7 +59,6 @@ class Kratos(ScriptedEngine):
     """
 
     name = "kratos"
-    title = "Kratos"
     traits = Traits(
         install_hint="pip install KratosDEMApplication (extra 'kratos'), or --program "
         "kratos=PYTHON",
@@ -68,6 +67,7 @@ class Kratos(ScriptedEngine):
         tails=("clipped",),
         effective_masses=("full", "half"),
         digits=15,
+        title="Kratos",
         caveats=(
             "Only the first search for contacts goes by SearchTolerance: every later one goes by "
             "search_tolerance_against_walls, also where there is no wall, and with 0 there and "

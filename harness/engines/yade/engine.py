@@ -29,12 +29,12 @@ class Yade(ScriptedEngine):
     """Yade as packaged: a process runs its share of the jobs of a script, one after the other."""
 
     name = "yade"
-    title = "Yade"
     traits = Traits(
         install_hint="apt install yade (Debian, Ubuntu), or --program yade=PATH",
         versions=("2023.02a",),
         integrator="mfix-euler",
         tails=("clipped",),
+        title="Yade",
         caveats=(
             "Its own formulas for tc and en, and for young and en, take m/2 for the effective "
             "mass against a fixed sphere.",

@@ -51,7 +51,7 @@ def output(recorded):
 
     def read(name, series=lambda text: text):
         said, table = recorded(f"{name}.txt"), series(recorded(f"{name}.csv"))
-        tables = {"series": read_csv(table, Esys.title)}
+        tables = {"series": read_csv(table, Esys.traits.title)}
         return Output(results_in(said), Provenance("esys", "2.3.4"), tables, said)
 
     return read

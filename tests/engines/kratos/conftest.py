@@ -23,7 +23,7 @@ def recorded():
 
     def read(name, series=lambda text: text):
         log, table = ((RECORDED / f"{name}.{end}").read_text("utf-8") for end in ("txt", "csv"))
-        tables = {"series": read_csv(series(table), Kratos.title)}
+        tables = {"series": read_csv(series(table), Kratos.traits.title)}
         return Output(results_in(log), Provenance("kratos", "10.4.4"), tables, log)
 
     return read

@@ -43,7 +43,7 @@ def recorded():
         path = RECORDED / f"{name}.csv"
         tables = {}
         if path.is_file():
-            tables["series"] = read_csv(series(path.read_text(encoding="utf-8")), Yade.title)
+            tables["series"] = read_csv(series(path.read_text(encoding="utf-8")), Yade.traits.title)
         return Output(results_in(log), WHO, tables, log, seconds=1.0)
 
     return read
