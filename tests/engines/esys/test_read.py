@@ -110,7 +110,7 @@ def test_steps_are_those_that_were_planned(recorded):
         (
             lambda text: "\n".join(row.rpartition(",")[0] for row in text.splitlines()) + "\n",
             EngineOutputError,
-            "no table with|no contact",
+            "no table with|left fx_N of 2",
         ),
     ],
     ids=["nothing", "cut row", "cut", "words", "NaN", "column"],
