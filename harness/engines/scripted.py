@@ -67,12 +67,14 @@ class ScriptedEngine(ScriptSource):
 
     ``workers`` processes run side by side, as many as there are cores unless told otherwise.
     ``self_contained`` says that the program with its libraries is all that decides a result: runs
-    of such a one are cached. Raise RequestError for a named program that is not there,
+    of such a one are cached; ``keeps_finished``, that a finished run counts though its process
+    fails at its end. Raise RequestError for a named program that is not there,
     EngineMissingError where none is named and there is none.
     """
 
     programs: ClassVar[tuple[str, ...]] = ()
     self_contained: ClassVar[bool] = False
+    keeps_finished: ClassVar[bool] = False
 
     def __init__(
         self,
@@ -180,6 +182,7 @@ class ScriptedEngine(ScriptSource):
                 lambda log: self.error_of(ended, log),
                 ended,
                 self.title,
+                keeps_finished=self.keeps_finished,
             )
         finally:
             shutil.rmtree(folder, ignore_errors=True)
