@@ -36,14 +36,14 @@ class InclineCase(Case[Incline]):
     quantities = (
         Observable(
             "margin_over_mgd",
-            "",
+            "1",
             "",
             "energy left after one well, less that of a grain at rest on the next crest, in m g d",
         ),
-        Observable("moves_on", "", "", "1 where the grain passes the well, 0 where it is trapped"),
-        Observable("touching", "", "", "1 where the grain is in contact at the end"),
+        Observable("moves_on", "1", "", "1 where the grain passes the well, 0 where it is trapped"),
+        Observable("touching", "1", "", "1 where the grain is in contact at the end"),
         Observable("time_s", "s", "", "duration of the motion"),
-        Observable("steps", "", "", "time steps that were taken"),
+        Observable("steps", "1", "", "time steps that were taken"),
     )
     template: ClassVar[Template] = TEMPLATE
     regression: ClassVar[Mapping[str, Tolerance]] = REGRESSION
