@@ -263,8 +263,3 @@ def check_declared(case: Case[Any], values: Mapping[str, Any]) -> None:
         if not isinstance(value, (int, float)):
             told = " ".join(repr(value).split())[:60]
             raise EngineError(f"{where} returned {name} = {told}: not one number")
-
-
-def title_of(engine: Engine) -> str:
-    """Return the name of an engine as reports write it."""
-    return engine.title or engine.name.upper()

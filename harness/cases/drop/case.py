@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.cases.contract import Case, Reference, Study, failed_part, title_of
+from harness.cases.contract import Case, Reference, Study, failed_part
 from harness.cases.drop.expected import references_of
 from harness.cases.drop.parameters import Drop
 from harness.cases.drop.result import DropRun
@@ -125,7 +125,7 @@ class DropCase(Case[Drop]):
             if refused:
                 name = f"{engine.name}: restitution head-on, {contact.name} contact"
                 found.checks.append(not_tested(name, Kind.ANALYTIC, refused))
-        found.evidence = DropEvidence(title_of(engine), tuple(made))
+        found.evidence = DropEvidence(engine.title, tuple(made))
         return found
 
     def sections(

@@ -99,7 +99,7 @@ def _head_on(contact: Contact) -> DropTest:
     zeta = contact.zeta_against_full_mass
     law = restitution_clipped if contact.tail == "clipped" else restitution_unclipped
     # a contact that ends late: at 15 contact times for the source's
-    case = _flying(contact, duration=25.0, every=1000)
+    case = _flying(contact, duration=25.0, every=100)
     width = math.pi / case.steps_per_contact * (1.0 + 2.0 * zeta)
     return DropTest(
         f"{HEAD_ON}, {contact.name}",

@@ -10,6 +10,9 @@ from harness.cases.drop.checks import DropTest
 from harness.cases.drop.result import DropRun
 from harness.report.figures.style import BLACK, COLOURS, MARKERS, STYLES
 
+SHOWN = 4.0
+"""[contact times] of the motion that are drawn: later only the source's contact still changes."""
+
 
 def speeds_of_collisions(made: Sequence[tuple[DropTest, DropRun]], who: str) -> Figure:
     """Draw the normal speed against time of each collision, with the expected rebound."""
@@ -25,13 +28,14 @@ def speeds_of_collisions(made: Sequence[tuple[DropTest, DropRun]], who: str) -> 
             color=COLOURS[number % 7],
             ls=STYLES[number % 6],
             marker=MARKERS[number % 6],
-            markevery=max(1, len(time) // 12),
+            markevery=(number, 9),
             mfc="none",
             lw=1.1,
             label=run.case.contact.name,
         )
-        axes.plot(time[[-1]] * [0.85], [test.expected], "_", color=BLACK, ms=16)
+        axes.plot(SHOWN, test.expected, "_", color=BLACK, ms=16, clip_on=False)
     axes.set(xlabel="time (contact times)", ylabel="normal velocity over the first speed")
+    axes.set_xlim(0.0, SHOWN)
     axes.set_title(f"{who}; bars: expected after the rebound")
     figure.legend(loc="outside lower center", ncols=3)
     return figure

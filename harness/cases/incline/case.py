@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import ClassVar
 
-from harness.cases.contract import Case, Reference, Study, rows_of_parts, title_of
+from harness.cases.contract import Case, Reference, Study, rows_of_parts
 from harness.cases.incline.engine_angle import EngineAngle
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.records import NAME
@@ -88,7 +88,7 @@ class InclineCase(Case[Incline]):
         from harness.cases.incline.evidence import InclineEvidence, Verifying
         from harness.theory.critical_angle import critical_angle
 
-        evidence = InclineEvidence(title_of(engine), critical_angle())
+        evidence = InclineEvidence(engine.title, critical_angle())
         found = Findings(self.name, engine.name, evidence=evidence)
         found.checks += incline_checks(Verifying(engine, study, found, evidence))
         found.records[:] = {record.name: record for record in found.records}.values()
