@@ -14,20 +14,20 @@ with ``plans``; override ``verify`` for studies of another shape.
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Generic, Literal, TypeVar
 
+from harness.cases.parts import Part as Part
+from harness.cases.parts import failed_part as failed_part
+from harness.cases.parts import rows_of_parts as rows_of_parts
 from harness.comparison.findings import Findings
 from harness.comparison.tolerances import Tolerance
-from harness.comparison.triage import Triage
 from harness.comparison.verdicts import (
     Check,
     Kind,
-    Verdict,
     failed_run,
     judge,
     not_tested,
@@ -226,33 +226,6 @@ class Case(ABC, Generic[P]):
         ]
 
 
-Part = tuple[str, Callable[[], Sequence[Check]]]
-"""A part of a verification: its name, and what runs it and returns its rows."""
-
-
-def rows_of_parts(case: str, parts: Sequence[Part], unit: str = "") -> list[Check]:
-    """Run the parts of a verification in order and return their rows.
-
-    A part that raises becomes a failed row; the other parts go on.
-    """
-    rows: list[Check] = []
-    for name, part in parts:
-        try:
-            rows += part()
-        except Exception as error:
-            rows.append(failed_part(f"{case}: {name}", error, unit))
-    return rows
-
-
-def failed_part(name: str, error: Exception, unit: str = "", kind: Kind = Kind.CROSS_CODE) -> Check:
-    """Return the failed row of a part that raised: of an engine that died, or of an error here."""
-    if isinstance(error, EngineError):
-        return failed_run(name, kind, error, unit)
-    nan = math.nan
-    told = f"{type(error).__name__}: {error}"
-    return Check(name, kind, unit, nan, nan, nan, nan, Verdict.FAIL, "", told, Triage.HARNESS)
-
-
 def check_declared(case: Case[Any], values: Mapping[str, Any]) -> None:
     """Raise EngineError for a quantity that a case did not declare, or that is no number."""
     declared = {observable.name for observable in case.quantities}
@@ -263,3 +236,8 @@ def check_declared(case: Case[Any], values: Mapping[str, Any]) -> None:
         if not isinstance(value, (int, float)):
             told = " ".join(repr(value).split())[:60]
             raise EngineError(f"{where} returned {name} = {told}: not one number")
+
+
+def title_of(engine: Engine) -> str:
+    """Return the name of an engine as reports write it."""
+    return engine.title
