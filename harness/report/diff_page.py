@@ -39,7 +39,6 @@ def diff_page(
                 (name, _who(run))
                 for name, run in zip(names, (found.before, found.after), strict=True)
             ],
-            angles=[(run.extrapolated, run.closed_form_deg) for run in (found.before, found.after)],
             counts=[(change, found.count(change)) for change in changes],
             changes=changes,
             order=list(Change),
