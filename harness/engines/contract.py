@@ -81,12 +81,9 @@ class Engine(ABC):
     """A DEM code that runs jobs. Use it as a context manager."""
 
     name: ClassVar[str]
+    title: ClassVar[str] = ""
+    """The name as its authors write it; empty where that is ``name`` in capitals."""
     traits: Traits
-
-    @property
-    def title(self) -> str:
-        """Return the engine's name as reports write it."""
-        return self.traits.title or self.name.upper()
 
     @abstractmethod
     def identify(self) -> Provenance:
@@ -99,7 +96,8 @@ class Engine(ABC):
         Raise RequestError, before anything runs, for a job that :meth:`refuses` names.
         """
 
-    def states(self, template: Template) -> bool:
+    @classmethod
+    def states(cls, template: Template) -> bool:
         """Return whether the engine can run a template at all: here, whether it has a scene."""
         return template.scene is not None
 
@@ -133,7 +131,20 @@ class Engine(ABC):
         """
         return None
 
-    def inputs(self, templates: Iterable[Template]) -> dict[str, str]:  # noqa: ARG002
+    @classmethod
+    def fingerprint_of(cls, program: str | None = None, **options: Any) -> Mapping[str, Any] | None:  # noqa: ARG003
+        """Return what :meth:`fingerprint` would, without opening the engine; None: not known.
+
+        Takes what opens the engine. Raise RequestError for a program that is not there.
+        """
+        return None
+
+    def script_digest(self, job: Job) -> str:  # noqa: ARG002
+        """Return a digest of the script that a job runs; empty where the engine takes scenes."""
+        return ""
+
+    @classmethod
+    def inputs(cls, templates: Iterable[Template]) -> dict[str, str]:  # noqa: ARG003
         """Return the generated input files of templates, by their names below ``inputs``."""
         return {}
 

@@ -20,8 +20,7 @@ class Traits:
     output. ``laws`` are those of several particles in a row. ``force_from_velocity`` says that
     its forces are changes of velocity over a step, which round as such. ``lineage`` is the engine it grew out of: such a one is a regression partner, not
     independent evidence. ``install_hint`` says in one line how to get it, ``versions`` with which
-    ones it was tried. ``title`` is the engine's name as its authors write it; empty where that is
-    its name in capitals.
+    ones it was tried.
     """
 
     install_hint: str
@@ -36,7 +35,6 @@ class Traits:
     digits: int = 15
     force_from_velocity: bool = False
     lineage: str = ""
-    title: str = ""
     caveats: tuple[str, ...] = field(default=())
     """Traps that users fall into, a sentence each; the report shows them."""
 
