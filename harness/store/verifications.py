@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Any
 
+from harness.engines.registry import chosen_options, fingerprint_of
 from harness.store.keys import key_of, machine, source_digest, versions
 
 PACKAGES = ("jinja2", "matplotlib", "numba", "numpy", "pandas", "pydantic", "scipy")
@@ -22,21 +23,25 @@ def verification_key(
     level: str,
     *,
     cases: Sequence[str],
-    engines: Mapping[str, Mapping[str, Any] | None],
+    engine: str,
+    options: Mapping[str, Any] | None = None,
     beside: Mapping[str, Any] | None = None,
+    **more: str | None,
 ) -> str | None:
     """Return the key of a verification, or None where an engine cannot be told by its content.
 
-    ``engines`` are the fingerprints of all that runs, by what each is for. ``beside`` is what
-    else decides the verdicts, such as the digest of a baseline.
+    ``options`` and ``more`` open the engine; ``beside`` is what else decides the
+    verdicts, such as the digest of a baseline. Raise RequestError for a program that is
+    not there.
     """
-    if any(fingerprint is None for fingerprint in engines.values()):
+    who = fingerprint_of(engine, chosen_options(engine, options=options, **more))
+    if who is None:
         return None
     return key_of(
         {
             "verification": level,
             "cases": list(cases),
-            "engines": dict(engines),
+            "engine": dict(who),
             "machine": machine(),
             "packages": versions(*PACKAGES),
             "source": source_digest(),
