@@ -74,11 +74,15 @@ class Plan(Generic[P]):
 
 @dataclass(frozen=True)
 class Study:
-    """How a verification is to be done: how much of it, and how to open another engine by name."""
+    """How a verification is to be done: how much of it, and how to open another engine by name.
+
+    ``missing`` are engines that were asked for and could not be run.
+    """
 
     level: LevelName = "default"
     progress: Progress = silent
     open_engine: Callable[[str], AbstractContextManager[Engine]] | None = None
+    missing: frozenset[str] = frozenset()
 
 
 class Case(ABC, Generic[P]):
@@ -96,6 +100,8 @@ class Case(ABC, Generic[P]):
     template: ClassVar[Template]
     solvers: ClassVar[tuple[str, ...]] = ()
     """Solvers of this package that run it beside engines."""
+    regression: ClassVar[Mapping[str, Tolerance]] = {}
+    """How far a quantity may be from its baseline; ``series`` is the band about every series."""
 
     @property
     def presets(self) -> Mapping[str, P]:
