@@ -74,15 +74,11 @@ class Plan(Generic[P]):
 
 @dataclass(frozen=True)
 class Study:
-    """How a verification is to be done: how much of it, and how to open another engine by name.
-
-    ``missing`` are engines that were asked for and could not be run.
-    """
+    """How a verification is to be done: how much of it, and how to open another engine by name."""
 
     level: LevelName = "default"
     progress: Progress = silent
     open_engine: Callable[[str], AbstractContextManager[Engine]] | None = None
-    missing: frozenset[str] = frozenset()
 
 
 class Case(ABC, Generic[P]):
@@ -100,8 +96,6 @@ class Case(ABC, Generic[P]):
     template: ClassVar[Template]
     solvers: ClassVar[tuple[str, ...]] = ()
     """Solvers of this package that run it beside engines."""
-    regression: ClassVar[Mapping[str, Tolerance]] = {}
-    """How far a quantity may be from its baseline; ``series`` is the band about every series."""
 
     @property
     def presets(self) -> Mapping[str, P]:

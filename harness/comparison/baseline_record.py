@@ -24,9 +24,7 @@ class BaselineRecord:
     """A record, measured now or kept in the baseline; two of the same name are compared.
 
     ``name`` is ``engine/what`` and the path of its file. ``parameters`` is
-    JSON-ready. ``levels`` are the levels of ``verify`` that run it. ``case`` is the name of the
-    case, ``label`` what is told apart within it, in words; records of one ``family`` and engine
-    tell of each other: a failed series says when a number beside it went wrong.
+    JSON-ready. ``levels`` are the levels of ``verify`` that run it.
     """
 
     name: str
@@ -39,9 +37,6 @@ class BaselineRecord:
     script: str = ""
     script_sha256: str = ""
     levels: tuple[str, ...] = ()
-    case: str = ""
-    label: str = ""
-    family: tuple[str, ...] = ()
     series: Series | None = field(default=None, repr=False)
 
     def at(self, level: str, platform: str) -> BaselineRecord:

@@ -18,7 +18,10 @@ ORDER_HEIGHT = 4
 """Height of the tower whose error is measured over a ladder of steps, in those engines."""
 
 LADDER = tuple(250.0 * 2.0 ** (i / 2) for i in range(7))
-"""Steps per contact time over which the order of an error is measured."""
+"""Steps per contact time over which the order of an engine's error is measured."""
+
+OWN_LADDER = tuple(125.0 * 2.0 ** (i / 4) for i in range(25))
+"""Those of RK4, whose errors scatter more: of fourth order but where a contact changes."""
 
 
 @dataclass(frozen=True)
