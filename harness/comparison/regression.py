@@ -187,7 +187,9 @@ def _series(record: BaselineRecord, known: BaselineRecord, note: str, rows: _Row
     diverged = [column for column in columns if not column.holds]
     rows.divergences += diverged
     worst = max(columns, key=_over_band)
-    triage = earliest(diverged)
+    lacking = [f"{Triage.MISSING}: {c.incomplete}" for c in columns if c.incomplete]
+    note = "; ".join(filter(None, [note, *dict.fromkeys(lacking)]))
+    triage = earliest(diverged) or "".join(lacking[:1])
     rows.add(
         Check(
             f"{name}, largest difference of {worst.column}",
