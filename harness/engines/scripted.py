@@ -3,7 +3,7 @@
 To make one, subclass :class:`ScriptedEngine` beside a folder ``templates`` with a file
 ``<template>.<extension>.j2`` for each template of a case that the code can state, and give
 
-- ``name``, ``traits`` (with ``title``, as messages write the name), ``programs`` (names on PATH, the first
+- ``name``, ``traits`` (whose ``title`` messages write), ``programs`` (names on PATH, the first
   that is there is taken), ``extension`` of script files;
 - :meth:`~ScriptedEngine.ask_version`: who the program is, from :meth:`~ScriptedEngine.ask`;
 - :meth:`~ScriptedEngine.command`: the words that run a batch of tasks in a folder;
