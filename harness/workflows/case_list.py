@@ -79,7 +79,8 @@ def _states(engine: str, case: Case[Any]) -> bool:
 def default_of(case: Case[Any]) -> Parameters | None:
     """Return the parameters of a run that sets none, or None where some must be set."""
     try:
-        return case.parameters()
+        found: Parameters = case.default
+        return found
     except RequestError:
         return None
 

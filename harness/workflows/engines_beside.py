@@ -8,10 +8,11 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from harness.cases.contract import Case, Study, failed_part
+from harness.cases.qualification import qualify
 from harness.cases.registry import all_cases
 from harness.comparison.engines import DeclaredEngine
 from harness.comparison.findings import Findings
-from harness.comparison.verdicts import Check, Kind, Verdict
+from harness.comparison.verdicts import Check, Kind
 from harness.engines.contract import Engine
 from harness.engines.registry import engine_class
 from harness.engines.traits import Traits
@@ -107,9 +108,8 @@ class EnginesBeside:
         self.study.progress(f"engine {name}", 0, stages)
         told = declared(name, engine.traits, who)
         checks = version_rows(name, engine.traits, who)
-        qualification = [row for case in self._qualifying for row in self._case(case, engine)]
-        checks += qualification
-        failures = _failures(qualification)
+        failures, rows = self._qualification(engine)
+        checks += rows
         self.found.declared.append(replace(told, unqualified=failures))
         self.study.progress(f"engine {name}", 1, stages)
         if failures:
@@ -119,6 +119,17 @@ class EnginesBeside:
             checks += self._case(case, engine)
             self.study.progress(f"engine {name}", done, stages)
         return checks
+
+    def _qualification(self, engine: Engine) -> tuple[str, list[Check]]:
+        """Return why an engine does not qualify, or nothing, and the rows of its qualification."""
+        try:
+            found = qualify(engine, self._qualifying, self.study)
+        except Exception as error:
+            row = failed_part(f"{engine.name}: qualification", error, kind=Kind.ANALYTIC)
+            return row.note, [row]
+        self.found.findings.setdefault(engine.name, {}).update(found.findings)
+        failures = "" if found.holds else found.failures or "nothing was checked"
+        return failures, list(found.checks)
 
     def _case(self, case: Case[Any], engine: Engine) -> list[Check]:
         """Return the rows of a case in an engine; one that raises is one failed row."""
@@ -162,11 +173,3 @@ class EnginesBeside:
     @property
     def _judging(self) -> list[Case[Any]]:
         return [case for case in self.cases if not case.qualifies]
-
-
-def _failures(rows: Sequence[Check]) -> str:
-    """Return the names of the failed checks of a qualification, without the engine's."""
-    failed = [row.name for row in rows if row.verdict is Verdict.FAIL]
-    if failed:
-        return ", ".join(name.partition(": ")[2] for name in failed)
-    return "" if any(row.verdict is Verdict.PASS for row in rows) else "nothing was checked"
