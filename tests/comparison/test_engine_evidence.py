@@ -1,7 +1,6 @@
 import math
 
 import pytest
-
 from harness.comparison.engine_evidence import Declared, EngineAngle, EngineTower, Rules
 
 RULES = Rules("clipped", "half", "linear")

@@ -3,10 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
+from harness.comparison.evidence import TowerEvidence
 
 from harness.cases.tower.checks import _against_exact
 from harness.cases.tower.run import tower
-from harness.comparison.evidence import TowerEvidence
 from harness.comparison.verdicts import Verdict
 from harness.parameters.tower import Tower
 

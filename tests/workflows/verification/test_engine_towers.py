@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from harness.comparison.engine_evidence import EngineEvidence
+from harness.workflows.verification.other_engines.extent import EXTENTS, FINEST
 
 from harness.cases.tower.engine_checks import tower_checks
-from harness.comparison.engine_evidence import EngineEvidence
 from harness.comparison.verdicts import Verdict
 from harness.errors import EngineCrashError, RequestError
-from harness.workflows.verification.other_engines.extent import EXTENTS, FINEST
 from tests import engine_doubles as doubles
 
 QUICK = EXTENTS["quick"]

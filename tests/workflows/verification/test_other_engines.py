@@ -5,6 +5,9 @@ import math
 from dataclasses import replace
 
 import pytest
+from harness.workflows.verification import verify
+from harness.workflows.verification.other_engines import Asked, asked_engines, engine_checks
+from harness.workflows.verification.other_engines.extent import STATED
 
 from harness.cases.incline.critical_angles import critical_angle
 from harness.cases.incline.engine_angles import microseconds_per_step, same_rules
@@ -17,9 +20,6 @@ from harness.errors import EngineCrashError, RequestError
 from harness.parameters.contact import CLIPPED, PLASTIC
 from harness.report.finite import finite
 from harness.workflows.progress import silent
-from harness.workflows.verification import verify
-from harness.workflows.verification.other_engines import Asked, asked_engines, engine_checks
-from harness.workflows.verification.other_engines.extent import STATED
 from tests import engine_doubles as doubles
 
 

@@ -1,10 +1,10 @@
 """Recorded MFiX beside the reference DEM: which of it is judged at which level."""
 
 import pytest
-
 from harness.comparison.engine_evidence import EngineEvidence
-from harness.comparison.verdicts import Verdict
 from harness.workflows.verification.other_engines.recorded_mfix import recorded_checks
+
+from harness.comparison.verdicts import Verdict
 
 
 @pytest.mark.parametrize(("level", "judged", "coarse"), [("quick", 1, 0), ("full", 6, 3)])
