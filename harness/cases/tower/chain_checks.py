@@ -41,7 +41,10 @@ def _grain_on_one() -> list[Check]:
         ("its impulse, N s", impulse_until(run, end), impulse_on_fixed(*own)),
     ]
     width = tolerances.CLOSED_FORM
-    return [judge(f"chain: {name}", Kind.ANALYTIC, *pair, width) for name, *pair in rows]
+    return [
+        judge(f"chain: {name}", Kind.ANALYTIC, value, expected, width)
+        for name, value, expected in rows
+    ]
 
 
 def _free_chain(particles: int, law: Law) -> Check:

@@ -59,8 +59,9 @@ class EngineTower:
 class CodeEvidence:
     """Runs of one code held against the exact propagator.
 
-    ``who`` is the code as reports write it. ``same_law`` maps a law to comparisons of forces; ``convergence`` are errors over a ladder of
-    steps; ``towers`` are peak forces and impulses of an engine beside the main one.
+    ``who`` is the code as reports write it. ``same_law`` maps a law to comparisons of forces;
+    ``convergence`` are errors over a ladder of steps; ``towers`` are peak forces and impulses of an
+    engine beside the main one.
     """
 
     who: str = ""

@@ -129,10 +129,11 @@ def _towers(own: OwnEvidence) -> Iterator[Drawing]:
         yield Drawing(
             "peak-deformation-error",
             "Error of the peak deformation",
-            "Two free particles by RK4, with the measured orders. The peak is flat: at its time "
-            "the error is that of the energy; read off the largest sample, it is that of the "
-            "sampling, (omega h)^2 / 4. The source's error falls with the stiffness: in contact "
-            "times it does not depend on k, and with one step in seconds it grows.",
+            "Two free particles by RK4, with the measured orders. At the time of the peak the "
+            "order is one higher, since the peak is flat; read off the largest sample, the error "
+            "is that of the sampling, (omega h)^2 / 4. The source's error falls with the "
+            "stiffness: in contact times it does not depend on k, and with one step in seconds it "
+            "grows.",
             lambda: peak_error(own.peak_by_step, own.peak_by_stiffness),
         )
     if own.drifts:
