@@ -91,6 +91,17 @@ class Kept(Line):
         found.published = {"kept": [{"engine": engine.name}]}
         return found
 
+    def recorded(self, study):
+        if "missing" not in study.missing:
+            return {}
+        check = judge("missing (recorded): y", Kind.CROSS_CODE, 6.0, 6.0, NARROW)
+        return {"missing (recorded)": Findings(self.name, "missing (recorded)", [check])}
+
+    def across(self, beside):
+        if len(beside) < 2:
+            return []
+        return [judge(" and ".join(beside), Kind.CROSS_CODE, 1.0, 1.0, NARROW)]
+
     def verify_own(self, study):  # noqa: ARG002
         check = judge("kept: by pencil", Kind.ANALYTIC, 6.0, 6.0, NARROW)
         return Findings(self.name, checks=[check], records=[record(6.0, None)])

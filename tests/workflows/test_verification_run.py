@@ -252,3 +252,23 @@ def test_names_of_engines():
     assert asked_engines(()) == EngineSelection()
     tried = asked_engines("tests.workflows.fakes:Toy")
     assert tried.engines == ("tests.workflows.fakes:Toy",)
+
+
+def test_what_was_recorded_stands_in_for_an_engine_that_is_asked_for_and_missing():
+    found = verified("kept", engines="missing")
+    assert row(found, "missing (recorded): y").verdict is Verdict.PASS
+    assert "missing (recorded)" in found.beside
+    assert not rows(verified("kept", engines="other"), "recorded")
+
+
+def test_engines_are_held_against_one_another_by_the_case():
+    found = verified("kept", engines="toy,other")
+    assert row(found, "toy and other").verdict is Verdict.PASS
+
+
+def test_progress_is_told_engine_by_engine():
+    told = []
+    verified("line", engines="other", progress=lambda *stage: told.append(stage))
+    assert [stage for stage in told if stage[0] == "engine other"] == [
+        ("engine other", done, 2) for done in (0, 1, 2)
+    ]

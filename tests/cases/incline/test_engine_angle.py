@@ -1,7 +1,8 @@
 import math
 
 import pytest
-from harness.comparison.engine_evidence import Declared, EngineAngle, EngineTower, Rules
+
+from harness.cases.incline.engine_angle import EngineAngle, Rules
 
 RULES = Rules("clipped", "half", "linear")
 
@@ -9,6 +10,7 @@ RULES = Rules("clipped", "half", "linear")
 def angle(**changes):
     values = {
         "engine": "yade",
+        "role": "plastic",
         "contact": "plastic",
         "rules": RULES,
         "stiffness": 1e6,
@@ -44,26 +46,3 @@ def test_differences_are_in_full_and_missing_ones_are_nan():
 def test_what_kind_of_evidence_it_is(changes, said):
     assert angle(**changes).evidence == said
     assert angle(**changes).record()["evidence"] == said
-
-
-def test_errors_of_a_tower_are_relative():
-    tower = EngineTower("yade", 4, 1e4, 101.0, 100.0, 1.98, 2.0)
-    assert tower.peak_error == pytest.approx(0.01)
-    assert tower.impulse_error == pytest.approx(-0.01)
-    assert math.isnan(EngineTower("mfix", 4, 1e4, 101.0, 100.0).impulse_error)
-
-
-@pytest.mark.parametrize(
-    ("changes", "standing"),
-    [
-        ({}, "qualified"),
-        ({"missing": "not installed"}, "missing"),
-        ({"unqualified": "free fall"}, "did not qualify"),
-    ],
-)
-def test_the_standing_of_an_engine(changes, standing):
-    declared = Declared(
-        "yade", "1", "executable", "apt install yade", ("1",), "velocity-verlet", ("clipped",),
-        ("full",), "linear", 15, "", (), **changes,
-    )  # fmt: skip
-    assert declared.standing == standing
