@@ -157,6 +157,17 @@ class Case(ABC, Generic[P]):
         """Return the runs of a level that the default :meth:`verify` judges."""
         return ()
 
+    def expected_rows(self, level: LevelName, engine: Engine) -> int:
+        """Return how many rows :meth:`verify` leaves at least; fewer are a failure.
+
+        Of the plans here; 0 where the case does not say.
+        """
+        plans = self.plans(level, engine.traits)
+        refused = [bool(engine.refuses(self.job(plan.parameters))) for plan in plans]
+        return sum(
+            1 if no else len(plan.tolerances) for plan, no in zip(plans, refused, strict=True)
+        )
+
     def verify(self, engine: Engine, study: Study) -> Findings:
         """Run the plans of a level in an engine and judge each quantity against its reference."""
         plans = self.plans(study.level, engine.traits)
