@@ -49,8 +49,7 @@ Programs = Annotated[
     typer.Option(
         "--program",
         metavar="NAME=PATH",
-        help="The executable of an engine (of Kratos a Python that has it); repeat it for "
-        "several.",
+        help="The executable of an engine (of Kratos a Python that has it); repeat it for several.",
         rich_help_panel=_ENGINE,
     ),
 ]
