@@ -74,10 +74,9 @@ def _usage(error: Any) -> int:
     command = error.ctx.command_path if getattr(error, "ctx", None) else "dem-harness"
     message = " ".join(error.format_message().split())
     options = getattr(getattr(error, "param", None), "opts", ())
-    if options:  # a value that is refused: say which
-        given = _given(options[-1])
-        message = error.message.replace("Input should be", "must be")
-        message = f"{options[-1]}{given}: {' '.join(message.split())}"
+    if options and error.message:  # a value that is refused: say which
+        reason = error.message.replace("Input should be", "must be").replace("Value error, ", "")
+        message = f"{options[-1]}{_given(options[-1])}: {' '.join(reason.split())}"
     return _told(f"{message}\nsee {command} --help", int(error.exit_code))
 
 

@@ -28,6 +28,7 @@ def run(
 ) -> None:
     """One run of any case: its parameters, what it measures, and what is expected."""
     from harness.cli.engine_options import named_values, runs_made, value_of
+    from harness.cli.history_records import run_quantities
     from harness.cli.output import print_json
     from harness.cli.recording import recorded
     from harness.workflows.run import run as run_case
@@ -36,7 +37,7 @@ def run(
     with recorded("run") as told, engine.run() as opened:
         found = run_case(case, values, engine=opened)
         record = {**found.record(), **runs_made(opened)}
-        told.engine = record
+        told.engine, told.quantities = record, run_quantities(record, values)
     if json:
         print_json(record)
     else:
