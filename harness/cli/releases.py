@@ -81,7 +81,7 @@ def _record(found: ReleaseMatrix) -> None:
             with recorded("releases") as told:
                 told.status = 3 if column.error or column.errors else 0
                 told.engine = column.provenance.record()
-                told.quantities = case_quantities(column.cases)
+                told.quantities = case_quantities(column.records)
 
 
 def _print(found: ReleaseMatrix, output: Path | None) -> None:
@@ -92,7 +92,7 @@ def _print(found: ReleaseMatrix, output: Path | None) -> None:
     for row in found.rows:
         for column, cell in zip(found.columns, row.cells, strict=True):
             if cell.change == "moved":
-                print(f"moved in {column.release}: {row.case}: {row.quantity}", end=" ")
+                print(f"moved in {column.release}: {row.record}: {row.quantity}", end=" ")
                 print(f"{cell.value!r} {row.unit} ({cell.difference:+.2g}) {cell.note}")
     if output is not None:
         print(f"report: {output / 'report.md'}")

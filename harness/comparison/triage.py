@@ -26,6 +26,8 @@ class Triage(StrEnum):
     NAN = "NaN"
     OUT_OF_TIME = "out of time"
     OUT_OF_MEMORY = "out of memory"
+    HARNESS = "harness error"
+    MISSING = "missing"
     NOT_TESTED = "not tested"
 
 

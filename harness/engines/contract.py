@@ -83,6 +83,11 @@ class Engine(ABC):
     name: ClassVar[str]
     traits: Traits
 
+    @property
+    def title(self) -> str:
+        """Return the engine's name as reports write it."""
+        return self.traits.title or self.name.upper()
+
     @abstractmethod
     def identify(self) -> Provenance:
         """Return version, packages and executable; raise EngineMissingError with the remedy."""
@@ -94,7 +99,8 @@ class Engine(ABC):
         Raise RequestError, before anything runs, for a job that :meth:`refuses` names.
         """
 
-    def states(self, template: Template) -> bool:
+    @classmethod
+    def states(cls, template: Template) -> bool:
         """Return whether the engine can run a template at all: here, whether it has a scene."""
         return template.scene is not None
 
@@ -121,7 +127,35 @@ class Engine(ABC):
         """
         return None
 
-    def inputs(self, templates: Iterable[Template]) -> dict[str, str]:  # noqa: ARG002
+    @classmethod
+    def fingerprint_of(cls, **options: Any) -> Mapping[str, Any] | None:  # noqa: ARG003
+        """Return what :meth:`fingerprint` would, without opening the engine; None: not known.
+
+        Takes what opens the engine. Raise RequestError for a program that is not there.
+        """
+        return None
+
+    @classmethod
+    def twin_options(cls, **options: Any) -> Mapping[str, Any] | None:  # noqa: ARG003
+        """Return what opens another way to run the installation that ``options`` open.
+
+        None where there is no other way.
+        """
+        return None
+
+    def twin(self) -> Engine | None:
+        """Return another way to run the same installation, or None where there is no other.
+
+        Raise EngineMissingError where there is one that is not here. Close it after use.
+        """
+        return None
+
+    def script_digest(self, job: Job) -> str:  # noqa: ARG002
+        """Return a digest of the script that a job runs; empty where the engine takes scenes."""
+        return ""
+
+    @classmethod
+    def inputs(cls, templates: Iterable[Template]) -> dict[str, str]:  # noqa: ARG003
         """Return the generated input files of templates, by their names below ``inputs``."""
         return {}
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 import io
 import json
 import zipfile
-from collections.abc import Mapping
-from pathlib import Path
+from collections.abc import Mapping, Sequence
+from pathlib import Path, PurePosixPath
 from typing import Any
 
-from harness.engines.fingerprints import fingerprint
-from harness.errors import RequestError
+from harness.engines.registry import chosen_options, fingerprint_of
 from harness.store.keys import key_of, machine, source_digest, versions
 
 PACKAGES = ("jinja2", "matplotlib", "numba", "numpy", "pandas", "pydantic", "scipy")
@@ -23,40 +22,32 @@ DECODE_ERRORS = (ValueError, KeyError, zipfile.BadZipFile)
 def verification_key(
     level: str,
     *,
-    engine: str = "lammps",
-    lmp: str | None = None,
-    launcher: str | None = None,
+    cases: Sequence[str],
+    engine: str,
+    options: Mapping[str, Any] | None = None,
     beside: Mapping[str, Any] | None = None,
+    **more: str | None,
 ) -> str | None:
     """Return the key of a verification, or None where an engine cannot be told by its content.
 
-    ``beside`` is what else decides the verdicts, such as the digest of a
-    baseline. Raise RequestError for a program that is not there.
+    ``options`` and ``more`` open the engine; ``beside`` is what else decides the
+    verdicts, such as the digest of a baseline. Raise RequestError for a program that is
+    not there.
     """
-    who = fingerprint(engine, lmp=lmp, launcher=launcher)
-    in_process = lmp is None and launcher is None
-    other = _second_way(engine) if in_process else {}
-    if who is None or other is None:
+    who = fingerprint_of(engine, chosen_options(engine, options=options, **more))
+    if who is None:
         return None
     return key_of(
         {
             "verification": level,
-            "engine": who,
-            "second way": other,
+            "cases": list(cases),
+            "engine": dict(who),
             "machine": machine(),
             "packages": versions(*PACKAGES),
             "source": source_digest(),
             "beside": dict(beside or {}),
         }
     )
-
-
-def _second_way(engine: str) -> Mapping[str, Any] | None:
-    """Return the executable that an in-process run is held against; it may be missing."""
-    try:
-        return fingerprint(engine, lmp="lmp")
-    except RequestError:
-        return {"how": "missing"}
 
 
 def pack(folder: Path, record: Mapping[str, Any]) -> bytes:
@@ -72,14 +63,23 @@ def pack(folder: Path, record: Mapping[str, Any]) -> bytes:
 def unpack(payload: bytes, folder: Path) -> dict[str, Any]:
     """Write a kept report into a new folder and return the record.
 
-    Raise one of :data:`DECODE_ERRORS` when the bytes are not those of a verification.
+    Raise one of :data:`DECODE_ERRORS` when the bytes are not those of a verification, also where
+    a name leads out of the folder; then nothing is written.
     """
     with zipfile.ZipFile(io.BytesIO(payload)) as archive:
         record: dict[str, Any] = json.loads(archive.read(RECORD))
+        names = [name for name in archive.namelist() if name.startswith(REPORT)]
+        paths = {name: _inside(name.removeprefix(REPORT)) for name in names}
         folder.mkdir()
-        for name in archive.namelist():
-            if name.startswith(REPORT):
-                path = folder / name.removeprefix(REPORT)
-                path.parent.mkdir(parents=True, exist_ok=True)
-                path.write_bytes(archive.read(name))
+        for name, path in paths.items():
+            (folder / path).parent.mkdir(parents=True, exist_ok=True)
+            (folder / path).write_bytes(archive.read(name))
     return record
+
+
+def _inside(name: str) -> PurePosixPath:
+    """Return a name as a path; raise ValueError for one that leads out of its folder."""
+    path = PurePosixPath(name)
+    if not path.parts or path.is_absolute() or ".." in path.parts or "\0" in name:
+        raise ValueError(f"{name!r} is no name of a file below the report")
+    return path

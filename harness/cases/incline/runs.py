@@ -12,9 +12,16 @@ from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import Crests, InclineRun, Motion
 from harness.cases.incline.template import Route, job_of
 from harness.engines.contract import Engine, Output
+from harness.engines.output import SERIES
+from harness.engines.scene import STAGES
 from harness.errors import EngineError, EngineOutputError, RequestError
 from harness.observables.trajectory import Trajectory
 from harness.parameters.contact import Spring
+
+TOUCHING = {"0": False, "1": True}
+
+CLOCK = 1e-5
+"""Relative error of a time that is written with six digits."""
 
 
 def run_inclines(
@@ -60,20 +67,20 @@ def read(
     values that are not finite.
     """
     judged = output.has("margin_J")
-    path = None
-    if every is not None or not judged:
-        path = path_in(output.table(COLUMNS))
+    path = path_in(output.table(COLUMNS)) if every is not None or not judged else None
     if judged:
-        return _told(case, output, path, every)
-    assert path is not None
-    found = judge(case, route, path, spring)
+        return _told(case, route, output, path, every)
+    looks = output.table(COLUMNS, name=STAGES if STAGES in output.tables else SERIES)
+    looked = path_in(looks)
+    found = judge(case, route, looked, spring)
     limit = case.time_limit * math.sqrt(case.diameter / case.gravity)
-    if found.motion is Motion.UNDECIDED and path.time_s[-1] < limit * (1.0 - 1e-9) - case.step:
+    if found.motion is Motion.UNDECIDED and looked.time_s[-1] < limit * (1.0 - 1e-9) - case.step:
         raise EngineOutputError(
-            f"{output.who} wrote a path that ends at {path.time_s[-1]:g} s, undecided, before the "
-            f"time limit of {limit:g} s"
+            f"{output.who} wrote a path that ends at {looked.time_s[-1]:g} s, undecided, before "
+            f"the time limit of {limit:g} s"
         )
-    kept = Trajectory(*(column[: found.row + 1] for column in vars(path).values()))
+    if path is not None and STAGES not in output.tables:
+        path = Trajectory(*(column[: found.row + 1] for column in vars(path).values()))
     return InclineRun(
         case=case,
         motion=found.motion,
@@ -81,28 +88,28 @@ def read(
         touching=found.touching,
         crests=found.crests,
         time_s=found.time_s,
-        steps=round(found.time_s / case.step),
+        steps=round(looks["step"][found.row] if "step" in looks else found.time_s / case.step),
         seconds=output.seconds,
         provenance=output.provenance,
-        trajectory=None if every is None else kept,
+        trajectory=None if every is None else path,
     )
 
 
-def _told(case: Incline, output: Output, path: Trajectory | None, every: int | None) -> InclineRun:
+def _told(
+    case: Incline, route: Route, output: Output, path: Trajectory | None, every: int | None
+) -> InclineRun:
     """Return the run whose script judged the grain itself."""
     crests = output.rows("crest", 4)
     steps = round(output.number("steps"))
     try:
-        motion = Motion(output.text("verdict"))
-    except ValueError as error:
+        motion, touching = Motion(output.text("verdict")), TOUCHING[output.text("touching")]
+    except (ValueError, KeyError) as error:
         raise EngineOutputError(f"{output.who} left an incomplete result ({error})") from None
-    if path is not None and every is not None:
-        _complete(path, steps // every + 1, output.who)
-    return InclineRun(
+    run = InclineRun(
         case=case,
         motion=motion,
         margin_J=output.number("margin_J"),
-        touching=output.text("touching") == "1",
+        touching=touching,
         crests=Crests(time_s=crests[:, 1], margin_J=crests[:, 2]),
         time_s=output.number("time_s"),
         steps=steps,
@@ -110,6 +117,28 @@ def _told(case: Incline, output: Output, path: Trajectory | None, every: int | N
         provenance=output.provenance,
         trajectory=path,
     )
+    if path is not None and every is not None:
+        _complete(path, steps // every + 1, output.who)
+    _consistent(run, 1 if route == "passage" else case.wells, crests[:, 0], output.who)
+    return run
+
+
+def _consistent(run: InclineRun, wells: int, numbers: np.ndarray, who: str) -> None:
+    """Raise EngineOutputError for a clock or crests that contradict the rest of the result."""
+    clock = run.steps * run.case.step
+    if abs(run.time_s - clock) > 0.5 * run.case.step + CLOCK * clock:
+        raise EngineOutputError(
+            f"{who} took {run.steps} steps of {run.case.step:g} s and tells of {run.time_s:g} s"
+        )
+    count, times = numbers.size, run.crests.time_s
+    wanted = count == wells if run.motion is Motion.MOVES_ON else count < wells
+    late = count and times[-1] > run.time_s + 0.5 * run.case.step
+    if not wanted or list(numbers) != list(range(1, count + 1)) or np.any(np.diff(times) <= 0.0):
+        raise EngineOutputError(
+            f"{who} tells of a grain that is {run.motion} after {count} crests of {wells}"
+        )
+    if late:
+        raise EngineOutputError(f"{who} passed a crest after the end of its run")
 
 
 def _complete(path: Trajectory, rows: int, who: str) -> None:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Literal
 
 import numpy as np
 
+from harness.cases.incline.judge import judge, path_in
 from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import Motion
 from harness.cases.incline.routes import crest_energy, end_of, margin_offset, start_of
 from harness.engines.contract import Job, Template, Value
+from harness.engines.output import Table
 from harness.engines.scene import Scene, Stage
 from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE, Spring, contact_of, contact_values
 
@@ -109,11 +112,6 @@ def job_of(case: Incline, route: Route, every: int | None = None) -> Job:
     return Job(TEMPLATE, values_of(case, route, every), variant, sampled=every is not None)
 
 
-def _decided(case: Incline, route: Route, spring: Spring):  # type: ignore[no-untyped-def]
-    def decided(table: Mapping[str, Any]) -> bool:
-        from harness.cases.incline.judge import judge, path_in
-        from harness.cases.incline.result import Motion
-
-        return judge(case, route, path_in(table), spring).motion is not Motion.UNDECIDED
-
-    return decided
+def _decided(case: Incline, route: Route, spring: Spring) -> Callable[[Table], bool]:
+    """Return what tells from a path so far whether the outcome is decided."""
+    return lambda table: judge(case, route, path_in(table), spring).motion is not Motion.UNDECIDED
