@@ -95,7 +95,7 @@ def accept(
     if json:
         print_json({**compared.record(), "written": written, "folder": str(target)})
     elif written:
-        print(f"{target}: {len(compared.changes)} cases written")
+        print(f"{target}: {len(compared.changes)} records written")
     elif compared.changes:
         print(f"{target}: nothing written; --yes writes it")
 
@@ -120,7 +120,7 @@ def _agreed(compared: BaselineComparison, target: Path) -> bool:
 
     if sys.stdin is None or not sys.stdin.isatty():
         return False
-    return typer.confirm(f"Write {len(compared.changes)} cases into {target}?")
+    return typer.confirm(f"Write {len(compared.changes)} records into {target}?")
 
 
 def _run(
@@ -148,6 +148,6 @@ def _print_changes(compared: BaselineComparison) -> None:
     if not compared.changes:
         print("the baseline is what would be written")
     for change in compared.changes:
-        print(f"{change.kind}: {change.case.name}")
+        print(f"{change.kind}: {change.measured.name}")
         for line in change.lines:
             print(f"    {line}")
