@@ -137,6 +137,25 @@ def judge_within_uncertainty(
     )
 
 
+def judge_count(name: str, count: int, expected: int) -> Check:
+    """Return the check that a verification left all the rows that its plan has, or more."""
+    holds = count >= expected
+    why = "a count: each row that the plan of the level has is there"
+    return Check(
+        name,
+        Kind.ANALYTIC,
+        "",
+        float(count),
+        float(expected),
+        0.0,
+        0.0,
+        Verdict.PASS if holds else Verdict.FAIL,
+        why,
+        "" if holds else f"{expected - count} rows are missing",
+        "" if holds else Triage.MISSING,
+    )
+
+
 def finding(
     name: str, value: float, expected: float, unit: str, note: str, uncertainty: float = 0.0
 ) -> Check:

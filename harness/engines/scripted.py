@@ -3,7 +3,7 @@
 To make one, subclass :class:`ScriptedEngine` beside a folder ``templates`` with a file
 ``<template>.<extension>.j2`` for each template of a case that the code can state, and give
 
-- ``name``, ``traits`` (with ``title``, as messages write the name), ``programs`` (names on PATH, the first
+- ``name``, ``traits`` (whose ``title`` messages write), ``programs`` (names on PATH, the first
   that is there is taken), ``extension`` of script files;
 - :meth:`~ScriptedEngine.ask_version`: who the program is, from :meth:`~ScriptedEngine.ask`;
 - :meth:`~ScriptedEngine.command`: the words that run a batch of tasks in a folder;
@@ -84,7 +84,6 @@ class ScriptedEngine(ScriptSource):
         self.limits = limits or Limits()
         self.workers = workers or cores()
         self.processes = Processes()
-        self._folder = tempfile.TemporaryDirectory(prefix=FOLDER)
         self._logs: dict[str, str] = {}
 
     # ---- what a subclass gives -------------------------------------------------------------
@@ -223,12 +222,9 @@ class ScriptedEngine(ScriptSource):
         return self.fingerprint_of(program=self.program)
 
     def ask(self, words: Sequence[str], files: Mapping[str, str] = NO_FILES) -> tuple[str, Ended]:
-        """Run a command once, beside these files; return what it says first and how it ended.
-
-        Raise EngineMissingError for one that cannot be started.
-        """
-        folder = self.new_folder()
-        try:
+        """Run a command once, beside these files; return what it says first and how it ended."""
+        with tempfile.TemporaryDirectory(prefix=FOLDER) as home:
+            folder = Path(home)
             for name, text in files.items():
                 (folder / name).write_text(text, encoding="utf-8")
             ended = self.processes.run(
@@ -239,10 +235,6 @@ class ScriptedEngine(ScriptSource):
                 environment=self.environment(folder),
             )
             return first_text(folder / "said", 100_000), ended
-        except OSError as error:
-            raise EngineMissingError(f"{words[0]} does not run: {error}") from None
-        finally:
-            shutil.rmtree(folder, ignore_errors=True)
 
     def run(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         """Run the scripts of jobs, and return their outputs in order."""
@@ -251,12 +243,15 @@ class ScriptedEngine(ScriptSource):
             return []
         self.identify()
         tasks = [self.task(job) for job in jobs]
-        outputs = self.execute(tasks)
-        for task, output in zip(tasks, outputs, strict=True):
+        outputs: list[Output | EngineError] = []
+        for task, output in zip(tasks, self.execute(tasks), strict=True):
+            log = self.headed(task, output.log)
             if isinstance(output, EngineError):
-                output.log = self.headed(task, output.log)
+                output.log = log
+                outputs.append(output)
             else:
-                self._logs.setdefault(task.script.name, self.headed(task, output.log))
+                self._logs.setdefault(task.script.name, log)
+                outputs.append(replace(output, log=log))
         return outputs
 
     def output(self, task: Task, log: str, series: str, seconds: float) -> Output:
@@ -270,6 +265,7 @@ class ScriptedEngine(ScriptSource):
             {SERIES: self.table(series)} if series else {},
             log,
             seconds if told is None else float(told),
+            self.title,
         )
 
     def headed(self, task: Task, log: str) -> str:
@@ -281,6 +277,10 @@ class ScriptedEngine(ScriptSource):
         """Return, for each script, the log of the first run of it that finished."""
         return dict(self._logs)
 
+    @cached_property
+    def _folder(self) -> tempfile.TemporaryDirectory[str]:
+        return tempfile.TemporaryDirectory(prefix=FOLDER)
+
     def new_folder(self) -> Path:
         """Return a fresh folder, removed with the engine at the latest."""
         return Path(tempfile.mkdtemp(dir=self._folder.name))
@@ -288,4 +288,5 @@ class ScriptedEngine(ScriptSource):
     def close(self) -> None:
         """End what runs and remove the temporary files."""
         self.processes.close()
-        self._folder.cleanup()
+        if "_folder" in vars(self):
+            self._folder.cleanup()

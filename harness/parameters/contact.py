@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -43,6 +43,12 @@ class Contact(Parameters):
         if self.restitution is None and self.damping_ratio is None:
             raise ValueError("a contact needs a restitution (0 to 1) or a damping ratio (0 to 100)")
         return self
+
+    def replace(self, **changes: Any) -> Self:
+        """Return a copy with ``changes``; a restitution alone takes the damping ratio's place."""
+        if changes.get("restitution") is not None:
+            changes.setdefault("damping_ratio", None)
+        return super().replace(**changes)
 
     @property
     def zeta(self) -> float:

@@ -24,15 +24,22 @@ def committed() -> Path | None:
 
     Raise RequestError for a checkout whose baseline is missing: nothing would be compared.
     """
-    package = Path(harness.__file__).parent
-    checkout = package.parent / "reports" / "baseline"
-    wheel = package / "store" / "committed" / "baseline"
-    if (package.parent / "pyproject.toml").is_file() and not tables_in(checkout):
+    checkout = checkout_baseline()
+    if checkout is None:
+        wheel = Path(harness.__file__).parent / "store" / "committed" / "baseline"
+        return wheel if tables_in(wheel) else None
+    if not tables_in(checkout):
         raise RequestError(
             f"baseline {checkout}: is missing in this checkout; restore it (git checkout), or "
             "compare with none (--no-baseline)"
         )
-    return next((folder for folder in (checkout, wheel) if tables_in(folder)), None)
+    return checkout
+
+
+def checkout_baseline() -> Path | None:
+    """Return the folder of the baseline of a checkout, also where it is missing; else None."""
+    root = Path(harness.__file__).parent.parent
+    return root / "reports" / "baseline" if (root / "pyproject.toml").is_file() else None
 
 
 def tables_in(folder: Path) -> list[Path]:

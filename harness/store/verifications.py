@@ -34,7 +34,7 @@ def verification_key(
     verdicts, such as the digest of a baseline. Raise RequestError for a program that is
     not there.
     """
-    who = fingerprint_of(engine, chosen_options(engine, options=options, **more))
+    who = fingerprint_of(engine, chosen_options(engine, options={**(options or {}), **more}))
     if who is None:
         return None
     return key_of(

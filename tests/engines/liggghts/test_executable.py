@@ -3,12 +3,13 @@ import time
 from pathlib import Path
 
 import pytest
+from harness.engines.liggghts.scripts import incline_script
 
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import InclineRun, Motion
+from harness.cases.incline.runs import run_inclines
 from harness.engines.liggghts import engine as module
 from harness.engines.liggghts.engine import Liggghts
-from harness.engines.liggghts.scripts import incline_script
 from harness.engines.process import Limits
 from harness.errors import (
     EngineCrashError,
@@ -59,7 +60,7 @@ def fake(script_file):
 )
 def test_each_way_to_fail_has_its_error_and_costs_only_its_own_job(fake, mode, limits, error, said):
     jobs = [GOOD, BAD, GOOD, GOOD, BAD]
-    results = fake(mode, **limits).inclines(jobs, "passage", every=100)
+    results = run_inclines(fake(mode, **limits), jobs, "passage", every=100)
     for result in (results[1], results[4]):
         assert type(result) is error
         assert said in str(result)
@@ -72,7 +73,7 @@ def test_each_way_to_fail_has_its_error_and_costs_only_its_own_job(fake, mode, l
 
 def test_the_log_of_a_run_that_failed_says_what_ran_and_where_it_ended(fake):
     engine = fake("refuse")
-    good, bad = engine.inclines([GOOD, BAD], "passage")
+    good, bad = run_inclines(engine, [GOOD, BAD], "passage")
     assert isinstance(good, InclineRun)
     head, digest, *rest = bad.log.splitlines()
     assert head.startswith("# liggghts -in incline-source.in -var route passage -var angle 13")
@@ -82,7 +83,7 @@ def test_the_log_of_a_run_that_failed_says_what_ran_and_where_it_ended(fake):
 
 def test_logs_leave_out_what_is_said_of_every_stretch(fake, recorded):
     engine = fake("segfault")
-    engine.inclines([GOOD], "passage")
+    run_inclines(engine, [GOOD], "passage")
     (log,) = engine.logs().values()
     assert recorded("passage-moves-on.log").count("for 50 steps") > 10
     assert "for 50 steps" not in log
@@ -91,7 +92,7 @@ def test_logs_leave_out_what_is_said_of_every_stretch(fake, recorded):
 
 def test_hang_ends_at_the_limit_and_leaves_no_process(fake, tmp_path):
     start = time.monotonic()
-    (error,) = fake("hang", seconds=0.3).inclines([BAD], "passage")
+    (error,) = run_inclines(fake("hang", seconds=0.3), [BAD], "passage")
     assert isinstance(error, EngineTimeoutError)
     assert time.monotonic() - start < 10.0
     commands = (path.read_bytes() for path in Path("/proc").glob("[0-9]*/cmdline"))
@@ -101,12 +102,12 @@ def test_hang_ends_at_the_limit_and_leaves_no_process(fake, tmp_path):
 def test_closed_engine_starts_nothing(fake):
     engine = fake("segfault")
     engine.close()
-    (error,) = engine.inclines([GOOD], "passage")
+    (error,) = run_inclines(engine, [GOOD], "passage")
     assert isinstance(error, EngineCrashError)
 
 
 def test_provenance_is_what_the_help_says(fake, tmp_path):
-    (run,) = fake("segfault").inclines([GOOD], "passage")
+    (run,) = run_inclines(fake("segfault"), [GOOD], "passage")
     who = run.provenance
     assert (who.engine, who.engine_version) == ("liggghts", "LIGGGHTS-PUBLIC 3.8.0")
     assert (who.executable, who.how) == (str(tmp_path / "fake-lmp"), "executable")

@@ -5,11 +5,11 @@ import re
 
 import numpy as np
 import pytest
+from harness.engines.lammps.read_tower import read_tower
 
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import Motion
 from harness.engines.lammps.read import error_from_text, read_incline, read_trajectory
-from harness.engines.lammps.read_tower import read_tower
 from harness.errors import (
     EngineInputError,
     EngineLostAtomsError,

@@ -1,10 +1,6 @@
 import re
 
 import pytest
-
-from harness.cases.drop.parameters import Drop
-from harness.cases.incline.parameters import Incline
-from harness.engines.lammps.read import LAST_RESULT
 from harness.engines.lammps.scripts import check_variables, drop_variables, incline_variables
 from harness.engines.lammps.scripts import drop_script as lammps_drop
 from harness.engines.lammps.scripts import incline_script as lammps_incline
@@ -17,6 +13,10 @@ from harness.engines.liggghts.scripts import (
     tower_script,
     tower_variables,
 )
+
+from harness.cases.drop.parameters import Drop
+from harness.cases.incline.parameters import Incline
+from harness.engines.lammps.read import LAST_RESULT
 from harness.errors import RequestError
 from harness.parameters.contact import CONTACTS
 from harness.parameters.tower import Tower

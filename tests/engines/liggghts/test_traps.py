@@ -3,13 +3,13 @@
 import math
 
 import pytest
+from harness.engines.lammps.scripts import Script
+from harness.engines.liggghts.scripts import drop_script
 
 from harness.cases.drop.parameters import Drop
 from harness.cases.drop.qualification import qualify
 from harness.comparison.verdicts import Verdict
-from harness.engines.lammps.scripts import Script
 from harness.engines.liggghts import jobs
-from harness.engines.liggghts.scripts import drop_script
 from harness.errors import EngineInputError
 from harness.parameters.contact import SOURCE, Contact
 

@@ -8,9 +8,8 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from harness.comparison.results import Results
+from harness.comparison.results import SCHEMA, Results, read_published
 from harness.comparison.run_diff import RunDiff, diff_runs
-from harness.comparison.verification import SCHEMA
 from harness.errors import RequestError
 
 FILE = "results.json"
@@ -40,7 +39,7 @@ def read_results(run: str | Path) -> Results:
             "take a newer one"
         )
     try:
-        return Results.model_validate(record)
+        return read_published(record)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         where = ".".join(map(str, first["loc"])) or "the whole"

@@ -7,7 +7,7 @@ import sqlite3
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 from harness.errors import RequestError
 from harness.store import history_query
@@ -85,37 +85,42 @@ _QUANTITY_TYPES = {
 }
 
 
-def history(
-    *,
-    command: str | None = None,
-    engine: str | None = None,
-    engine_version: str | None = None,
-    quantity: str | None = None,
-    since: datetime | str | None = None,
-    verdict: str | None = None,
-    status: int | str | None = None,
-    limit: int | None = None,
-    file: Path | None = None,
-) -> Recorded:
-    """Return the recorded runs that fit, or with ``quantity`` those quantities of them.
+class Wanted(TypedDict, total=False):
+    """What is asked of the history.
 
     ``quantity`` is a pattern as in file names (``*``, ``?``), ``engine_version``
     the beginning of a release, ``since`` a date or time (ISO 8601, local unless
     it has a zone), ``status`` an exit status or ``unfinished``. ``limit`` keeps
-    the newest. Nothing recorded yet is an empty answer. Raise RequestError for
-    what is not allowed, and for a quantity that was never recorded, with the
+    the newest.
+    """
+
+    command: str | None
+    engine: str | None
+    engine_version: str | None
+    quantity: str | None
+    since: datetime | str | None
+    verdict: str | None
+    status: int | str | None
+    limit: int | None
+
+
+def history(file: Path | None = None, **wanted: Unpack[Wanted]) -> Recorded:
+    """Return the recorded runs that fit, or with ``quantity`` those quantities of them.
+
+    :class:`Wanted` says what may be asked. Nothing recorded yet is an empty answer. Raise
+    RequestError for what is not allowed, and for a quantity that was never recorded, with the
     names nearest to it.
     """
-    path = file or history_place().path
+    path, quantity = file or history_place().path, wanted.get("quantity")
     question = HistoryQuery(
-        command=command,
-        engine=engine,
-        engine_version=engine_version,
+        command=wanted.get("command"),
+        engine=wanted.get("engine"),
+        engine_version=wanted.get("engine_version"),
         quantity=quantity,
-        since=_time(since),
-        verdict=_one_of("verdict", verdict, VERDICTS),
-        status=_status(status),
-        limit=_count(limit),
+        since=_time(wanted.get("since")),
+        verdict=_one_of("verdict", wanted.get("verdict"), VERDICTS),
+        status=_status(wanted.get("status")),
+        limit=_count(wanted.get("limit")),
     )
     if not path.is_file():
         return Recorded(path, quantities=() if quantity is not None else None)
@@ -160,7 +165,12 @@ def _time(since: datetime | str | None) -> datetime | None:
         raise RequestError(
             f"--since {since!r}: must be a date or time as 2025-07-22 or 2025-07-22T14:30"
         ) from None
-    return time.astimezone(UTC)
+    try:
+        return time.astimezone(UTC)
+    except (OverflowError, ValueError):
+        raise RequestError(
+            f"--since {str(since)!r}: is beyond the years 1 to 9999 in UTC"
+        ) from None
 
 
 def _one_of(option: str, value: str | None, allowed: tuple[str, ...]) -> str | None:
