@@ -64,7 +64,8 @@ def pytest_collection_modifyitems(
     # what there is to check is known only after a run
     only_listed = config.option.collectonly
     checks = [Whole.from_parent(parent, name="verification")] if only_listed else parent.collect()
-    items.extend(found := list(checks))
+    found: list[pytest.Item | pytest.Collector] = [*checks]
+    items += (item for item in found if isinstance(item, pytest.Item))
     # collection is over: who counts what was collected has not seen these
     report = pytest.CollectReport(parent.nodeid, "passed", None, found)
     config.hook.pytest_collectreport(report=report)

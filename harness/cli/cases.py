@@ -8,7 +8,7 @@ from harness.cli.options import Json
 def cases(json: Json = False) -> None:
     """List the cases: what each simulates, its quantities, and the engines that state it."""
     from harness.cli.output import print_json, print_wrapped
-    from harness.workflows.cases import cases as ask
+    from harness.workflows import cases as ask
 
     found = [case.record() for case in ask()]
     if json:

@@ -254,16 +254,6 @@ def _settings(texts: Iterable[str]) -> dict[str, dict[str, str]]:
     return found
 
 
-def value_of(text: str) -> str | int | float | bool:
-    """Return a number or truth value where a text is one, else the text."""
-    if text.lower() in ("true", "false"):
-        return text.lower() == "true"
-    for kind in (int, float):
-        with contextlib.suppress(ValueError):
-            return kind(text)
-    return text
-
-
 def _check_launcher(command: str | None) -> None:
     import shlex
 

@@ -21,7 +21,7 @@ def engines(where: WhereOptions, json: Json = False) -> None:
     """Which engines are here, in which version, how they are run, and why one is missing."""
     from harness.cli.output import print_json
     from harness.report.plain import one_line
-    from harness.workflows.status import engines as ask
+    from harness.workflows import engines as ask
 
     programs = named_values(where.program or (), "--program")
     found = ask(lmp=where.lmp, launcher=where.mpirun, programs=programs)

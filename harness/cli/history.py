@@ -15,7 +15,7 @@ from harness.cli.options import Json
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from harness.workflows.history import Recorded
+    from harness.workflows.history_search import Recorded
 
 SHOWN = 30
 LONGEST = 56
@@ -84,7 +84,7 @@ class SearchOptions:
         Raise RequestError for a date that no clock shows.
         """
         from harness.errors import RequestError
-        from harness.workflows.history import history as ask
+        from harness.workflows import history as ask
 
         try:
             return ask(

@@ -51,7 +51,7 @@ def releases(
     from harness.cli.progress import progress_bars
     from harness.cli.recording import recorded
     from harness.report.target import check_folder
-    from harness.workflows.releases import releases as compare
+    from harness.workflows import releases as compare
 
     if output is not None:
         check_folder(output)

@@ -139,6 +139,8 @@ def _print(record: dict[str, object]) -> None:
     from rich.table import Table
 
     table = Table(show_header=False, box=None)
+    table.add_column(no_wrap=True)
+    table.add_column(overflow="fold")
     for name, value in record.items():
         if isinstance(value, list):
             shown = " ".join(_short(item) for item in value[:MOST_SHOWN])

@@ -192,8 +192,8 @@ def _measured(
     from harness.cli.progress import progress_bars
     from harness.report.folder import write
     from harness.store.verifications import pack
+    from harness.workflows import sections
     from harness.workflows import verify as verify_with
-    from harness.workflows.report_sections import sections
     from harness.workflows.request import chosen_baseline
 
     beside = engine.without_launcher()
