@@ -5,7 +5,7 @@ import pytest
 from harness.reproduction.claims import (
     Ledger,
     Source,
-    Standing,
+    ClaimStatus,
     Width,
     claim,
     compare,
@@ -18,16 +18,16 @@ WIDTH = Width(0.005, "deg", "half the last digit printed")
 
 
 @pytest.mark.parametrize(
-    ("printed", "corrected", "standing"),
+    ("printed", "corrected", "status"),
     [
-        (10.21, math.nan, Standing.REPRODUCED),
-        (13.87, 10.208, Standing.CORRECTED),
-        (13.87, math.nan, Standing.NOT_REPRODUCED),
-        (13.87, 10.5, Standing.NOT_REPRODUCED),
-        (math.nan, math.nan, Standing.NOT_REPRODUCED),
+        (10.21, math.nan, ClaimStatus.REPRODUCED),
+        (13.87, 10.208, ClaimStatus.CORRECTED),
+        (13.87, math.nan, ClaimStatus.NOT_REPRODUCED),
+        (13.87, 10.5, ClaimStatus.NOT_REPRODUCED),
+        (math.nan, math.nan, ClaimStatus.NOT_REPRODUCED),
     ],
 )
-def test_the_standing_follows_from_the_numbers(printed, corrected, standing):
+def test_the_status_follows_from_the_numbers(printed, corrected, status):
     row = compare(
         SOURCE,
         printed=printed,
@@ -37,29 +37,29 @@ def test_the_standing_follows_from_the_numbers(printed, corrected, standing):
         corrected=corrected,
         correction="theta/2",
     )
-    assert row.standing is standing
-    assert bool(row.correction) == (standing is not Standing.REPRODUCED)
+    assert row.status is status
+    assert bool(row.correction) == (status is not ClaimStatus.REPRODUCED)
 
 
 @pytest.mark.parametrize(
-    ("holds", "corrected", "standing"),
+    ("holds", "corrected", "status"),
     [
-        (True, False, Standing.REPRODUCED),
-        (False, True, Standing.CORRECTED),
-        (False, False, Standing.NOT_REPRODUCED),
+        (True, False, ClaimStatus.REPRODUCED),
+        (False, True, ClaimStatus.CORRECTED),
+        (False, False, ClaimStatus.NOT_REPRODUCED),
     ],
 )
-def test_a_claim_in_words(holds, corrected, standing):
+def test_a_claim_in_words(holds, corrected, status):
     row = claim(SOURCE, holds=holds, computed="", corrected_holds=corrected, correction="c")
-    assert row.standing is standing
+    assert row.status is status
     assert bool(row.correction) == (not holds)
 
 
 def test_ledger_as_a_table():
     ledger = Ledger((untestable(SOURCE, "the points are not published"),))
-    assert ledger.count(Standing.UNTESTABLE) == 1
+    assert ledger.count(ClaimStatus.UNTESTABLE) == 1
     frame = ledger.frame()
-    assert list(frame.columns[:4]) == ["key", "where", "says", "standing"]
+    assert list(frame.columns[:4]) == ["key", "where", "says", "status"]
     assert frame["why"][0] == "the points are not published"
     assert ledger["eq-6"].source is SOURCE
     with pytest.raises(KeyError):
@@ -73,17 +73,17 @@ def test_a_key_stands_once():
 
 
 @pytest.mark.parametrize(
-    ("corrected", "standing"),
+    ("corrected", "status"),
     [
-        ([1.0, 2.0, 3.0], Standing.CORRECTED),
+        ([1.0, 2.0, 3.0], ClaimStatus.CORRECTED),
         (
             [1.1, 2.0, 3.0],
-            Standing.NOT_REPRODUCED,
+            ClaimStatus.NOT_REPRODUCED,
         ),  # right where the formula is worst, not all over
-        (None, Standing.NOT_REPRODUCED),
+        (None, ClaimStatus.NOT_REPRODUCED),
     ],
 )
-def test_a_formula_must_hold_at_every_sample(corrected, standing):
+def test_a_formula_must_hold_at_every_sample(corrected, status):
     row = compare_everywhere(
         SOURCE,
         printed=[1.0, 2.5, 3.1],
@@ -93,7 +93,7 @@ def test_a_formula_must_hold_at_every_sample(corrected, standing):
         corrected=corrected,
         correction="c",
     )
-    assert row.standing is standing
+    assert row.status is status
     assert (row.printed, row.found) == (2.5, 2.0)
 
 
@@ -101,5 +101,5 @@ def test_a_sample_without_a_number_is_the_worst():
     row = compare_everywhere(
         SOURCE, printed=[1.0, math.nan], found=[1.0, 2.0], width=WIDTH, computed=""
     )
-    assert row.standing is Standing.NOT_REPRODUCED
+    assert row.status is ClaimStatus.NOT_REPRODUCED
     assert row.found == 2.0

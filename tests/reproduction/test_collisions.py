@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from harness.reproduction import collisions
-from harness.reproduction.claims import Standing
+from harness.reproduction.claims import ClaimStatus
 from harness.theory.free_chain import final_velocities
 from harness.theory.two_spheres import peak_force_on_fixed, peak_overlap
 
@@ -16,7 +16,7 @@ def two_and_three():
 
 def test_the_runs_last_until_all_have_parted(two_and_three):
     runs, statement = two_and_three
-    assert statement.standing is Standing.REPRODUCED
+    assert statement.status is ClaimStatus.REPRODUCED
     for run in runs:
         assert run.contacts[-1] == 0
         expected = run.tower.speed * final_velocities(run.tower.particles, deformable=True)
@@ -34,13 +34,13 @@ def test_another_mass_does_not_exchange(monkeypatch):
     """A perturbed constant changes the verdict."""
     monkeypatch.setattr(collisions, "PAIR", collisions.PAIR.replace(gravity=9.81, base="fixed"))
     statement = collisions.two_and_three_particles()[1]
-    assert statement.standing is Standing.NOT_REPRODUCED
+    assert statement.status is ClaimStatus.NOT_REPRODUCED
     assert "Does not agree: of two particles the grain ends at" in statement.computed
 
 
 def test_error_against_stiffness():
     curves, statement = collisions.error_against_stiffness()
-    assert statement.standing is Standing.NOT_REPRODUCED
+    assert statement.status is ClaimStatus.NOT_REPRODUCED
     # a sample is half a step off the top at most; RK4 itself errs by less than 1e-6 here
     bound = 1 - math.cos(math.pi / 50 / math.sqrt(2))
     assert max(curves[collisions.SCALED_STEP][1]) <= bound + 1e-6
@@ -63,7 +63,7 @@ def test_an_error_that_falls_below_half_a_per_cent_is_reproduced(monkeypatch):
 
     monkeypatch.setattr(collisions, "error_over_stiffness", falling)
     statement = collisions.error_against_stiffness()[1]
-    assert statement.standing is Standing.REPRODUCED
+    assert statement.status is ClaimStatus.REPRODUCED
     assert "Does not agree" not in statement.computed
 
 
@@ -72,4 +72,4 @@ def test_an_error_that_falls_too_late_is_not(monkeypatch):
         return stiffnesses, [100.0 / k for k in stiffnesses]
 
     monkeypatch.setattr(collisions, "error_over_stiffness", falling)
-    assert collisions.error_against_stiffness()[1].standing is Standing.NOT_REPRODUCED
+    assert collisions.error_against_stiffness()[1].status is ClaimStatus.NOT_REPRODUCED

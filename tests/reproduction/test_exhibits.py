@@ -1,8 +1,8 @@
 import pytest
 
 from harness.observables.reference import ReferencePoints
-from harness.reproduction.claims import Ledger, Standing
-from harness.reproduction.compute_figure_data import exhibits
+from harness.reproduction.claims import Ledger, ClaimStatus
+from harness.reproduction.figure_data.compute import exhibits
 from harness.reproduction.source_figures import FIGURES
 
 
@@ -17,7 +17,7 @@ def test_one_statement_a_figure_in_the_order_of_the_source(found):
     Ledger(found.statements)
     for statement in found.statements:
         assert statement.computed
-        if statement.standing is Standing.UNTESTABLE:
+        if statement.status is ClaimStatus.UNTESTABLE:
             assert statement.why
         else:
             assert statement.computed.startswith(("Agrees: ", "Does not agree: "))
@@ -35,5 +35,5 @@ def test_progress_and_the_users_points():
     assert [done for _, done, _ in heard] == list(range(1, heard[0][2] + 1))
     assert found.motions == ()
     assert found.heights.reference is points
-    assert found.statements[0].standing is Standing.REPRODUCED
+    assert found.statements[0].status is ClaimStatus.REPRODUCED
     assert "made-up.csv" in found.statements[10].computed

@@ -5,8 +5,8 @@ import pytest
 from harness.cases.tower.impulse_angles import READINGS, angle_from_impulse_ratio, impulse_angles
 from harness.observables.reference import PEYNEAU_ROUX, ReferencePoints
 from harness.reproduction import heights, window_choice
-from harness.reproduction.claims import Standing
-from harness.reproduction.height_curves import curves
+from harness.reproduction.claims import ClaimStatus
+from harness.reproduction.figure_data.height_curves import curves
 
 POINTS = ReferencePoints("made-up.csv", (12.0, 2.0), (6.5, 9.0))
 
@@ -45,20 +45,20 @@ def test_where_a_curve_levels_off_and_what_disturbs_it():
 
 
 @pytest.mark.parametrize(
-    ("runs", "standing"),
+    ("runs", "status"),
     [
-        ({"k1e5": FALLING}, Standing.REPRODUCED),
-        ({"k1e5": FALLING, "k1e6": RISING}, Standing.CORRECTED),
-        ({"k1e5": RISING}, Standing.NOT_REPRODUCED),
-        ({"k1e5": LATE}, Standing.NOT_REPRODUCED),
-        ({"k1e5": [1.0, 0.9, 0.85, 0.85]}, Standing.NOT_REPRODUCED),
-        ({"k1e5": [1.0, 1.0, 1.0]}, Standing.NOT_REPRODUCED),
+        ({"k1e5": FALLING}, ClaimStatus.REPRODUCED),
+        ({"k1e5": FALLING, "k1e6": RISING}, ClaimStatus.CORRECTED),
+        ({"k1e5": RISING}, ClaimStatus.NOT_REPRODUCED),
+        ({"k1e5": LATE}, ClaimStatus.NOT_REPRODUCED),
+        ({"k1e5": [1.0, 0.9, 0.85, 0.85]}, ClaimStatus.NOT_REPRODUCED),
+        ({"k1e5": [1.0, 1.0, 1.0]}, ClaimStatus.NOT_REPRODUCED),
     ],
 )
-def test_the_standing_of_alpha_follows_from_the_table(runs, standing):
+def test_the_status_of_alpha_follows_from_the_table(runs, status):
     statement = heights.impulse_ratio(table(**runs))
-    assert statement.standing is standing
-    assert bool(statement.correction) == (standing is not Standing.REPRODUCED)
+    assert statement.status is status
+    assert bool(statement.correction) == (status is not ClaimStatus.REPRODUCED)
 
 
 @pytest.fixture(scope="module")
@@ -68,7 +68,7 @@ def frame():
 
 def test_alpha_of_the_six_runs(frame):
     statement = heights.impulse_ratio(frame)
-    assert statement.standing is Standing.CORRECTED
+    assert statement.status is ClaimStatus.CORRECTED
     assert "k = 1e5 N/m, 2 m/s: rises by 0.16 on its way" in statement.computed
     assert "5 of 6 runs fall and are level from n = 4 on" in statement.computed
 
@@ -85,27 +85,27 @@ def test_angles_with_and_without_points(frame):
 
 
 @pytest.mark.parametrize(
-    ("points", "standing"),
+    ("points", "status"),
     [
-        (None, Standing.UNTESTABLE),
-        (POINTS, Standing.REPRODUCED),
-        (ReferencePoints("r.csv", (1.0, 5.0), (5.0, 9.0)), Standing.NOT_REPRODUCED),
+        (None, ClaimStatus.UNTESTABLE),
+        (POINTS, ClaimStatus.REPRODUCED),
+        (ReferencePoints("r.csv", (1.0, 5.0), (5.0, 9.0)), ClaimStatus.NOT_REPRODUCED),
     ],
 )
-def test_measured_layers_are_tested_with_the_users_points_only(points, standing):
+def test_measured_layers_are_tested_with_the_users_points_only(points, status):
     statement = heights.thin_layers(points)
-    assert statement.standing is standing
+    assert statement.status is status
     assert f"{PEYNEAU_ROUX.value_deg}" in statement.computed
 
 
 def test_energy_scaling(monkeypatch):
     scaling, statement = heights.energy_scaling()
-    assert statement.standing is Standing.REPRODUCED
+    assert statement.status is ClaimStatus.REPRODUCED
     at_ten = scaling.set_index("height")["critical_angle_lost_deg"][10]
     assert f"to {at_ten:.2f} deg at 10" in statement.computed
     flat = scaling.assign(critical_angle_lost_deg=6.0)
     monkeypatch.setattr(heights, "energy_scaling_angles", lambda: flat)
-    assert heights.energy_scaling()[1].standing is Standing.NOT_REPRODUCED
+    assert heights.energy_scaling()[1].status is ClaimStatus.NOT_REPRODUCED
 
 
 @pytest.fixture(scope="module")
@@ -115,7 +115,7 @@ def structure():
 
 def test_the_structure_window_exists_for_short_towers_only(structure):
     frame, statement = structure
-    assert statement.standing is Standing.CORRECTED
+    assert statement.status is ClaimStatus.CORRECTED
     exists = frame.dropna().groupby(["law", "held"])["height"].apply(list)
     assert exists["deformable", window_choice.LITERAL] == [1, 2, 3, 4]
     assert exists["overlap", window_choice.LITERAL] == [1, 2, 3]
@@ -138,12 +138,12 @@ def test_the_literal_structure_window_is_that_of_the_impulse_table(structure):
 
 def test_with_shorter_towers_the_literal_window_would_do(monkeypatch):
     monkeypatch.setattr(window_choice, "HEIGHTS", range(1, 4))
-    assert window_choice.structure_window()[1].standing is Standing.REPRODUCED
+    assert window_choice.structure_window()[1].status is ClaimStatus.REPRODUCED
 
 
 def test_window_selection(monkeypatch):
     choices, statement = window_choice.window_selection()
-    assert statement.standing is Standing.REPRODUCED
+    assert statement.status is ClaimStatus.REPRODUCED
     for choice in choices:
         run = choice.run
         sampled = run.time_over_t0[int(run.compression.argmax())]
@@ -152,4 +152,4 @@ def test_window_selection(monkeypatch):
     assert [c.run.tower.particles for c in choices] == [3, 4]
     assert "3 particles are compressed most at 1.147 t0" in statement.computed
     monkeypatch.setattr(window_choice, "SEARCH", 1.0)
-    assert window_choice.window_selection()[1].standing is Standing.NOT_REPRODUCED
+    assert window_choice.window_selection()[1].status is ClaimStatus.NOT_REPRODUCED

@@ -8,8 +8,8 @@ import pytest
 from harness.cases.incline.result import Motion
 from harness.errors import EngineCrashError
 from harness.parameters.tower import Tower
-from harness.reproduction.motion_sentences import contact_changes
-from harness.reproduction.motions import FREE, motions, row_motion
+from harness.reproduction.movies.sentences import contact_changes
+from harness.reproduction.movies.compute import FREE, motions, row_motion
 
 
 @pytest.fixture(scope="module")

@@ -2,14 +2,14 @@ import numpy as np
 import pytest
 
 from harness.reproduction import schematics
-from harness.reproduction.claims import Standing
+from harness.reproduction.claims import ClaimStatus
 from harness.theory import energy_map, geometry
 from harness.theory.critical_angle import critical_angle
 
 
 def test_quartier_system_to_scale():
     system, statement = schematics.quartier()
-    assert statement.standing is Standing.REPRODUCED
+    assert statement.status is ClaimStatus.REPRODUCED
     assert "10.2078 deg" in statement.computed
     assert system.angle_deg == critical_angle()
     heights = {name: at[1] for name, at in system.grains.items()}
@@ -23,13 +23,13 @@ def test_another_well_is_not_reproduced(monkeypatch):
     depth = energy_map.well_depth
     monkeypatch.setattr(energy_map, "well_depth", lambda angle: 1.001 * depth(angle))
     statement = schematics.quartier()[1]
-    assert statement.standing is Standing.NOT_REPRODUCED
+    assert statement.status is ClaimStatus.NOT_REPRODUCED
     assert "Does not agree: the source's expressions" in statement.computed
 
 
 def test_force_diagrams():
     (before, after), statement = schematics.force_diagrams()
-    assert statement.standing is Standing.REPRODUCED
+    assert statement.status is ClaimStatus.REPRODUCED
     assert before.velocity_before is None
     assert after.velocity_before == pytest.approx(before.velocity)
     assert before.touched == pytest.approx(after.other)
@@ -42,13 +42,13 @@ def test_flight_before_the_shock_is_not_constant_contact(monkeypatch):
     """Above the bound of flight the contact would have to pull."""
     monkeypatch.setattr(schematics, "critical_angle", lambda: 16.0)
     statement = schematics.force_diagrams()[1]
-    assert statement.standing is Standing.NOT_REPRODUCED
+    assert statement.status is ClaimStatus.NOT_REPRODUCED
     assert "Does not agree: the contact force is -0." in statement.computed
 
 
 def test_layers():
     (upright, packed), statement = schematics.layers()
-    assert statement.standing is Standing.CORRECTED
+    assert statement.status is ClaimStatus.CORRECTED
     assert len(upright.chain) == 1
     assert len(packed.chain) == schematics.LAYERS + 1
     assert upright.height == schematics.LAYERS
@@ -59,4 +59,4 @@ def test_layers():
 
 def test_layers_without_any_chain_are_not_reproduced(monkeypatch):
     monkeypatch.setattr(geometry, "close_packed", geometry.towers)
-    assert schematics.layers()[1].standing is Standing.NOT_REPRODUCED
+    assert schematics.layers()[1].status is ClaimStatus.NOT_REPRODUCED

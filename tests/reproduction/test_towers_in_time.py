@@ -7,7 +7,7 @@ from harness.cases.tower.run import tower
 from harness.observables.significant_contacts import significant_contacts
 from harness.parameters.tower import Tower
 from harness.reproduction import collapse, separation, towers_in_time
-from harness.reproduction.claims import Standing
+from harness.reproduction.claims import ClaimStatus
 
 
 @pytest.fixture(scope="module")
@@ -18,7 +18,7 @@ def found():
 def test_the_story_of_three_particles(found):
     """By another solver, and against the numbers of the source's own law."""
     evidence, (statement, _) = found
-    assert statement.standing is Standing.REPRODUCED
+    assert statement.status is ClaimStatus.REPRODUCED
     told = towers_in_time.story(evidence.shown[1])
     assert list(told.values()) == pytest.approx([0.424, 0.607, 0.990, 1.573], abs=1e-3)
     rk4 = tower(Tower(height=2), solver="rk4", profiles=True)
@@ -30,7 +30,7 @@ def test_the_story_of_the_overlap_law_is_another(monkeypatch):
     """A perturbed law changes the verdict."""
     monkeypatch.setattr(towers_in_time, "Tower", lambda height: Tower(height=height, law="overlap"))
     _, (statement, _) = towers_in_time.towers_in_time()
-    assert statement.standing is Standing.NOT_REPRODUCED
+    assert statement.status is ClaimStatus.NOT_REPRODUCED
     assert "Does not agree: the third joins at 0.00 t0 (source 0.5)" in statement.computed
 
 
@@ -53,7 +53,7 @@ def test_the_largest_force_is_that_of_all_heights(found):
 
 def test_the_base_is_felt_later_in_longer_chains(found):
     evidence, (_, statement) = found
-    assert statement.standing is Standing.REPRODUCED
+    assert statement.status is ClaimStatus.REPRODUCED
     assert list(evidence.base_felt[:3]) == sorted(evidence.base_felt[:3])
     assert evidence.base_felt[3] == math.inf
 
@@ -70,7 +70,7 @@ def test_a_base_that_is_felt_in_20_particles_changes_the_verdict(found):
     evidence, _ = found
     felt = (*evidence.base_felt[:3], 1.4)
     statement = separation.separation(evidence.separated, felt)
-    assert statement.standing is Standing.NOT_REPRODUCED
+    assert statement.status is ClaimStatus.NOT_REPRODUCED
     assert "20 particles at 1.40 t0" in statement.computed
 
 
@@ -82,7 +82,7 @@ def test_a_run_does_not_differ_from_itself(found):
 
 def test_collapse():
     runs, statement = collapse.collapse()
-    assert statement.standing is Standing.REPRODUCED
+    assert statement.status is ClaimStatus.REPRODUCED
     assert [run.tower.each("stiffness")[0] for run in runs] == [1e5, 1e6, 1e7]
 
 
@@ -92,9 +92,9 @@ def test_without_gravity_the_collapse_is_exact_and_of_other_heights_there_is_non
         return tower(case, solver="exact", profiles=True)
 
     bare = collapse.judged((run(9, 1e5, 0.0), run(9, 1e6, 0.0)))
-    assert bare.standing is Standing.REPRODUCED
+    assert bare.status is ClaimStatus.REPRODUCED
     left = float(bare.computed.rsplit("neighbours is ", 1)[1].removesuffix(" %."))
     # t0 is the same half-wave for both, so only the grids' rounding is left
     assert left < 1e-3
     mixed = collapse.judged((run(9, 1e5, 9.81), run(1, 1e6, 9.81)))
-    assert mixed.standing is Standing.NOT_REPRODUCED
+    assert mixed.status is ClaimStatus.NOT_REPRODUCED

@@ -7,9 +7,9 @@ from harness.cases.incline.result import Crests, InclineRun, Motion
 from harness.errors import EngineCrashError
 from harness.observables.provenance import Provenance
 from harness.observables.trajectory import Trajectory
-from harness.reproduction.claims import Standing
-from harness.reproduction.recorded_motion import as_series, recorded_motions, turns_back
-from harness.reproduction.velocity_series import ANGLES_DEG, judged, velocity_series
+from harness.reproduction.claims import ClaimStatus
+from harness.reproduction.figure_data.recorded_motion import as_series, recorded_motions, turns_back
+from harness.reproduction.figure_data.velocity_series import ANGLES_DEG, judged, velocity_series
 
 RECORDED = recorded_motions()
 
@@ -64,19 +64,19 @@ def test_series_of_the_recorded_runs_in_order():
 
 
 @pytest.mark.parametrize(
-    ("fates", "keys", "standing"),
+    ("fates", "keys", "status"),
     [
-        ((Motion.TRAPPED, Motion.MOVES_ON), [(500, 10.2), (500, 10.22)], Standing.REPRODUCED),
-        ((Motion.TRAPPED, Motion.MOVES_ON), list(RECORDED), Standing.CORRECTED),
-        ((Motion.MOVES_ON, Motion.MOVES_ON), list(RECORDED), Standing.NOT_REPRODUCED),
-        ((Motion.TRAPPED, Motion.TRAPPED), [(500, 10.22)], Standing.NOT_REPRODUCED),
-        ((Motion.TRAPPED, Motion.MOVES_ON), [], Standing.REPRODUCED),
+        ((Motion.TRAPPED, Motion.MOVES_ON), [(500, 10.2), (500, 10.22)], ClaimStatus.REPRODUCED),
+        ((Motion.TRAPPED, Motion.MOVES_ON), list(RECORDED), ClaimStatus.CORRECTED),
+        ((Motion.MOVES_ON, Motion.MOVES_ON), list(RECORDED), ClaimStatus.NOT_REPRODUCED),
+        ((Motion.TRAPPED, Motion.TRAPPED), [(500, 10.22)], ClaimStatus.NOT_REPRODUCED),
+        ((Motion.TRAPPED, Motion.MOVES_ON), [], ClaimStatus.REPRODUCED),
     ],
 )
-def test_the_standing_follows_from_the_fates(fates, keys, standing):
+def test_the_status_follows_from_the_fates(fates, keys, status):
     engine = Engine(fates)
     motions, statement = velocity_series(engine, {key: RECORDED[key] for key in keys})
-    assert statement.standing is standing
+    assert statement.status is status
     assert [case.angle for case in engine.cases] == list(ANGLES_DEG)
     assert len(motions) == 2 + len(keys)
     if keys == list(RECORDED):
@@ -89,7 +89,7 @@ def test_a_fine_step_that_disagrees_is_no_matter_of_the_step():
     series = as_series(RECORDED)
     own = [dataclasses.replace(s, code="LAMMPS, 50 steps") for s in series[:2]]
     series[1] = dataclasses.replace(series[1], moving=False)
-    assert judged(own, series).standing is Standing.NOT_REPRODUCED
+    assert judged(own, series).status is ClaimStatus.NOT_REPRODUCED
 
 
 @pytest.mark.parametrize(
@@ -98,7 +98,7 @@ def test_a_fine_step_that_disagrees_is_no_matter_of_the_step():
 )
 def test_without_an_engine_the_recorded_runs_stand_alone(engine, why):
     motions, statement = velocity_series(engine, RECORDED)
-    assert statement.standing is Standing.UNTESTABLE
+    assert statement.status is ClaimStatus.UNTESTABLE
     assert why in statement.why
     assert len(motions) == len(RECORDED)
 
@@ -111,4 +111,4 @@ def test_lammps_changes_its_fate_between_the_two_angles():
     with open_engine() as engine:
         motions, statement = velocity_series(engine, RECORDED)
     assert [s.moving for s in motions[:2]] == [False, True]
-    assert statement.standing is Standing.CORRECTED
+    assert statement.status is ClaimStatus.CORRECTED

@@ -11,7 +11,7 @@ from harness.report.figures.style import BLACK, COLOURS, MARKERS, STYLES, label,
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from harness.reproduction.findings_tables import Findings
+    from harness.reproduction.findings.tables import Findings
 
 
 def angle_against_mfix_step(findings: Findings) -> Figure:

@@ -8,7 +8,7 @@ from itertools import groupby
 from matplotlib.figure import Figure
 
 from harness.report.figures.style import BLUE, ORANGE
-from harness.reproduction.figure_data import VelocitySeries
+from harness.reproduction.figure_data.velocity_series import VelocitySeries
 
 _LOOKS = ((ORANGE, "--"), (BLUE, "-"))
 """Trapped, and moving on."""
@@ -16,7 +16,7 @@ _LOOKS = ((ORANGE, "--"), (BLUE, "-"))
 
 def velocity_series(motions: Sequence[VelocitySeries]) -> Figure:
     """Draw speed against time, a panel a code and step, an angle a line."""
-    groups = [(code, list(part)) for code, part in groupby(motions, lambda series: series.code)]
+    groups = [(code, list(part)) for code, part in groupby(motions, lambda series: series.label)]
     figure = Figure(figsize=(8.0, 1.2 + 1.75 * len(groups)))
     panels = figure.subplots(len(groups), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
     for axes, (code, part) in zip(panels, groups, strict=True):

@@ -6,7 +6,7 @@ from harness.engines.contract import Engine
 from harness.reproduction.findings.heights import heights_table
 from harness.reproduction.findings.mfix_scheme import angles_without_step, mfix_table
 from harness.reproduction.findings.restitution import restitution_table
-from harness.reproduction.findings_tables import Findings
+from harness.reproduction.findings.tables import Findings
 from harness.theory.critical_angle import critical_angle
 from harness.workflows.progress import Progress, silent
 

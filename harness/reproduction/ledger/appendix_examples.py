@@ -6,16 +6,9 @@ import numpy as np
 from scipy.optimize import brentq
 
 from harness.reproduction import as_printed
-from harness.reproduction.claims import Source, Statement, claim, compare_everywhere
-from harness.reproduction.ledger.samples import (
-    RADIUS,
-    Floats,
-    touching_chains,
-)
-from harness.reproduction.ledger.widths import round_off
-
-_LAW = ("tests/chain/test_contact_solvers.py",)
-_PLACE = "Appendix A, boundaries within a chain"
+from harness.reproduction.claims import Statement, claim, compare
+from harness.reproduction.ledger.samples import RADIUS, Floats, touching_chains
+from harness.reproduction.source import SOURCES
 
 
 def from_first(centres: Floats, first: float) -> Floats:
@@ -41,40 +34,27 @@ def lengths() -> list[Statement]:
     even = [change[n] for n in change if n % 2 == 0]
     triple = touching_chains(50, (3,))
     return [
-        compare_everywhere(
-            Source("eq-chain-length", _PLACE, "b_3 - b_0 = 2x_3 - 2x_2 + 2x_1 - 2b_0 for three"),
+        compare(
+            SOURCES["eq-chain-length"],
             printed=[
                 2 * c.centres[2] - 2 * c.centres[1] + 2 * c.centres[0] - 2 * c.boundaries[0]
                 for c in triple
             ],
             found=[float(c.boundaries[3] - c.boundaries[0]) for c in triple],
-            width=round_off("m"),
             computed=f"{len(triple)} random chains of three",
-            evidence=_LAW,
         ),
         claim(
-            Source(
-                "text-odd-chains",
-                _PLACE,
-                "x_n - x_1 gives the length of a chain, and the length all boundaries of odd ones",
-            ),
+            SOURCES["text-odd-chains"],
             holds=max(abs(value) for value in odd) < 1e-12,
             computed="centres held and b_0 moved by 0.01 m, the lengths of chains of 3, 5 and 7 "
             "change by " + ", ".join(f"{value:.2f}" for value in odd) + " m: the centres do not "
             "give the length, which takes the deformations of the two ends",
-            correction="the length would give b_0, but is not known; Newton's third law closes "
-            "odd chains as well as even ones",
-            evidence=_LAW,
-            why="a length that the centres fix would not change",
         ),
         claim(
-            Source(
-                "text-even-chains", _PLACE, "the length does not give the boundaries of even chains"
-            ),
+            SOURCES["text-even-chains"],
             holds=max(abs(value) for value in even) < 1e-12 and min(map(abs, odd)) > 1e-3,
             computed="the same in chains of 2, 4 and 6: the length changes by "
             f"{max(abs(value) for value in even):.0e} m at most, b_0 cancels",
-            evidence=_LAW,
         ),
     ]
 
@@ -90,19 +70,13 @@ def swapped() -> Statement:
     centres = [0.5 * (b[1:] + b[:-1]) for b in (one, other)]
     apart = [float(np.diff(x)[0]) for x in centres]
     return claim(
-        Source(
-            "text-swapped",
-            _PLACE,
-            "two particles may swap deformations at the same centres and length; Newton's third "
-            "law forbids it",
-        ),
+        SOURCES["text-swapped"],
         holds=abs(apart[0] - apart[1]) < 1e-12
         and abs(one[-1] - other[-1]) < 1e-12
         and abs(one[1] - other[1]) > 0.01,
         computed=f"deformations 0.15 and 0.05 m in either order: centres {apart[0]:.3f} and "
         f"{apart[1]:.3f} m apart, lengths {one[-1]:.3f} and {other[-1]:.3f} m, boundary between "
         f"them at {one[1]:.3f} and {other[1]:.3f} m",
-        evidence=_LAW,
     )
 
 
@@ -117,32 +91,19 @@ def four() -> list[Statement]:
         )
 
     return [
-        compare_everywhere(
-            Source(
-                "eq-four-inserted",
-                "Appendix A, example of four particles, third line",
-                "... = r_0 - x_2 + 2x_1 - 2b_0 - r_0 + x_3 - ...",
-            ),
+        compare(
+            SOURCES["eq-four-inserted"],
             printed=[solved(c.centres) for c in chains],
             found=exact,
-            width=round_off("m", 1e-11),
             computed="the line solved for b_0 by root finding: b_1 = 2x_1 - b_0 brings one b_0, "
             "the line has two",
             corrected=[as_printed.boundary_of_four(c.centres) for c in chains],
-            correction="- b_0 in place of - 2b_0; the last line is right",
-            evidence=_LAW,
         ),
-        compare_everywhere(
-            Source(
-                "eq-four",
-                "Appendix A, example of four particles, last line",
-                "b_0 = (-x_4 + 3x_3 - 5x_2 + 7x_1)/4",
-            ),
+        compare(
+            SOURCES["eq-four"],
             printed=[as_printed.boundary_of_four(c.centres) for c in chains],
             found=exact,
-            width=round_off("m"),
             computed=f"{len(chains)} random chains of four; no r_0 in it, as eq. (A7) has",
-            evidence=_LAW,
         ),
     ]
 
@@ -164,20 +125,15 @@ def odd_coefficients() -> Statement:
         for n, w in weights.items()
     )
     return claim(
-        Source(
-            "text-odd-coefficients",
-            "Appendix A, before eq. (A7)",
-            "the pattern of four particles, alternating odd coefficients, is the general solution",
-        ),
+        SOURCES["text-odd-coefficients"],
         holds=odd and all(abs(w[-1]) < 1e-9 for w in weights.values()),
         corrected_holds=odd
         and all(abs(w[-1] - ((-1) ** n - 1) / 2) < 1e-9 for n, w in weights.items()),
         computed="the equations of 2 to 7 particles inverted: n b_0 has the weights "
         + "; ".join(
             f"{', '.join(f'{v:.0f}' for v in w[:-1])} and {w[-1] + 0.0:.0f} r_0"
-            for n, w in weights.items() if n in (3, 4)
+            for n, w in weights.items()
+            if n in (3, 4)
         )
         + " for 3 and 4",
-        correction="odd chains have - r_0 besides",
-        evidence=_LAW,
-    )  # fmt: skip
+    )

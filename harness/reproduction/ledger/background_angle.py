@@ -8,12 +8,11 @@ from scipy.optimize import brentq
 
 from harness.reproduction import as_printed
 from harness.reproduction.as_printed import Printed
-from harness.reproduction.claims import Source, Statement, Width, compare
-from harness.reproduction.ledger.widths import last_digit
+from harness.reproduction.claims import Statement, compare
+from harness.reproduction.source import SOURCES
 from harness.theory.critical_angle import critical_angle
 from harness.theory.energy_map import after_next_shock
 
-_ANGLE = ("tests/theory/test_critical_angle.py",)
 _LONG = 2000  # shocks
 
 
@@ -54,7 +53,7 @@ def depth_of_well(angle_deg: float) -> float:
 
 
 def statements(printed: Printed) -> list[Statement]:
-    """Return the rows in the order of the text."""
+    """Return the rows of this part."""
     found = fate_angle(0.25)
 
     def root(divisor: float) -> float:
@@ -66,27 +65,17 @@ def statements(printed: Printed) -> list[Statement]:
     as_it_stands = root(printed.well_divisor)
     return [
         compare(
-            Source(
-                "eq-6",
-                "Background, eq. (6)",
-                "shock/(1 - shock) >= 2 sin^2(pi/12 - theta/4)/sin(theta)",
-            ),
+            SOURCES["eq-6"],
             printed=as_it_stands,
             found=found,
-            width=Width(1e-5, "deg", "the fate is bisected to 1e-6 deg"),
             computed=f"root of the last line as printed {as_it_stands:.4f} deg; bisecting the fate "
             f"of the energy map gives {found:.4f} deg, the closed form {critical_angle():.4f} deg",
             corrected=root(2.0),
-            correction="theta/2: 1 - cos(a) = 2 sin^2(a/2) with a = pi/6 - theta; the first line "
-            "is right",
-            evidence=_ANGLE,
         ),
         compare(
-            Source("text-critical-angle", "Background, after eq. (9)", "theta_c = 10.21 deg"),
+            SOURCES["text-critical-angle"],
             printed=printed.critical_angle_deg,
             found=found,
-            width=last_digit(0.01, "deg"),
             computed=f"bisection of the fate of the energy map at shock 1/4: {found:.4f} deg",
-            evidence=_ANGLE,
         ),
     ]

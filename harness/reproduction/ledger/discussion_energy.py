@@ -8,24 +8,17 @@ import numpy as np
 
 from harness.reproduction import as_printed
 from harness.reproduction.as_printed import Printed
-from harness.reproduction.claims import (
-    Source,
-    Statement,
-    Width,
-    compare,
-    compare_everywhere,
-)
+from harness.reproduction.claims import Statement, compare
 from harness.reproduction.ledger.introduction import stiffness_of_springs
 from harness.reproduction.ledger.samples import generator
-from harness.reproduction.ledger.widths import round_off
+from harness.reproduction.source import SOURCES
 from harness.theory.free_chain import compliance
 
 _HEIGHTS = np.arange(1, 11)
-_ENERGY = ("tests/theory/test_energy_scaling.py",)
 
 
 def statements(printed: Printed) -> list[Statement]:
-    """Return the rows in the order of the text."""
+    """Return the rows of this part."""
     return [*_two_springs(), _springs(), _own_law(), _kinetic_energy(), _exponent(printed)]
 
 
@@ -47,70 +40,46 @@ def _two_springs() -> list[Statement]:
     random = generator()
     cases = [tuple(random.uniform([10.0, 0.01], [1000.0, 0.5])) for _ in range(50)]
     return [
-        compare_everywhere(
-            Source(
-                "eq-series-force",
-                "Discussion, first display",
-                "F = k' c_2 = k/2 2 c_1 = k c_1 for two particles in series",
-            ),
+        compare(
+            SOURCES["eq-series-force"],
             printed=[k / 2 * (2 * c) / (k * c) for k, c in cases],
             found=[stiffness_of_springs(2) * 2.0 for _ in cases],
-            width=round_off("F"),
             computed="two springs solved: half the stiffness, twice the compression",
-            evidence=_ENERGY,
         ),
-        compare_everywhere(
-            Source("eq-u-1", "Discussion, second display", "U_1 = 1/2 k c_1^2"),
+        compare(
+            SOURCES["eq-u-1"],
             printed=[0.5 * k * c**2 for k, c in cases],
             found=[spring_energy(1, k, k * c) for k, c in cases],
-            width=round_off("J", 1e-11),
             computed="work of the force on one spring",
-            evidence=_ENERGY,
         ),
-        compare_everywhere(
-            Source(
-                "eq-u-2",
-                "Discussion, third display",
-                "U_2 = 1/2 (1/2 k)(2 c_1)^2 = 1/4 4 c_1^2 = 2 U_1",
-            ),
+        compare(
+            SOURCES["eq-u-2"],
             printed=[as_printed.energy_of_two_without_stiffness(c) for _, c in cases],
             found=[spring_energy(2, k, k * c) for k, c in cases],
-            width=round_off("J", 1e-11),
             computed="two springs under the same force store 2 U_1; the step before has lost k "
             "and is an area",
             corrected=[0.25 * 4 * k * c**2 for k, c in cases],
-            correction="1/4 k 4 c_1^2 = k c_1^2 = 2 U_1",
-            evidence=_ENERGY,
         ),
     ]
 
 
 def _springs() -> Statement:
-    return compare_everywhere(
-        Source("text-u-n", "Discussion, after the displays", "U_n = n U_1"),
+    return compare(
+        SOURCES["text-u-n"],
         printed=_HEIGHTS,
         found=[spring_energy(int(n), 1.0, 1.0) / spring_energy(1, 1.0, 1.0) for n in _HEIGHTS],
-        width=round_off("U_1"),
         computed="equal springs in series under one force, n = 1 to 10",
-        evidence=_ENERGY,
     )
 
 
 def _own_law() -> Statement:
-    return compare_everywhere(
-        Source(
-            "text-u-n-particles",
-            "Discussion, after the displays",
-            "U_n = n U_1 holds for the source's own deformable particles",
-        ),
+    return compare(
+        SOURCES["text-u-n-particles"],
         printed=_HEIGHTS,
         found=[row_energy(int(n), 1.0, 1.0) / row_energy(1, 1.0, 1.0) for n in _HEIGHTS],
-        width=round_off("U_1"),
         computed="n contacts of the deformable law under one force, n = 1 to 10: the particles in "
         "between are pressed from both sides and shorten twice as much",
         corrected=2.0 * _HEIGHTS - 1,
-        correction="U_n = (2n - 1) U_1",
-        evidence=("tests/theory/test_chain.py",),
     )
 
 
@@ -121,20 +90,17 @@ def _kinetic_energy() -> Statement:
         int(n) * 0.5 * stiffness * c**2 for n, c in zip(_HEIGHTS, compressions, strict=True)
     ]
     found = [spring_energy(int(n), stiffness, stiffness * first) for n in _HEIGHTS]
-    return compare_everywhere(
-        Source("eq-18", "Discussion, eq. (18)", "1/2 m v^2 = U_n = n U_1 = n (1/2 k c_n)"),
+    return compare(
+        SOURCES["eq-18"],
         printed=[
             as_printed.kinetic_energy_of_springs(stiffness, int(n), c)
             for n, c in zip(_HEIGHTS, compressions, strict=True)
         ],
         found=found,
-        width=round_off("J", 1e-11),
         computed="energy of n springs under one force; the square is missing, and with it c_n = "
         f"n c_1 would still give {with_square[-1] / found[-1]:.0f} times too much at n = "
         f"{_HEIGHTS[-1]}",
         corrected=[int(n) * 0.5 * stiffness * first**2 for n in _HEIGHTS],
-        correction="n (1/2 k c_1^2): squared, and the compression of one",
-        evidence=_ENERGY,
     )
 
 
@@ -150,12 +116,10 @@ def _exponent(printed: Printed) -> Statement:
         float(np.polyfit(heights, values, 1)[0]) for values in (speeds, literal, own)
     )
     return compare(
-        Source("text-sqrt-n", "Discussion, eq. (18)", "v ~ sqrt(n)"),
+        SOURCES["text-sqrt-n"],
         printed=printed.speed_exponent,
         found=found,
-        width=Width(1e-9, "1", "slope of an exact power"),
         computed=f"slope of log v over log n for springs under one force: {found:.4f}; eq. (18) as "
         f"printed gives {as_it_stands:.2f}, the source's own particles {particles:.2f} from "
         "n = 1 to 10",
-        evidence=_ENERGY,
     )

@@ -7,15 +7,14 @@ import numpy as np
 from harness.observables.impulse import impulse_until
 from harness.observables.windows import window_end
 from harness.parameters.tower import Tower
-from harness.reproduction.claims import Source, Statement, claim, untestable
+from harness.reproduction.claims import Statement, claim, untestable
 from harness.reproduction.ledger.runs import free_collision, run
+from harness.reproduction.source import SOURCES
 from harness.theory.free_chain import final_velocities
-
-_RUNS = ("tests/chain/test_propagators.py", "tests/theory/test_chain.py")
 
 
 def statements() -> list[Statement]:
-    """Return the rows in the order of the text."""
+    """Return the rows of this part."""
     return [_incomplete(), _stored(), _softer(), _fixed_particle()]
 
 
@@ -28,16 +27,10 @@ def _incomplete() -> Statement:
     final = free_collision(3).final_velocity / 2.0
     reference = final_velocities(3, deformable=True)
     return claim(
-        Source(
-            "text-incomplete",
-            "Methods, before Results",
-            "with three particles the transfer of momentum is incomplete: the grain rebounds",
-        ),
+        SOURCES["text-incomplete"],
         holds=final[0] < -1e-3 and bool(np.abs(final - reference).max() < 1e-9),
         computed=f"velocities over the grain's: {listed(final)}, by matrix exponentials "
         f"{listed(reference)}",
-        evidence=_RUNS,
-        why="two routes to 1e-9",
     )
 
 
@@ -46,17 +39,12 @@ def _stored() -> Statement:
     total = [float(one.deformations.sum(axis=1).max()) for one in (two, three)]
     stored = [float(one.elastic_energy.max() / one.kinetic_energy[0]) for one in (two, three)]
     return claim(
-        Source(
-            "text-stored",
-            "Methods, before Results; Discussion",
-            "three particles deform more in total, and store more energy, than two",
-        ),
+        SOURCES["text-stored"],
         holds=total[1] > total[0] and stored[1] > stored[0],
         computed=f"largest sum of deformations {1e3 * total[0]:.3f} and {1e3 * total[1]:.3f} mm at "
         f"1e6 N/m and 2 m/s ({100 * (total[1] / total[0] - 1):+.1f} %), largest energy "
         f"{stored[0]:.4f} and {stored[1]:.4f} of the grain's ({stored[1] / stored[0]:.2f} times, "
         "not twice as U_n = n U_1 would have it)",
-        evidence=("tests/physics/test_chain_laws.py",),
     )
 
 
@@ -67,19 +55,12 @@ def _softer() -> Statement:
         softer.append(float(run(pair, 1.5).final_velocity[0]) / pair.speed)
     rebound = float(final_velocities(3, deformable=True)[0])
     return claim(
-        Source(
-            "text-softer",
-            "Methods, before Results",
-            "to the grain three particles are like one particle of reduced stiffness",
-        ),
+        SOURCES["text-softer"],
         holds=abs(rebound) < 1e-3,
         computed="the grain keeps "
         + ", ".join(f"{value:.0e}" for value in softer)
         + f" of its speed after one free particle of k, k/2 and k/3, and {rebound:.4f} after two "
         "of k: stiffness does not enter the outcome of two bodies, a larger mass does",
-        correction="a rebound takes a larger mass as well",
-        evidence=_RUNS,
-        why="one free particle of any stiffness leaves the grain at rest",
     )
 
 
@@ -93,13 +74,7 @@ def _fixed_particle() -> Statement:
 
     soft, hard = alphas(1.0), alphas(1e6)
     return untestable(
-        Source(
-            "text-fixed-particle",
-            "Methods, before Results",
-            "the last particle is fixed in space",
-        ),
-        "the source does not say whether the fixed particle deforms; here it does, as its "
-        "two-particle distance asks for",
+        SOURCES["text-fixed-particle"],
         computed=f"alpha(2) and alpha(10) are {listed(np.array(soft))} with a fixed particle that "
         f"deforms and {listed(np.array(hard))} with one that does not (1e6 N/m, 2 m/s)",
     )

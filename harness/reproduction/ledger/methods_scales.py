@@ -11,18 +11,11 @@ from scipy.optimize import brentq
 from harness.parameters.tower import Tower
 from harness.reproduction import as_printed
 from harness.reproduction.as_printed import Printed
-from harness.reproduction.claims import (
-    Source,
-    Statement,
-    Width,
-    claim,
-    compare,
-    compare_everywhere,
-)
+from harness.reproduction.claims import Statement, claim, compare
 from harness.reproduction.ledger.contact import integrate
 from harness.reproduction.ledger.runs import impulses
 from harness.reproduction.ledger.samples import generator
-from harness.reproduction.ledger.widths import last_digit, round_off
+from harness.reproduction.source import SOURCES
 from harness.theory.critical_angle import critical_angle, no_flight_bound
 from harness.theory.energy_map import steady_energy
 
@@ -30,13 +23,8 @@ _MASS, _DIAMETER = 1.0, 1.0  # [kg], [m] of the source's towers
 
 
 def statements(printed: Printed) -> list[Statement]:
-    """Return the rows in the order of the text."""
-    return [
-        *_crest(printed),
-        _collision(printed),
-        *_contact_time(printed),
-        _separation(printed),
-    ]
+    """Return the rows of this part."""
+    return [*_crest(printed), _collision(printed), *_contact_time(printed), _separation(printed)]
 
 
 def rise_time(angle_deg: float) -> float:
@@ -60,35 +48,26 @@ def _crest(printed: Printed) -> list[Statement]:
     fastest, slow = rise_time(no_flight_bound()), rise_time(critical_angle() + 1e-6)
     return [
         compare(
-            Source("eq-11", "Methods, eq. (11)", "t_c = 1/4 sqrt(2g 2r (1 - sin 60)) cos 60/g"),
+            SOURCES["eq-11"],
             printed=as_printed.crest_time(1.0, printed.gravity),
             found=evaluated,
-            width=round_off("s"),
             computed=f"escape from the well of a level row of radius 1 m takes {escape:.4f} m/s "
             f"(geometry); an eighth of it over g is {evaluated:.4f} s; r is the radius here and "
             "the distance of centres in Table I; the source gives no reason for the factor 1/4",
         ),
         compare(
-            Source("text-t-c", "Methods, eq. (11)", "the formula gives t_c = 0.41 s"),
+            SOURCES["text-t-c"],
             printed=printed.crest_time,
             found=evaluated,
-            width=last_digit(0.01, "s"),
             computed=f"{evaluated:.4f} s for r = 1 m; 0.41 s needs r = {needed:.0f} m",
             correction=f"t_c = {evaluated:.3f} s by the formula",
-            evidence=("tests/verbs/reproduction/ledger/test_methods.py",),
         ),
         claim(
-            Source(
-                "text-crest-time",
-                "Methods, before eq. (11)",
-                "the grain takes about 0.41 s from well to crest",
-            ),
+            SOURCES["text-crest-time"],
             holds=fastest <= printed.crest_time <= slow,
             computed=f"steady motion over spheres of 1 m, integrated: {fastest:.3f} s at "
             f"{no_flight_bound():.2f} deg, {slow:.2f} s 1e-6 deg above theta_c, "
             "without bound at theta_c: the number is of the right size though its formula is not",
-            evidence=("tests/theory/test_energy_map.py",),
-            why="between the shortest and the longest rise in steady motion",
         ),
     ]
 
@@ -96,15 +75,12 @@ def _crest(printed: Printed) -> list[Statement]:
 def _collision(printed: Printed) -> Statement:
     random = generator()
     cases = [tuple(random.uniform([50, 0.3, 0.5], [200, 1.0, 5.0])) for _ in range(50)]
-    return compare_everywhere(
-        Source("eq-12", "Methods, eq. (12)", "t_n = pi (k/m_eff - (gamma/m_eff)^2)^(-1/2)"),
+    return compare(
+        SOURCES["eq-12"],
         printed=[as_printed.collision_time(k, m, g, printed.damping_factor) for k, m, g in cases],
         found=[integrate(k, m, g).time for k, m, g in cases],
-        width=Width(1e-8, "s", "integration with a relative tolerance of 1e-10"),
         computed="m_eff x'' + gamma x' + k x = 0 integrated until x is 0 again, 50 random cases",
         corrected=[as_printed.collision_time(k, m, g, 0.25) for k, m, g in cases],
-        correction="(gamma/(2 m_eff))^2; without damping, as here, nothing changes",
-        evidence=("tests/theory/test_dashpot.py",),
     )
 
 
@@ -116,22 +92,18 @@ def _contact_time(printed: Printed) -> list[Statement]:
     effective = stiffness / modes[1]
     return [
         compare(
-            Source("text-effective-mass", "Methods, after eq. (12)", "m_eff = m_1 m_2/(m_1 + m_2)"),
+            SOURCES["text-effective-mass"],
             printed=_MASS * _MASS / (_MASS + _MASS),
             found=float(effective),
-            width=round_off("kg"),
             computed=f"stiffness over squared frequency of two free particles: {effective:.4f} kg; "
             "against the fixed particles of this model it is m, not m/2",
-            evidence=("tests/theory/test_chain.py",),
         ),
         compare(
-            Source("text-t-n", "Methods, eq. (12)", "t_n = 0.007 s at 100,000 N/m"),
+            SOURCES["text-t-n"],
             printed=printed.contact_time,
             found=found,
-            width=last_digit(0.001, "s"),
             computed=f"half a period of two free particles of 1 kg: {found:.5f} s; of a grain on a "
             f"fixed one, which is the case at hand, {held:.5f} s",
-            evidence=("tests/chain/test_propagators.py",),
         ),
     ]
 
@@ -141,16 +113,10 @@ def _separation(printed: Printed) -> Statement:
     fastest = rise_time(no_flight_bound())
     longest = max(row.window_s for row in impulses())
     return claim(
-        Source(
-            "text-separation",
-            "Methods, after eq. (12)",
-            "contacts are over long before the grain is on the crest",
-        ),
+        SOURCES["text-separation"],
         holds=fastest > 10 * printed.contact_time,
         computed=f"the two numbers printed are {printed.crest_time / printed.contact_time:.0f} "
         f"apart, by the formula {by_formula:.1f}; the fastest rise, {fastest:.3f} s, is "
         f"{fastest / printed.contact_time:.0f} contacts long, but only {fastest / longest:.1f} of "
         f"the longest window over which an impulse is taken ({longest:.4f} s, Appendix B)",
-        evidence=("tests/verbs/reproduction/ledger/test_methods.py",),
-        why="well separated: ten contacts or more to a rise",
     )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Protocol
 if TYPE_CHECKING:
     from harness.reproduction.movies.film import Film
     from harness.reproduction.movies.stage import Image
-    from harness.reproduction.row_motion import InclineMotion, Motions, RowMotion
+    from harness.reproduction.movies.frames import InclineMotion, Motions, RowMotion
 
 
 class Scene(Protocol):

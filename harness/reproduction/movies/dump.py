@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from harness.cases.incline.result import InclineRun
-from harness.reproduction.row_motion import InclineMotion, RowMotion
+from harness.reproduction.movies.frames import InclineMotion, RowMotion
 
 Floats = NDArray[np.float64]
 

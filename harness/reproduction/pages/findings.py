@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from harness.observables.windows import WINDOWS
-from harness.reproduction.result import Reproduction
+from harness.reproduction.run import Reproduction
 
 TALLEST = 19
 HEIGHTS = (2, 3, 4, 10, TALLEST)

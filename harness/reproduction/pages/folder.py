@@ -11,7 +11,7 @@ from harness.reproduction.movies import films as draw_films
 from harness.reproduction.pages.gallery import all_pictures
 from harness.reproduction.pages.page import html_page
 from harness.reproduction.pages.text import markdown
-from harness.reproduction.result import Reproduction
+from harness.reproduction.run import Reproduction
 
 LEDGER = "ledger.csv"
 

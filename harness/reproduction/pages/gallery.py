@@ -5,7 +5,7 @@ from __future__ import annotations
 from harness.report.gallery import Picture, picture
 from harness.reproduction.figures.findings import angle_against_mfix_step, angle_against_restitution
 from harness.reproduction.pages.pictures import source_pictures
-from harness.reproduction.result import Reproduction
+from harness.reproduction.run import Reproduction
 
 
 def all_pictures(found: Reproduction) -> list[Picture]:

@@ -20,7 +20,7 @@ from harness.reproduction.pages.text import (
     links,
     provenance,
 )
-from harness.reproduction.result import Reproduction
+from harness.reproduction.run import Reproduction
 
 
 def html_page(found: Reproduction, pictures: Sequence[Picture], films: Sequence[Film]) -> str:

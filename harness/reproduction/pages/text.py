@@ -6,17 +6,17 @@ from collections.abc import Sequence
 from pathlib import PurePosixPath
 
 from harness.report.gallery import Picture
-from harness.reproduction.claims import Standing, Statement
+from harness.reproduction.claims import ClaimStatus, Statement
 from harness.reproduction.movies.film import Film
 from harness.reproduction.pages.findings import findings_text
-from harness.reproduction.result import Reproduction
+from harness.reproduction.run import Reproduction
 
 TITLE = "Harper, Dufek and Breard (arXiv 2409.13633), recomputed"
 
 LEAD = (
     "One row for every numbered equation, testable number and figure of the source, both "
     "appendices included, and for each erratum. A row holds what the statement gives as it "
-    "stands, the same quantity by a route of its own, and the standing that follows. The errata "
+    "stands, the same quantity by a route of its own, and the status that follows. The errata "
     "come last, with those of our own restatement, from which this harness was planned. "
     "`dem-harness reproduce` makes this folder again; nothing in it is typed in."
 )
@@ -37,7 +37,7 @@ def markdown(found: Reproduction, pictures: Sequence[Picture], films: Sequence[F
     lines = [f"# {TITLE}", "", LEAD, "", *_counts(found), "", "## Findings", ""]
     lines += [findings_text(found), "", "## Ledger", "", "As a table for pandas: "]
     lines[-1] += "[ledger.csv](ledger.csv).\n"
-    lines += ["| where | the source says | standing | computed here | evidence |"]
+    lines += ["| where | the source says | status | computed here | evidence |"]
     lines += ["|---|---|---|---|---|", *(_row(s) for s in found.ledger.statements)]
     lines += ["", "## Figures", "", FIGURES, ""]
     for picture in pictures:
@@ -51,9 +51,9 @@ def markdown(found: Reproduction, pictures: Sequence[Picture], films: Sequence[F
     return "\n".join(lines)
 
 
-def counts(found: Reproduction) -> list[tuple[Standing, int]]:
-    """Return how many statements have each standing."""
-    return [(standing, found.ledger.count(standing)) for standing in Standing]
+def counts(found: Reproduction) -> list[tuple[ClaimStatus, int]]:
+    """Return how many statements have each status."""
+    return [(status, found.ledger.count(status)) for status in ClaimStatus]
 
 
 def explained(statement: Statement) -> str:
@@ -61,7 +61,7 @@ def explained(statement: Statement) -> str:
     parts = [f"{statement.computed.removesuffix('.')}."]
     if statement.correction:
         parts.append(f"Correction: {statement.correction}.")
-    if statement.standing is Standing.UNTESTABLE:
+    if statement.status is ClaimStatus.UNTESTABLE:
         parts = [f"{statement.why[0].upper()}{statement.why[1:]}."]
     return " ".join(parts)
 
@@ -88,7 +88,7 @@ def _address(path: str) -> str:
 def _counts(found: Reproduction) -> list[str]:
     cells = counts(found)
     total = len(found.ledger.statements)
-    head = " | ".join(["statements", *(str(standing) for standing, _ in cells)])
+    head = " | ".join(["statements", *(str(status) for status, _ in cells)])
     values = " | ".join([str(total), *(str(count) for _, count in cells)])
     return [f"| {head} |", f"|{'--:|' * (len(cells) + 1)}", f"| {values} |"]
 
@@ -96,5 +96,5 @@ def _counts(found: Reproduction) -> list[str]:
 def _row(statement: Statement) -> str:
     source = statement.source
     evidence = "<br>".join(f"[{name}]({address})" for name, address in links(statement))
-    cells = [source.where, source.says, str(statement.standing), explained(statement), evidence]
+    cells = [source.where, source.says, str(statement.status), explained(statement), evidence]
     return "| " + " | ".join(cell.replace("|", "\\|").replace("\n", " ") for cell in cells) + " |"

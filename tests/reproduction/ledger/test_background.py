@@ -4,7 +4,7 @@ import pytest
 
 from harness.errors import EngineCrashError
 from harness.reproduction.as_printed import PRINTED
-from harness.reproduction.claims import Standing
+from harness.reproduction.claims import ClaimStatus
 from harness.reproduction.ledger import background_incline
 from harness.reproduction.ledger.background_angle import depth_of_well, fate_angle, height
 from harness.reproduction.ledger.background_incline import angles_by_step
@@ -62,6 +62,6 @@ class DeadEngine:
 def test_an_engine_that_dies_is_the_reason_of_its_rows_and_of_no_others():
     rows = {row.source.key: row for row in background_incline.statements(PRINTED, DeadEngine())}
     for key in ("text-lammps-angle", "text-lammps-step", "text-restitution-angle"):
-        assert rows[key].standing is Standing.UNTESTABLE
+        assert rows[key].status is ClaimStatus.UNTESTABLE
         assert "signal 11" in rows[key].why
-    assert rows["text-rest-angle"].standing is Standing.REPRODUCED
+    assert rows["text-rest-angle"].status is ClaimStatus.REPRODUCED

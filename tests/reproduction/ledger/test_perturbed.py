@@ -10,12 +10,12 @@ import pytest
 
 from harness.parameters.tower import Tower
 from harness.reproduction.as_printed import PRINTED, Printed
-from harness.reproduction.claims import Ledger, Standing
+from harness.reproduction.claims import Ledger, ClaimStatus
 from harness.reproduction.ledger import runs
 from harness.theory.free_chain import compliance
 
 PACKAGE = "harness.reproduction.ledger"
-REPRODUCED, CORRECTED, NOT = Standing.REPRODUCED, Standing.CORRECTED, Standing.NOT_REPRODUCED
+REPRODUCED, CORRECTED, NOT = ClaimStatus.REPRODUCED, ClaimStatus.CORRECTED, ClaimStatus.NOT_REPRODUCED
 
 
 def section(name, printed=PRINTED):
@@ -70,15 +70,15 @@ PRINTED_OTHERWISE = [
 
 
 @pytest.mark.parametrize(
-    ("module", "name", "value", "key", "standing"),
+    ("module", "name", "value", "key", "status"),
     PRINTED_OTHERWISE,
     ids=[f"{case[1]}-{case[3]}" for case in PRINTED_OTHERWISE],
 )
-def test_another_printed_number_changes_the_verdict(module, name, value, key, standing):
+def test_another_printed_number_changes_the_verdict(module, name, value, key, status):
     before = as_it_is(module)[key]
     after = section(module, replace(PRINTED, **{name: value}))[key]
-    assert after.standing is standing
-    assert after.standing is not before.standing or after.printed != before.printed
+    assert after.status is status
+    assert after.status is not before.status or after.printed != before.printed
 
 
 def test_every_printed_number_is_perturbed():
@@ -123,13 +123,13 @@ PHYSICS_OTHERWISE = [
 
 
 @pytest.mark.parametrize(
-    ("module", "name", "other", "key", "standing"),
+    ("module", "name", "other", "key", "status"),
     PHYSICS_OTHERWISE,
     ids=[f"{case[1]}-{case[3]}" for case in PHYSICS_OTHERWISE],
 )
-def test_other_physics_changes_the_verdict(monkeypatch, module, name, other, key, standing):
+def test_other_physics_changes_the_verdict(monkeypatch, module, name, other, key, status):
     before = as_it_is(module)[key]
     monkeypatch.setattr(f"{PACKAGE}.{module}.{name}", other)
     after = section(module)[key]
-    assert after.standing is standing
-    assert after.standing is not before.standing
+    assert after.status is status
+    assert after.status is not before.status

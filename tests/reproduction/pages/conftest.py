@@ -8,8 +8,8 @@ from harness.cases.incline.result import Crests, InclineRun, Motion
 from harness.observables.provenance import Provenance
 from harness.observables.trajectory import Trajectory
 from harness.reproduction.claims import Ledger, Source, Width, compare, untestable
-from harness.reproduction.compute_figure_data import exhibits
-from harness.reproduction.findings_tables import Findings
+from harness.reproduction.figure_data.compute import exhibits
+from harness.reproduction.findings.tables import Findings
 from harness.theory.critical_angle import critical_angle
 from harness.theory.shock import shock_from_restitution
 

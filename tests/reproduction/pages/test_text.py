@@ -46,7 +46,7 @@ def test_markdown_holds_ledger_figures_and_movies(reproduction):
 def test_page_has_every_row(reproduction, key):
     page = html_page(reproduction, [PICTURE], [FILM])
     assert f'id="{key}"' in page
-    assert 'data-standing="reproduced with a correction"' in page
+    assert 'data-status="reproduced with a correction"' in page
     assert "<h3>Two readings of the restitution</h3>" in page
 
 

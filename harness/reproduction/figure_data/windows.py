@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import math
 
 import pandas as pd
@@ -13,10 +15,8 @@ from harness.observables.impulse import impulse_until
 from harness.observables.tower import TowerRun
 from harness.observables.windows import SEARCH, structure_end, turnaround
 from harness.parameters.tower import LAWS, Law, Tower
-from harness.reproduction.claims import Statement, claim
-from harness.reproduction.figure_data import WindowChoice
-from harness.reproduction.sentences import agreement, all_hold
-from harness.reproduction.source_figures import FIGURES
+from harness.reproduction.claims import Statement, all_hold, claim_of_facts
+from harness.reproduction.source import SOURCES
 
 HEIGHTS = range(1, 7)
 """Two to seven particles."""
@@ -26,6 +26,18 @@ LITERAL, LOOSER = "all n contacts", "two contacts or more"
 
 _LEAST = {LITERAL: None, LOOSER: 2}
 SOURCE_LAW = Tower().law
+
+
+@dataclass(frozen=True)
+class WindowChoice:
+    """A tower with the time of its largest compression and, where it exists, the structure window.
+
+    Times in t0; ``structure`` is NaN where the window does not exist.
+    """
+
+    run: TowerRun
+    largest_compression: float
+    structure: float
 
 
 def structure_window() -> tuple[pd.DataFrame, Statement]:
@@ -60,16 +72,7 @@ def structure_window() -> tuple[pd.DataFrame, Statement]:
         f"they are {'the same' if _same(ours) else 'not the same'}. "
         "How well it fits Perrin's points cannot be tested without them."
     )
-    figure = FIGURES["fig-15"]
-    return frame, claim(
-        figure.source,
-        holds=all_hold(facts[:1]),
-        corrected_holds=looser == every,
-        correction="a chain of two contacts or more that swings to one, not the total chain",
-        computed=agreement(facts, remark),
-        evidence=figure.evidence,
-        why=f"k = 1e6 N/m, 2 m/s, exact propagator, within {SEARCH:g} t0",
-    )
+    return frame, claim_of_facts(SOURCES["fig-15"], facts, remark, holds=all_hold(facts[:1]), corrected_holds=looser == every)
 
 
 def window_selection() -> tuple[tuple[WindowChoice, ...], Statement]:
@@ -93,19 +96,9 @@ def window_selection() -> tuple[tuple[WindowChoice, ...], Statement]:
         for choice in choices
     ]
     forces = [float(c.run.time_over_t0[int(c.run.grain_force.argmax())]) for c in choices]
-    figure = FIGURES["fig-16"]
-    return choices, claim(
-        figure.source,
-        holds=all_hold(facts),
-        computed=agreement(
-            facts,
-            "The source's text says three particles, its caption four: both are shown. The grain's "
+    return choices, claim_of_facts(SOURCES["fig-16"], facts, "The source's text says three particles, its caption four: both are shown. The grain's "
             "own compression is its force over k and peaks at "
-            f"{forces[0]:.3f} and {forces[1]:.3f} t0; taken is that of the chain.",
-        ),
-        evidence=figure.evidence,
-        why=f"k = 1e6 N/m, 2 m/s, deformable law, exact propagator, searched within {SEARCH:g} t0",
-    )
+            f"{forces[0]:.3f} and {forces[1]:.3f} t0; taken is that of the chain.")
 
 
 def _of_law(law: Law) -> list[dict[str, object]]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import math
 from collections.abc import Sequence
 
@@ -11,16 +13,14 @@ from harness.observables.significant_contacts import significant_contacts
 from harness.observables.summary import contact_changes, grain_alone
 from harness.observables.tower import TowerRun
 from harness.parameters.tower import Tower
-from harness.reproduction.claims import Statement, claim
-from harness.reproduction.figure_data import TowersInTime
-from harness.reproduction.sentences import Fact, agreement, all_hold
-from harness.reproduction.separation import (
+from harness.reproduction.claims import Fact, Statement, claim_of_facts
+from harness.reproduction.figure_data.separation import (
     SEEN,
     base_felt,
     largest_difference,
     separation,
 )
-from harness.reproduction.source_figures import FIGURES
+from harness.reproduction.source import SOURCES
 
 PARTICLES = (2, 3, 10, 20)
 SEPARATED = (2, 3, 4, 20)
@@ -31,6 +31,19 @@ CONTACTS_SAID = 10  # the most contacts the source sees, about
 
 ALIKE = 1e-6
 """Of the peak: the part of a force that other figures call felt."""
+
+
+@dataclass(frozen=True)
+class TowersInTime:
+    """Towers of several heights over time, and the largest force on the grain of all [N].
+
+    ``shown`` and ``separated`` are those of the two figures.
+    """
+
+    shown: tuple[TowerRun, ...]
+    largest_force: float
+    separated: tuple[TowerRun, ...]
+    base_felt: tuple[float, ...]  # [t0], for each of ``separated``; infinite if not in the run
 
 
 def towers_in_time() -> tuple[TowersInTime, tuple[Statement, Statement]]:
@@ -91,19 +104,8 @@ def _force_and_contacts(shown: Sequence[TowerRun], largest: float) -> Statement:
         (apart < SEEN, f"the forces of 10 and 20 particles differ by {_below(apart)} of the peak")
     )
     longest = [int(significant_contacts(run).max()) for run in shown]
-    figure = FIGURES["fig-8"]
-    return claim(
-        figure.source,
-        holds=all_hold(facts),
-        computed=agreement(
-            facts,
-            f"The longest chain of the grain has {longest[2]} and {longest[3]} contacts in 10 and "
-            f"20 particles (source: about {CONTACTS_SAID}).",
-        ),
-        evidence=figure.evidence,
-        why="the source gives these times to half a t0, to which ours are rounded; "
-        "a hundredth of the peak is what a figure shows",
-    )
+    return claim_of_facts(SOURCES["fig-8"], facts, f"The longest chain of the grain has {longest[2]} and {longest[3]} contacts in 10 and "
+            f"20 particles (source: about {CONTACTS_SAID}).")
 
 
 def _below(part: float) -> str:

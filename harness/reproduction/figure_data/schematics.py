@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from collections.abc import Mapping
+from numpy.typing import NDArray
+
 import numpy as np
 
-from harness.reproduction.claims import Statement, claim
-from harness.reproduction.figure_data import ForceDiagram, Layers, Points, QuartierSystem
-from harness.reproduction.sentences import agreement, all_hold
-from harness.reproduction.source_figures import FIGURES
+from harness.reproduction.claims import Statement, claim_of_facts
+from harness.reproduction.source import SOURCES
 from harness.theory import energy_map, geometry
 from harness.theory.critical_angle import critical_angle
 from harness.theory.shock import SHOCK_WITHOUT_REBOUND
@@ -15,8 +17,59 @@ from harness.theory.shock import SHOCK_WITHOUT_REBOUND
 _ROUNDING = 1e-12
 """Of positions near 1 d: what is left of two routes to the same number."""
 
+Points = NDArray[np.float64]
+
 LAYERS = 4
 """Drawn: enough to see a chain, few enough to read."""
+
+
+@dataclass(frozen=True)
+class QuartierSystem:
+    """The row and the grain on it, to scale with gravity straight down [d].
+
+    ``grains`` maps the source's letters to centres (2,), ``path`` (P, 2) is that
+    of the grain's centre.
+    """
+
+    angle_deg: float
+    spheres: Points  # (S, 2)
+    grains: Mapping[str, Points]
+    path: Points
+
+
+@dataclass(frozen=True)
+class ForceDiagram:
+    """The grain in the well, on one of the two spheres; gravity straight down.
+
+    Centres in d, forces in m g, velocities in sqrt(g d), each (2,).
+    ``velocity_before`` is None before the shock.
+    """
+
+    name: str
+    touched: Points
+    other: Points
+    grain: Points
+    weight: Points
+    contact_force: Points
+    velocity: Points
+    velocity_before: Points | None = None
+
+
+@dataclass(frozen=True)
+class Layers:
+    """A substrate of several layers with a grain in a well of the top one, to scale [d].
+
+    ``chain`` (L, 2) are the spheres that touch in a straight line below the
+    grain's contact; ``height`` is that of the layers above the fixed row.
+    """
+
+    name: str
+    layers: int
+    fixed: Points
+    mobile: Points
+    grain: Points
+    chain: Points
+    height: float
 
 
 def quartier() -> tuple[QuartierSystem, Statement]:
@@ -52,21 +105,13 @@ def quartier() -> tuple[QuartierSystem, Statement]:
             f"{max(off, _ROUNDING):.0e} d",
         ),
     ]
-    figure = FIGURES["fig-2"]
-    return system, claim(
-        figure.source,
-        holds=all_hold(facts),
-        computed=agreement(facts),
-        evidence=figure.evidence,
-        why="heights from positions against the expressions of the source's table, to rounding",
-    )
+    return system, claim_of_facts(SOURCES["fig-2"], facts)
 
 
 def force_diagrams() -> tuple[tuple[ForceDiagram, ...], Statement]:
     """Return the grain before and after the shock in steady motion at the critical angle."""
     angle = critical_angle()
     before, after = geometry.steady_shock(angle, SHOCK_WITHOUT_REBOUND)
-    figure = FIGURES["fig-3"]
     turn = geometry.angle_between(before.velocity, after.velocity)
     outward = [float(s.contact_force @ (s.grain - s.sphere)) for s in (before, after)]
     speed = [float(np.hypot(*state.velocity)) for state in (before, after)]
@@ -85,16 +130,7 @@ def force_diagrams() -> tuple[tuple[ForceDiagram, ...], Statement]:
             f"normal component of gravity {normal[0]:.4f} and {normal[1]:.4f}",
         ),
     ]
-    statement = claim(
-        figure.source,
-        holds=all_hold(facts),
-        computed=agreement(
-            facts,
-            "What the force lacks of that component turns the velocity along the arc.",
-        ),
-        evidence=figure.evidence,
-        why="velocity along the contact, and force against the normal weight, from positions",
-    )
+    statement = claim_of_facts(SOURCES["fig-3"], facts, "What the force lacks of that component turns the velocity along the arc.")
     pre = _diagram("before the shock", before, after, angle)
     post = _diagram("after the shock", after, before, angle, before.velocity)
     return (pre, post), statement
@@ -146,7 +182,6 @@ def layers() -> tuple[tuple[Layers, ...], Statement]:
                 float(top[0][1] - spheres[0][1]),
             )
         )
-    figure = FIGURES["fig-5"]
     reach = [len(part.chain) for part in drawn]
     leaning = geometry.angle_between(geometry.well(0) - geometry.row(2)[1], (0, 1))
     facts = [
@@ -163,13 +198,5 @@ def layers() -> tuple[tuple[Layers, ...], Statement]:
             "tower, with which the one-dimensional collision has it in line",
         ),
     ]
-    statement = claim(
-        figure.source,
-        holds=all_hold(facts),
-        corrected_holds=any(holds for holds, _ in facts),
-        correction="layers stacked in the wells of the layer below, not upright",
-        computed=agreement(facts),
-        evidence=figure.evidence,
-        why="spheres that touch along the line of the contact, counted in the positions drawn",
-    )
+    statement = claim_of_facts(SOURCES["fig-5"], facts, corrected_holds=any(holds for holds, _ in facts))
     return tuple(drawn), statement

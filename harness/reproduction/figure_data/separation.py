@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from harness.observables.summary import grain_alone
 from harness.observables.tower import TowerRun
-from harness.reproduction.claims import Statement, claim
-from harness.reproduction.sentences import agreement, all_hold
-from harness.reproduction.source_figures import FIGURES
+from harness.reproduction.claims import Statement, claim_of_facts
+from harness.reproduction.source import SOURCES
 
 NEIGHBOUR_ENDS = 1.5  # [t0] the source's end of the contacts with the neighbour
 
@@ -43,15 +42,7 @@ def separation(runs: Sequence[TowerRun], felt: Sequence[float]) -> Statement:
             f"at {last:.2f} t0, before the base is felt there, and after it in the short chains",
         ),
     ]
-    figure = FIGURES["fig-14"]
-    return claim(
-        figure.source,
-        holds=all_hold(facts),
-        computed=agreement(facts),
-        evidence=figure.evidence,
-        why="the base is felt when the force leaves that of a tower twice as tall as the tallest "
-        f"by {100 * SEEN:g} % of its peak",
-    )
+    return claim_of_facts(SOURCES["fig-14"], facts)
 
 
 def base_felt(run: TowerRun, tall: TowerRun) -> float:

@@ -12,20 +12,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import InclineRun
 from harness.cases.tower.run import tower
 from harness.chain.sweeps import compressions
 from harness.engines.contract import Engine
 from harness.errors import EngineError
 from harness.observables.tower import TowerRun
 from harness.parameters.tower import Tower
-from harness.reproduction.motion_sentences import (
+from harness.reproduction.movies.sentences import (
     incline_sentence,
     pair_sentence,
     tower_sentence,
     triple_sentence,
 )
-from harness.reproduction.row_motion import InclineMotion, Motions, RowMotion
+from harness.reproduction.incline_runs import sampled
+from harness.reproduction.movies.frames import InclineMotion, Motions, RowMotion
 from harness.workflows.progress import Progress, silent
 
 Floats = NDArray[np.float64]
@@ -118,13 +118,11 @@ def _incline(engine: Engine | None) -> tuple[InclineMotion | None, str]:
     if engine is None:
         return None, "no engine"
     cases = [Incline(angle=angle) for angle in NEAR_CRITICAL_DEG]
-    runs: list[InclineRun] = []
-    for run in engine.inclines(cases, "steady", every=50):
-        if isinstance(run, EngineError):
-            return None, f"{run.kind}: {run}"
-        runs.append(run)
-    below, above = runs
-    end = max(run.time_s for run in runs)
+    try:
+        below, above = (run for run, _ in sampled(engine, cases, 50))
+    except EngineError as error:
+        return None, f"{error.kind}: {error}"
+    end = max(below.time_s, above.time_s)
     return (
         InclineMotion(
             name="below-and-above-the-critical-angle",

@@ -14,9 +14,8 @@ from harness.comparison.evidence import Curve
 from harness.observables.summary import contact_changes
 from harness.observables.tower import TowerRun
 from harness.parameters.tower import Tower
-from harness.reproduction.claims import Statement, claim
-from harness.reproduction.sentences import agreement, all_hold
-from harness.reproduction.source_figures import FIGURES
+from harness.reproduction.claims import Statement, all_hold, claim_of_facts
+from harness.reproduction.source import SOURCES
 
 STIFFNESSES = [10.0**exponent for exponent in np.arange(2.0, 7.5, 0.5)]
 """[N/m] two decades either side of what the source's claim names, and its runs."""
@@ -60,14 +59,7 @@ def two_and_three_particles() -> tuple[tuple[TowerRun, ...], Statement]:
         (more[0] > 0, f"the largest total deformation changes by {100 * more[0]:+.1f} %"),
         (more[1] > 0, f"the largest energy stored changes by {100 * more[1]:+.1f} %"),
     ]
-    figure = FIGURES["fig-6"]
-    return (two, three), claim(
-        figure.source,
-        holds=all_hold(facts),
-        computed=agreement(facts),
-        evidence=figure.evidence,
-        why="exact propagator, k = 1e6 N/m, 2 m/s, no gravity, last particle free",
-    )
+    return (two, three), claim_of_facts(SOURCES["fig-6"], facts)
 
 
 def _deformations_about(run: TowerRun, joins: float) -> tuple[float, list[float]]:
@@ -107,14 +99,7 @@ def error_against_stiffness() -> tuple[Mapping[str, Curve], Statement]:
         facts.append((high < FALLS, f"the error goes as k^{_n(slopes, name)} ({name})"))
         said = f"at 1e4 N/m it is {100 * at_claim[name]:.2g} % ({name})"
         facts.append((at_claim[name] < CLAIMED_ERROR, said))
-    figure = FIGURES["fig-7"]
-    return curves, claim(
-        figure.source,
-        holds=all_hold(facts[:2]) or all_hold(facts[2:]),
-        computed=agreement(facts, _what_falls(slopes, at_claim)),
-        evidence=figure.evidence,
-        why="slope of log error against log k with its 95 % interval, and the error at 1e4 N/m",
-    )
+    return curves, claim_of_facts(SOURCES["fig-7"], facts, _what_falls(slopes, at_claim), holds=all_hold(facts[:2]) or all_hold(facts[2:]))
 
 
 def _what_falls(slopes: Mapping[str, Slope], at_claim: Mapping[str, float]) -> str:

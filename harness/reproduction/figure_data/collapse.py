@@ -12,9 +12,8 @@ from harness.cases.tower.run import tower
 from harness.observables.summary import contact_changes
 from harness.observables.tower import TowerRun
 from harness.parameters.tower import Tower
-from harness.reproduction.claims import Statement, claim
-from harness.reproduction.sentences import agreement, all_hold
-from harness.reproduction.source_figures import FIGURES
+from harness.reproduction.claims import Statement, claim_of_facts
+from harness.reproduction.source import SOURCES
 
 HEIGHT = 9  # ten particles
 LAST = 1.5  # [t0] beyond it the grain of ten particles has left
@@ -55,19 +54,8 @@ def judged(runs: tuple[TowerRun, ...]) -> Statement:
             f"the contacts change in the same order, {shift:.3f} t0 apart at most",
         ),
     ]
-    figure = FIGURES["fig-9"]
-    return claim(
-        figure.source,
-        holds=all_hold(facts),
-        computed=agreement(
-            facts,
-            f"With Gamma {', '.join(f'{gamma:.2g}' for gamma in gammas)}, what is left between "
-            f"neighbours is {', '.join(f'{100 * part:.2g}' for part in left)} %.",
-        ),
-        evidence=figure.evidence,
-        why="a collapse leaves less than a tenth of the difference; 10 particles, 2 m/s, until "
-        f"{LAST:g} t0",
-    )
+    return claim_of_facts(SOURCES["fig-9"], facts, f"With Gamma {', '.join(f'{gamma:.2g}' for gamma in gammas)}, what is left between "
+            f"neighbours is {', '.join(f'{100 * part:.2g}' for part in left)} %.")
 
 
 def _spread(pair: tuple[TowerRun, TowerRun], *, scaled: bool) -> float:

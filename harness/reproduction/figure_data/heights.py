@@ -7,10 +7,9 @@ import pandas as pd
 
 from harness.cases.tower.impulse_angles import energy_scaling_angles
 from harness.observables.reference import PEYNEAU_ROUX, ReferencePoints
-from harness.reproduction.claims import Statement, claim, untestable
-from harness.reproduction.height_curves import FLAT, Curve, curves
-from harness.reproduction.sentences import Fact, agreement, all_hold
-from harness.reproduction.source_figures import FIGURES
+from harness.reproduction.claims import Fact, Statement, claim_of_facts, untestable
+from harness.reproduction.figure_data.height_curves import FLAT, Curve, curves
+from harness.reproduction.source import SOURCES
 from harness.theory.energy_scaling import LARGEST_HEIGHT
 
 HALVED = (0.4, 0.6)
@@ -19,14 +18,13 @@ HALVED = (0.4, 0.6)
 
 def thin_layers(reference: ReferencePoints | None) -> Statement:
     """Return the row of the measured angles: others' points, tested only if the user gives them."""
-    figure = FIGURES["fig-1"]
     published = (
         f"{PEYNEAU_ROUX.value_deg:g} +- {PEYNEAU_ROUX.uncertainty_deg:g} deg "
         f"({PEYNEAU_ROUX.citation})"
     )
     if reference is None:
         return untestable(
-            figure.source,
+            SOURCES["fig-1"],
             "an experiment of others (Perrin et al. 2021), whose points the source does not list; "
             "give them as a CSV with h_over_d and theta_deg",
             computed=f"Nothing was measured here: drawn is the published angle, {published}.",
@@ -40,13 +38,7 @@ def thin_layers(reference: ReferencePoints | None) -> Statement:
             f"{angles[-1]:.2f} deg, highest",
         )
     ]
-    return claim(
-        figure.source,
-        holds=all_hold(facts),
-        computed=agreement(facts, f"Beside it the published angle, {published}."),
-        evidence=figure.evidence,
-        why="points that the user gave",
-    )
+    return claim_of_facts(SOURCES["fig-1"], facts, f"Beside it the published angle, {published}.")
 
 
 def impulse_ratio(frame: pd.DataFrame) -> Statement:
@@ -108,14 +100,7 @@ def energy_scaling() -> tuple[pd.DataFrame, Statement]:
             f"It is below the published {PEYNEAU_ROUX.value_deg:g} +- "
             f"{PEYNEAU_ROUX.uncertainty_deg:g} deg from n = {below[0]} on, long before ten."
         )
-    figure = FIGURES["fig-13"]
-    return scaling, claim(
-        figure.source,
-        holds=all_hold(facts),
-        computed=agreement(facts, remark),
-        evidence=figure.evidence,
-        why="closed form; an asymptote would be flat to a hundredth from ten on",
-    )
+    return scaling, claim_of_facts(SOURCES["fig-13"], facts, remark)
 
 
 def _falling(runs: list[Curve], unit: str) -> list[Fact]:
@@ -152,16 +137,7 @@ def _row(key: str, facts: list[Fact], runs: list[Curve], remark: str = "") -> St
     """Return the row: corrected if only the runs that rise are in the way."""
     figure = FIGURES[key]
     wrong = [run.name for run in runs if not run.falls]
-    return claim(
-        figure.source,
-        holds=all_hold(facts),
-        corrected_holds=len(wrong) < len(runs) and sum(not h for h, _ in facts) == len(wrong),
-        correction=f"not for {'; '.join(wrong)}",
-        computed=agreement(facts, remark),
-        evidence=figure.evidence,
-        why="deformable law, exact propagator, turnaround window; a hundredth of the value at "
-        "n = 1 is what a figure shows",
-    )
+    return claim_of_facts(SOURCES[key], facts, remark, corrected_holds=len(wrong) < len(runs) and sum(not h for h, _ in facts) == len(wrong), correction=f"not for {'; '.join(wrong)}")
 
 
 def _distance(runs: list[Curve], reference: ReferencePoints) -> float:
