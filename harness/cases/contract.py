@@ -14,15 +14,24 @@ with ``plans``; override ``verify`` for studies of another shape.
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Callable, ClassVar, Generic, Literal, TypeVar
 
 from harness.comparison.findings import Findings
 from harness.comparison.tolerances import Tolerance
-from harness.comparison.verdicts import Check, Kind, failed_run, judge, not_tested
+from harness.comparison.triage import Triage
+from harness.comparison.verdicts import (
+    Check,
+    Kind,
+    Verdict,
+    failed_run,
+    judge,
+    not_tested,
+)
 from harness.engines.contract import Engine, Job, Output, Template
 from harness.engines.traits import Traits
 from harness.errors import EngineError, RequestError
@@ -74,11 +83,18 @@ class Plan(Generic[P]):
 
 @dataclass(frozen=True)
 class Study:
-    """How a verification is to be done: how much of it, and how to open another engine by name."""
+    """How a verification is to be done: how much of it, and how to open another engine by name.
+
+    ``missing`` are the names of engines that were asked for and could not be run. ``memo`` holds
+    what several engines of one study share, as the results of a reference; a case keys its
+    entries by its own name.
+    """
 
     level: LevelName = "default"
     progress: Progress = silent
     open_engine: Callable[[str], AbstractContextManager[Engine]] | None = None
+    missing: frozenset[str] = frozenset()
+    memo: dict[Any, Any] = field(default_factory=dict, compare=False, repr=False)
 
 
 class Case(ABC, Generic[P]):
@@ -96,6 +112,9 @@ class Case(ABC, Generic[P]):
     template: ClassVar[Template]
     solvers: ClassVar[tuple[str, ...]] = ()
     """Solvers of this package that run it beside engines."""
+    regression: ClassVar[Mapping[str, Tolerance]] = {}
+    """How far the quantities of its baseline records may move, by their names; ``series`` is the
+    band about every series."""
 
     @property
     def presets(self) -> Mapping[str, P]:
@@ -155,6 +174,10 @@ class Case(ABC, Generic[P]):
         """Judge an engine beside the main one; as :meth:`verify` unless there is less to do."""
         return self.verify(engine, study)
 
+    def recorded(self, study: Study) -> Mapping[str, Findings]:  # noqa: ARG002
+        """Return what was recorded with engines of ``study.missing``, by the name to show."""
+        return {}
+
     def across(self, beside: Mapping[str, Findings]) -> Sequence[Check]:  # noqa: ARG002
         """Hold engines, by name, against one another."""
         return ()
@@ -193,6 +216,33 @@ class Case(ABC, Generic[P]):
             )
             for quantity, tolerance in plan.tolerances.items()
         ]
+
+
+Part = tuple[str, Callable[[], Sequence[Check]]]
+"""A part of a verification: its name, and what runs it and returns its rows."""
+
+
+def rows_of_parts(case: str, parts: Sequence[Part], unit: str = "") -> list[Check]:
+    """Run the parts of a verification in order and return their rows.
+
+    A part that raises becomes a failed row; the other parts go on.
+    """
+    rows: list[Check] = []
+    for name, part in parts:
+        try:
+            rows += part()
+        except Exception as error:  # noqa: BLE001 - a report is written whatever a part does
+            rows.append(failed_part(f"{case}: {name}", error, unit))
+    return rows
+
+
+def failed_part(name: str, error: Exception, unit: str = "", kind: Kind = Kind.CROSS_CODE) -> Check:
+    """Return the failed row of a part that raised: of an engine that died, or of an error here."""
+    if isinstance(error, EngineError):
+        return failed_run(name, kind, error, unit)
+    nan = math.nan
+    told = f"{type(error).__name__}: {error}"
+    return Check(name, kind, unit, nan, nan, nan, nan, Verdict.FAIL, "", told, Triage.HARNESS)
 
 
 def check_declared(case: Case[Any], values: Mapping[str, Any]) -> None:

@@ -24,7 +24,9 @@ class BaselineRecord:
     """A record, measured now or kept in the baseline; two of the same name are compared.
 
     ``name`` is ``engine/what`` and the path of its file. ``parameters`` is
-    JSON-ready. ``levels`` are the levels of ``verify`` that run it.
+    JSON-ready. ``levels`` are the levels of ``verify`` that run it. ``case`` is the name of the
+    case, ``label`` says in short what the record is, and records of one ``family`` tell about
+    each other.
     """
 
     name: str
@@ -37,6 +39,9 @@ class BaselineRecord:
     script: str = ""
     script_sha256: str = ""
     levels: tuple[str, ...] = ()
+    case: str = ""
+    label: str = ""
+    family: tuple[str, ...] = ()
     series: Series | None = field(default=None, repr=False)
 
     def at(self, level: str, platform: str) -> BaselineRecord:

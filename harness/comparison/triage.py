@@ -26,6 +26,7 @@ class Triage(StrEnum):
     NAN = "NaN"
     OUT_OF_TIME = "out of time"
     OUT_OF_MEMORY = "out of memory"
+    HARNESS = "harness error"
     NOT_TESTED = "not tested"
 
 

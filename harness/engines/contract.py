@@ -81,6 +81,8 @@ class Engine(ABC):
     """A DEM code that runs jobs. Use it as a context manager."""
 
     name: ClassVar[str]
+    title: ClassVar[str] = ""
+    """The name as its authors write it; empty where that is ``name`` in capitals."""
     traits: Traits
 
     @abstractmethod
@@ -94,7 +96,8 @@ class Engine(ABC):
         Raise RequestError, before anything runs, for a job that :meth:`refuses` names.
         """
 
-    def states(self, template: Template) -> bool:
+    @classmethod
+    def states(cls, template: Template) -> bool:
         """Return whether the engine can run a template at all: here, whether it has a scene."""
         return template.scene is not None
 
@@ -121,7 +124,27 @@ class Engine(ABC):
         """
         return None
 
-    def inputs(self, templates: Iterable[Template]) -> dict[str, str]:  # noqa: ARG002
+    def twin(self) -> Engine | None:
+        """Return another way to run the same installation, or None where there is no other.
+
+        Raise EngineMissingError where there is one that is not here. Close it after use.
+        """
+        return None
+
+    @classmethod
+    def fingerprint_of(cls, program: str | None = None, **options: Any) -> Mapping[str, Any] | None:  # noqa: ARG003
+        """Return what :meth:`fingerprint` would, without opening the engine; None: not known.
+
+        Takes what opens the engine. Raise RequestError for a program that is not there.
+        """
+        return None
+
+    def script_digest(self, job: Job) -> str:  # noqa: ARG002
+        """Return a digest of the script that a job runs; empty where the engine takes scenes."""
+        return ""
+
+    @classmethod
+    def inputs(cls, templates: Iterable[Template]) -> dict[str, str]:  # noqa: ARG003
         """Return the generated input files of templates, by their names below ``inputs``."""
         return {}
 

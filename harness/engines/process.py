@@ -7,7 +7,7 @@ import os
 import signal
 import subprocess
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,6 +20,9 @@ from harness.errors import (
 
 LAST_WORDS = 4000
 """Characters that are kept of what a program said."""
+
+LOOK_SECONDS = 0.5
+"""Between two looks at the progress of a program."""
 
 
 @dataclass(frozen=True)
@@ -73,11 +76,13 @@ class Processes:
         seconds: float,
         memory: int,
         environment: Mapping[str, str] | None = None,
+        progress: Callable[[], int] | None = None,
     ) -> Ended:
         """Run a command in a folder, one thread, its words in ``folder/said``; wait for its end.
 
-        Its whole process group is killed when time is over or the harness is
-        interrupted. Raise EngineCrashError after :meth:`close`.
+        Time is over ``seconds`` after the start, or after ``progress`` last changed. The whole
+        process group is killed then, or when the harness is interrupted. Raise
+        EngineCrashError after :meth:`close`.
         """
         if self.closed:
             raise EngineCrashError(f"{Path(command[0]).name} was closed")
@@ -93,16 +98,13 @@ class Processes:
                 start_new_session=True,
             )
             self._live.add(process)
-            timed_out = False
             try:
-                process.wait(seconds)
-            except subprocess.TimeoutExpired:
-                timed_out = True
+                timed_out = _hangs(process, seconds, progress)
             finally:
                 # also when the harness is interrupted
                 _kill(process)
                 self._live.discard(process)
-        words = text_of(folder / "said")[-LAST_WORDS:]
+        words = last_text(folder / "said")
         return Ended(words, process.returncode, time.monotonic() - start, timed_out)
 
     def close(self) -> None:
@@ -140,6 +142,36 @@ def first_words(text: str) -> str:
 def text_of(path: Path) -> str:
     """Return the text of a file, or nothing where there is none."""
     return path.read_text(encoding="utf-8", errors="replace") if path.exists() else ""
+
+
+def last_text(path: Path, size: int = LAST_WORDS) -> str:
+    """Return the last ``size`` bytes of a file as text, however long it is."""
+    with path.open("rb") as stream:
+        stream.seek(max(0, path.stat().st_size - size))
+        return stream.read().decode(errors="replace")
+
+
+def first_text(path: Path, size: int) -> str:
+    """Return the first ``size`` bytes of a file as text, however long it is."""
+    with path.open("rb") as stream:
+        return stream.read(size).decode(errors="replace")
+
+
+def _hangs(
+    process: subprocess.Popen[bytes], seconds: float, progress: Callable[[], int] | None
+) -> bool:
+    """Wait for the end of a process; return whether it went ``seconds`` without progress."""
+    state = None if progress is None else progress()
+    since = time.monotonic()
+    while (left := since + seconds - time.monotonic()) > 0.0:
+        try:
+            process.wait(left if progress is None else min(left, LOOK_SECONDS))
+        except subprocess.TimeoutExpired:
+            if progress is not None and progress() != state:
+                state, since = progress(), time.monotonic()
+        else:
+            return False
+    return process.poll() is None
 
 
 def _with_memory_limit(command: Sequence[str], limit: int) -> list[str]:

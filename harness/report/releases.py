@@ -41,13 +41,15 @@ def write_releases(found: ReleaseMatrix, folder: Path) -> None:
 def markdown(found: ReleaseMatrix) -> str:
     """Return the matrix as Markdown: who ran, how much is of each class, and every row."""
     reference = found.columns[found.reference].release
+    first = found.columns[found.reference].provenance
+    engine = first.engine if first else "engine"
     lines = [
-        "# LAMMPS releases",
+        f"# Releases of {engine}",
         "",
         f"Cases of `verify --{found.level}`, each release through its own executable, on "
         f"{found.platform}. Changes are against {reference}.",
         "",
-        "| release | LAMMPS | " + " | ".join(str(c) for c in Change if c != "reference") + " |",
+        f"| release | {engine} | " + " | ".join(str(c) for c in Change if c != "reference") + " |",
         f"|---|---|{'--:|' * (len(Change) - 1)}",
     ]
     for i, column in enumerate(found.columns):

@@ -5,30 +5,31 @@ How far two classes are apart is known beforehand, from the reference DEM under 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import combinations
 
-from harness.cases.incline.engine_checks import stated_angles
+from harness.cases.incline.engine_angle import OWN, EngineAngle
+from harness.cases.incline.levels import STATED
 from harness.cases.incline.rules import PLASTIC_ROLE, SOURCE_ROLE
-from harness.comparison.engine_evidence import OWN, EngineAngle, EngineEvidence
-from harness.comparison.tolerances import TOLERANCES
+from harness.cases.incline.tolerances import ENGINES_OF_ONE_CLASS
 from harness.comparison.verdicts import Check, Kind, finding, judge
 
-BASE = "lammps"
 
+def across_engines(angles: Sequence[EngineAngle]) -> list[Check]:
+    """Return the rows of engines against one another, at the stated stiffness and step.
 
-def across_engines(evidence: EngineEvidence) -> list[Check]:
-    """Return the rows of engines against one another, at the stated stiffness and step."""
+    Those of the first engine's class are judged; other classes are findings beside it.
+    """
     rows: list[Check] = []
+    live = [a for a in angles if not a.recorded and a.engine != OWN]
+    base = live[0].engine if live else ""
     for role in (PLASTIC_ROLE, SOURCE_ROLE):
-        angles = [a for a in stated_angles(evidence) if a.contact.startswith(role)]
-        for one, other in combinations(angles, 2):
-            if OWN in (one.engine, other.engine):
-                continue
+        stated = [a for a in live if a.role == role and STATED == (a.stiffness, a.steps_per_contact)]
+        for one, other in combinations(stated, 2):
             if _one_class(one, other) and one.rules.tail == "attractive":
                 rows.append(_agree(one, other))
-            elif BASE in (one.engine, other.engine) and one.rules != other.rules:
-                base, beside = (one, other) if one.engine == BASE else (other, one)
-                rows.append(_apart(beside, base))
+            elif one.engine == base and one.rules != other.rules:
+                rows.append(_apart(other, one))
     return rows
 
 
@@ -43,7 +44,7 @@ def _agree(one: EngineAngle, other: EngineAngle) -> Check:
         Kind.CROSS_CODE,
         other.value_deg,
         one.value_deg,
-        TOLERANCES["critical angle, engines of one class"],
+        ENGINES_OF_ONE_CLASS,
         uncertainty=one.uncertainty_deg + other.uncertainty_deg,
         note="one grew out of the other: a regression partner" if partners else "",
     )

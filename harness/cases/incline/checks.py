@@ -1,129 +1,144 @@
-"""LAMMPS on the incline, held against the closed form and against itself."""
+"""An engine on the incline, held against the closed form and against itself."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from functools import partial
 
-import numpy as np
-
+from harness.cases.contract import Part, rows_of_parts
 from harness.cases.incline.critical_angle import CriticalAngle
 from harness.cases.incline.critical_angles import complete, critical_angle, critical_angles
+from harness.cases.incline.evidence import Verifying
 from harness.cases.incline.extrapolation import extrapolate
+from harness.cases.incline.levels import SOURCE_CASE, SOURCE_CLIPPED
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.passage import PHASES
 from harness.cases.incline.passages import passages
-from harness.cases.incline.records import angle_case
-from harness.comparison.evidence import InclineEvidence, Recursion
-from harness.comparison.tolerances import TOLERANCES, Tolerance
-from harness.comparison.verdicts import (
-    Check,
-    Kind,
-    failed_run,
-    finding,
-    judge,
-    judge_within_uncertainty,
-    not_tested,
-)
-from harness.engines.contract import Engine
-from harness.engines.lammps.engine import Lammps
-from harness.errors import EngineError, RequestError
+from harness.cases.incline.records import angle_case, extrapolated_case, in_phases
+from harness.cases.incline.recursion import recursion
+from harness.cases.incline.reference_checks import against_the_reference
+from harness.cases.incline.runs import measured, run_inclines
+from harness.cases.incline.tolerances import EXTRAPOLATED, MOST_ROUTE_JITTER, SCALES, TWO_WAYS
+from harness.comparison.findings import Headline
+from harness.comparison.tolerances import Tolerance
+from harness.comparison.verdicts import Check, Kind, failed_run, finding, judge, not_tested
+from harness.errors import EngineError, EngineMissingError, RequestError
 from harness.parameters.contact import PLASTIC
-from harness.theory import energy_map
-from harness.theory.shock import SHOCK_WITHOUT_REBOUND
-from harness.workflows.progress import Progress
-from harness.workflows.verification.baseline_rows import in_phases, keep_errors
-from harness.workflows.verification.levels import SOURCE_CASE, SOURCE_CLIPPED, Level
 
-RECURSION_CASE = Incline(contact=PLASTIC, stiffness=1e6, steps_per_contact=200.0, angle=10.6)
 NEAR_CRITICAL_DEG = (10.20, 10.22)
 """The two angles of the source's velocity figure: trapped and moving."""
 
+HEADLINE = "critical angle of the frictionless incline"
 
-def incline_checks(
-    engine: Engine, level: Level, evidence: InclineEvidence, progress: Progress
-) -> list[Check]:
-    """Run the incline and return its checks; fill in the evidence.
+
+def incline_checks(verifying: Verifying) -> list[Check]:
+    """Run the incline in an engine and return its checks; fill in findings and evidence.
 
     A part whose engine dies becomes a failed row; the other parts go on.
     """
-    parts: list[tuple[str, Callable[[], list[Check]]]] = [
-        ("extrapolation", lambda: _extrapolation(engine, level, evidence, progress)),
-        ("source's and clipped contact", lambda: _beside(engine, level, evidence, progress)),
-        ("two routes", lambda: _routes(engine, level, evidence, progress)),
-        ("energy after each shock", lambda: _recursion(engine, evidence)),
-        ("motion near the critical angle", lambda: _motions(engine, evidence)),
-        ("scale invariance", lambda: _scales(engine, progress)),
-        ("two ways to run LAMMPS", lambda: _two_ways(engine)),
-        ("passages at a fixed angle", lambda: passages(engine, evidence)),
+    parts: list[Part] = [
+        ("extrapolation", partial(_extrapolation, verifying)),
+        ("source's and clipped contact", partial(_beside, verifying)),
+        ("the source's contact and its tail", partial(_tails, verifying)),
+        ("two routes", partial(_routes, verifying)),
+        ("energy after each shock", partial(recursion, verifying)),
+        ("motion near the critical angle", partial(_motions, verifying)),
+        ("scale invariance", partial(_scales, verifying)),
+        ("two ways to run it", partial(_two_ways, verifying)),
+        ("passages at a fixed angle", partial(passages, verifying)),
+        ("against the reference DEM", partial(against_the_reference, verifying)),
     ]
-    checks: list[Check] = []
-    for name, part in parts:
-        try:
-            checks += part()
-        except EngineError as error:
-            checks.append(failed_run(f"incline: {name}", Kind.CROSS_CODE, error, "deg"))
-    return checks
+    return rows_of_parts("incline", parts, "deg")
 
 
-def _extrapolation(
-    engine: Engine, level: Level, evidence: InclineEvidence, progress: Progress
-) -> list[Check]:
-    cases = level.ladder.cases(Incline(contact=PLASTIC))
+def _extrapolation(verifying: Verifying) -> list[Check]:
+    name = f"incline: critical angle, {verifying.who} extrapolated"
+    cases = verifying.level.ladder.cases(Incline(contact=PLASTIC))
+    refused = verifying.refusal(cases[0])
+    if refused:
+        return [not_tested(name, Kind.ANALYTIC, refused, "deg")]
     found_or_died = critical_angles(
-        cases, engine, stage="plastic contact, extrapolation", progress=progress
+        cases,
+        verifying.engine,
+        stage="plastic contact, extrapolation",
+        progress=verifying.study.progress,
     )
-    keep_errors(evidence, engine.name, cases, found_or_died, PHASES)
+    verifying.keep(cases, found_or_died, PHASES)
     angles = complete(found_or_died)
+    evidence = verifying.evidence
     evidence.by_contact[PLASTIC.name] = angles
     evidence.extrapolated = found = extrapolate(angles)
+    verifying.found.records.append(extrapolated_case(found, angles))
     expected = evidence.closed_form_deg
-    return [
-        judge(
-            "incline: critical angle, LAMMPS extrapolated",
-            Kind.ANALYTIC,
-            found.value_deg,
+    verifying.found.headlines.append(
+        Headline(
+            HEADLINE,
+            "deg",
             expected,
-            TOLERANCES["critical angle, extrapolated"],
-            uncertainty=found.uncertainty_deg,
-        ),
-        judge_within_uncertainty(
+            found.value_deg,
+            found.uncertainty_deg,
+            verifying.who,
+            "plastic contact, step to zero, then stiffness to infinity",
+        )
+    )
+    value, stated = found.value_deg, found.uncertainty_deg
+    cap = EXTRAPOLATED.absolute
+    honest = "an honest uncertainty contains the truth, and tells more than the tolerance does"
+    return [
+        judge(name, Kind.ANALYTIC, value, expected, EXTRAPOLATED, uncertainty=stated),
+        judge(
             "incline: the stated uncertainty holds the closed form",
             Kind.ANALYTIC,
-            found.value_deg,
+            value,
             expected,
-            found.uncertainty_deg,
-            "deg",
-            "an honest uncertainty contains the truth",
+            Tolerance("deg", min(stated, cap), 0.0, honest),
+            uncertainty=stated,
         ),
     ]
 
 
-def _beside(
-    engine: Engine, level: Level, evidence: InclineEvidence, progress: Progress
-) -> list[Check]:
-    cases = level.beside()
+def _beside(verifying: Verifying) -> list[Check]:
+    level = verifying.level
+    rows: list[Check] = []
+    cases: list[Incline] = []
+    for case in level.beside():
+        refused = verifying.refusal(case)
+        if refused:
+            rows.append(not_tested(_cell_name(case), Kind.CROSS_CODE, refused, "deg"))
+        else:
+            cases.append(case)
     angles = critical_angles(
         cases,
-        engine,
+        verifying.engine,
         phases=level.phases_beside,
         stage="source's and clipped contact",
-        progress=progress,
+        progress=verifying.study.progress,
     )
-    keep_errors(evidence, engine.name, cases, angles, level.phases_beside)
-    rows: list[Check] = []
+    verifying.keep(cases, angles, level.phases_beside)
     for case, angle in zip(cases, angles, strict=True):
         if isinstance(angle, EngineError):
-            name = f"incline: {case.contact.name}, k = {case.stiffness:g} N/m"
-            rows.append(failed_run(name, Kind.CROSS_CODE, angle, "deg"))
+            rows.append(failed_run(_cell_name(case), Kind.CROSS_CODE, angle, "deg"))
         else:
-            evidence.by_contact.setdefault(case.contact.name, []).append(angle)
-    clipped = critical_angle(
-        SOURCE_CASE.replace(contact=SOURCE_CLIPPED), engine=engine, method="passage"
-    )
-    kept = critical_angle(SOURCE_CASE, engine=engine, method="passage")
-    evidence.measured += [angle_case(angle, in_phases(PHASES)) for angle in (clipped, kept)]
-    rows += [_bias(kept, evidence.closed_form_deg), _clipping(clipped, kept)]
+            verifying.evidence.by_contact.setdefault(case.contact.name, []).append(angle)
     return rows
+
+
+def _cell_name(case: Incline) -> str:
+    return (
+        f"incline: {case.contact.name}, k = {case.stiffness:g} N/m, "
+        f"{case.steps_per_contact:g} steps"
+    )
+
+
+def _tails(verifying: Verifying) -> list[Check]:
+    """Return the findings on the source's contact at its own step, tail kept and clipped."""
+    cut = SOURCE_CASE.replace(contact=SOURCE_CLIPPED)
+    for case in (cut, SOURCE_CASE):
+        refused = verifying.refusal(case)
+        if refused:
+            return [not_tested(_cell_name(case), Kind.CROSS_CODE, refused, "deg")]
+    clipped, kept = (critical_angle(case, engine=verifying.engine) for case in (cut, SOURCE_CASE))
+    verifying.found.records += [angle_case(angle, in_phases(PHASES)) for angle in (clipped, kept)]
+    return [_bias(kept, verifying.evidence.closed_form_deg), _clipping(clipped, kept)]
 
 
 def _bias(angle: CriticalAngle, closed_form: float) -> Check:
@@ -148,95 +163,64 @@ def _clipping(clipped: CriticalAngle, kept: CriticalAngle) -> Check:
     )
 
 
-def _routes(
-    engine: Engine, level: Level, evidence: InclineEvidence, progress: Progress
-) -> list[Check]:
+def _routes(verifying: Verifying) -> list[Check]:
+    level, progress, engine = verifying.level, verifying.study.progress, verifying.engine
     rows = []
     for number, case in enumerate(level.routes, 1):
+        name = f"incline: steady against passage, {case.contact.name} contact"
         progress("passage against steady", number - 1, len(level.routes))
+        refused = verifying.refusal(case)
+        if refused:
+            rows.append(not_tested(name, Kind.CROSS_CODE, refused, "deg"))
+            continue
         passage = critical_angle(case, method="passage", engine=engine)
         steady = critical_angle(
             case, method="steady", tolerance_deg=level.steady_tolerance_deg, engine=engine
         )
-        evidence.routes += [passage, steady]
-        evidence.measured += [
+        verifying.evidence.routes += [passage, steady]
+        verifying.found.records += [
             angle_case(passage, in_phases(PHASES)),
             angle_case(steady, f"{level.steady_tolerance_deg:g}-deg"),
         ]
-        rows.append(
-            judge_within_uncertainty(
-                f"incline: steady against passage, {case.contact.name} contact",
-                Kind.CROSS_CODE,
-                steady.value_deg,
-                passage.value_deg,
-                steady.uncertainty_deg + passage.uncertainty_deg,
-                "deg",
-                TOLERANCES["two routes"].reason,
-            )
+        stated = steady.uncertainty_deg + passage.uncertainty_deg
+        cap = level.steady_tolerance_deg + MOST_ROUTE_JITTER
+        why = (
+            "passage and steady must agree within the sum of their uncertainties, and within the "
+            f"resolution of the search and the jitter of a contact's begin, {cap:g} deg"
         )
+        width = Tolerance("deg", min(stated, cap), 0.0, why)
+        value, expected = steady.value_deg, passage.value_deg
+        rows.append(judge(name, Kind.CROSS_CODE, value, expected, width, uncertainty=stated))
         progress("passage against steady", number, len(level.routes))
     return rows
 
 
-def _recursion(engine: Engine, evidence: InclineEvidence) -> list[Check]:
-    """Hold the energy after each shock against E[j+1] = (E[j] + dE) / 4 from the first one."""
-    case = RECURSION_CASE
-    run = engine.measured([case], "steady")[0]
-    measured = run.crests.margin_J / case.weight_energy + energy_map.well_depth(case.angle)
-    if len(measured) < 2:
-        return [not_tested("incline: energy after each shock", Kind.ANALYTIC, "it was trapped")]
-    predicted = np.concatenate(
-        [
-            measured[:1],
-            energy_map.energies(
-                float(measured[0]), len(measured) - 1, case.angle, SHOCK_WITHOUT_REBOUND
-            ),
-        ]
-    )
-    evidence.recursion = Recursion(run, measured, predicted)
-    worst = int(np.argmax(np.abs(measured - predicted)))
-    return [
-        judge(
-            f"incline: energy after shock {worst + 1}, the worst of {len(measured)}",
-            Kind.ANALYTIC,
-            float(measured[worst]),
-            float(predicted[worst]),
-            _recursion_tolerance(engine, evidence.closed_form_deg),
-        )
-    ]
-
-
-def _recursion_tolerance(engine: Engine, closed_form: float) -> Tolerance:
-    """Return what stiffness and step are worth in energy, by the passage route at the same ones."""
-    angle = critical_angle(RECURSION_CASE, engine=engine)
-    off = abs(angle.value_deg - closed_form) + angle.uncertainty_deg
-    slope = energy_map.passage_margin_slope(closed_form, SHOCK_WITHOUT_REBOUND)
-    # a geometric sum of such errors, each passed on with 1/4, is 4/3 of one; the shock
-    # at this angle is up to half as strong again as at the critical one
-    return Tolerance(
-        "m g d",
-        2.0 * off * slope,
-        0.0,
-        "bias and jitter of the passage route at this stiffness and step, as an energy, times 2",
-    )
-
-
-def _motions(engine: Engine, evidence: InclineEvidence) -> list[Check]:
+def _motions(verifying: Verifying) -> list[Check]:
+    name = "incline: motion near the critical angle"
+    refused = verifying.refusal(SOURCE_CASE, "steady")
+    if refused:
+        return [not_tested(name, Kind.CROSS_CODE, refused)]
     cases = [SOURCE_CASE.replace(angle=angle, wells=20) for angle in NEAR_CRITICAL_DEG]
-    for run in engine.inclines(cases, "steady", every=100):
+    for run in run_inclines(verifying.engine, cases, "steady", every=100):
         if isinstance(run, EngineError):
             raise run
-        evidence.motions.append(run)
+        verifying.evidence.motions.append(run)
     return []
 
 
-def _scales(engine: Engine, progress: Progress) -> list[Check]:
-    base = SOURCE_CASE
+def _scales(verifying: Verifying) -> list[Check]:
+    base, engine = SOURCE_CASE, verifying.engine
     glass = base.replace(diameter=3e-3, density=2500.0, stiffness=1.0e6)
     others = {
         "3 mm glass": _same_rigidity(glass, base),
         "lunar gravity": _same_rigidity(base.replace(gravity=1.62), base),
     }
+    refused = verifying.refusal(base)
+    if refused:
+        return [
+            not_tested(f"incline: scale invariance, {name}", Kind.CROSS_CODE, refused, "deg")
+            for name in others
+        ]
     reference = critical_angle(base, engine=engine)
     rows = []
     for number, (name, case) in enumerate(others.items(), 1):
@@ -247,11 +231,11 @@ def _scales(engine: Engine, progress: Progress) -> list[Check]:
                 Kind.CROSS_CODE,
                 angle.value_deg,
                 reference.value_deg,
-                TOLERANCES["scale invariance"],
+                SCALES,
                 uncertainty=angle.uncertainty_deg,
             )
         )
-        progress("scale invariance", number, len(others))
+        verifying.study.progress("scale invariance", number, len(others))
     return rows
 
 
@@ -260,26 +244,19 @@ def _same_rigidity(case: Incline, base: Incline) -> Incline:
     return case.replace(stiffness=case.mass * case.gravity / (base.static_overlap * case.diameter))
 
 
-def _two_ways(engine: Engine) -> list[Check]:
-    """Hold an in-process run against the executable of the same installation."""
+def _two_ways(verifying: Verifying) -> list[Check]:
+    """Hold a run against the same installation run in its other way, where it has one."""
     name = "incline: in-process against executable, energy margin"
-    if engine.name != "lammps":
-        return [not_tested(name, Kind.CROSS_CODE, f"this is {engine.name!r}, not LAMMPS", "J")]
-    if engine.identify().how != "in-process":
-        return [not_tested(name, Kind.CROSS_CODE, "an executable was asked for", "J")]
     case = SOURCE_CASE.replace(angle=10.0)
+    refused = verifying.refusal(case)
     try:
-        with Lammps(lmp="lmp") as executable:
-            other = executable.measured([case], "passage")[0]
-    except RequestError as error:
+        twin = None if refused else verifying.engine.twin()
+        if twin is None:
+            reason = refused or f"{verifying.who} has no other way to be run here"
+            return [not_tested(name, Kind.CROSS_CODE, reason, "J")]
+        with twin:
+            other = measured(twin, [case], "passage")[0]
+    except (EngineMissingError, RequestError) as error:
         return [not_tested(name, Kind.CROSS_CODE, str(error), "J")]
-    own = engine.measured([case], "passage")[0]
-    return [
-        judge(
-            name,
-            Kind.CROSS_CODE,
-            own.margin_J,
-            other.margin_J,
-            TOLERANCES["same script, two ways to run it"],
-        )
-    ]
+    own = measured(verifying.engine, [case], "passage")[0]
+    return [judge(name, Kind.CROSS_CODE, own.margin_J, other.margin_J, TWO_WAYS)]

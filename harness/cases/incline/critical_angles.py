@@ -6,18 +6,20 @@ import threading
 from collections.abc import Sequence
 from typing import Literal
 
+from harness.cases.contract import Progress, silent
 from harness.cases.incline.critical_angle import CriticalAngle
 from harness.cases.incline.extrapolation import ExtrapolatedAngle, extrapolate
 from harness.cases.incline.ladder import Ladder
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.passage import PHASES, critical_angle_by_passage
 from harness.cases.incline.steady import critical_angle_by_steady_motion
+from harness.cases.incline.rebound import ONE_SHOCK, rebound
+from harness.cases.incline.runs import measured
 from harness.engines.contract import Engine
 from harness.engines.parallel import cores, parallel_map
 from harness.engines.registry import open_engine
 from harness.errors import EngineError, EngineOutputError, RequestError
 from harness.parameters.contact import PLASTIC
-from harness.workflows.progress import Progress, silent
 
 Method = Literal["passage", "steady"]
 
@@ -49,10 +51,10 @@ def critical_angle(
     tolerance = TOLERANCES_DEG[method] if tolerance_deg is None else tolerance_deg
     if method == "steady":
         return critical_angle_by_steady_motion(
-            lambda cases: engine.measured(cases, "steady"), case, tolerance_deg=tolerance
+            lambda cases: measured(engine, cases, "steady"), case, tolerance_deg=tolerance
         )
     return critical_angle_by_passage(
-        lambda cases: engine.measured(cases, "passage"),
+        lambda cases: measured(engine, cases, "passage"),
         case,
         tolerance_deg=tolerance,
         phases=phases,
@@ -102,7 +104,8 @@ def extrapolated_critical_angle(
     """Return the critical angle with the step to zero, then the stiffness to infinity.
 
     The plastic contact unless a case says otherwise; passage route. Raise the
-    first EngineError: a ladder with a rung missing is not extrapolated.
+    first EngineError: a ladder with a rung missing is not extrapolated. Raise RequestError for a
+    contact that rebounds too much for a passage, after the cheapest rung.
     """
     case = case or Incline(contact=PLASTIC)
     if engine is None:
@@ -110,9 +113,15 @@ def extrapolated_critical_angle(
             return extrapolated_critical_angle(
                 case, ladder=ladder, engine=opened, stage=stage, progress=progress
             )
-    rungs = (ladder or Ladder()).cases(case)
+    *rungs, cheapest = (ladder or Ladder()).cases(case)
+    first: list[CriticalAngle] = []
+    if rebound(case.contact) > ONE_SHOCK:
+        # refused, if at all, before the ladder is climbed
+        first.append(critical_angle(cheapest, engine=engine))
+    else:
+        rungs.append(cheapest)
     angles = critical_angles(rungs, engine, stage=stage, progress=progress)
-    return extrapolate(complete(angles))
+    return extrapolate([*complete(angles), *first])
 
 
 def complete(angles: Sequence[CriticalAngle | EngineError]) -> list[CriticalAngle]:

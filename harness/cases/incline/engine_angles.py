@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from harness.cases.incline.critical_angle import CriticalAngle
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.passage import critical_angle_by_passage
 from harness.cases.incline.rules import reference_for
-from harness.comparison.tolerances import TOLERANCES, Tolerance
+from harness.cases.incline.runs import measured
+from harness.cases.incline.tolerances import REFERENCE_ANGLE
+from harness.comparison.tolerances import Tolerance
 from harness.engines.contract import Engine
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineOutputError, RequestError
@@ -27,7 +30,7 @@ def measured_angle(case: Incline, engine: Engine, phases: int) -> CriticalAngle 
     """Return the critical angle by passage, or what became of it."""
     try:
         return critical_angle_by_passage(
-            lambda cases: engine.measured(cases, "passage"), case, phases=phases
+            lambda cases: measured(engine, cases, "passage"), case, phases=phases
         )
     except EngineError as error:
         return error
@@ -44,7 +47,7 @@ def microseconds_per_step(angle: CriticalAngle, engine: Engine) -> float:
     short = angle.case.replace(angle=angle.value_deg)
     long = short.replace(steps_per_contact=LONGER * short.steps_per_contact)
     try:
-        few, many = (engine.measured([case], "passage")[0] for case in (short, long))
+        few, many = (measured(engine, [case], "passage")[0] for case in (short, long))
     except EngineError:
         return math.nan
     steps, seconds = many.steps - few.steps, many.seconds - few.seconds
@@ -59,7 +62,7 @@ def same_rules(traits: Traits, off: CriticalAngle, closed_form: float) -> Tolera
     Round-off that moves a contact's end to another step moves one phase of the mean by its
     whole range; the digits of an output are an error of the margin.
     """
-    known = TOLERANCES["critical angle, reference DEM"]
+    known = REFERENCE_ANGLE
     phases = max(1, len({sample.phase for sample in off.samples}))
     jitter = max(known.absolute, 2.0 * off.uncertainty_deg / phases)
     slope = passage_margin_slope(closed_form, SHOCK_WITHOUT_REBOUND)
@@ -68,19 +71,16 @@ def same_rules(traits: Traits, off: CriticalAngle, closed_form: float) -> Tolera
     return Tolerance("deg", jitter + digits, 0.0, why)
 
 
-class References:
-    """The critical angles of the reference DEM, each set of rules run once."""
+def reference_angle(
+    traits: Traits, case: Incline, phases: int, memo: dict[Any, Any]
+) -> CriticalAngle | EngineError | None:
+    """Return the reference DEM's angle under an engine's rules; None where it has no such scheme.
 
-    def __init__(self, phases: int) -> None:
-        self._phases = phases
-        self._known: dict[tuple[str, str, Incline], CriticalAngle | EngineError | None] = {}
-
-    def angle(self, traits: Traits, case: Incline) -> CriticalAngle | EngineError | None:
-        """Return the angle under an engine's rules; None where it has no such scheme."""
-        key = (traits.integrator, traits.spring, case)
-        if key not in self._known:
-            engine = reference_for(traits)
-            self._known[key] = (
-                None if engine is None else measured_angle(case, engine, self._phases)
-            )
-        return self._known[key]
+    Each set of rules is run once in a study, whose ``memo`` keeps it.
+    """
+    key = ("incline", traits.integrator, traits.spring, case, phases)
+    if key not in memo:
+        engine = reference_for(traits)
+        memo[key] = None if engine is None else measured_angle(case, engine, phases)
+    found: CriticalAngle | EngineError | None = memo[key]
+    return found

@@ -5,45 +5,40 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from harness.cases.contract import Study
 from harness.cases.incline.critical_angle import CriticalAngle
+from harness.cases.incline.engine_angle import OWN, EngineAngle
 from harness.cases.incline.engine_angles import (
-    References,
     measured_angle,
     microseconds_per_step,
+    reference_angle,
     same_rules,
 )
+from harness.cases.incline.levels import LEVELS, STATED
 from harness.cases.incline.parameters import Incline
-from harness.cases.incline.rules import (
-    PLASTIC_ROLE,
-    Refused,
-    Stated,
-    contacts_of,
-)
-from harness.comparison.engine_evidence import OWN, EngineAngle, EngineEvidence
-from harness.comparison.tolerances import TOLERANCES
+from harness.cases.incline.rules import PLASTIC_ROLE, Refused, Stated, contacts_of
+from harness.cases.incline.tolerances import ENGINES_PLASTIC
 from harness.comparison.verdicts import Check, Kind, failed_run, finding, judge, not_tested
 from harness.engines.contract import Engine
 from harness.engines.traits import Traits
 from harness.errors import EngineError
-from harness.workflows.verification.other_engines.extent import STATED, Extent
+from harness.theory.critical_angle import critical_angle as closed_form
 
 STIFF = 1e6
 """[N/m] from which the plastic contact is held against the closed form: softer ones are biased."""
 
 
-def angle_checks(
-    engine: Engine, extent: Extent, references: References, evidence: EngineEvidence
-) -> list[Check]:
-    """Measure the critical angles of an engine and return their rows; fill in the evidence."""
+def angle_checks(engine: Engine, study: Study, angles: list[EngineAngle]) -> list[Check]:
+    """Measure the critical angles of an engine and return their rows; add to ``angles``."""
     rows: list[Check] = []
     for stated in contacts_of(engine.traits):
         if isinstance(stated, Refused):
             name = f"{engine.name}: critical angle, {stated.contact.name} contact"
             rows.append(not_tested(name, Kind.ANALYTIC, stated.reason, "deg"))
             continue
-        for stiffness, steps in extent.angles:
+        for stiffness, steps in LEVELS[study.level].engines:
             case = Incline(contact=stated.contact, stiffness=stiffness, steps_per_contact=steps)
-            rows += _cell(engine, stated, case, extent, references, evidence)
+            rows += _cell(engine, stated, case, study, angles)
     return rows
 
 
@@ -65,39 +60,40 @@ def _cell(
     engine: Engine,
     stated: Stated,
     case: Incline,
-    extent: Extent,
-    references: References,
-    evidence: EngineEvidence,
+    study: Study,
+    angles: list[EngineAngle],
 ) -> list[Check]:
     traits = engine.traits
     name = f"{engine.name}: critical angle, {where(case)}"
     beside = f"{engine.name}: critical angle against the reference DEM, {where(case)}"
     at = (case.stiffness, case.steps_per_contact)
-    found = measured_angle(case, engine, extent.phases)
+    phases = LEVELS[study.level].phases_of_engines
+    found = measured_angle(case, engine, phases)
     if isinstance(found, EngineError):
         untested = not_tested(beside, Kind.CROSS_CODE, "the engine's own run died", "deg")
         return [failed_run(name, Kind.ANALYTIC, found, "deg"), untested]
     shown = EngineAngle(
         engine=engine.name,
+        role=stated.role,
         contact=case.contact.name,
         rules=stated.rules(traits),
         stiffness=case.stiffness,
         steps_per_contact=case.steps_per_contact,
         value_deg=found.value_deg,
         uncertainty_deg=found.uncertainty_deg,
-        closed_form_deg=evidence.closed_form_deg,
+        closed_form_deg=closed_form(),
         integrator=traits.integrator,
         microseconds_per_step=microseconds_per_step(found, engine) if at == STATED else math.nan,
         lineage=traits.lineage,
     )
-    own = references.angle(traits, case)
+    own = reference_angle(traits, case, phases, study.memo)
     if isinstance(own, CriticalAngle):
         shown = replace(
             shown,
             reference_deg=own.value_deg,
             reference_uncertainty_deg=own.uncertainty_deg,
         )
-    evidence.angles.append(shown)
+    angles.append(shown)
     rows = [_against_theory(name, stated, shown, traits)]
     if engine.name != OWN:
         rows.append(_against_reference(beside, found, own, traits, shown.closed_form_deg))
@@ -112,7 +108,7 @@ def _against_theory(name: str, stated: Stated, shown: EngineAngle, traits: Trait
             Kind.ANALYTIC,
             shown.value_deg,
             shown.closed_form_deg,
-            TOLERANCES["critical angle, engines, plastic contact"],
+            ENGINES_PLASTIC,
             uncertainty=shown.uncertainty_deg,
             note=lineage_note(traits),
         )
@@ -145,12 +141,3 @@ def _against_reference(
         uncertainty=angle.uncertainty_deg,
         note="; ".join(filter(None, (note, lineage_note(traits)))),
     )
-
-
-def stated_angles(evidence: EngineEvidence) -> list[EngineAngle]:
-    """Return the angles at the stated stiffness and step, which every engine has."""
-    return [
-        a
-        for a in evidence.angles
-        if not a.recorded and (a.stiffness, a.steps_per_contact) == STATED
-    ]

@@ -16,6 +16,7 @@ from scipy.optimize import brentq, root_scalar
 
 from harness.cases.incline.critical_angle import CriticalAngle, Sample
 from harness.cases.incline.parameters import Incline
+from harness.cases.incline.rebound import theory_in_words
 from harness.cases.incline.result import InclineRun
 from harness.errors import EngineOutputError, RequestError
 
@@ -115,7 +116,8 @@ def _refuse_flight(runs: Sequence[InclineRun]) -> None:
     if not all(run.touching for run in runs):
         raise RequestError(
             "method = 'passage' needs a contact that ends the rebounds within one well; "
-            "here the grain was in flight at the crest: use method 'steady'"
+            "here the grain was in flight at the crest: use method 'steady'; "
+            + theory_in_words(runs[0].case.contact)
         )
 
 

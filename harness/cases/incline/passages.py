@@ -6,11 +6,11 @@ the last bit every time, and so is the path.
 
 from __future__ import annotations
 
+from harness.cases.incline.evidence import Verifying
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.records import passage_case, passage_name
-from harness.comparison.evidence import InclineEvidence
-from harness.comparison.verdicts import Check, Kind, failed_run
-from harness.engines.contract import Engine
+from harness.cases.incline.runs import run_inclines
+from harness.comparison.verdicts import Check, Kind, failed_run, not_tested
 from harness.errors import EngineError
 from harness.parameters.contact import CONTACTS, PLASTIC
 
@@ -31,15 +31,25 @@ CASES = tuple(
 )
 
 
-def passages(engine: Engine, evidence: InclineEvidence) -> list[Check]:
-    """Run the passages for the baseline; return a row for each whose run died."""
-    rows = []
-    for case, run in zip(CASES, engine.inclines(CASES, "passage", every=EVERY), strict=True):
-        name = passage_name(case, engine.name)
-        if isinstance(run, EngineError):
-            evidence.errors[name] = run
-            what = f"incline: {case.contact.name} contact, passage at {case.angle:g} deg"
-            rows.append(failed_run(what, Kind.CROSS_CODE, run))
+def passages(verifying: Verifying) -> list[Check]:
+    """Run the passages for the baseline; return a row for each that died or was refused."""
+    rows, cases, engine = [], [], verifying.engine
+    for case in CASES:
+        refused = verifying.refusal(case)
+        if refused:
+            rows.append(not_tested(_name(case), Kind.CROSS_CODE, refused))
         else:
-            evidence.measured.append(passage_case(run))
+            cases.append(case)
+    if not cases:
+        return rows
+    for case, run in zip(cases, run_inclines(engine, cases, "passage", every=EVERY), strict=True):
+        if isinstance(run, EngineError):
+            verifying.found.errors[passage_name(case, engine.name)] = run
+            rows.append(failed_run(_name(case), Kind.CROSS_CODE, run))
+        else:
+            verifying.found.records.append(passage_case(run))
     return rows
+
+
+def _name(case: Incline) -> str:
+    return f"incline: {case.contact.name} contact, passage at {case.angle:g} deg"

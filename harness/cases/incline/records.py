@@ -1,4 +1,4 @@
-"""Critical angles, and passages at a fixed angle, as cases of the baseline."""
+"""Critical angles, and passages at a fixed angle, as records of the baseline."""
 
 from __future__ import annotations
 
@@ -9,6 +9,9 @@ from harness.cases.incline.result import InclineRun
 from harness.comparison.baseline_record import BaselineRecord, Quantity, made_by
 from harness.comparison.divergence import Series
 
+NAME = "incline"
+"""Name of the case."""
+
 NOT_OF_AN_ANGLE = {"angle", "phase"}
 """What a search for the critical angle sets itself."""
 
@@ -17,6 +20,11 @@ def short(value: float) -> str:
     """Return a number for the name of a file: ``1e6``, ``3.16e5``, ``200``."""
     text = f"{value:.3g}" if value < 1e4 else f"{value:.3g}".replace("e+0", "e").replace("e+", "e")
     return text if "e" in text or value < 1e4 else f"{value:.2e}".replace("e+0", "e")
+
+
+def in_phases(phases: int) -> str:
+    """Return the resolution of a passage: over how many starts within a step it is averaged."""
+    return f"{phases}-phases"
 
 
 def angle_name(case: Incline, engine: str, method: str, resolution: str) -> str:
@@ -29,7 +37,7 @@ def angle_name(case: Incline, engine: str, method: str, resolution: str) -> str:
 
 
 def angle_case(angle: CriticalAngle, resolution: str) -> BaselineRecord:
-    """Return a critical angle as a case."""
+    """Return a critical angle as a record."""
     who = angle.provenance
     own = angle.case.model_dump(mode="json", exclude=NOT_OF_AN_ANGLE)
     return BaselineRecord(
@@ -38,12 +46,18 @@ def angle_case(angle: CriticalAngle, resolution: str) -> BaselineRecord:
         quantities={
             "critical_angle_deg": Quantity(angle.value_deg, angle.uncertainty_deg, "deg")
         },
+        case=NAME,
+        label=(
+            f"{angle.method}, {angle.case.contact.name}, k = {short(angle.case.stiffness)} N/m, "
+            f"{angle.case.steps_per_contact:g} steps, {resolution.replace('-', ' ')}"
+        ),
+        family=(angle.case.contact.name,),
         **made_by(who, "", ""),
-    )  # fmt: skip
+    )
 
 
 def extrapolated_case(found: ExtrapolatedAngle, rungs: list[CriticalAngle]) -> BaselineRecord:
-    """Return an extrapolated critical angle as a case, with the rungs that it stands on."""
+    """Return an extrapolated critical angle as a record, with the rungs that it stands on."""
     first = rungs[0]
     contact = first.case.contact
     ladder = sorted((a.case.stiffness, a.case.steps_per_contact) for a in rungs)
@@ -57,6 +71,9 @@ def extrapolated_case(found: ExtrapolatedAngle, rungs: list[CriticalAngle]) -> B
         quantities={
             "extrapolated_angle_deg": Quantity(found.value_deg, found.uncertainty_deg, "deg")
         },
+        case=NAME,
+        label=f"extrapolated, {contact.name}, {len(rungs)} rungs",
+        family=(contact.name,),
         **made_by(first.provenance, "", ""),
     )
 
@@ -80,6 +97,9 @@ def passage_case(run: InclineRun) -> BaselineRecord:
             "margin_over_mgd": Quantity(run.margin_J / run.case.weight_energy, 0.0, ""),
             "step_s": Quantity(run.time_s / max(run.steps, 1), 0.0, "s"),
         },
+        case=NAME,
+        label=f"path, {run.case.contact.name}, {run.case.angle:g} deg",
+        family=(run.case.contact.name,),
         series=None
         if path is None
         else Series(

@@ -1,30 +1,40 @@
-"""The third opinion: LAMMPS against the reference DEM, on the runs that are there already.
+"""The third opinion: an engine against the reference DEM, on the runs that are there already.
 
-Same stiffness, step, contact and integration (velocity Verlet): only round-off may
-tell them apart. What the integration itself is worth, the adaptive integrator says.
+Same stiffness, step, contact and integration: only round-off may tell them apart. What the
+integration itself is worth, the adaptive integrator says.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
+from harness.cases.contract import Part, rows_of_parts
+from harness.cases.drop.parameters import Drop
+from harness.cases.drop.runs import run_drops
 from harness.cases.incline.critical_angle import CriticalAngle
 from harness.cases.incline.critical_angles import critical_angle
-from harness.cases.incline.parameters import Incline
+from harness.cases.incline.engine_angle import OWN
+from harness.cases.incline.evidence import InclineEvidence, Verifying
 from harness.cases.incline.passage import PHASES
-from harness.cases.incline.result import InclineRun
-from harness.cases.incline.routes import Start
-from harness.comparison.evidence import InclineEvidence
-from harness.comparison.tolerances import TOLERANCES
+from harness.cases.incline.result import InclineRun, Motion
+from harness.cases.incline.rules import reference_for
+from harness.cases.incline.runs import measured, run_inclines
+from harness.cases.incline.tolerances import (
+    ADAPTIVE_RESTITUTION,
+    REFERENCE_ANGLE,
+    REFERENCE_CRESTS,
+    REFERENCE_PATH,
+    REFERENCE_SPEED,
+)
+from harness.comparison.tolerances import Tolerance
 from harness.comparison.verdicts import Check, Kind, failed_run, finding, judge, not_tested
-from harness.engines.contract import Engine
 from harness.engines.reference.engine import Reference
-from harness.errors import EngineError
+from harness.errors import EngineError, EngineOutputError
 from harness.parameters.contact import CONTACTS, PLASTIC, SOURCE, Contact
 from harness.theory.dashpot import restitution_unclipped
-from harness.workflows.verification.levels import Level
 
 STIFFNESSES = (1e5, 1e6, 1e7)
 STEPS = {SOURCE.name: 50.0, "clipped": 50.0, PLASTIC.name: 100.0}
@@ -32,25 +42,49 @@ STEPS = {SOURCE.name: 50.0, "clipped": 50.0, PLASTIC.name: 100.0}
 
 HEAD_ON = Contact(name="head-on", restitution=0.5, damping_ratio=None, tail="attractive")
 
+PATH_TIME = 20.0
+"""[sqrt(d/g)] over which paths are compared: rounding grows on every slow crest, by e a unit."""
 
-def reference_checks(engine: Engine, level: Level, evidence: InclineEvidence) -> list[Check]:
-    """Return the rows of the reference DEM, from the evidence that the incline left.
+ENOUGH_DIGITS = 12
+"""Digits of an output below which a path says no more than a critical angle does."""
 
-    An engine other than LAMMPS integrates in its own way: it is not tested here.
-    """
-    rows = [_restitution()]
-    if engine.name != "lammps":
-        reason = f"the reference DEM mimics LAMMPS's integration; this is {engine.name!r}"
-        return [*rows, not_tested("incline: against the reference DEM", Kind.CROSS_CODE, reason)]
-    for name in CONTACTS:
+
+def against_the_reference(verifying: Verifying) -> list[Check]:
+    """Return the rows of an engine against the reference DEM in the scheme that it declares."""
+    name, traits = "incline: against the reference DEM", verifying.engine.traits
+    reference = reference_for(traits)
+    if reference is None or verifying.engine.name == OWN:
+        reason = (
+            "this is the reference DEM"
+            if verifying.engine.name == OWN
+            else "the reference DEM does not have the engine's scheme"
+        )
+        return [not_tested(name, Kind.CROSS_CODE, reason)]
+    return rows_of_parts("incline", list(_parts(verifying, reference)))
+
+
+def _parts(verifying: Verifying, reference: Reference) -> Iterator[Part]:
+    evidence, who, level = verifying.evidence, verifying.who, verifying.level
+    for contact in CONTACTS:
         for stiffness in STIFFNESSES:
-            found = _angle_at(evidence, name, stiffness)
+            found = _angle_at(evidence, contact, stiffness)
             if found is not None:
-                rows.append(_angle(found, level))
-    rows += [_path(run) for run in evidence.motions]
+                phases = PHASES if contact == PLASTIC.name else level.phases_beside
+                name = (
+                    f"incline: {who} against the reference DEM, {contact} contact, "
+                    f"k = {stiffness:.3g} N/m"
+                )
+                yield name, lambda f=found, n=name, p=phases: _angle(n, f, reference, p)
+    if verifying.engine.traits.digits >= ENOUGH_DIGITS:
+        for run in evidence.motions:
+            name = f"incline: path at {run.case.angle:.2f} deg, {who} against the reference DEM"
+            yield name, lambda r=run, n=name: _path(n, r, reference)
+        if evidence.recursion is not None:
+            run = evidence.recursion.run
+            name = f"incline: crests at {run.case.angle:g} deg, {who} against the reference DEM"
+            yield name, lambda r=run, n=name: _crests(n, r, reference)
     if level.name == "full":
-        rows += _worth_of_the_step(evidence)
-    return rows
+        yield "what the step is worth", lambda: _worth_of_the_step(evidence)
 
 
 def _angle_at(evidence: InclineEvidence, contact: str, stiffness: float) -> CriticalAngle | None:
@@ -62,80 +96,101 @@ def _angle_at(evidence: InclineEvidence, contact: str, stiffness: float) -> Crit
     return None
 
 
-def _angle(lammps: CriticalAngle, level: Level) -> Check:
-    case = lammps.case
-    name = (
-        f"incline: LAMMPS against the reference DEM, {case.contact.name} contact, "
-        f"k = {case.stiffness:.3g} N/m"
-    )
-    phases = PHASES if case.contact == PLASTIC else level.phases_beside
-    try:
-        own = critical_angle(case, engine=Reference(), phases=phases)
-    except EngineError as error:
-        return failed_run(name, Kind.CROSS_CODE, error, "deg")
-    tolerance = TOLERANCES["critical angle, reference DEM"]
-    return judge(name, Kind.CROSS_CODE, lammps.value_deg, own.value_deg, tolerance)
+def _angle(name: str, found: CriticalAngle, reference: Reference, phases: int) -> list[Check]:
+    own = critical_angle(found.case, engine=reference, phases=phases)
+    return [judge(name, Kind.CROSS_CODE, found.value_deg, own.value_deg, REFERENCE_ANGLE)]
 
 
-def _path(lammps: InclineRun) -> Check:
-    """Hold the path over the first wells against the reference's, at the same steps."""
-    case = lammps.case
-    name = f"incline: path at {case.angle:.2f} deg, LAMMPS against the reference DEM"
-    assert lammps.trajectory is not None
-    path = lammps.trajectory
+def _path(name: str, run: InclineRun, reference: Reference) -> list[Check]:
+    """Hold the path over the first wells against the reference's, at every sample of the plan."""
+    case, path = run.case, run.trajectory
+    if path is None:
+        raise EngineOutputError("it kept no path")
     every = round(float(path.time_s[1] - path.time_s[0]) / case.step)
-    try:
-        short = case.replace(time_limit=PATH_TIME)
-        (own,) = Reference().inclines([short], "steady", every=every)
-    except EngineError as error:
-        return failed_run(name, Kind.CROSS_CODE, error, "d")
+    short = case.replace(time_limit=PATH_TIME)
+    (own,) = run_inclines(reference, [short], "steady", every=every)
     if isinstance(own, EngineError):
-        return failed_run(name, Kind.CROSS_CODE, own, "d")
+        raise own
     assert own.trajectory is not None
-    rows = min(len(path.time_s), len(own.trajectory.time_s))
-    apart = np.hypot(
-        path.x_m[:rows] - own.trajectory.x_m[:rows], path.y_m[:rows] - own.trajectory.y_m[:rows]
+    rows = own.trajectory.time_s.size
+    if own.motion is not Motion.UNDECIDED and own.motion is not run.motion:
+        raise EngineOutputError(f"it is {run.motion} where the reference DEM is {own.motion}")
+    late = path.time_s[:rows].size < rows or not np.allclose(
+        path.time_s[:rows], own.trajectory.time_s, rtol=0.0, atol=0.5 * case.step
     )
-    return judge(
-        f"{name}, largest distance",
-        Kind.CROSS_CODE,
-        float(apart.max()) / case.diameter,
-        0.0,
-        TOLERANCES["path, reference DEM"],
+    if late:
+        raise EngineOutputError(
+            f"its path of {path.time_s.size} samples does not have the {rows} times of the plan"
+        )
+    x, y, vx, vy = (
+        getattr(path, column)[:rows] - getattr(own.trajectory, column)
+        for column in ("x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
     )
+    apart = float(np.hypot(x, y).max()) / case.diameter
+    faster = float(np.hypot(vx, vy).max()) / math.sqrt(case.gravity * case.diameter)
+    return [
+        judge(f"{name}, largest distance", Kind.CROSS_CODE, apart, 0.0, REFERENCE_PATH),
+        judge(f"{name}, largest velocity apart", Kind.CROSS_CODE, faster, 0.0, REFERENCE_SPEED),
+    ]
 
 
-PATH_TIME = 20.0
-"""[sqrt(d/g)] over which paths are compared: rounding grows on every slow crest, by e a unit."""
+def _crests(name: str, run: InclineRun, reference: Reference) -> list[Check]:
+    """Hold energy and time at every crest against the reference's."""
+    case = run.case
+    (own,) = measured(reference, [case], "steady")
+    count = own.crests.time_s.size
+    if run.crests.time_s.size != count:
+        raise EngineOutputError(
+            f"it passed {run.crests.time_s.size} crests, the reference DEM {count}"
+        )
+    energy = np.abs(run.crests.margin_J - own.crests.margin_J) / case.weight_energy
+    time = np.abs(run.crests.time_s - own.crests.time_s) / case.step
+    step = Tolerance("steps", 0.5, 0.0, "the same steps in two codes, counted")
+    return [
+        judge(
+            f"{name}, energy, the worst of {count}",
+            Kind.CROSS_CODE,
+            float(energy.max(initial=0.0)),
+            0.0,
+            REFERENCE_CRESTS,
+        ),
+        judge(
+            f"{name}, time, the worst of {count}",
+            Kind.CROSS_CODE,
+            float(time.max(initial=0.0)),
+            0.0,
+            step,
+        ),
+    ]
 
 
 def _worth_of_the_step(evidence: InclineEvidence) -> list[Check]:
     """Report what the source's step is worth: the same contact without a step."""
-    lammps = _angle_at(evidence, SOURCE.name, 1e6)
-    if lammps is None:
+    found = _angle_at(evidence, SOURCE.name, 1e6)
+    if found is None:
         return []
-    name = "incline: the source's contact at k = 1e6 N/m, LAMMPS against no step at all"
-    try:
-        exact = critical_angle(lammps.case, engine=Reference("adaptive"), phases=1)
-    except EngineError as error:
-        return [failed_run(name, Kind.CROSS_CODE, error, "deg")]
+    name = f"incline: the source's contact at k = 1e6 N/m, {evidence.who} against no step at all"
+    exact = critical_angle(found.case, engine=Reference("adaptive"), phases=1)
     note = "held against the adaptive reference: 50 steps per contact skip the attractive tail"
-    return [finding(name, lammps.value_deg, exact.value_deg, "deg", note, lammps.uncertainty_deg)]
+    return [finding(name, found.value_deg, exact.value_deg, "deg", note, found.uncertainty_deg)]
 
 
-def _restitution() -> Check:
+def restitution_checks() -> list[Check]:
     """Hold a head-on collision of the adaptive reference against the closed form."""
-    case = Incline(angle=0.0, contact=HEAD_ON, gravity=1e-12)
-    start = Start(0.0, case.diameter * (1.0 + 1e-6), 0.0, -1.0)
     name = "reference DEM: restitution head-on, adaptive"
+    case = Drop(contact=HEAD_ON, speed=1.0, gap=1e-6, steps_per_contact=50.0, every=150)
     try:
-        path = Reference("adaptive").follow(case, start, 3.0 * case.contact_time, every=150)
+        (run,) = run_drops(Reference("adaptive"), [case])
     except EngineError as error:
-        return failed_run(name, Kind.ANALYTIC, error)
-    return judge(
-        name,
-        Kind.ANALYTIC,
-        float(path.vy_m_per_s[-1]),
-        restitution_unclipped(case.contact.zeta),
-        TOLERANCES["restitution, adaptive"],
-    )
+        run = error
+    if isinstance(run, EngineError):
+        return [failed_run(name, Kind.ANALYTIC, run)]
+    return [
+        judge(
+            name,
+            Kind.ANALYTIC,
+            float(run.path.vy_m_per_s[-1]),
+            restitution_unclipped(HEAD_ON.zeta),
+            ADAPTIVE_RESTITUTION,
+        )
+    ]

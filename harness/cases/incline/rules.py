@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from harness.comparison.engine_evidence import Rules
+from harness.cases.incline.engine_angle import Rules
+from harness.cases.incline.levels import SOURCE_CLIPPED
 from harness.engines.reference.engine import Reference
 from harness.engines.traits import Traits
 from harness.parameters.contact import PLASTIC, SOURCE, Contact
-from harness.workflows.verification.levels import SOURCE_CLIPPED
 
 PLASTIC_ROLE, SOURCE_ROLE = PLASTIC.name, SOURCE.name
 
@@ -48,7 +48,7 @@ def contacts_of(traits: Traits) -> list[Stated | Refused]:
 def _stated(traits: Traits, role: str, contact: Contact) -> Stated | Refused:
     if "full" not in traits.effective_masses:
         contact = contact.replace(effective_mass="half", name=f"{contact.name}, m_eff m/2")
-    reason = traits.refuses(contact)
+    reason = traits.refuses_contact(contact)
     return Refused(contact, reason) if reason else Stated(role, contact)
 
 

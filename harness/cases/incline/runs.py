@@ -16,6 +16,11 @@ from harness.errors import EngineError, EngineOutputError, RequestError
 from harness.observables.trajectory import Trajectory
 from harness.parameters.contact import Spring
 
+TOUCHING = {"0": False, "1": True}
+
+CLOCK = 1e-5
+"""Relative error of a time that is written with six digits."""
+
 
 def run_inclines(
     engine: Engine, cases: Sequence[Incline], route: Route, *, every: int | None = None
@@ -64,7 +69,7 @@ def read(
     if every is not None or not judged:
         path = path_in(output.table(COLUMNS))
     if judged:
-        return _told(case, output, path, every)
+        return _told(case, route, output, path, every)
     assert path is not None
     found = judge(case, route, path, spring)
     limit = case.time_limit * math.sqrt(case.diameter / case.gravity)
@@ -88,21 +93,21 @@ def read(
     )
 
 
-def _told(case: Incline, output: Output, path: Trajectory | None, every: int | None) -> InclineRun:
+def _told(
+    case: Incline, route: Route, output: Output, path: Trajectory | None, every: int | None
+) -> InclineRun:
     """Return the run whose script judged the grain itself."""
     crests = output.rows("crest", 4)
     steps = round(output.number("steps"))
     try:
-        motion = Motion(output.text("verdict"))
-    except ValueError as error:
+        motion, touching = Motion(output.text("verdict")), TOUCHING[output.text("touching")]
+    except (ValueError, KeyError) as error:
         raise EngineOutputError(f"{output.who} left an incomplete result ({error})") from None
-    if path is not None and every is not None:
-        _complete(path, steps // every + 1, output.who)
-    return InclineRun(
+    run = InclineRun(
         case=case,
         motion=motion,
         margin_J=output.number("margin_J"),
-        touching=output.text("touching") == "1",
+        touching=touching,
         crests=Crests(time_s=crests[:, 1], margin_J=crests[:, 2]),
         time_s=output.number("time_s"),
         steps=steps,
@@ -110,6 +115,28 @@ def _told(case: Incline, output: Output, path: Trajectory | None, every: int | N
         provenance=output.provenance,
         trajectory=path,
     )
+    if path is not None and every is not None:
+        _complete(path, steps // every + 1, output.who)
+    _consistent(run, 1 if route == "passage" else case.wells, crests[:, 0], output.who)
+    return run
+
+
+def _consistent(run: InclineRun, wells: int, numbers: np.ndarray, who: str) -> None:
+    """Raise EngineOutputError for a clock or crests that contradict the rest of the result."""
+    clock = run.steps * run.case.step
+    if abs(run.time_s - clock) > 0.5 * run.case.step + CLOCK * clock:
+        raise EngineOutputError(
+            f"{who} took {run.steps} steps of {run.case.step:g} s and tells of {run.time_s:g} s"
+        )
+    count, times = numbers.size, run.crests.time_s
+    wanted = count == wells if run.motion is Motion.MOVES_ON else count < wells
+    late = count and times[-1] > run.time_s + 0.5 * run.case.step
+    if not wanted or list(numbers) != list(range(1, count + 1)) or np.any(np.diff(times) <= 0.0):
+        raise EngineOutputError(
+            f"{who} tells of a grain that is {run.motion} after {count} crests of {wells}"
+        )
+    if late:
+        raise EngineOutputError(f"{who} passed a crest after the end of its run")
 
 
 def _complete(path: Trajectory, rows: int, who: str) -> None:

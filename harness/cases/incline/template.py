@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Literal
 
 import numpy as np
 
+from harness.cases.incline.judge import judge, path_in
 from harness.cases.incline.parameters import Incline
-from harness.cases.incline.routes import crest_energy, end_of, margin_offset, start_of
+from harness.cases.incline.result import Motion
+from harness.cases.incline.routes import crest_energy, end_of, margin_offset, start_in_well, start_of
 from harness.engines.contract import Job, Template, Value
+from harness.engines.output import Table
 from harness.engines.scene import Scene, Stage
 from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE, Spring, contact_of, contact_values
 
@@ -52,10 +55,18 @@ def case_of(values: Mapping[str, Any]) -> Incline:
 
 
 def scene_of(values: Mapping[str, Any], spring: Spring) -> Scene:
-    """Return the grain, particle 1, and the row as arrays, with a stage for each well."""
+    """Return the grain, particle 1, and the row as arrays, with a stage for each well.
+
+    With ``start_speed`` [m/s] among the values the grain starts in a well, with that speed.
+    """
     case, route = case_of(values), values["route"]
     d, tilt = case.diameter, math.radians(case.angle)
-    x, y, vx, vy = start_of(case, route, spring).state()
+    start = (
+        start_in_well(case, values["start_speed"])
+        if "start_speed" in values
+        else start_of(case, route, spring)
+    )
+    x, y, vx, vy = start.state()
     row = np.arange(case.spheres) * d
     wells = 1 if route == "passage" else case.wells
     return Scene(
@@ -109,11 +120,6 @@ def job_of(case: Incline, route: Route, every: int | None = None) -> Job:
     return Job(TEMPLATE, values_of(case, route, every), variant, sampled=every is not None)
 
 
-def _decided(case: Incline, route: Route, spring: Spring):  # type: ignore[no-untyped-def]
-    def decided(table: Mapping[str, Any]) -> bool:
-        from harness.cases.incline.judge import judge, path_in
-        from harness.cases.incline.result import Motion
-
-        return judge(case, route, path_in(table), spring).motion is not Motion.UNDECIDED
-
-    return decided
+def _decided(case: Incline, route: Route, spring: Spring) -> Callable[[Table], bool]:
+    """Return what tells from a path so far whether the outcome is decided."""
+    return lambda table: judge(case, route, path_in(table), spring).motion is not Motion.UNDECIDED

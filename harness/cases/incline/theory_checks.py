@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 from scipy.optimize import brentq
 
-from harness.comparison.tolerances import TOLERANCES
+from harness.cases.incline.tolerances import CLOSED_FORM
 from harness.comparison.verdicts import Check, Kind, judge
 from harness.theory import energy_map
 from harness.theory.critical_angle import STATIC_ANGLE_DEG, critical_angle, no_flight_bound
@@ -16,7 +18,6 @@ MANY_SHOCKS = 200
 def theory_checks() -> list[Check]:
     """Return the self-checks of the theory of the incline."""
     closed = critical_angle()
-    width = TOLERANCES["closed form"]
     pairs = [
         ("theory: root of E* = C", _root_of_steady_state(), closed),
         ("theory: iterated recursion", _by_iteration(), closed),
@@ -26,7 +27,10 @@ def theory_checks() -> list[Check]:
         ("theory: no loss, no critical angle", critical_angle(1.0), 0.0),
         ("theory: contact force vanishes", _root_of_contact_force(), no_flight_bound()),
     ]
-    return [judge(name, Kind.ANALYTIC, value, expected, width) for name, value, expected in pairs]
+    return [
+        judge(name, Kind.ANALYTIC, value, expected, CLOSED_FORM)
+        for name, value, expected in pairs
+    ]
 
 
 def _root_of_steady_state() -> float:
@@ -70,8 +74,6 @@ def _keeps_moving(angle: float) -> bool:
 
 def _root_of_contact_force() -> float:
     """Return where the weight along the last normal just bends the steady path (m g = d = 1)."""
-    import math
-
     def force(angle: float) -> float:
         before = energy_map.steady_energy(angle, SHOCK_WITHOUT_REBOUND)
         speed_squared = 2.0 * (before + energy_map.gain_per_crest(angle))

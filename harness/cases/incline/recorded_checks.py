@@ -1,0 +1,130 @@
+"""Recorded angles of MFiX, for where MFiX is not: against the reference DEM in its scheme."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from harness.cases.contract import LevelName, failed_part
+from harness.cases.incline.critical_angle import CriticalAngle
+from harness.cases.incline.critical_angles import critical_angle
+from harness.cases.incline.engine_angle import EngineAngle, Rules
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.recorded import START_SPEED, RecordedAngle, case_at, recorded_angles
+from harness.cases.incline.result import InclineRun
+from harness.cases.incline.rules import SOURCE_ROLE
+from harness.cases.incline.runs import read
+from harness.cases.incline.steady import critical_angle_by_steady_motion
+from harness.cases.incline.template import job_of
+from harness.cases.incline.tolerances import RECORDED
+from harness.comparison.verdicts import Check, Kind, finding, judge, not_tested
+from harness.engines.reference.engine import Reference
+from harness.errors import EngineError, RequestError
+from harness.theory.critical_angle import critical_angle as closed_form
+
+MFIX = "mfix"
+NAME = "mfix (recorded)"
+
+EULER = "mfix-euler"
+
+TOLERANCE_DEG = 1e-3
+
+FINE = 1000
+"""Factor from which a passage will do: where in a step a contact begins is worth 1e-4 deg."""
+
+COARSE = 50
+"""Factor of 4.8 steps per contact: how long one waits decides there on what lasts."""
+
+WELLS = 20
+"""Wells to pass in steady motion: jitter of coarse steps may carry a grain over a few."""
+
+SHOWN: dict[LevelName, tuple[tuple[float, int], ...]] = {
+    "quick": ((1e6, 500),),
+    "default": ((1e6, 500), (1e6, 5000)),
+}
+"""Stiffness [N/m] and ``DTSOLID_FACTOR`` by level; all of them in a full one."""
+
+
+def recorded_checks(level: LevelName, angles: list[EngineAngle]) -> list[Check]:
+    """Return the rows of MFiX's recorded angles; add to ``angles``."""
+    chosen = SHOWN.get(level)
+    with Reference(EULER) as engine:
+        return [
+            _angle(found, engine, angles)
+            for found in recorded_angles()
+            if chosen is None or (found.stiffness, found.factor) in chosen
+        ]
+
+
+def angle_in_scheme(stiffness: float, factor: int, engine: Reference) -> CriticalAngle | None:
+    """Return the critical angle at a stiffness [N/m] and factor; None for an unstable step.
+
+    Coarse steps by steady motion from MFiX's own start (1.5 m/s in a well), as the
+    recorded angles were found; fine ones by passage, which is the same there and
+    asks for a tenth of the steps.
+    """
+    case = case_at(10.2, stiffness, factor).replace(wells=WELLS, time_limit=100.0 * WELLS)
+    try:
+        if factor >= FINE:
+            return critical_angle(case, engine=engine)
+        return critical_angle_by_steady_motion(
+            lambda cases: _as_in_mfix(cases, engine), case, tolerance_deg=TOLERANCE_DEG
+        )
+    except RequestError:
+        return None
+
+
+def _as_in_mfix(cases: Sequence[Incline], engine: Reference) -> list[InclineRun]:
+    """Run cases of the steady route from the recorded start; raise the first EngineError."""
+    plain = [job_of(case, "steady") for case in cases]
+    jobs = [replace(job, values={**job.values, "start_speed": START_SPEED}) for job in plain]
+    runs: list[InclineRun] = []
+    for case, output in zip(cases, engine.run(jobs), strict=True):
+        if isinstance(output, EngineError):
+            raise output
+        runs.append(read(case, "steady", output, engine.traits.spring))
+    return runs
+
+
+def _angle(found: RecordedAngle, engine: Reference, angles: list[EngineAngle]) -> Check:
+    """Hold a recorded angle against the reference DEM, by the same route from the same start."""
+    case = found.case
+    name = (
+        f"{NAME}: critical angle against the reference DEM, k = {found.stiffness:g} N/m, "
+        f"{case.steps_per_contact:.3g} steps"
+    )
+    try:
+        own = angle_in_scheme(found.stiffness, found.factor, engine)
+    except EngineError as error:
+        return failed_part(name, error, "deg")
+    if own is None:
+        return not_tested(name, Kind.CROSS_CODE, "the step is unstable in the scheme", "deg")
+    angles.append(
+        EngineAngle(
+            engine=NAME,
+            role=SOURCE_ROLE,
+            contact="source, m_eff m/2",
+            rules=Rules(case.contact.tail, case.contact.effective_mass, "linear"),
+            stiffness=found.stiffness,
+            steps_per_contact=case.steps_per_contact,
+            value_deg=found.value_deg,
+            uncertainty_deg=found.uncertainty_deg,
+            closed_form_deg=closed_form(),
+            integrator=EULER,
+            reference_deg=own.value_deg,
+            reference_uncertainty_deg=own.uncertainty_deg,
+            recorded=True,
+        )
+    )
+    if found.factor == COARSE:
+        note = "4.8 steps per contact: how long one waits decides on what lasts"
+        return finding(name, found.value_deg, own.value_deg, "deg", note)
+    return judge(
+        name,
+        Kind.CROSS_CODE,
+        found.value_deg,
+        own.value_deg,
+        RECORDED,
+        uncertainty=found.uncertainty_deg,
+        note=f"MFiX 21.3.2; reference DEM: {EULER}",
+    )

@@ -1,0 +1,81 @@
+"""Many runs in one process: go on after one that dies or hangs, and collect what was left."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from typing import TypeVar
+
+from harness.engines.output import Output
+from harness.engines.process import Ended, last_words
+from harness.errors import EngineCrashError, EngineError, EngineOutputError, EngineTimeoutError
+
+Item = TypeVar("Item")
+Outcome = Output | EngineError
+
+_FINISHED = re.compile(r"^RESULT verdict = ", re.MULTILINE)
+
+
+def finished(log: str) -> bool:
+    """Return whether a log has the line that a script prints last, not only echoes it."""
+    return _FINISHED.search(log) is not None
+
+
+def run_in_turn(
+    items: Sequence[Item], run_batch: Callable[[Sequence[Item]], list[Outcome]]
+) -> list[Outcome]:
+    """Return the outcome of each item, in order, from as many batches as it takes.
+
+    ``run_batch`` may return fewer outcomes than it was given items, as a process that dies does,
+    but one at least: it is called again with the rest. Two batches in a row that hang at
+    their first item end it: the rest would cost the time limit each.
+    """
+    done: list[Outcome] = []
+    hung = False
+    while len(done) < len(items):
+        batch = run_batch(items[len(done) :])
+        done += batch
+        hangs = isinstance(batch[-1], EngineTimeoutError)
+        if hangs and hung and len(batch) == 1:
+            message = f"{batch[-1]}; not run after two that hung"
+            done += [EngineTimeoutError(message) for _ in items[len(done) :]]
+        hung = hangs
+    return done
+
+
+def collect(
+    logs: Sequence[str],
+    read: Callable[[int], Output],
+    error_of: Callable[[str], EngineError | None],
+    ended: Ended,
+    who: str,
+) -> list[Outcome]:
+    """Return the outputs of finished runs of a process, and an error for the one it died at.
+
+    ``read`` returns the output of a run, ``error_of`` the error that the process's end and the log
+    of the run it was at (empty: of none) speak of. That a run ended cleanly is known by the
+    beginning of the next, or by the end of the process: where that failed after all runs had
+    finished, none of them counts.
+    """
+    done: list[Outcome] = []
+    for index, log in enumerate(logs):
+        if not finished(log):
+            error = error_of(log) or EngineOutputError(
+                f"{who} ended without a result{last_words(ended.said)}"
+            )
+            error.log = "\n".join(dict.fromkeys(text for text in (log, ended.said) if text))
+            return [*done, error]
+        try:
+            done.append(read(index))
+        except EngineError as error:
+            error.log = log
+            done.append(error)
+    death = error_of("")
+    return done if death is None else [_late(death, log) for log in logs]
+
+
+def _late(death: EngineError, log: str) -> EngineError:
+    """Return the error of a run whose process failed after its results were there."""
+    error = EngineCrashError(f"{death}, after its results were written")
+    error.log = log
+    return error

@@ -1,0 +1,105 @@
+"""Read the tables that scripts write: CSV with a header, LAMMPS dumps."""
+
+from __future__ import annotations
+
+import io
+import re
+
+import numpy as np
+from numpy.typing import NDArray
+
+from harness.engines.output import Table
+from harness.errors import EngineOutputError
+
+_PARTICLE = re.compile(r"(\w+)\[(\d+)\]")
+_HEADER = 9
+"""Lines above the particles of a frame of a dump."""
+
+_UNITS = {
+    "x": "x_m",
+    "y": "y_m",
+    "z": "z_m",
+    "vx": "vx_m_per_s",
+    "vy": "vy_m_per_s",
+    "vz": "vz_m_per_s",
+    "fx": "fx_N",
+    "fy": "fy_N",
+    "fz": "fz_N",
+    "radius": "radius_m",
+}
+"""Columns of a dump in SI units, by their names in LAMMPS."""
+
+
+def read_csv(text: str, who: str, *, rising: bool = False) -> Table:
+    """Return the columns of a CSV by its header, each (M,).
+
+    Columns ``x_m[1]``, ``x_m[2]``, ... of N particles are one, ``x_m`` (M, N). ``rising`` keeps
+    only rows whose first column is greater than in the row before: some codes print a row
+    twice where two stretches of a run meet. Raise EngineOutputError for a text without rows, cut
+    within its last row, or that cannot be read.
+    """
+    header, _, body = text.partition("\n")
+    if not body.strip() or not text.endswith("\n"):
+        raise EngineOutputError(f"{who} left a series without rows, or cut in its last row")
+    names = [name.strip().strip('"') for name in header.lstrip("# ").split(",")]
+    try:
+        rows = np.loadtxt(io.StringIO(body), delimiter=",", ndmin=2)
+        if rows.shape[1] != len(names):
+            raise ValueError(f"{rows.shape[1]} columns under {len(names)} names")
+    except ValueError as error:
+        raise EngineOutputError(f"{who} left an incomplete series ({error})") from None
+    if rising:
+        rows = rows[np.diff(rows[:, 0], prepend=-np.inf) > 0.0]
+    return _columns(names, rows, who)
+
+
+def _columns(names: list[str], rows: NDArray[np.float64], who: str) -> Table:
+    """Return columns by name, those of particles side by side in the order of their numbers."""
+    table: dict[str, NDArray[np.float64]] = {}
+    particles: dict[str, dict[int, int]] = {}
+    for index, name in enumerate(names):
+        of_particle = _PARTICLE.fullmatch(name)
+        if of_particle is None:
+            table[name] = rows[:, index]
+        else:
+            particles.setdefault(of_particle[1], {})[int(of_particle[2])] = index
+    for name, places in particles.items():
+        if sorted(places) != list(range(1, len(places) + 1)):
+            raise EngineOutputError(f"{who} left a series that lacks columns of {name}")
+        table[name] = rows[:, [places[number] for number in sorted(places)]]
+    return table
+
+
+def read_dump(text: str, who: str) -> Table:
+    """Return the columns of a LAMMPS dump, ``step`` (M,) and the rest (M, N), sorted by id.
+
+    ``x``, ``vx``, ``fx`` and so on are named with their SI units. Raise EngineOutputError for a
+    dump that is cut, or whose frames hold different particles.
+    """
+    import pandas as pd
+
+    lines = text.splitlines()
+    try:
+        if not text.endswith("\n") or len(lines) < _HEADER:
+            raise ValueError("it is cut")
+        count = int(lines[3])
+        names = lines[_HEADER - 1].split()[2:]
+        block = _HEADER + count
+        if len(lines) % block:
+            raise ValueError(f"{len(lines)} lines, not blocks of {block}")
+        starts = range(_HEADER, len(lines), block)
+        if any(int(lines[start - _HEADER + 3]) != count for start in starts):
+            raise ValueError("the number of particles changes")
+        steps = np.array([float(line) for line in lines[1::block]])
+        rows = "\n".join(line for i in starts for line in lines[i : i + count])
+        columns = pd.read_csv(io.StringIO(rows), sep=r"\s+", header=None, dtype=np.float64)
+        frames = columns.to_numpy().reshape(len(steps), count, len(names))
+        ids = frames[:, :, names.index("id")]
+        order = np.argsort(ids, axis=1)
+        if np.any(np.sort(ids, axis=1) != np.sort(ids[0])):
+            raise ValueError("particles come or go")
+    except ValueError as error:
+        raise EngineOutputError(f"{who} wrote a dump that cannot be read ({error})") from None
+    frames = np.take_along_axis(frames, order[:, :, None], axis=1)
+    table = {_UNITS.get(name, name): frames[:, :, i] for i, name in enumerate(names)}
+    return {"step": steps, **table}
