@@ -9,7 +9,6 @@ correction.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
@@ -23,9 +22,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 Floats = NDArray[np.float64]
-Fact = tuple[bool, str]
-"""Whether a part of a statement holds in this run, and what was found, with its numbers."""
-
 DIGITS = 7
 """Significant digits of a recorded number: round-off of other machines stays below them."""
 
@@ -192,42 +188,10 @@ def claim(
     )
 
 
-def claim_of_facts(
-    source: Source,
-    facts: Sequence[Fact],
-    remark: str = "",
-    *,
-    holds: bool | None = None,
-    corrected_holds: bool = False,
-    correction: str | None = None,
-) -> Statement:
-    """Return the row of a statement that holds if every fact does, unless told otherwise."""
-    return claim(
-        source,
-        holds=all_hold(facts) if holds is None else holds,
-        computed=agreement(facts, remark),
-        corrected_holds=corrected_holds,
-        correction=correction,
-    )
-
-
 def untestable(source: Source, why: str = "", *, computed: str = "not computed") -> Statement:
     """Return the row of a statement that needs what is not here, with the reason."""
     reason = why or source.untestable or source.why
     return Statement(source, ClaimStatus.UNTESTABLE, computed, why=reason)
-
-
-def agreement(facts: Sequence[Fact], remark: str = "") -> str:
-    """Return what agrees and what does not, in the order of ``facts``, and a remark after it."""
-    right = "; ".join(text for holds, text in facts if holds)
-    wrong = "; ".join(text for holds, text in facts if not holds)
-    said = [f"Agrees: {right}." if right else "", f"Does not agree: {wrong}." if wrong else ""]
-    return " ".join(part for part in (*said, remark) if part)
-
-
-def all_hold(facts: Iterable[Fact]) -> bool:
-    """Return whether every fact holds."""
-    return all(holds for holds, _ in facts)
 
 
 @dataclass(frozen=True)

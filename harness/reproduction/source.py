@@ -42,7 +42,7 @@ class Source:
 
 
 def _source(key: str, entry: dict[str, Any]) -> Source:
-    fields = {k: tuple(v) if isinstance(v, list) else v for k, v in entry.items()}
+    fields: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in entry.items()}
     if "tolerance" in fields:
         fields["tolerance"], fields["unit"] = fields["tolerance"]
     if name := fields.pop("name", ""):

@@ -12,7 +12,8 @@ from harness.cases.tower.run import tower
 from harness.observables.summary import contact_changes
 from harness.observables.tower import TowerRun
 from harness.parameters.tower import Tower
-from harness.reproduction.claims import Statement, claim_of_facts
+from harness.reproduction.claims import Statement
+from harness.reproduction.facts import claim_of_facts
 from harness.reproduction.source import SOURCES
 
 HEIGHT = 9  # ten particles
@@ -54,8 +55,12 @@ def judged(runs: tuple[TowerRun, ...]) -> Statement:
             f"the contacts change in the same order, {shift:.3f} t0 apart at most",
         ),
     ]
-    return claim_of_facts(SOURCES["fig-9"], facts, f"With Gamma {', '.join(f'{gamma:.2g}' for gamma in gammas)}, what is left between "
-            f"neighbours is {', '.join(f'{100 * part:.2g}' for part in left)} %.")
+    return claim_of_facts(
+        SOURCES["fig-9"],
+        facts,
+        f"With Gamma {', '.join(f'{gamma:.2g}' for gamma in gammas)}, what is left between "
+        f"neighbours is {', '.join(f'{100 * part:.2g}' for part in left)} %.",
+    )
 
 
 def _spread(pair: tuple[TowerRun, TowerRun], *, scaled: bool) -> float:

@@ -10,11 +10,11 @@ import numpy as np
 from harness.cases.tower.chain_evidence import PAIR, PARTED, error_over_stiffness
 from harness.cases.tower.run import tower
 from harness.comparison.convergence import slope_order
-from harness.comparison.evidence import Curve
 from harness.observables.summary import contact_changes
 from harness.observables.tower import TowerRun
 from harness.parameters.tower import Tower
-from harness.reproduction.claims import Statement, all_hold, claim_of_facts
+from harness.reproduction.claims import Statement
+from harness.reproduction.facts import all_hold, claim_of_facts
 from harness.reproduction.source import SOURCES
 
 STIFFNESSES = [10.0**exponent for exponent in np.arange(2.0, 7.5, 0.5)]
@@ -23,6 +23,9 @@ STIFFNESSES = [10.0**exponent for exponent in np.arange(2.0, 7.5, 0.5)]
 CLAIMED_ERROR, CLAIMED_STIFFNESS = 0.005, 1e4
 _ROUNDING = 1e-9
 """Of a velocity or deformation over its largest: the exact propagator leaves about 1e-12."""
+
+Curve = tuple[list[float], list[float]]
+"""Places, and values there."""
 
 Slope = tuple[float, tuple[float, float]]
 """Of log error against log stiffness, with its 95 % interval."""
@@ -99,7 +102,12 @@ def error_against_stiffness() -> tuple[Mapping[str, Curve], Statement]:
         facts.append((high < FALLS, f"the error goes as k^{_n(slopes, name)} ({name})"))
         said = f"at 1e4 N/m it is {100 * at_claim[name]:.2g} % ({name})"
         facts.append((at_claim[name] < CLAIMED_ERROR, said))
-    return curves, claim_of_facts(SOURCES["fig-7"], facts, _what_falls(slopes, at_claim), holds=all_hold(facts[:2]) or all_hold(facts[2:]))
+    return curves, claim_of_facts(
+        SOURCES["fig-7"],
+        facts,
+        _what_falls(slopes, at_claim),
+        holds=all_hold(facts[:2]) or all_hold(facts[2:]),
+    )
 
 
 def _what_falls(slopes: Mapping[str, Slope], at_claim: Mapping[str, float]) -> str:

@@ -7,7 +7,8 @@ import pandas as pd
 
 from harness.cases.tower.impulse_angles import energy_scaling_angles
 from harness.observables.reference import PEYNEAU_ROUX, ReferencePoints
-from harness.reproduction.claims import Fact, Statement, claim_of_facts, untestable
+from harness.reproduction.claims import Statement, untestable
+from harness.reproduction.facts import Fact, claim_of_facts
 from harness.reproduction.figure_data.height_curves import FLAT, Curve, curves
 from harness.reproduction.source import SOURCES
 from harness.theory.energy_scaling import LARGEST_HEIGHT
@@ -135,9 +136,14 @@ def _rising(run: Curve, falling: list[Curve], unit: str) -> str:
 
 def _row(key: str, facts: list[Fact], runs: list[Curve], remark: str = "") -> Statement:
     """Return the row: corrected if only the runs that rise are in the way."""
-    figure = FIGURES[key]
     wrong = [run.name for run in runs if not run.falls]
-    return claim_of_facts(SOURCES[key], facts, remark, corrected_holds=len(wrong) < len(runs) and sum(not h for h, _ in facts) == len(wrong), correction=f"not for {'; '.join(wrong)}")
+    return claim_of_facts(
+        SOURCES[key],
+        facts,
+        remark,
+        corrected_holds=len(wrong) < len(runs) and sum(not h for h, _ in facts) == len(wrong),
+        correction=f"not for {'; '.join(wrong)}",
+    )
 
 
 def _distance(runs: list[Curve], reference: ReferencePoints) -> float:

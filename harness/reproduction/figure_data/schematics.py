@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from collections.abc import Mapping
-from numpy.typing import NDArray
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from harness.reproduction.claims import Statement, claim_of_facts
+from harness.reproduction.claims import Statement
+from harness.reproduction.facts import claim_of_facts
 from harness.reproduction.source import SOURCES
 from harness.theory import energy_map, geometry
 from harness.theory.critical_angle import critical_angle
@@ -75,11 +76,7 @@ class Layers:
 def quartier() -> tuple[QuartierSystem, Statement]:
     """Return the row at its critical angle, and whether positions give well and gain."""
     angle = critical_angle()
-    grains = {
-        "A": geometry.crest(1, angle),
-        "B": geometry.well(1),
-        "C": geometry.crest(2, angle),
-    }
+    grains = {"A": geometry.crest(1, angle), "B": geometry.well(1), "C": geometry.crest(2, angle)}
     high = {name: geometry.height(at, angle) for name, at in grains.items()}
     depth, gain = high["C"] - high["B"], high["A"] - high["C"]
     off = max(
@@ -130,7 +127,11 @@ def force_diagrams() -> tuple[tuple[ForceDiagram, ...], Statement]:
             f"normal component of gravity {normal[0]:.4f} and {normal[1]:.4f}",
         ),
     ]
-    statement = claim_of_facts(SOURCES["fig-3"], facts, "What the force lacks of that component turns the velocity along the arc.")
+    statement = claim_of_facts(
+        SOURCES["fig-3"],
+        facts,
+        "What the force lacks of that component turns the velocity along the arc.",
+    )
     pre = _diagram("before the shock", before, after, angle)
     post = _diagram("after the shock", after, before, angle, before.velocity)
     return (pre, post), statement
@@ -198,5 +199,7 @@ def layers() -> tuple[tuple[Layers, ...], Statement]:
             "tower, with which the one-dimensional collision has it in line",
         ),
     ]
-    statement = claim_of_facts(SOURCES["fig-5"], facts, corrected_holds=any(holds for holds, _ in facts))
+    statement = claim_of_facts(
+        SOURCES["fig-5"], facts, corrected_holds=any(holds for holds, _ in facts)
+    )
     return tuple(drawn), statement

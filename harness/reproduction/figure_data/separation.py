@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from harness.observables.summary import grain_alone
 from harness.observables.tower import TowerRun
-from harness.reproduction.claims import Statement, claim_of_facts
+from harness.reproduction.claims import Statement
+from harness.reproduction.facts import claim_of_facts
 from harness.reproduction.source import SOURCES
 
 NEIGHBOUR_ENDS = 1.5  # [t0] the source's end of the contacts with the neighbour

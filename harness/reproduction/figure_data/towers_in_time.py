@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from harness.cases.tower.impulse_table import HEIGHTS
 from harness.cases.tower.run import tower
@@ -13,7 +12,8 @@ from harness.observables.significant_contacts import significant_contacts
 from harness.observables.summary import contact_changes, grain_alone
 from harness.observables.tower import TowerRun
 from harness.parameters.tower import Tower
-from harness.reproduction.claims import Fact, Statement, claim_of_facts
+from harness.reproduction.claims import Statement
+from harness.reproduction.facts import Fact, claim_of_facts
 from harness.reproduction.figure_data.separation import (
     SEEN,
     base_felt,
@@ -55,10 +55,7 @@ def towers_in_time() -> tuple[TowersInTime, tuple[Statement, Statement]]:
     separated = tuple(runs[n - 1] for n in SEPARATED)
     felt = tuple(base_felt(run, tall) for run in separated)
     evidence = TowersInTime(shown, largest, separated, felt)
-    return evidence, (
-        _force_and_contacts(shown, largest),
-        separation(separated, felt),
-    )
+    return evidence, (_force_and_contacts(shown, largest), separation(separated, felt))
 
 
 def _run(height: int) -> TowerRun:
@@ -104,8 +101,12 @@ def _force_and_contacts(shown: Sequence[TowerRun], largest: float) -> Statement:
         (apart < SEEN, f"the forces of 10 and 20 particles differ by {_below(apart)} of the peak")
     )
     longest = [int(significant_contacts(run).max()) for run in shown]
-    return claim_of_facts(SOURCES["fig-8"], facts, f"The longest chain of the grain has {longest[2]} and {longest[3]} contacts in 10 and "
-            f"20 particles (source: about {CONTACTS_SAID}).")
+    return claim_of_facts(
+        SOURCES["fig-8"],
+        facts,
+        f"The longest chain of the grain has {longest[2]} and {longest[3]} contacts in 10 and "
+        f"20 particles (source: about {CONTACTS_SAID}).",
+    )
 
 
 def _below(part: float) -> str:

@@ -9,12 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from harness.cases.incline.parameters import Incline
+from harness.cases.incline.recorded import PATHS, recorded_path
 from harness.cases.incline.result import Motion
 from harness.engines.contract import Engine
-from harness.engines.mfix.recorded import PATHS, recorded_path
 from harness.errors import EngineError
 from harness.observables.trajectory import Trajectory
-from harness.reproduction.claims import Statement, claim_of_facts, untestable
+from harness.reproduction.claims import Statement, untestable
+from harness.reproduction.facts import claim_of_facts
 from harness.reproduction.incline_runs import sampled
 from harness.reproduction.source import SOURCES
 from harness.theory.critical_angle import critical_angle

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import math
+from dataclasses import dataclass
 
 import pandas as pd
 
@@ -15,7 +14,8 @@ from harness.observables.impulse import impulse_until
 from harness.observables.tower import TowerRun
 from harness.observables.windows import SEARCH, structure_end, turnaround
 from harness.parameters.tower import LAWS, Law, Tower
-from harness.reproduction.claims import Statement, all_hold, claim_of_facts
+from harness.reproduction.claims import Statement
+from harness.reproduction.facts import all_hold, claim_of_facts
 from harness.reproduction.source import SOURCES
 
 HEIGHTS = range(1, 7)
@@ -72,7 +72,9 @@ def structure_window() -> tuple[pd.DataFrame, Statement]:
         f"they are {'the same' if _same(ours) else 'not the same'}. "
         "How well it fits Perrin's points cannot be tested without them."
     )
-    return frame, claim_of_facts(SOURCES["fig-15"], facts, remark, holds=all_hold(facts[:1]), corrected_holds=looser == every)
+    return frame, claim_of_facts(
+        SOURCES["fig-15"], facts, remark, holds=all_hold(facts[:1]), corrected_holds=looser == every
+    )
 
 
 def window_selection() -> tuple[tuple[WindowChoice, ...], Statement]:
@@ -96,9 +98,13 @@ def window_selection() -> tuple[tuple[WindowChoice, ...], Statement]:
         for choice in choices
     ]
     forces = [float(c.run.time_over_t0[int(c.run.grain_force.argmax())]) for c in choices]
-    return choices, claim_of_facts(SOURCES["fig-16"], facts, "The source's text says three particles, its caption four: both are shown. The grain's "
-            "own compression is its force over k and peaks at "
-            f"{forces[0]:.3f} and {forces[1]:.3f} t0; taken is that of the chain.")
+    return choices, claim_of_facts(
+        SOURCES["fig-16"],
+        facts,
+        "The source's text says three particles, its caption four: both are shown. The grain's "
+        "own compression is its force over k and peaks at "
+        f"{forces[0]:.3f} and {forces[1]:.3f} t0; taken is that of the chain.",
+    )
 
 
 def _of_law(law: Law) -> list[dict[str, object]]:

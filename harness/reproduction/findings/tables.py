@@ -1,4 +1,4 @@
-"""What the reproduction found beside right and wrong, as tables that the prose is written from."""
+"""What the reproduction found beside right and wrong, as the tables behind the findings."""
 
 from __future__ import annotations
 

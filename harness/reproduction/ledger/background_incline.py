@@ -8,8 +8,8 @@ from scipy.optimize import brentq
 from harness.cases.incline.critical_angle import CriticalAngle
 from harness.cases.incline.critical_angles import critical_angle as measured_critical_angle
 from harness.cases.incline.parameters import Incline
+from harness.cases.incline.recorded import recorded_angles
 from harness.engines.contract import Engine
-from harness.engines.mfix.recorded import recorded_angles
 from harness.errors import EngineError
 from harness.parameters.contact import SOURCE, Contact
 from harness.reproduction import as_printed

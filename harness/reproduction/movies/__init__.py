@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
     from harness.reproduction.movies.film import Film
-    from harness.reproduction.movies.stage import Image
     from harness.reproduction.movies.frames import InclineMotion, Motions, RowMotion
+    from harness.reproduction.movies.stage import Image
 
 
 class Scene(Protocol):

@@ -18,14 +18,14 @@ from harness.engines.contract import Engine
 from harness.errors import EngineError
 from harness.observables.tower import TowerRun
 from harness.parameters.tower import Tower
+from harness.reproduction.incline_runs import sampled
+from harness.reproduction.movies.frames import InclineMotion, Motions, RowMotion
 from harness.reproduction.movies.sentences import (
     incline_sentence,
     pair_sentence,
     tower_sentence,
     triple_sentence,
 )
-from harness.reproduction.incline_runs import sampled
-from harness.reproduction.movies.frames import InclineMotion, Motions, RowMotion
 from harness.workflows.progress import Progress, silent
 
 Floats = NDArray[np.float64]
