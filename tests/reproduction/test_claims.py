@@ -3,18 +3,23 @@ import math
 import pytest
 
 from harness.reproduction.claims import (
-    Ledger,
-    Source,
     ClaimStatus,
-    Width,
+    Ledger,
     claim,
     compare,
-    compare_everywhere,
     untestable,
 )
+from harness.reproduction.source import Source
 
-SOURCE = Source("eq-6", "Background, eq. (6)", "sin^2(pi/12 - theta/4)")
-WIDTH = Width(0.005, "deg", "half the last digit printed")
+SOURCE = Source(
+    "eq-6",
+    "Background, eq. (6)",
+    "sin^2(pi/12 - theta/4)",
+    tolerance=0.005,
+    unit="deg",
+    why="half the last digit printed",
+    correction="theta/2",
+)
 
 
 @pytest.mark.parametrize(
@@ -32,10 +37,8 @@ def test_the_status_follows_from_the_numbers(printed, corrected, status):
         SOURCE,
         printed=printed,
         found=10.2078,
-        width=WIDTH,
         computed="",
         corrected=corrected,
-        correction="theta/2",
     )
     assert row.status is status
     assert bool(row.correction) == (status is not ClaimStatus.REPRODUCED)
@@ -50,7 +53,7 @@ def test_the_status_follows_from_the_numbers(printed, corrected, status):
     ],
 )
 def test_a_claim_in_words(holds, corrected, status):
-    row = claim(SOURCE, holds=holds, computed="", corrected_holds=corrected, correction="c")
+    row = claim(SOURCE, holds=holds, computed="", corrected_holds=corrected)
     assert row.status is status
     assert bool(row.correction) == (not holds)
 
@@ -84,22 +87,18 @@ def test_a_key_stands_once():
     ],
 )
 def test_a_formula_must_hold_at_every_sample(corrected, status):
-    row = compare_everywhere(
+    row = compare(
         SOURCE,
         printed=[1.0, 2.5, 3.1],
         found=[1.0, 2.0, 3.0],
-        width=WIDTH,
         computed="",
         corrected=corrected,
-        correction="c",
     )
     assert row.status is status
     assert (row.printed, row.found) == (2.5, 2.0)
 
 
 def test_a_sample_without_a_number_is_the_worst():
-    row = compare_everywhere(
-        SOURCE, printed=[1.0, math.nan], found=[1.0, 2.0], width=WIDTH, computed=""
-    )
+    row = compare(SOURCE, printed=[1.0, math.nan], found=[1.0, 2.0], computed="")
     assert row.status is ClaimStatus.NOT_REPRODUCED
     assert row.found == 2.0

@@ -9,7 +9,7 @@ import numpy as np
 
 from harness.chain import sweeps
 from harness.reproduction import as_printed
-from harness.reproduction.claims import Statement, claim, compare
+from harness.reproduction.claims import Statement, bounded, claim, compare
 from harness.reproduction.ledger.samples import RADIUS, Row, rows, touching_chains
 from harness.reproduction.source import SOURCES
 
@@ -103,7 +103,7 @@ def _bound_everywhere(some: Sequence[Row]) -> Statement:
     return claim(
         SOURCES["text-bound"],
         holds=excess < 1e-12,
-        computed=f"c minus the bound is at most {excess:.0e} m in {len(some)} random rows",
+        computed=f"c minus the bound is {bounded(excess)} m in {len(some)} random rows",
     )
 
 
@@ -115,9 +115,9 @@ def _sweeps(some: Sequence[Row]) -> Statement:
     return claim(
         SOURCES["text-sweeps"],
         holds=off < 1e-12,
-        computed=f"sweeps and complementarity agree to {off:.0e} m on {len(some)} random rows, "
-        "each contact kept between what its neighbours can press at most and at least; joining "
-        "chains because their boundaries overlap at the moment would not do (beyond-2)",
+        computed=f"sweeps and complementarity differ by {bounded(off)} m on {len(some)} random "
+        "rows, each contact kept between what its neighbours can press at most and at least; "
+        "joining chains because their boundaries overlap at the moment would not do (beyond-2)",
     )
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from harness.reproduction import as_printed
-from harness.reproduction.claims import Statement, claim, compare
+from harness.reproduction.claims import Statement, bounded, claim, compare
 from harness.reproduction.ledger.samples import RADIUS, Floats, touching_chains
 from harness.reproduction.source import SOURCES
 
@@ -54,7 +54,7 @@ def lengths() -> list[Statement]:
             SOURCES["text-even-chains"],
             holds=max(abs(value) for value in even) < 1e-12 and min(map(abs, odd)) > 1e-3,
             computed="the same in chains of 2, 4 and 6: the length changes by "
-            f"{max(abs(value) for value in even):.0e} m at most, b_0 cancels",
+            f"{bounded(max(map(abs, even)))} m, b_0 cancels",
         ),
     ]
 

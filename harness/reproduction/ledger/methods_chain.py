@@ -6,7 +6,7 @@ import numpy as np
 
 from harness.chain import boundaries, sweeps
 from harness.reproduction import as_printed
-from harness.reproduction.claims import Statement, claim, compare
+from harness.reproduction.claims import Statement, bounded, claim, compare
 from harness.reproduction.ledger.methods_outcome import listed
 from harness.reproduction.ledger.runs import free_collision
 from harness.reproduction.ledger.samples import RADIUS, Row, rows, touching_chains
@@ -54,7 +54,7 @@ def _deformations() -> list[Statement]:
             SOURCES["text-asymmetric"],
             holds=before < 1e-9 and more,
             computed=f"difference before it joins (at {three.time_over_t0[start]:.3f} t0): "
-            f"{before:.0e} of the peak; second above first while all touch: {more}",
+            f"{bounded(before)} of the peak; second above first while all touch: {more}",
         ),
         claim(
             SOURCES["text-least-deformed"],
@@ -138,6 +138,6 @@ def _unique() -> Statement:
         holds=min(lowest) > 0 and off < 1e-12,
         computed="the compressions solve a linear complementarity problem whose matrix "
         f"tridiag(1/2, 1, 1/2) is positive definite (smallest eigenvalue {min(lowest):.4f} at "
-        f"19 contacts), hence one solution; sweeps and pivoting agree to {off:.0e} m on "
+        f"19 contacts), hence one solution; sweeps and pivoting differ by {bounded(off)} m on "
         f"{len(some)} random rows",
     )

@@ -7,7 +7,7 @@ import numpy as np
 from harness.observables.impulse import impulse_until
 from harness.observables.windows import window_end
 from harness.parameters.tower import Tower
-from harness.reproduction.claims import Statement, claim, untestable
+from harness.reproduction.claims import Statement, bounded, claim, untestable
 from harness.reproduction.ledger.runs import free_collision, run
 from harness.reproduction.source import SOURCES
 from harness.theory.free_chain import final_velocities
@@ -58,7 +58,7 @@ def _softer() -> Statement:
         SOURCES["text-softer"],
         holds=abs(rebound) < 1e-3,
         computed="the grain keeps "
-        + ", ".join(f"{value:.0e}" for value in softer)
+        + ", ".join(bounded(value) for value in softer)
         + f" of its speed after one free particle of k, k/2 and k/3, and {rebound:.4f} after two "
         "of k: stiffness does not enter the outcome of two bodies, a larger mass does",
     )

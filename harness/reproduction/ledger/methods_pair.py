@@ -9,7 +9,7 @@ from harness.chain.complementarity import contact_forces
 from harness.parameters.tower import Tower
 from harness.reproduction import as_printed
 from harness.reproduction.as_printed import Printed
-from harness.reproduction.claims import Statement, claim, compare
+from harness.reproduction.claims import Statement, bounded, claim, compare
 from harness.reproduction.ledger.runs import free_collision
 from harness.reproduction.ledger.samples import RADIUS, generator
 from harness.reproduction.source import SOURCES
@@ -118,8 +118,9 @@ def _no_solution() -> Statement:
     return claim(
         SOURCES["text-no-solution"],
         holds=off > 1e-6,
-        computed=f"dx = v sqrt(m/2k) sin(sqrt(2k/m) t) meets the exact propagator to {off:.0e} and "
-        f"RK4 to {stepped:.0e} of the peak, all through the contact",
+        computed="dx = v sqrt(m/2k) sin(sqrt(2k/m) t) differs from the exact propagator "
+        f"by {bounded(off)} and from RK4 by {bounded(stepped)} of the peak, "
+        "all through the contact",
     )
 
 
@@ -129,7 +130,7 @@ def _exchange() -> Statement:
         SOURCES["text-exchange"],
         printed=0.0,
         found=float(final[0]),
-        computed=f"velocities at the end {final[0]:.1e} and {final[1]:.6f} m/s at 1e6 N/m",
+        computed=f"velocities at the end {bounded(final[0])} and {final[1]:.6f} m/s at 1e6 N/m",
     )
 
 

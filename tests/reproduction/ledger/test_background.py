@@ -55,8 +55,8 @@ def test_springs_in_series():
 class DeadEngine:
     """Fails in every run, as an engine whose program crashes."""
 
-    def measured(self, cases, route):
-        raise EngineCrashError(f"{route}: {len(cases)} runs, killed by signal 11")
+    def run(self, jobs):
+        raise EngineCrashError(f"{len(jobs)} runs, killed by signal 11")
 
 
 def test_an_engine_that_dies_is_the_reason_of_its_rows_and_of_no_others():

@@ -10,12 +10,17 @@ import pytest
 
 from harness.parameters.tower import Tower
 from harness.reproduction.as_printed import PRINTED, Printed
-from harness.reproduction.claims import Ledger, ClaimStatus
+from harness.reproduction.claims import ClaimStatus, Ledger
 from harness.reproduction.ledger import runs
 from harness.theory.free_chain import compliance
 
 PACKAGE = "harness.reproduction.ledger"
-REPRODUCED, CORRECTED, NOT = ClaimStatus.REPRODUCED, ClaimStatus.CORRECTED, ClaimStatus.NOT_REPRODUCED
+REPRODUCED, CORRECTED = ClaimStatus.REPRODUCED, ClaimStatus.CORRECTED
+NOT = ClaimStatus.NOT_REPRODUCED
+    ClaimStatus.REPRODUCED,
+    ClaimStatus.CORRECTED,
+    ClaimStatus.NOT_REPRODUCED,
+)
 
 
 def section(name, printed=PRINTED):

@@ -3,12 +3,17 @@ from pathlib import Path
 
 import pytest
 
-from harness.reproduction.claims import Ledger, ClaimStatus
+from harness.reproduction.claims import ClaimStatus, Ledger
 from harness.reproduction.ledger import statements
 
-ROOT = Path(__file__).parents[4]
+ROOT = Path(__file__).parents[3]
 
-REPRODUCED, CORRECTED, NOT = ClaimStatus.REPRODUCED, ClaimStatus.CORRECTED, ClaimStatus.NOT_REPRODUCED
+REPRODUCED, CORRECTED = ClaimStatus.REPRODUCED, ClaimStatus.CORRECTED
+NOT = ClaimStatus.NOT_REPRODUCED
+    ClaimStatus.REPRODUCED,
+    ClaimStatus.CORRECTED,
+    ClaimStatus.NOT_REPRODUCED,
+)
 NUMBERED = {f"eq-{i}" for i in range(1, 19)} | {f"eq-a{i}" for i in range(1, 12)}
 UNNUMBERED = {
     "eq-pair-distance",
@@ -105,7 +110,7 @@ def test_rows_are_whole(ledger):
         if row.status is not REPRODUCED and not key.startswith(("erratum", "beyond")):
             assert row.correction or key in WITHOUT_CORRECTION, key
         if row.printed == row.printed:
-            assert row.unit, key
+            assert row.source.unit, key
             assert row.why, key
 
 

@@ -12,13 +12,13 @@ from harness.cases.incline.result import Crests, InclineRun, Motion
 from harness.observables.provenance import Provenance
 from harness.observables.trajectory import Trajectory
 from harness.parameters.tower import Tower
+from harness.reproduction.movies import films
 from harness.reproduction.movies.compute import FREE, row_motion
 from harness.reproduction.movies.compute import motions as reproduced_motions
-from harness.reproduction.movies import films
 from harness.reproduction.movies.dump import INCLINE_COLUMNS, ROW_COLUMNS
+from harness.reproduction.movies.frames import InclineMotion, Motions
 from harness.reproduction.movies.gif import FRAME_MS, gif
 from harness.reproduction.movies.row_collision import RowCollision
-from harness.reproduction.movies.frames import InclineMotion, Motions
 
 ENGINE = Provenance("lammps", "1 Jan 2030")
 

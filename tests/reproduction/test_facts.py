@@ -1,6 +1,6 @@
 import pytest
 
-from harness.reproduction.sentences import agreement, all_hold
+from harness.reproduction.facts import agreement, all_hold
 
 
 @pytest.mark.parametrize(

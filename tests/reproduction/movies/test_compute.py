@@ -8,8 +8,9 @@ import pytest
 from harness.cases.incline.result import Motion
 from harness.errors import EngineCrashError
 from harness.parameters.tower import Tower
-from harness.reproduction.movies.sentences import contact_changes
 from harness.reproduction.movies.compute import FREE, motions, row_motion
+from harness.reproduction.movies.sentences import contact_changes
+from tests.reproduction.doubles import FateEngine
 
 
 @pytest.fixture(scope="module")
@@ -126,16 +127,11 @@ def test_the_exaggeration_follows_the_deformation():
     assert softer.exaggeration == 20
 
 
-class Dead:
-    def inclines(self, cases, route, *, every):  # noqa: ARG002
-        return [EngineCrashError("signal 11")] * len(cases)
-
-
 def test_without_an_engine_or_with_a_dead_one_the_rest_is_there(found, monkeypatch):
     assert found.incline is None
     assert found.missing == "no engine"
-    monkeypatch.setattr("harness.reproduction.motions.row_motion", lambda *_, **__: None)
-    left = motions(Dead())
+    monkeypatch.setattr("harness.reproduction.movies.compute.row_motion", lambda *_, **__: None)
+    left = motions(FateEngine([EngineCrashError("signal 11")] * 2))
     assert left.incline is None
     assert left.missing == "crashed: signal 11"
 
@@ -144,7 +140,7 @@ def test_without_an_engine_or_with_a_dead_one_the_rest_is_there(found, monkeypat
 def test_the_grain_is_trapped_below_and_moves_on_above(lammps_here, monkeypatch):  # noqa: ARG001
     from harness.engines.registry import open_engine
 
-    monkeypatch.setattr("harness.reproduction.motions.row_motion", lambda *_, **__: None)
+    monkeypatch.setattr("harness.reproduction.movies.compute.row_motion", lambda *_, **__: None)
     with open_engine() as engine:
         incline = motions(engine).incline
     assert incline.below.motion is Motion.TRAPPED

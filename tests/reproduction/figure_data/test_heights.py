@@ -4,8 +4,8 @@ import pytest
 
 from harness.cases.tower.impulse_angles import READINGS, angle_from_impulse_ratio, impulse_angles
 from harness.observables.reference import PEYNEAU_ROUX, ReferencePoints
-from harness.reproduction import heights, window_choice
 from harness.reproduction.claims import ClaimStatus
+from harness.reproduction.figure_data import heights, windows
 from harness.reproduction.figure_data.height_curves import curves
 
 POINTS = ReferencePoints("made-up.csv", (12.0, 2.0), (6.5, 9.0))
@@ -110,16 +110,16 @@ def test_energy_scaling(monkeypatch):
 
 @pytest.fixture(scope="module")
 def structure():
-    return window_choice.structure_window()
+    return windows.structure_window()
 
 
 def test_the_structure_window_exists_for_short_towers_only(structure):
     frame, statement = structure
     assert statement.status is ClaimStatus.CORRECTED
     exists = frame.dropna().groupby(["law", "held"])["height"].apply(list)
-    assert exists["deformable", window_choice.LITERAL] == [1, 2, 3, 4]
-    assert exists["overlap", window_choice.LITERAL] == [1, 2, 3]
-    assert exists["deformable", window_choice.LOOSER] == [1, 2, 3, 4, 5, 6]
+    assert exists["deformable", windows.LITERAL] == [1, 2, 3, 4]
+    assert exists["overlap", windows.LITERAL] == [1, 2, 3]
+    assert exists["deformable", windows.LOOSER] == [1, 2, 3, 4, 5, 6]
     assert "for n = 1 to 4 of 1 to 6" in statement.computed
 
 
@@ -129,7 +129,7 @@ def test_the_literal_structure_window_is_that_of_the_impulse_table(structure):
         heights=range(1, 7), stiffnesses=(1e6,), speeds=(2.0,), windows=("structure",),
         solver="exact",
     )  # fmt: skip
-    ours = frame[frame["held"] == window_choice.LITERAL].set_index(["law", "height"]).sort_index()
+    ours = frame[frame["held"] == windows.LITERAL].set_index(["law", "height"]).sort_index()
     theirs = table.set_index(["law", "height"]).sort_index()
     assert ours["impulse_ratio"].to_numpy() == pytest.approx(
         theirs["impulse_ratio"].to_numpy(), nan_ok=True
@@ -137,12 +137,12 @@ def test_the_literal_structure_window_is_that_of_the_impulse_table(structure):
 
 
 def test_with_shorter_towers_the_literal_window_would_do(monkeypatch):
-    monkeypatch.setattr(window_choice, "HEIGHTS", range(1, 4))
-    assert window_choice.structure_window()[1].status is ClaimStatus.REPRODUCED
+    monkeypatch.setattr(windows, "HEIGHTS", range(1, 4))
+    assert windows.structure_window()[1].status is ClaimStatus.REPRODUCED
 
 
 def test_window_selection(monkeypatch):
-    choices, statement = window_choice.window_selection()
+    choices, statement = windows.window_selection()
     assert statement.status is ClaimStatus.REPRODUCED
     for choice in choices:
         run = choice.run
@@ -151,5 +151,5 @@ def test_window_selection(monkeypatch):
         assert choice.structure > 1
     assert [c.run.tower.particles for c in choices] == [3, 4]
     assert "3 particles are compressed most at 1.147 t0" in statement.computed
-    monkeypatch.setattr(window_choice, "SEARCH", 1.0)
-    assert window_choice.window_selection()[1].status is ClaimStatus.NOT_REPRODUCED
+    monkeypatch.setattr(windows, "SEARCH", 1.0)
+    assert windows.window_selection()[1].status is ClaimStatus.NOT_REPRODUCED

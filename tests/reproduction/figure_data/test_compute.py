@@ -1,14 +1,14 @@
 import pytest
 
 from harness.observables.reference import ReferencePoints
-from harness.reproduction.claims import Ledger, ClaimStatus
-from harness.reproduction.figure_data.compute import exhibits
-from harness.reproduction.source_figures import FIGURES
+from harness.reproduction.claims import ClaimStatus, Ledger
+from harness.reproduction.figure_data.compute import figure_data
+from harness.reproduction.source import FIGURES
 
 
 @pytest.fixture(scope="module")
 def found():
-    return exhibits(None)
+    return figure_data(None)
 
 
 def test_one_statement_a_figure_in_the_order_of_the_source(found):
@@ -25,15 +25,15 @@ def test_one_statement_a_figure_in_the_order_of_the_source(found):
 
 
 def test_the_same_statements_twice(found):
-    assert exhibits(None).statements == found.statements
+    assert figure_data(None).statements == found.statements
 
 
 def test_progress_and_the_users_points():
     heard = []
     points = ReferencePoints("made-up.csv", (2.0, 12.0), (9.0, 6.5))
-    found = exhibits(None, lambda *stage: heard.append(stage), recorded={}, reference=points)
+    found = figure_data(None, lambda *stage: heard.append(stage), recorded={}, reference=points)
     assert [done for _, done, _ in heard] == list(range(1, heard[0][2] + 1))
     assert found.motions == ()
-    assert found.heights.reference is points
+    assert found.reference is points
     assert found.statements[0].status is ClaimStatus.REPRODUCED
     assert "made-up.csv" in found.statements[10].computed

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from harness.reproduction import schematics
 from harness.reproduction.claims import ClaimStatus
+from harness.reproduction.figure_data import schematics
 from harness.theory import energy_map, geometry
 from harness.theory.critical_angle import critical_angle
 

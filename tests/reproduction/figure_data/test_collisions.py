@@ -3,8 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from harness.reproduction import collisions
 from harness.reproduction.claims import ClaimStatus
+from harness.reproduction.figure_data import collisions
 from harness.theory.free_chain import final_velocities
 from harness.theory.two_spheres import peak_force_on_fixed, peak_overlap
 

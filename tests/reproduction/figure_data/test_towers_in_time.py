@@ -6,8 +6,8 @@ import pytest
 from harness.cases.tower.run import tower
 from harness.observables.significant_contacts import significant_contacts
 from harness.parameters.tower import Tower
-from harness.reproduction import collapse, separation, towers_in_time
 from harness.reproduction.claims import ClaimStatus
+from harness.reproduction.figure_data import collapse, separation, towers_in_time
 
 
 @pytest.fixture(scope="module")

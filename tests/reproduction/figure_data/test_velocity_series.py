@@ -3,37 +3,20 @@ import dataclasses
 import numpy as np
 import pytest
 
-from harness.cases.incline.result import Crests, InclineRun, Motion
+from harness.cases.incline.result import Motion
 from harness.errors import EngineCrashError
-from harness.observables.provenance import Provenance
-from harness.observables.trajectory import Trajectory
 from harness.reproduction.claims import ClaimStatus
-from harness.reproduction.figure_data.recorded_motion import as_series, recorded_motions, turns_back
-from harness.reproduction.figure_data.velocity_series import ANGLES_DEG, judged, velocity_series
+from harness.reproduction.figure_data.velocity_series import (
+    ANGLES_DEG,
+    as_series,
+    judged,
+    recorded_motions,
+    turns_back,
+    velocity_series,
+)
+from tests.reproduction.doubles import FateEngine
 
 RECORDED = recorded_motions()
-
-
-class Engine:
-    """Answers each angle with a fate, or with an error."""
-
-    def __init__(self, fates):
-        self._fates, self.cases = fates, []
-
-    def inclines(self, cases, route, *, every):
-        assert route == "steady"
-        assert every > 0
-        self.cases += cases
-        return [self._run(c, f) for c, f in zip(cases, self._fates, strict=True)]
-
-    def _run(self, case, fate):
-        if not isinstance(fate, Motion):
-            return fate
-        time = np.linspace(0, 10, 50)
-        path = Trajectory(time, 0.5 + time, 0 * time + 0.9, 0 * time + 1, 0 * time)
-        crests = Crests(np.arange(3.0), np.zeros(3))
-        who = Provenance("lammps", "test")
-        return InclineRun(case, fate, 0.0, True, crests, 10.0, 100, 0.1, who, path)
 
 
 def test_recorded_paths_start_in_a_well_and_stay_on_the_row():
@@ -55,7 +38,7 @@ def test_a_grain_that_turns_back_passes_no_more_wells(key, path):
 
 
 def test_series_of_the_recorded_runs_in_order():
-    told = [(s.code, s.angle_deg, s.moving) for s in as_series(RECORDED)]
+    told = [(s.label, s.angle_deg, s.moving) for s in as_series(RECORDED)]
     assert told == [
         ("MFiX-DEM, 500 steps", 10.2, False),
         ("MFiX-DEM, 500 steps", 10.22, True),
@@ -74,27 +57,27 @@ def test_series_of_the_recorded_runs_in_order():
     ],
 )
 def test_the_status_follows_from_the_fates(fates, keys, status):
-    engine = Engine(fates)
+    engine = FateEngine(fates)
     motions, statement = velocity_series(engine, {key: RECORDED[key] for key in keys})
     assert statement.status is status
-    assert [case.angle for case in engine.cases] == list(ANGLES_DEG)
+    assert [job.values["angle"] for job in engine.jobs] == list(ANGLES_DEG)
     assert len(motions) == 2 + len(keys)
     if keys == list(RECORDED):
-        assert {case.wells for case in engine.cases} == {20}
+        assert {job.values["wells"] for job in engine.jobs} == {20}
         assert "Does not agree: " in statement.computed
         assert "MFiX-DEM, 50 steps, at 10.20 deg moves on" in statement.computed
 
 
 def test_a_fine_step_that_disagrees_is_no_matter_of_the_step():
     series = as_series(RECORDED)
-    own = [dataclasses.replace(s, code="LAMMPS, 50 steps") for s in series[:2]]
+    own = [dataclasses.replace(s, code="LAMMPS", steps=50.0) for s in series[:2]]
     series[1] = dataclasses.replace(series[1], moving=False)
     assert judged(own, series).status is ClaimStatus.NOT_REPRODUCED
 
 
 @pytest.mark.parametrize(
     ("engine", "why"),
-    [(None, "no engine"), (Engine([EngineCrashError("it died")] * 2), "it died")],
+    [(None, "no engine"), (FateEngine([EngineCrashError("it died")] * 2), "it died")],
 )
 def test_without_an_engine_the_recorded_runs_stand_alone(engine, why):
     motions, statement = velocity_series(engine, RECORDED)
