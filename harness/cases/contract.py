@@ -253,3 +253,8 @@ def check_declared(case: Case[Any], values: Mapping[str, Any]) -> None:
             raise EngineError(f"case {case.name!r} returned {name!r}, which it does not declare")
         if not isinstance(value, (int, float)):
             raise EngineError(f"case {case.name!r} returned {name} = {value!r}: not one number")
+
+
+def title_of(engine: Engine) -> str:
+    """Return the name of an engine as reports write it."""
+    return engine.title or engine.name.upper()

@@ -1,10 +1,12 @@
 """A system as arrays, for engines that take particles and not scripts.
 
 All of it is in the plane: x and y. A scene says the same as a case's scripts do with the same
-values; the table that an engine returns of it has the columns ``step``, ``time_s`` of shape (M,)
-and ``x_m``, ``y_m``, ``vx_m_per_s``, ``vy_m_per_s`` of shape (M, N), the particles in the
-scene's order, with ``fx_N`` (M, N), the total force along x with gravity, where
-``forces`` is set.
+values; the table ``series`` that an engine returns of it has the columns ``step``, ``time_s`` of
+shape (M,) and ``x_m``, ``y_m``, ``vx_m_per_s``, ``vy_m_per_s`` of shape (M, N), the particles in
+the scene's order, or (M,) for the first alone. Where ``forces`` is set it has ``fx_N`` (M, N),
+the total force along x with gravity, or ``contact_force_N`` (M, N - 1) of particles in a line,
+or ``contacts_fx_N`` (M, N) of the contacts alone. An engine that looks at the particle while it
+runs may leave a table ``stages`` with the same columns: the start and the end of each stage.
 """
 
 from __future__ import annotations
@@ -26,15 +28,16 @@ class Stage:
     """Where a stretch of the motion of the first particle ends.
 
     At the first look, one each :data:`LOOK` steps, at which x is beyond ``place`` [m], and the
-    next stage begins; or at which it moves back with less mechanical energy than ``floor`` [J],
-    and the run is over. ``passes_short`` says whether a particle beyond the place with less
-    energy than the floor still counts as past it.
+    next stage begins; or at which it moves back along x with less mechanical energy than ``floor``
+    [J], and the run is over. The energy is zero for a particle at rest at (0, 0), free of contact.
     """
 
     place: float
     floor: float
-    passes_short: bool = True
 
+
+STAGES = "stages"
+"""Name of the table of the start and the ends of stages."""
 
 LOOK = 50
 """Steps between two looks at the first particle."""

@@ -19,7 +19,7 @@ from harness.comparison.tolerances import Tolerance
 from harness.engines.traits import Traits
 from harness.errors import EngineOutputError
 from harness.parameters.contact import PLASTIC, SOURCE, Contact
-from harness.parameters.hertz import hertz_of_drop
+from harness.parameters.hertz import hertz
 from harness.theory.dashpot import restitution_clipped, restitution_unclipped
 from harness.theory.hertz import impact
 
@@ -71,11 +71,11 @@ def _contacts(traits: Traits) -> Iterator[Contact]:
                 tail=tail,
                 effective_mass=mass,
             )
-            yield from (c for c in (contact,) if not traits.refuses(c))
+            yield from (c for c in (contact,) if not traits.refuses_contact(c))
     mass = traits.effective_masses[0]
     for named in (SOURCE, SOURCE.replace(name="source, clipped", tail="clipped"), PLASTIC):
         contact = named.replace(effective_mass=mass)
-        if not traits.refuses(contact):
+        if not traits.refuses_contact(contact):
             yield contact
 
 
@@ -110,7 +110,8 @@ def _head_on_hertz(contact: Contact) -> DropTest:
     At the speed of the drop the largest overlap without damping is that of the linear
     spring, so a step is worth as much of the speed as there.
     """
-    law = hertz_of_drop(_flying(contact, duration=1.0, every=1))
+    first = _flying(contact, duration=1.0, every=1)
+    law = hertz(first.contact, first.stiffness, first.mass, first.hertz_speed)
     expected = impact(law.relaxation * SPEED / law.overlap, clipped=contact.tail == "clipped")
     # the impact's own time, and as much again for the flight before it
     case = _flying(contact, duration=1.0 + 2.0 * expected.duration / math.pi, every=100)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from harness.cases.drop.checks import drop_tests
+from harness.cases.drop.runs import run_drops
 from harness.comparison.verdicts import Check, Kind, Verdict, failed_run, judge, not_tested
 from harness.engines.contract import Engine
 from harness.errors import EngineError
@@ -40,7 +41,7 @@ def qualify(engine: Engine) -> Qualification:
     tests = list(drop_tests(engine.traits))
     checks: list[Check] = []
     try:
-        runs = engine.drops([test.case for test in tests])
+        runs = run_drops(engine, [test.case for test in tests])
     except EngineError as error:
         runs = [error] * len(tests)
     for test, run in zip(tests, runs, strict=True):
@@ -55,7 +56,7 @@ def qualify(engine: Engine) -> Qualification:
         else:
             checks.append(judge(name, Kind.ANALYTIC, value, test.expected, test.tolerance))
     for contact in (SOURCE, PLASTIC):
-        refused = engine.traits.refuses(contact)
+        refused = engine.traits.refuses_contact(contact)
         if refused:
             name = f"{engine.name}: restitution head-on, {contact.name} contact"
             checks.append(not_tested(name, Kind.ANALYTIC, refused))

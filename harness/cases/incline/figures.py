@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from harness.cases.incline.critical_angle import CriticalAngle
+from harness.cases.incline.evidence import Recursion
 from harness.cases.incline.extrapolation import ExtrapolatedAngle
 from harness.cases.incline.result import InclineRun, Motion
-from harness.comparison.evidence import Recursion
 from harness.observables.trajectory import Trajectory
 from harness.report.figures.style import (
     BLACK,
@@ -33,7 +33,7 @@ FATES = {
 }
 
 
-def speed_against_time(runs: Sequence[InclineRun]) -> Figure:
+def speed_against_time(runs: Sequence[InclineRun], who: str) -> Figure:
     """Draw speed against time below and above the critical angle (the source's velocity figure)."""
     figure = Figure(figsize=(8.0, 3.6))
     axes = figure.add_subplot()
@@ -42,7 +42,7 @@ def speed_against_time(runs: Sequence[InclineRun]) -> Figure:
         label = f"{run.case.angle:.2f} deg: {FATES[run.motion]}"
         axes.plot(path.time_s, path.speed_m_per_s, line, color=colour, lw=1.1, label=label)
     axes.set(xlabel="time (s)", ylabel="speed of the grain (m/s)", ylim=(0, None))
-    axes.set_title(_who(runs[0]))
+    axes.set_title(_conditions(runs[0], who))
     axes.margins(x=0.01)
     axes.legend(loc="upper right", ncols=2, bbox_to_anchor=(1, 1.02))
     axes.set_ylim(top=axes.get_ylim()[1] * 1.12)
@@ -96,7 +96,7 @@ def _draw_gravity(axes: Axes, x: float, angle_deg: float) -> None:
     axes.text(x - 0.06, 1.2, "g", ha="right", va="center", style="italic")
 
 
-def extrapolation(found: ExtrapolatedAngle, closed_form: float) -> Figure:
+def extrapolation(found: ExtrapolatedAngle, closed_form: float, who: str) -> Figure:
     """Draw the critical angle against the step, and its limits against the stiffness."""
     figure = Figure(figsize=(8.6, 3.9))
     left, right = figure.subplots(1, 2)
@@ -113,11 +113,13 @@ def extrapolation(found: ExtrapolatedAngle, closed_form: float) -> Figure:
     left.set(xlabel="1 / steps per contact time", ylabel="critical angle (deg)")
     left.set_title("step to zero")
     left.legend(loc="lower left")
-    _stiffness_panel(right, found, closed_form)
+    _stiffness_panel(right, found, closed_form, who)
     return figure
 
 
-def _stiffness_panel(axes: Axes, found: ExtrapolatedAngle, closed_form: float) -> None:
+def _stiffness_panel(
+    axes: Axes, found: ExtrapolatedAngle, closed_form: float, who: str
+) -> None:
     rigid = found.rigid
     axes.errorbar(
         1 / rigid.h,
@@ -126,7 +128,7 @@ def _stiffness_panel(axes: Axes, found: ExtrapolatedAngle, closed_form: float) -
         fmt="o",
         color=BLUE,
         capsize=2,
-        label="LAMMPS, step to zero",
+        label=f"{who}, step to zero",
     )
     fine = np.geomspace(rigid.h.min() / 30, rigid.h.max(), 100)
     order = f"observed order {rigid.order:.2f}"
@@ -187,14 +189,14 @@ def contacts_side_by_side(by_contact: dict[str, list[CriticalAngle]], closed_for
     return figure
 
 
-def energy_after_each_shock(recursion: Recursion) -> Figure:
+def energy_after_each_shock(recursion: Recursion, who: str) -> Figure:
     """Draw the energy after each shock against the recursion, with the difference below."""
     figure = Figure(figsize=(6.6, 4.2))
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
     shocks = np.arange(1, len(recursion.measured) + 1)
     case = recursion.run.case
     top.plot(shocks, recursion.predicted, "--", color=BLACK, label="E[j+1] = (E[j] + dE) / 4")
-    top.plot(shocks, recursion.measured, "o", color=BLUE, label=_who(recursion.run))
+    top.plot(shocks, recursion.measured, "o", color=BLUE, label=_conditions(recursion.run, who))
     top.set_ylabel("energy after the shock\n(m g d)")
     top.set_title(f"{case.angle:g} deg, above the critical angle")
     top.legend()
@@ -217,9 +219,9 @@ def _last_well(runs: Sequence[InclineRun]) -> float:
     return float(_path(run).x_m[-1] / run.case.diameter)
 
 
-def _who(run: InclineRun) -> str:
+def _conditions(run: InclineRun, who: str) -> str:
     case = run.case
     return (
-        f"LAMMPS, {case.contact.name} contact, k = {power(case.stiffness)} N/m, "
+        f"{who}, {case.contact.name} contact, k = {power(case.stiffness)} N/m, "
         f"{case.steps_per_contact:g} steps per contact"
     )

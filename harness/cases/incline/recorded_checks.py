@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
-
 from harness.cases.contract import LevelName, failed_part
 from harness.cases.incline.critical_angle import CriticalAngle
 from harness.cases.incline.critical_angles import critical_angle
 from harness.cases.incline.engine_angle import EngineAngle, Rules
-from harness.cases.incline.parameters import Incline
+from harness.cases.incline.given_start import steady_runs
 from harness.cases.incline.recorded import START_SPEED, RecordedAngle, case_at, recorded_angles
-from harness.cases.incline.result import InclineRun
+from harness.cases.incline.routes import start_in_well
 from harness.cases.incline.rules import SOURCE_ROLE
-from harness.cases.incline.runs import read
 from harness.cases.incline.steady import critical_angle_by_steady_motion
-from harness.cases.incline.template import job_of
 from harness.cases.incline.tolerances import RECORDED
 from harness.comparison.verdicts import Check, Kind, finding, judge, not_tested
 from harness.engines.reference.engine import Reference
@@ -68,22 +63,12 @@ def angle_in_scheme(stiffness: float, factor: int, engine: Reference) -> Critica
         if factor >= FINE:
             return critical_angle(case, engine=engine)
         return critical_angle_by_steady_motion(
-            lambda cases: _as_in_mfix(cases, engine), case, tolerance_deg=TOLERANCE_DEG
+            lambda cases: steady_runs(engine, cases, start_in_well(case, START_SPEED)),
+            case,
+            tolerance_deg=TOLERANCE_DEG,
         )
     except RequestError:
         return None
-
-
-def _as_in_mfix(cases: Sequence[Incline], engine: Reference) -> list[InclineRun]:
-    """Run cases of the steady route from the recorded start; raise the first EngineError."""
-    plain = [job_of(case, "steady") for case in cases]
-    jobs = [replace(job, values={**job.values, "start_speed": START_SPEED}) for job in plain]
-    runs: list[InclineRun] = []
-    for case, output in zip(cases, engine.run(jobs), strict=True):
-        if isinstance(output, EngineError):
-            raise output
-        runs.append(read(case, "steady", output, engine.traits.spring))
-    return runs
 
 
 def _angle(found: RecordedAngle, engine: Reference, angles: list[EngineAngle]) -> Check:

@@ -12,6 +12,8 @@ from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import Crests, InclineRun, Motion
 from harness.cases.incline.template import Route, job_of
 from harness.engines.contract import Engine, Output
+from harness.engines.output import SERIES
+from harness.engines.scene import STAGES
 from harness.errors import EngineError, EngineOutputError, RequestError
 from harness.observables.trajectory import Trajectory
 from harness.parameters.contact import Spring
@@ -65,20 +67,20 @@ def read(
     values that are not finite.
     """
     judged = output.has("margin_J")
-    path = None
-    if every is not None or not judged:
-        path = path_in(output.table(COLUMNS))
+    path = path_in(output.table(COLUMNS)) if every is not None or not judged else None
     if judged:
         return _told(case, route, output, path, every)
-    assert path is not None
-    found = judge(case, route, path, spring)
+    looks = output.table(COLUMNS, name=STAGES if STAGES in output.tables else SERIES)
+    looked = path_in(looks)
+    found = judge(case, route, looked, spring)
     limit = case.time_limit * math.sqrt(case.diameter / case.gravity)
-    if found.motion is Motion.UNDECIDED and path.time_s[-1] < limit * (1.0 - 1e-9) - case.step:
+    if found.motion is Motion.UNDECIDED and looked.time_s[-1] < limit * (1.0 - 1e-9) - case.step:
         raise EngineOutputError(
-            f"{output.who} wrote a path that ends at {path.time_s[-1]:g} s, undecided, before the "
-            f"time limit of {limit:g} s"
+            f"{output.who} wrote a path that ends at {looked.time_s[-1]:g} s, undecided, before "
+            f"the time limit of {limit:g} s"
         )
-    kept = Trajectory(*(column[: found.row + 1] for column in vars(path).values()))
+    if path is not None and STAGES not in output.tables:
+        path = Trajectory(*(column[: found.row + 1] for column in vars(path).values()))
     return InclineRun(
         case=case,
         motion=found.motion,
@@ -86,10 +88,10 @@ def read(
         touching=found.touching,
         crests=found.crests,
         time_s=found.time_s,
-        steps=round(found.time_s / case.step),
+        steps=round(looks["step"][found.row] if "step" in looks else found.time_s / case.step),
         seconds=output.seconds,
         provenance=output.provenance,
-        trajectory=None if every is None else kept,
+        trajectory=None if every is None else path,
     )
 
 

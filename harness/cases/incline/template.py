@@ -11,7 +11,7 @@ import numpy as np
 from harness.cases.incline.judge import judge, path_in
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import Motion
-from harness.cases.incline.routes import crest_energy, end_of, margin_offset, start_in_well, start_of
+from harness.cases.incline.routes import crest_energy, end_of, margin_offset, start_of
 from harness.engines.contract import Job, Template, Value
 from harness.engines.output import Table
 from harness.engines.scene import Scene, Stage
@@ -55,18 +55,10 @@ def case_of(values: Mapping[str, Any]) -> Incline:
 
 
 def scene_of(values: Mapping[str, Any], spring: Spring) -> Scene:
-    """Return the grain, particle 1, and the row as arrays, with a stage for each well.
-
-    With ``start_speed`` [m/s] among the values the grain starts in a well, with that speed.
-    """
+    """Return the grain, particle 1, and the row as arrays, with a stage for each well."""
     case, route = case_of(values), values["route"]
     d, tilt = case.diameter, math.radians(case.angle)
-    start = (
-        start_in_well(case, values["start_speed"])
-        if "start_speed" in values
-        else start_of(case, route, spring)
-    )
-    x, y, vx, vy = start.state()
+    x, y, vx, vy = start_of(case, route, spring).state()
     row = np.arange(case.spheres) * d
     wells = 1 if route == "passage" else case.wells
     return Scene(

@@ -2,8 +2,8 @@
 
 Between two changes of contact the motion is smooth: SciPy's DOP853 (Dormand and
 Prince, order 8) at a tight tolerance is exact for our purposes, and its events locate
-the changes. Each of the two spheres about the grain is apart, or pushes, or (clipped tail
-only) overlaps without a force.
+the changes. Each of the two spheres about the grain, or the only one, is apart, or pushes,
+or (clipped tail only) overlaps without a force.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from scipy.integrate import OdeSolution, solve_ivp
 from harness.engines.reference.row import Grain, Row
 from harness.engines.reference.smooth_motion import (
     State,
+    energy,
     overlap,
     rate_of_change,
     unclipped_force,
@@ -67,7 +68,7 @@ class Adaptive(TrajectoryIntegrator):
         super().__init__(grain, seconds)
         self._row, self._longest, self._sampling = row, longest, sampling
         self._time, self._sampled = 0.0, 0
-        self._behind = math.floor(grain.x / row.diameter)
+        self._behind = 0 if row.single else math.floor(grain.x / row.diameter)
         local = grain.x - self._behind * row.diameter
         self._state = np.array([local, grain.y, grain.vx, grain.vy])
         self._touch = [self._touching(sphere) for sphere in (0, 1)]
@@ -110,7 +111,12 @@ class Adaptive(TrajectoryIntegrator):
     def _piece(self, *decisions: Event) -> bool:
         """Move to the next event, or as long as may go without a look; return if one decides."""
         self._look_at_clock()
-        events = [*decisions, *self._cell_events(), *self._events(0), *self._events(1)]
+        spheres = (
+            self._events(0)
+            if self._row.single
+            else [*self._cell_events(), *self._events(0), *self._events(1)]
+        )
+        events = [*decisions, *spheres]
         until = min(self._longest, self._time + STEPS_AT_ONCE * self._longest_step)
         pushing = [touch is Touch.PUSHES for touch in self._touch]
         found = solve_ivp(
@@ -221,21 +227,14 @@ class Adaptive(TrajectoryIntegrator):
         return direction < 0
 
     def _touching(self, sphere: int) -> Touch:
-        if overlap(self._state, self._row, sphere) <= 0.0:
+        if (sphere > 0 and self._row.single) or overlap(self._state, self._row, sphere) <= 0.0:
             return Touch.APART
         if self._row.clipped and unclipped_force(self._state, self._row, sphere) < 0.0:
             return Touch.SLACK
         return Touch.PUSHES
 
     def _energy(self, state: State) -> float:
-        """Return the mechanical energy [J], zero on the line of centres at x = 0."""
-        row = self._row
-        x = state[0] + self._behind * row.diameter
-        power, share = (2.5, 0.4) if row.hertz else (2.0, 0.5)
-        springs = sum(max(overlap(state, row, sphere), 0.0) ** power for sphere in (0, 1))
-        motion = 0.5 * row.mass * (state[2] ** 2 + state[3] ** 2)
-        weight = row.mass * (row.along * x + row.normal * state[1])
-        return float(motion - weight + share * row.stiffness * springs)
+        return energy(state, self._behind, self._row)
 
 
 def _terminal(event: Event) -> Callable[[float, State], float]:

@@ -5,17 +5,6 @@ from __future__ import annotations
 import math
 
 from harness.engines.reference.compiled import compiled
-from harness.parameters.contact import Contact
-
-
-def damping(contact: Contact, stiffness: float, mass: float) -> float:
-    """Return the dashpot's coefficient eta = 2 zeta sqrt(k m_eff) [N s/m].
-
-    ``m_eff`` is the grain's mass against a fixed sphere, or half of it, as the
-    contact says.
-    """
-    effective = 0.5 * mass if contact.effective_mass == "half" else mass
-    return 2.0 * contact.zeta * math.sqrt(stiffness * effective)
 
 
 @compiled

@@ -1,22 +1,19 @@
-"""The reference DEM as an engine of the harness: the incline only."""
+"""The reference DEM as an engine of the harness: one grain on fixed spheres."""
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from typing import NamedTuple, get_args
 
+import numpy as np
+
 from harness import __version__
-from harness.cases.drop.parameters import Drop
-from harness.cases.drop.result import DropRun
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import InclineRun
-from harness.cases.incline.routes import Start, start_of
-from harness.cases.incline.springs import SpringLaw
-from harness.engines.contract import Engine, Route
+from harness.engines.contract import Engine, Job
+from harness.engines.output import SERIES, Output
 from harness.engines.parallel import cores, parallel_map
 from harness.engines.reference import (
     mfix_adams_bashforth,
@@ -27,17 +24,18 @@ from harness.engines.reference import (
 )
 from harness.engines.reference.adaptive import Adaptive
 from harness.engines.reference.fixed_step import FixedStep
-from harness.engines.reference.incline import run
-from harness.engines.reference.row import Grain, Row, row_below, row_of
+from harness.engines.reference.row import Row, row_of
 from harness.engines.reference.stability import Growth, fewest_steps_per_contact
+from harness.engines.reference.stages import COLUMNS, tables_of
+from harness.engines.reference.statement import grain_of, origin_of, unstated
 from harness.engines.reference.trajectory_integrator import TrajectoryIntegrator
+from harness.engines.scene import Scene
 from harness.engines.traits import Traits
 from harness.errors import EngineError, RequestError
 from harness.observables.provenance import Provenance
-from harness.observables.tower import TowerRun
 from harness.observables.trajectory import Trajectory
+from harness.parameters.contact import Spring
 from harness.parameters.hertz import STIFFEST
-from harness.parameters.tower import Tower
 
 
 class Method(NamedTuple):
@@ -65,26 +63,26 @@ class Reference(Engine):
     """One grain on fixed spheres, linear or Hertz's spring with dashpot, by one of ``INTEGRATORS``.
 
     ``velocity-verlet`` follows LAMMPS, ``mfix-euler`` and ``mfix-adams-bashforth``
-    follow MFiX-DEM; ``adaptive`` has no step (``steps_per_contact`` is ignored but for
-    the sampling and the shift by ``phase``) and is the reference for the others.
+    follow MFiX-DEM; ``adaptive`` has no step (that of a scene counts for the sampling and the
+    time limit alone) and is the reference for the others.
     ``spring`` is ``linear`` or ``Hertz`` (:mod:`harness.parameters.hertz`).
     ``seconds`` [s] bounds the wall time of a run. Raise RequestError for an
     integrator or a spring that is not known.
     """
 
     name = "reference"
+    title = "reference DEM"
     traits = Traits(
         install_hint="comes with the harness",
         versions=(__version__,),
         integrator=DEFAULT_INTEGRATOR,
     )
-    states_towers = False
 
     def __init__(
         self,
         integrator: str = DEFAULT_INTEGRATOR,
         *,
-        spring: SpringLaw = "linear",
+        spring: Spring = "linear",
         workers: int | None = None,
         seconds: float = 300.0,
     ) -> None:
@@ -92,12 +90,12 @@ class Reference(Engine):
             raise RequestError(
                 f"--integrator {integrator!r} is not known: must be one of {', '.join(INTEGRATORS)}"
             )
-        if spring not in get_args(SpringLaw):
+        if spring not in get_args(Spring):
             raise RequestError(f"spring {spring!r} is not known: must be linear or Hertz")
         self.integrator = integrator
         if type(self).traits is Reference.traits:  # a class of its own declares for itself
             self.traits = replace(self.traits, integrator=integrator, spring=spring)
-        self._law: SpringLaw = spring
+        self._spring: Spring = spring
         self._workers = workers or cores()
         self._seconds = seconds
 
@@ -110,123 +108,107 @@ class Reference(Engine):
             integrator=self.integrator,
         )
 
-    def drops(self, cases: Sequence[Drop]) -> list[DropRun | EngineError]:
-        """Run the grain against the first sphere of the row; the others are out of its reach."""
+    def refuses(self, job: Job) -> str:
+        """Return why the engine cannot run a job, or nothing where it can."""
+        reason = super().refuses(job)
+        if reason or job.template.scene is None:
+            return reason
+        return unstated(job.template.scene(job.values, self._spring))
+
+    def run(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
+        """Run the scenes of the jobs, errors as for :meth:`run_scenes`."""
+        scenes = []
+        for job in jobs:
+            reason, build = super().refuses(job), job.template.scene
+            if reason or build is None:
+                raise self._refused(job.template.name, reason)
+            scenes.append(build(job.values, self._spring))
+        return self.run_scenes(scenes, [job.template.name for job in jobs])
+
+    def run_scenes(
+        self, scenes: Sequence[Scene], names: Sequence[str] = ()
+    ) -> list[Output | EngineError]:
+        """Run scenes side by side and return their outputs in order.
+
+        ``names`` are what errors call them. Raise RequestError, before anything runs, for a scene
+        that cannot be run, or a step at which the integrator is unstable.
+        """
+        systems = [
+            (scene, self._row(scene, name))
+            for scene, name in zip(scenes, names or ["scene"] * len(scenes), strict=True)
+        ]
         who = self.identify()
 
-        def one(case: Drop) -> DropRun | EngineError:
+        def one(system: tuple[Scene, Row]) -> Output | EngineError:
             started = time.perf_counter()
-            grain = Grain(0.0, case.diameter + case.gap, case.sideways, -case.speed)
+            scene, row = system
             try:
-                row = row_below(case, self._law)
-                mover = self._moved(grain, row, case.step, case.steps, case.every)
-                mover.finish()
-                return DropRun(case, mover.trajectory(), time.perf_counter() - started, who)
+                mover = self._mover(scene, row)
+                tables = tables_of(scene, mover, row, origin_of(scene))
             except EngineError as error:
                 return error
+            return Output((), who, tables, seconds=time.perf_counter() - started)
 
-        return [one(case) for case in cases]
+        if len(systems) == 1:
+            return [one(systems[0])]
+        return parallel_map(one, systems, self._workers)
 
-    def inclines(
-        self,
-        cases: Sequence[Incline],
-        route: Route,
-        *,
-        every: int | None = None,
-        start: Start | None = None,
-    ) -> list[InclineRun | EngineError]:
-        """Run the cases and return their results in order.
+    def follow(self, scene: Scene) -> Trajectory:
+        """Return the first particle's path over all steps of a scene, whatever its stages.
 
-        A ``start`` takes the place of the route's own. Raise RequestError for a
-        step that the integrator cannot take.
+        Raise RequestError as for :meth:`run_scenes`, EngineError when the run fails.
         """
-        self._check(cases)
-        who = self.identify()
+        scene = replace(scene, stages=(), every=1 if scene.every is None else scene.every)
+        (output,) = self.run_scenes([scene])
+        if isinstance(output, EngineError):
+            raise output
+        return Trajectory(*(output.tables[SERIES][name] for name in COLUMNS[1:]))
 
-        def one(case: Incline) -> InclineRun | EngineError:
-            seconds = case.time_limit * math.sqrt(case.diameter / case.gravity)
-            longest = math.ceil(seconds / case.step)
-            try:
-                first = start or start_of(case, route, self._law)
-                mover = self._mover(case, first, longest, every)
-                return run(case, route, mover, who, sampled=every is not None, law=self._law)
-            except EngineError as error:
-                return error
+    def _row(self, scene: Scene, name: str) -> Row:
+        """Return the system of a scene; raise RequestError for one that cannot be run."""
+        reason = unstated(scene)
+        if scene.spring != self._spring:
+            reason = f"its spring is {self._spring}"
+        if reason:
+            raise self._refused(name, reason)
+        values = np.concatenate([scene.position[0], scene.velocity[0]])
+        if not np.isfinite(values).all():
+            raise RequestError(f"start = {values.tolist()}: must be finite numbers, in m and m/s")
+        if scene.every is not None and scene.every < 1:
+            raise RequestError(f"every = {scene.every}: must be at least 1 step")
+        if not 1 <= scene.steps <= MOST_STEPS:
+            raise RequestError(f"steps = {scene.steps}: must be from 1 to {MOST_STEPS:g}")
+        row = row_of(scene)
+        if not row.single:
+            self._check_step(scene, row)
+        return row
 
-        return self._side_by_side(one, cases)
-
-    def follow(self, case: Incline, start: Start, duration: float, *, every: int = 1) -> Trajectory:
-        """Return the path over ``duration`` [s] from a start, sampled every so many steps.
-
-        The last step reaches the duration or passes it. Raise RequestError for a
-        duration that is not positive or asks for more than 1e15 steps, EngineError when
-        the run fails.
-        """
-        self._check([case])
-        if not (math.isfinite(duration) and 0.0 < duration <= MOST_STEPS * case.step):
-            raise RequestError(
-                f"duration = {duration!r} s: must be greater than 0 and at most "
-                f"{MOST_STEPS * case.step:.4g} s ({MOST_STEPS:g} steps)"
-            )
-        longest = math.ceil(duration / case.step * (1.0 - 1e-12))
-        mover = self._mover(case, start, longest, every)
-        mover.finish()
-        return mover.trajectory()
-
-    def towers(
-        self,
-        cases: Sequence[Tower],  # noqa: ARG002
-        duration: float,  # noqa: ARG002
-        *,
-        steps_per_contact: float | None = None,  # noqa: ARG002
-        samples: int | None = None,  # noqa: ARG002
-        profiles: bool = False,  # noqa: ARG002
-    ) -> list[TowerRun | EngineError]:
-        """Raise RequestError: towers are the chain solvers' business."""
-        raise RequestError(
-            "engine 'reference' states the incline only: run towers in lammps or a chain solver"
-        )
-
-    def _check(self, cases: Sequence[Incline]) -> None:
-        """Raise RequestError for a step at which the integrator is unstable."""
-        method = FIXED_STEP.get(self.integrator)
-        if method is None:
+    def _check_step(self, scene: Scene, row: Row) -> None:
+        """Raise RequestError for a step at which the integrator is unstable in a well."""
+        if self.integrator == ADAPTIVE:
             return
-        for case in cases:
-            zeta = case.contact.zeta_against_full_mass
-            # the spring is stiffest at the largest overlap, where the dashpot is the linear one
-            stiffer = math.sqrt(STIFFEST) if self._law == "Hertz" else 1.0
-            fewest = stiffer * _fewest_steps(self.integrator, zeta / stiffer)
-            if case.steps_per_contact <= fewest:
-                bound = f"greater than {fewest:.3f}" if math.isfinite(fewest) else "with damping"
-                raise RequestError(
-                    f"steps_per_contact = {case.steps_per_contact:g} is unstable with "
-                    f"{self.integrator} at damping ratio {zeta:.4g}: must be {bound}"
-                )
+        zeta = scene.damping_ratio * (math.sqrt(0.5) if scene.effective_mass == "half" else 1.0)
+        # the spring is stiffest at the largest overlap, where the dashpot is the linear one
+        stiffer = math.sqrt(STIFFEST) if row.hertz else 1.0
+        fewest = stiffer * _fewest_steps(self.integrator, zeta / stiffer)
+        steps_per_contact = row.contact_time / scene.step
+        if steps_per_contact <= fewest:
+            bound = f"greater than {fewest:.3f}" if math.isfinite(fewest) else "with damping"
+            raise RequestError(
+                f"steps_per_contact = {steps_per_contact:g} is unstable with "
+                f"{self.integrator} at damping ratio {zeta:.4g}: must be {bound}"
+            )
 
-    def _mover(
-        self, case: Incline, start: Start, longest: int, every: int | None
-    ) -> TrajectoryIntegrator:
-        if every is not None and every < 1:
-            raise RequestError(f"every = {every}: must be at least 1 step")
-        grain = Grain(*start.state())
-        return self._moved(grain, row_of(case, self._law), case.step, longest, every)
-
-    def _moved(
-        self, grain: Grain, row: Row, step: float, longest: int, every: int | None
-    ) -> TrajectoryIntegrator:
+    def _mover(self, scene: Scene, row: Row) -> TrajectoryIntegrator:
+        grain, step, every = grain_of(scene), scene.step, scene.every
         if self.integrator == ADAPTIVE:
             sampling = None if every is None else every * step
-            return Adaptive(grain, row, longest * step, sampling, self._seconds)
+            return Adaptive(grain, row, scene.steps * step, sampling, self._seconds)
         number = FIXED_STEP[self.integrator].number
-        return FixedStep(number, grain, row, step, longest, every, self._seconds)
+        return FixedStep(number, grain, row, step, scene.steps, every, self._seconds)
 
-    def _side_by_side(
-        self, one: Callable[[Incline], InclineRun | EngineError], cases: Sequence[Incline]
-    ) -> list[InclineRun | EngineError]:
-        if len(cases) == 1:
-            return [one(cases[0])]
-        return parallel_map(one, cases, self._workers)
+    def _refused(self, name: str, reason: str) -> RequestError:
+        return RequestError(f"engine {self.name!r} cannot run {name!r}: {reason}")
 
 
 @cache

@@ -1,6 +1,6 @@
-"""One grain on an endless row of fixed spheres, tilted: state, system, acceleration.
+"""One grain on an endless row of fixed spheres, or on one: state, system, acceleration.
 
-Two spheres are enough: a grain between the centres of two neighbours is a
+On a row two spheres are enough: a grain between the centres of two neighbours is a
 diameter or more away from every other, along the row alone.
 """
 
@@ -9,12 +9,11 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from harness.cases.drop.parameters import Drop
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.springs import SpringLaw
 from harness.engines.reference.compiled import compiled
-from harness.engines.reference.contact import damping, hertz_force, normal_force
-from harness.parameters.hertz import Hertz, hertz_of_drop, hertz_of_incline
+from harness.engines.reference.contact import hertz_force, normal_force
+from harness.engines.scene import Scene
+from harness.parameters.contact import Contact
+from harness.parameters.hertz import hertz
 
 ROUNDING = 1e-15
 """Overlaps [d] up to this are no contact, as in MFiX: a start that just touches shall not be
@@ -40,7 +39,8 @@ class Row(NamedTuple):
     """The system in SI units: spheres, contact, and the two components of gravity [m/s2].
 
     ``stiffness`` and ``damping`` are k [N/m] and eta [N s/m] of the linear spring; with
-    ``hertz`` they are K [N/m^(3/2)] and K A. ``contact_time`` [s] is pi sqrt(m/k).
+    ``hertz`` they are K [N/m^(3/2)] and K A. ``contact_time`` [s] is pi sqrt(m/k). ``single``
+    says that there is one fixed sphere, at the origin, and no row.
     """
 
     diameter: float
@@ -52,52 +52,41 @@ class Row(NamedTuple):
     normal: float
     hertz: bool
     contact_time: float
+    single: bool = False
 
 
-def row_of(case: Incline, law: SpringLaw = "linear") -> Row:
-    """Return the row of a case."""
-    tilt = math.radians(case.angle)
-    along, normal = case.gravity * math.sin(tilt), -case.gravity * math.cos(tilt)
-    return _row(
-        case,
-        along,
-        normal,
-        hertz(case.contact, case.stiffness, case.mass, case.hertz_speed)
-        if law == "Hertz"
-        else None,
-    )
+def row_of(scene: Scene) -> Row:
+    """Return the system of a scene that :func:`.statement.unstated` accepts.
 
-
-def row_below(case: Drop, law: SpringLaw = "linear") -> Row:
-    """Return the row, level, under a grain that drops on its first sphere."""
-    return _row(
-        case,
-        0.0,
-        -case.gravity,
-        hertz(case.contact, case.stiffness, case.mass, case.hertz_speed)
-        if law == "Hertz"
-        else None,
-    )
-
-
-def _row(case: Incline | Drop, along: float, normal: float, hertz: Hertz | None) -> Row:
-    dashpot = damping(case.contact, case.stiffness, case.mass)
+    Raise RequestError for a Hertz spring without a speed that sets its scale.
+    """
+    mass, zeta, stiffness = float(scene.mass[0]), scene.damping_ratio, scene.stiffness
+    effective = 0.5 * mass if scene.effective_mass == "half" else mass
+    spring, dashpot = stiffness, 2.0 * zeta * math.sqrt(stiffness * effective)
+    if scene.spring == "Hertz":
+        contact = Contact(damping_ratio=zeta, effective_mass=scene.effective_mass)
+        law = hertz(contact, stiffness, mass, scene.hertz_speed)
+        spring, dashpot = law.coefficient, law.coefficient * law.relaxation
     return Row(
-        diameter=case.diameter,
-        mass=case.mass,
-        stiffness=hertz.coefficient if hertz else case.stiffness,
-        damping=hertz.coefficient * hertz.relaxation if hertz else dashpot,
-        clipped=case.contact.tail == "clipped",
-        along=along,
-        normal=normal,
-        hertz=hertz is not None,
-        contact_time=math.pi * math.sqrt(case.mass / case.stiffness),
+        diameter=float(scene.diameter[0]),
+        mass=mass,
+        stiffness=spring,
+        damping=dashpot,
+        clipped=scene.tail == "clipped",
+        along=scene.gravity[0],
+        normal=scene.gravity[1],
+        hertz=scene.spring == "Hertz",
+        contact_time=math.pi * math.sqrt(mass / stiffness),
+        single=scene.period is None,
     )
 
 
 @compiled
 def acceleration(x: float, y: float, vx: float, vy: float, row: Row) -> tuple[float, float]:
     """Return the acceleration [m/s2] of a grain at (x, y) that moves with (vx, vy)."""
+    if row.single:
+        fx, fy = _push(x, y, vx, vy, row)
+        return fx / row.mass + row.along, fy / row.mass + row.normal
     behind = row.diameter * math.floor(x / row.diameter)
     fx, fy = _push(x - behind, y, vx, vy, row)
     gx, gy = _push(x - behind - row.diameter, y, vx, vy, row)

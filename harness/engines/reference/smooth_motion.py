@@ -40,3 +40,17 @@ def rate_of_change(state: State, row: Row, behind: bool, ahead: bool) -> State:
             rate[2] += push * dx
             rate[3] += push * dy
     return rate
+
+
+def energy(state: State, behind: int, row: Row) -> float:
+    """Return the mechanical energy [J], zero at the centre of the first fixed sphere.
+
+    The state's x counts from sphere ``behind`` of the row.
+    """
+    x = state[0] + behind * row.diameter
+    power, share = (2.5, 0.4) if row.hertz else (2.0, 0.5)
+    spheres = (0,) if row.single else (0, 1)
+    springs = sum(max(overlap(state, row, sphere), 0.0) ** power for sphere in spheres)
+    motion = 0.5 * row.mass * (state[2] * state[2] + state[3] * state[3])
+    weight = row.mass * (row.along * x + row.normal * state[1])
+    return float(motion - weight + share * row.stiffness * springs)

@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from harness.cases.incline.given_start import follow
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.routes import Start
 from harness.engines.reference.engine import Reference
@@ -21,7 +22,7 @@ def collide():
         case = Incline(angle=0.0, contact=contact, gravity=1e-12, steps_per_contact=steps)
         start = Start(0.0, 1.0 + phase * case.step, 0.0, -1.0)
         duration = 25.0 * case.contact_time
-        path = Reference(integrator).follow(case, start, duration, every=math.ceil(steps))
+        path = follow(Reference(integrator), case, start, duration, every=math.ceil(steps))
         return path.vy_m_per_s[-1]
 
     return run

@@ -6,6 +6,7 @@ import pytest
 from harness.cases.incline.critical_angles import critical_angle
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import Motion
+from harness.cases.incline.runs import run_inclines
 from harness.engines.lammps.engine import Lammps
 from harness.engines.reference.engine import Reference
 from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE
@@ -22,8 +23,8 @@ def lammps(lammps_here):  # noqa: ARG001
 @pytest.mark.parametrize("angle", [9.5, 10.0, 10.15])
 def test_the_path_until_it_is_trapped(lammps, angle):
     case = Incline(angle=angle)
-    (theirs,) = lammps.inclines([case], "steady", every=50)
-    (own,) = Reference().inclines([case], "steady", every=50)
+    (theirs,) = run_inclines(lammps, [case], "steady", every=50)
+    (own,) = run_inclines(Reference(), [case], "steady", every=50)
     assert own.motion is theirs.motion is Motion.TRAPPED
     assert own.steps == theirs.steps
     rows = min(len(own.trajectory.x_m), len(theirs.trajectory.x_m))
@@ -48,7 +49,9 @@ def test_the_passage_with_either_mass(lammps, contact, steps, effective_mass):
         angle=10.3,
         phase=0.3,
     )
-    (theirs,), (own,) = (engine.inclines([case], "passage") for engine in (lammps, Reference()))
+    (theirs,), (own,) = (
+        run_inclines(engine, [case], "passage") for engine in (lammps, Reference())
+    )
     assert (own.motion, own.steps) == (theirs.motion, theirs.steps)
     assert own.margin_J == pytest.approx(theirs.margin_J, abs=1e-9)
 

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from harness.cases.incline.critical_angles import critical_angle
+from harness.cases.incline.given_start import follow
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.routes import Start, energy
+from harness.cases.incline.runs import run_inclines
 from harness.comparison.convergence import slope_order
 from harness.engines.reference.engine import Reference
 from harness.errors import RequestError
@@ -28,12 +30,12 @@ def test_order_while_the_contact_does_not_change(integrator, order, contact):
     """The grain rings on the flank of one sphere, pressed in deeply: nothing begins or ends."""
     case = Incline(angle=0.0, stiffness=1e4, contact=contact(1.0), gravity=9.81)
     start, duration = Start(0.02, 0.95, 0.1, 0.05), 0.2 * case.contact_time
-    end = ends(Reference("adaptive", spring="Hertz").follow(case, start, duration, every=10))
+    end = ends(follow(Reference("adaptive", spring="Hertz"), case, start, duration, every=10))
     steps = 20.0 * 2.0 ** np.arange(5)
     errors = []
     for count in steps:
         fine = case.replace(steps_per_contact=float(count))
-        path = Reference(integrator, spring="Hertz").follow(fine, start, duration)
+        path = follow(Reference(integrator, spring="Hertz"), fine, start, duration)
         errors.append(math.hypot(*(ends(path) - end)))
     found, _ = slope_order(1.0 / steps, errors)
     assert found == pytest.approx(order, abs=0.15)
@@ -43,7 +45,7 @@ def test_order_while_the_contact_does_not_change(integrator, order, contact):
 def test_energy_is_kept_without_damping(integrator, most, contact):
     case = Incline(angle=0.0, stiffness=1e4, contact=contact(1.0), steps_per_contact=200.0)
     engine = Reference(integrator, spring="Hertz")
-    path = engine.follow(case, Start(0.02, 0.95, 0.1, 0.05), 20.0 * case.contact_time, every=20)
+    path = follow(engine, case, Start(0.02, 0.95, 0.1, 0.05), 20.0 * case.contact_time, every=20)
     state = (path.x_m, path.y_m, path.vx_m_per_s, path.vy_m_per_s)
     total = energy(case, *state, "Hertz")
     assert np.abs(total / total[0] - 1.0).max() < most
@@ -87,6 +89,6 @@ def test_a_spring_that_is_not_known_is_refused():
 
 def test_a_step_too_coarse_for_the_stiffest_overlap_is_refused():
     case = CASE.replace(steps_per_contact=23.8)
-    Reference("mfix-euler").inclines([case], "passage")
+    run_inclines(Reference("mfix-euler"), [case], "passage")
     with pytest.raises(RequestError, match=r"unstable with mfix-euler .* greater than 23\.853"):
-        Reference("mfix-euler", spring="Hertz").inclines([case], "passage")
+        run_inclines(Reference("mfix-euler", spring="Hertz"), [case], "passage")

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from harness.cases.incline.given_start import follow
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.routes import Start, energy
 from harness.comparison.convergence import slope_order
@@ -30,14 +31,18 @@ def test_order_while_the_contact_does_not_change(integrator, order, restitution,
     start = Start(0.02, 0.995, 0.1, 0.05)
     duration = 0.5 * case.contact_time
     coarse = 40.0 if integrator != "rk4" else 20.0
-    end = grains(Reference("adaptive").follow(
-        case.replace(steps_per_contact=coarse), start, duration, every=int(coarse / 2)
-    ))[-1]  # fmt: skip
+    rough = case.replace(steps_per_contact=coarse)
+    path = follow(Reference("adaptive"), rough, start, duration, every=int(coarse / 2))
+    end = grains(path)[-1]
     steps = coarse * 2.0 ** np.arange(5)
     errors = []
     for count in steps:
-        own = Reference(integrator).follow(
-            case.replace(steps_per_contact=float(count)), start, duration, every=int(count / 2)
+        own = follow(
+            Reference(integrator),
+            case.replace(steps_per_contact=float(count)),
+            start,
+            duration,
+            every=int(count / 2),
         )
         last = grains(own)[-1]
         errors.append(math.hypot(last.x - end.x, last.y - end.y))
@@ -56,7 +61,7 @@ def test_energy_is_kept_without_damping(integrator, contact):
     bound = {"velocity-verlet": 2e-4, "mfix-euler": 3e-2, "rk4": 1e-5, "adaptive": 1e-8}[integrator]
     case = Incline(angle=0.0, stiffness=1e4, contact=contact(1.0), steps_per_contact=200.0)
     start = Start(0.02, 0.995, 0.1, 0.05)
-    path = Reference(integrator).follow(case, start, 20.0 * case.contact_time, every=20)
+    path = follow(Reference(integrator), case, start, 20.0 * case.contact_time, every=20)
     total = np.array([energy(case, *grain[:4]) for grain in grains(path)])
     moving = 0.5 * case.mass * start.vy_m_per_s**2 + 0.5 * case.stiffness * 0.005**2
     assert np.abs(total - total[0]).max() / moving < bound

@@ -7,8 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from harness.cases.incline.given_start import follow
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.routes import Start, crest_energy, energy, start_behind_crest
+from harness.cases.incline.runs import run_inclines
 from harness.engines.reference.engine import INTEGRATORS, Reference
 from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE
 
@@ -19,7 +21,7 @@ few = settings(max_examples=25, deadline=None)
 
 
 def path(case, start, integrator, steps=400):
-    return Reference(integrator).follow(case, start, steps * case.step, every=50)
+    return follow(Reference(integrator), case, start, steps * case.step, every=50)
 
 
 @few
@@ -64,7 +66,7 @@ def test_only_the_relative_stiffness_matters(integrator, contact, diameter, dens
     other = other.replace(stiffness=stiffness)
     runs = []
     for case in (base, other):
-        (run,) = Reference(integrator).inclines([case], "passage")
+        (run,) = run_inclines(Reference(integrator), [case], "passage")
         runs.append(run)
     margins = [run.margin_J / run.case.weight_energy for run in runs]
     assert runs[0].motion is runs[1].motion

@@ -5,8 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from harness.cases.incline.given_start import follow
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.routes import start_in_well
+from harness.cases.incline.runs import run_inclines
 from harness.engines.reference import mfix_adams_bashforth, mfix_euler, rk4, velocity_verlet
 from harness.engines.reference.engine import FIXED_STEP, INTEGRATORS, Reference
 from harness.engines.reference.row import Grain, Row
@@ -43,8 +45,10 @@ def test_of_adams_bashforth_it_is_jury_s_for_the_cubic(zeta):
 def test_adams_bashforth_without_damping_is_unstable_at_every_step():
     assert fewest_steps_per_contact(mfix_adams_bashforth.growth, 0.0) == math.inf
     with pytest.raises(RequestError, match=r"mfix-adams-bashforth at damping ratio 0: .*damping"):
-        Reference("mfix-adams-bashforth").inclines(
-            [Incline(contact=SOURCE.replace(restitution=1.0))], "passage"
+        run_inclines(
+            Reference("mfix-adams-bashforth"),
+            [Incline(contact=SOURCE.replace(restitution=1.0))],
+            "passage",
         )
 
 
@@ -84,12 +88,12 @@ def test_an_unstable_step_is_refused_with_the_bound(integrator, contact, steps):
     case = Incline(contact=contact, steps_per_contact=steps)
     with Reference(integrator) as engine:
         if integrator == "rk4":  # reaches further than what every incline asks for
-            assert not isinstance(engine.inclines([case], "steady")[0], Exception)
+            assert not isinstance(run_inclines(engine, [case], "steady")[0], Exception)
             return
         with pytest.raises(RequestError, match=f"steps_per_contact = {steps:g} is unstable with"):
-            engine.inclines([case], "steady")
+            run_inclines(engine, [case], "steady")
         with pytest.raises(RequestError, match="must be greater than"):
-            engine.follow(case, start_in_well(case), 1.0)
+            follow(engine, case, start_in_well(case), 1.0)
 
 
 def test_unknown_integrator_is_named_with_those_that_exist():

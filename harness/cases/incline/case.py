@@ -1,0 +1,156 @@
+"""The frictionless incline as a case."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import ClassVar
+
+from harness.cases.contract import Case, Reference, Study, rows_of_parts, title_of
+from harness.cases.incline.engine_angle import EngineAngle
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.records import NAME
+from harness.cases.incline.runs import read
+from harness.cases.incline.template import TEMPLATE, job_of
+from harness.cases.incline.tolerances import REGRESSION
+from harness.comparison.findings import Findings
+from harness.comparison.tolerances import Tolerance
+from harness.comparison.verdicts import Check
+from harness.engines.contract import Engine, Job, Output, Template
+from harness.engines.traits import Traits
+from harness.observables.declared import Observable
+from harness.parameters.contact import CONTACTS
+from harness.report.sections import Section
+
+STEPS = {"plastic": 100.0}
+"""Steps per contact time of a preset, where they are not the default."""
+
+
+class InclineCase(Case[Incline]):
+    """One grain on a tilted row of fixed, touching spheres, without friction."""
+
+    name = NAME
+    group = "incline"
+    summary = "A grain on a tilted row of fixed spheres without friction: the critical angle."
+    by_default = True
+    parameters = Incline
+    quantities = (
+        Observable(
+            "margin_over_mgd",
+            "",
+            "",
+            "energy left after one well, less that of a grain at rest on the next crest, in m g d",
+        ),
+        Observable("moves_on", "", "", "1 where the grain passes the well, 0 where it is trapped"),
+        Observable("touching", "", "", "1 where the grain is in contact at the end"),
+        Observable("time_s", "s", "", "duration of the motion"),
+        Observable("steps", "", "", "time steps that were taken"),
+    )
+    template: ClassVar[Template] = TEMPLATE
+    regression: ClassVar[Mapping[str, Tolerance]] = REGRESSION
+
+    @property
+    def presets(self) -> Mapping[str, Incline]:
+        """Return a run for each named contact."""
+        return {
+            name: Incline(contact=contact, steps_per_contact=STEPS.get(name, 50.0))
+            for name, contact in CONTACTS.items()
+        }
+
+    def job(self, parameters: Incline) -> Job:
+        """Return the job of one passage."""
+        return job_of(parameters, "passage")
+
+    def read(self, parameters: Incline, output: Output, traits: Traits) -> Mapping[str, float]:
+        """Return what became of one passage; raise EngineOutputError for a bad output."""
+        run = read(parameters, "passage", output, traits.spring)
+        return {
+            "margin_over_mgd": run.margin_J / parameters.weight_energy,
+            "moves_on": float(run.motion == "moves_on"),
+            "touching": float(run.touching),
+            "time_s": run.time_s,
+            "steps": float(run.steps),
+        }
+
+    def references(self, parameters: Incline, traits: Traits) -> Mapping[str, Reference]:  # noqa: ARG002
+        """Return the margin of rigid spheres; none for a contact that rebounds."""
+        from harness.cases.incline.rebound import ONE_SHOCK, rebound
+        from harness.theory.energy_map import passage_margin
+        from harness.theory.shock import SHOCK_WITHOUT_REBOUND
+
+        if rebound(parameters.contact) > ONE_SHOCK:
+            return {}
+        margin = passage_margin(parameters.angle, SHOCK_WITHOUT_REBOUND)
+        return {"margin_over_mgd": Reference(margin, "closed form")}
+
+    def verify(self, engine: Engine, study: Study) -> Findings:
+        """Hold an engine against the closed form, the reference DEM and itself."""
+        from harness.cases.incline.checks import incline_checks
+        from harness.cases.incline.evidence import InclineEvidence, Verifying
+        from harness.theory.critical_angle import critical_angle
+
+        evidence = InclineEvidence(title_of(engine), critical_angle())
+        found = Findings(self.name, engine.name, evidence=evidence)
+        found.checks += incline_checks(Verifying(engine, study, found, evidence))
+        found.records[:] = {record.name: record for record in found.records}.values()
+        every = [angle for angles in evidence.by_contact.values() for angle in angles]
+        extrapolated = evidence.extrapolated
+        found.published = {
+            "closed_form_deg": evidence.closed_form_deg,
+            "extrapolated": extrapolated.record() if extrapolated else None,
+            "critical_angles": [angle.record() for angle in (*every, *evidence.routes)],
+        }
+        return found
+
+    def verify_own(self, study: Study) -> Findings:  # noqa: ARG002
+        """Hold the closed forms against second routes, and the adaptive reference DEM."""
+        from harness.cases.incline.reference_checks import restitution_checks
+        from harness.cases.incline.theory_checks import theory_checks
+
+        parts = (("closed forms", theory_checks), ("restitution", restitution_checks))
+        return Findings(self.name, checks=rows_of_parts("theory", parts))
+
+    def verify_beside(self, engine: Engine, study: Study) -> Findings:
+        """Hold the critical angles of an engine against theory and the reference DEM."""
+        from harness.cases.incline.engine_checks import angle_checks
+
+        angles: list[EngineAngle] = []
+        parts = (("critical angle", lambda: angle_checks(engine, study, angles)),)
+        checks = rows_of_parts(engine.name, parts, "deg")
+        return _beside(self.name, engine.name, checks, angles)
+
+    def recorded(self, study: Study) -> Mapping[str, Findings]:
+        """Return the recorded angles of an engine that is missing."""
+        from harness.cases.incline.recorded_checks import MFIX, NAME, recorded_checks
+
+        if MFIX not in study.missing:
+            return {}
+        angles: list[EngineAngle] = []
+        parts = (("critical angle", lambda: recorded_checks(study.level, angles)),)
+        return {NAME: _beside(self.name, NAME, rows_of_parts(NAME, parts, "deg"), angles)}
+
+    def across(self, beside: Mapping[str, Findings]) -> Sequence[Check]:
+        """Hold the angles of engines against one another."""
+        from harness.cases.incline.across_engines import across_engines
+
+        return across_engines([angle for found in beside.values() for angle in found.evidence])
+
+    def sections(
+        self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]  # noqa: ARG002
+    ) -> Sequence[Section]:
+        """Return the contacts with their angles, and the engines beside one another."""
+        from harness.cases.incline.sections import contact_sections, engine_sections
+
+        def parts() -> Iterator[Section]:
+            if main is not None:
+                yield from contact_sections(main.evidence)
+            yield from engine_sections([a for found in beside.values() for a in found.evidence])
+
+        return tuple(parts())
+
+
+def _beside(case: str, engine: str, checks: list[Check], angles: list[EngineAngle]) -> Findings:
+    rows = [angle.record() for angle in angles]
+    return Findings(case, engine, checks, evidence=angles, published={"critical_angles": rows})
+
+
+CASE = InclineCase()
