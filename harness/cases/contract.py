@@ -16,10 +16,10 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
-from typing import Any, Callable, ClassVar, Generic, Literal, TypeVar
+from typing import Any, ClassVar, Generic, Literal, TypeVar
 
 from harness.comparison.findings import Findings
 from harness.comparison.tolerances import Tolerance
@@ -138,8 +138,10 @@ class Case(ABC, Generic[P]):
         raise RequestError(f"--engine {solver!r}: case {self.name!r} has no such solver")
 
     def measure(self, parameters: P, engine: Engine) -> Measured:
-        """Run once in an engine; raise EngineError for a run that failed, RequestError for one
-        that the engine cannot state."""
+        """Run once in an engine and return what was measured.
+
+        Raise EngineError for a run that failed, RequestError for one that it cannot state.
+        """
         (output,) = engine.run([self.job(parameters)])
         if isinstance(output, EngineError):
             raise output
@@ -184,8 +186,8 @@ class Case(ABC, Generic[P]):
 
     def sections(
         self,
-        main: Findings | None,
-        own: Findings,
+        main: Findings | None,  # noqa: ARG002
+        own: Findings,  # noqa: ARG002
         beside: Mapping[str, Findings],  # noqa: ARG002
     ) -> Sequence[Section]:
         """Return the parts of the report: of the main engine, own solvers, engines beside it."""
@@ -231,7 +233,7 @@ def rows_of_parts(case: str, parts: Sequence[Part], unit: str = "") -> list[Chec
     for name, part in parts:
         try:
             rows += part()
-        except Exception as error:  # noqa: BLE001 - a report is written whatever a part does
+        except Exception as error:
             rows.append(failed_part(f"{case}: {name}", error, unit))
     return rows
 

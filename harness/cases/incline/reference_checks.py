@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
@@ -74,17 +75,17 @@ def _parts(verifying: Verifying, reference: Reference) -> Iterator[Part]:
                     f"incline: {who} against the reference DEM, {contact} contact, "
                     f"k = {stiffness:.3g} N/m"
                 )
-                yield name, lambda f=found, n=name, p=phases: _angle(n, f, reference, p)
+                yield name, partial(_angle, name, found, reference, phases)
     if verifying.engine.traits.digits >= ENOUGH_DIGITS:
         for run in evidence.motions:
             name = f"incline: path at {run.case.angle:.2f} deg, {who} against the reference DEM"
-            yield name, lambda r=run, n=name: _path(n, r, reference)
+            yield name, partial(_path, name, run, reference)
         if evidence.recursion is not None:
             run = evidence.recursion.run
             name = f"incline: crests at {run.case.angle:g} deg, {who} against the reference DEM"
-            yield name, lambda r=run, n=name: _crests(n, r, reference)
+            yield name, partial(_crests, name, run, reference)
     if level.name == "full":
-        yield "what the step is worth", lambda: _worth_of_the_step(evidence)
+        yield "what the step is worth", partial(_worth_of_the_step, evidence)
 
 
 def _angle_at(evidence: InclineEvidence, contact: str, stiffness: float) -> CriticalAngle | None:
