@@ -157,6 +157,10 @@ def _series(
     rows.parted += parted
     worst = max(columns, key=_over_band)
     holds = not parted
+    lacking = [
+        f"series incomplete: {text}" for text in {c.incomplete: 0 for c in columns if c.incomplete}
+    ]
+    note = "; ".join(filter(None, [note, *lacking]))
     rows.checks.append(
         Check(
             f"{name}, largest difference of {worst.column}",
@@ -169,7 +173,7 @@ def _series(
             Verdict.PASS if holds else Verdict.FAIL,
             width.reason,
             note,
-            earliest(parted),
+            earliest(parted) or "".join(lacking[:1]),
         )
     )
     return parted

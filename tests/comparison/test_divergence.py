@@ -6,7 +6,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from harness.comparison.divergence import RETURN, Series, compare_series, part
-from harness.errors import RequestError
 
 TIME = np.linspace(0.0, 10.0, 1001)
 
@@ -98,12 +97,57 @@ def test_band_is_relative_to_the_largest_value_of_the_reference():
     assert found.largest == pytest.approx(0.5)
 
 
-def test_series_with_nothing_in_common():
+def test_series_with_nothing_in_common_never_hold():
     reference = Series(TIME, {"x": TIME})
-    with pytest.raises(RequestError, match="none of x"):
-        compare_series("case", Series(TIME, {"y": TIME}), reference, 1e-9)
-    with pytest.raises(RequestError, match="fewer than two times"):
-        compare_series("case", Series(TIME + 100.0, {"x": TIME}), reference, 1e-9)
+    (missing,) = compare_series("case", Series(TIME, {"y": TIME}), reference, 1.0)
+    (later,) = compare_series("case", Series(TIME + 100.0, {"x": TIME}), reference, 1.0)
+    for found, said in ((missing, "no column x"), (later, "from 100 to 110 s")):
+        assert not found.holds
+        assert said in found.incomplete
+        assert math.isnan(found.largest)
+        assert found.divergence is None
+
+
+def without(rows):
+    """Return the times of a run with some rows removed."""
+    return np.delete(TIME, rows)
+
+
+@pytest.mark.parametrize(
+    "time",
+    [
+        TIME[:30],
+        TIME[::33],
+        TIME[::200],
+        TIME[-300:],
+        TIME[:-1],
+        TIME[1:],
+        without(slice(400, 600)),
+        without(500),
+        without(997),
+    ],
+)
+@pytest.mark.parametrize("thin", [False, True])
+def test_run_that_lacks_samples_never_holds(time, thin):
+    reference = Series(TIME, {"x": np.sin(TIME)})
+    reference = reference.thinned() if thin else reference
+    run = Series(time, {"x": np.sin(time)})
+    (found,) = compare_series("case", run, reference, 1e-3)
+    assert found.incomplete
+    assert not found.holds
+
+
+def test_run_that_lacks_a_column_keeps_the_others():
+    reference = Series(TIME, {"x": np.sin(TIME), "y": np.cos(TIME)})
+    x, y = compare_series("case", Series(TIME, {"x": np.sin(TIME)}), reference, 1e-9)
+    assert x.holds
+    assert not y.holds
+
+
+def test_thinned_run_and_thinned_reference_are_complete():
+    reference = Series(TIME, {"x": np.sin(TIME)}).thinned()
+    (found,) = compare_series("case", reference, reference, 1e-9)
+    assert found.holds
 
 
 def test_nan_in_a_run_never_holds():

@@ -77,7 +77,7 @@ def read(
     )
 
 
-def _contact_forces(  # noqa: PLR0913
+def _contact_forces(
     case: Tower,
     timing: Plan,
     output: Output,
