@@ -124,18 +124,26 @@ class Engine(ABC):
         """
         return None
 
-    def twin(self) -> Engine | None:
-        """Return another way to run the same installation, or None where there is no other.
+    @classmethod
+    def fingerprint_of(cls, **options: Any) -> Mapping[str, Any] | None:  # noqa: ARG003
+        """Return what :meth:`fingerprint` would, without opening the engine; None: not known.
 
-        Raise EngineMissingError where there is one that is not here. Close it after use.
+        Takes what opens the engine. Raise RequestError for a program that is not there.
         """
         return None
 
     @classmethod
-    def fingerprint_of(cls, program: str | None = None, **options: Any) -> Mapping[str, Any] | None:  # noqa: ARG003
-        """Return what :meth:`fingerprint` would, without opening the engine; None: not known.
+    def twin_options(cls, **options: Any) -> Mapping[str, Any] | None:  # noqa: ARG003
+        """Return what opens another way to run the installation that ``options`` open.
 
-        Takes what opens the engine. Raise RequestError for a program that is not there.
+        None where there is no other way.
+        """
+        return None
+
+    def twin(self) -> Engine | None:
+        """Return another way to run the same installation, or None where there is no other.
+
+        Raise EngineMissingError where there is one that is not here. Close it after use.
         """
         return None
 

@@ -3,7 +3,7 @@
 To make one, subclass :class:`ScriptedEngine` beside a folder ``templates`` with a file
 ``<template>.<extension>.j2`` for each template of a case that the code can state, and give
 
-- ``name``, ``title`` (as messages write it), ``traits``, ``programs`` (names on PATH, the first
+- ``name``, ``traits`` (whose ``title`` messages write), ``programs`` (names on PATH, the first
   that is there is taken), ``extension`` of script files;
 - :meth:`~ScriptedEngine.ask_version`: who the program is, from :meth:`~ScriptedEngine.ask`;
 - :meth:`~ScriptedEngine.command`: the words that run a batch of tasks in a folder;
@@ -57,6 +57,7 @@ from harness.errors import (
 from harness.observables.provenance import Provenance
 
 ASK_SECONDS = 60.0
+NO_FILES: Mapping[str, str] = {}
 FOLDER = "dem-harness-"
 """How the name of an engine's temporary folder begins."""
 
@@ -70,7 +71,6 @@ class ScriptedEngine(ScriptSource):
     EngineMissingError where none is named and there is none.
     """
 
-    title: ClassVar[str]
     programs: ClassVar[tuple[str, ...]] = ()
     self_contained: ClassVar[bool] = False
 
@@ -208,8 +208,9 @@ class ScriptedEngine(ScriptSource):
         return replace(self.ask_version(), integrator=self.traits.integrator)
 
     @classmethod
-    def fingerprint_of(cls, program: str | None = None, **_: Any) -> Mapping[str, Any] | None:
+    def fingerprint_of(cls, **options: Any) -> Mapping[str, Any] | None:
         """Return the contents of the program and its libraries, where they are all there is."""
+        program = options.get("program")
         files = program_files(Path(cls.find(program))) if cls.self_contained else []
         return facts(cls.name, "executable", files) if files else None
 
@@ -221,17 +222,19 @@ class ScriptedEngine(ScriptSource):
     def _fingerprint(self) -> Mapping[str, Any] | None:
         return self.fingerprint_of(program=self.program)
 
-    def ask(self, words: Sequence[str], seconds: float = ASK_SECONDS) -> tuple[str, Ended]:
-        """Run a command once; return what it says first and how it ended.
+    def ask(self, words: Sequence[str], files: Mapping[str, str] = NO_FILES) -> tuple[str, Ended]:
+        """Run a command once, beside these files; return what it says first and how it ended.
 
         Raise EngineMissingError for one that cannot be started.
         """
         folder = self.new_folder()
         try:
+            for name, text in files.items():
+                (folder / name).write_text(text, encoding="utf-8")
             ended = self.processes.run(
                 words,
                 folder,
-                seconds=seconds,
+                seconds=ASK_SECONDS,
                 memory=self.limits.memory,
                 environment=self.environment(folder),
             )

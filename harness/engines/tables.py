@@ -101,5 +101,5 @@ def read_dump(text: str, who: str) -> Table:
     except ValueError as error:
         raise EngineOutputError(f"{who} wrote a dump that cannot be read ({error})") from None
     frames = np.take_along_axis(frames, order[:, :, None], axis=1)
-    table = {_UNITS.get(name, name): frames[:, :, i] for i, name in enumerate(names)}
+    table = {_UNITS.get(n, n): frames[:, :, i] for i, n in enumerate(names) if n != "id"}
     return {"step": steps, **table}

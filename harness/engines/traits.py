@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any
 
 from harness.parameters.contact import Contact, EffectiveMass, Spring, Tail, contact_values
 
@@ -18,9 +18,10 @@ class Traits:
     can be told; ``restitution_floor`` the least nominal restitution that
     it takes, ``most_damping`` its largest damping ratio. ``digits`` are those of its
     output. ``laws`` are those of several particles in a row. ``force_from_velocity`` says that
-    its forces are changes of velocity over a step, which round as such. ``lineage`` is the engine it grew out of: such a one is a regression partner, not
-    independent evidence. ``install_hint`` says in one line how to get it, ``versions`` with which
-    ones it was tried.
+    its forces are changes of velocity over a step, which round as such. ``lineage`` is the engine
+    it grew out of: such a one is a regression partner, not independent evidence. ``install_hint``
+    says in one line how to get it, ``versions`` with which ones it was tried. ``title`` is the
+    engine's name as its authors write it; empty where that is its name in capitals.
     """
 
     install_hint: str
@@ -70,6 +71,6 @@ class Traits:
 
     @property
     def fixed_values(self) -> dict[str, str]:
-        """Return the values that the rules leave no choice in: scripts need no variable for them."""
+        """Return the values that the rules leave no choice in: scripts need none of them."""
         rules = {"tail": self.tails, "effective_mass": self.effective_masses, "law": self.laws}
         return {name: known[0] for name, known in rules.items() if len(known) == 1}
