@@ -11,6 +11,7 @@ from typing import Any
 _REASONS = {
     "round-off": "two routes in double precision, numbers of about 1: round-off",
     "last digit": "half of the last digit printed",
+    "rows": "the rows named must stand as the erratum says",
 }
 
 
@@ -50,7 +51,8 @@ def _source(key: str, entry: dict[str, Any]) -> Source:
         fields["evidence"] = (f"figures/{fields['picture']}.svg",)
     elif "evidence" in fields:
         fields["evidence"] = tuple(f"tests/{test}.py" for test in fields["evidence"])
-    fields["why"] = _REASONS.get(fields.get("why", ""), fields.get("why", ""))
+    why = "rows" if "wrong" in fields else fields.get("why", "")
+    fields["why"] = _REASONS.get(why, why)
     return Source(key, **fields)
 
 

@@ -3,12 +3,13 @@
 import numpy as np
 
 from harness.cases.incline.result import Motion
+from harness.cases.incline.template import case_of
 from harness.engines.output import Output
 from harness.engines.reference.engine import Reference
 from harness.errors import EngineError
 from harness.observables.provenance import Provenance
 
-EVERY_ROW = 400
+ROWS = 400
 
 
 class FateEngine:
@@ -16,8 +17,8 @@ class FateEngine:
 
     traits = Reference.traits
 
-    def __init__(self, fates=(Motion.TRAPPED, Motion.MOVES_ON), seconds=40.0):
-        self.fates, self.seconds, self.jobs = fates, seconds, []
+    def __init__(self, fates=(Motion.TRAPPED, Motion.MOVES_ON)):
+        self.fates, self.jobs = fates, []
 
     def run(self, jobs):
         self.jobs += jobs
@@ -27,7 +28,8 @@ class FateEngine:
         assert job.values["route"] == "steady"
         if isinstance(fate, EngineError):
             return fate
-        time = np.linspace(0.0, self.seconds, EVERY_ROW)
+        every = job.values["series_every"]
+        time = case_of(job.values).step * every * np.arange(ROWS)
         path = {
             "time_s": time,
             "x_m": 0.5 + time,
@@ -39,8 +41,10 @@ class FateEngine:
             "verdict": fate.value,
             "margin_J": "0",
             "touching": "1",
-            "time_s": str(self.seconds),
-            "steps": str(job.values["series_every"] * (EVERY_ROW - 1)),
+            "time_s": repr(float(time[-1])),
+            "steps": str(every * (ROWS - 1)),
         }
-        crests = [("crest", f"{i} {i + 1.0} 0.1 1") for i in range(3)]
+        passed = job.values["wells"] if fate is Motion.MOVES_ON else 3
+        times = np.linspace(0, time[-1], passed + 2)[1:-1]
+        crests = [("crest", f"{n} {at!r} 0.1 1") for n, at in enumerate(times.tolist(), 1)]
         return Output((*results.items(), *crests), Provenance("lammps", "test"), {"series": path})
