@@ -71,7 +71,7 @@ def _print(found: RunDiff) -> None:
     from harness.comparison.run_diff import Change
 
     console = Console(width=None if Console().is_terminal else 140)
-    for other in found.circumstances:
+    for other in found.metadata:
         console.print(f"{other.name}: {other.before} -> {other.after}", markup=False)
     moved = [row for row in found.rows if row.change is not Change.SAME]
     shown = [r for r in moved if r.worsens or r.change in (Change.WORSE, Change.BETTER)]

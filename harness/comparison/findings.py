@@ -8,6 +8,7 @@ from typing import Any
 
 from harness.comparison.baseline_record import BaselineRecord
 from harness.comparison.divergence import Comparison
+from harness.comparison.published import Number
 from harness.comparison.verdicts import Check
 from harness.errors import EngineError
 
@@ -22,9 +23,9 @@ class Headline:
 
     name: str
     unit: str
-    expected: float
-    value: float
-    uncertainty: float
+    expected: Number
+    value: Number
+    uncertainty: Number
     who: str
     note: str = ""
 

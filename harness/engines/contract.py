@@ -81,9 +81,12 @@ class Engine(ABC):
     """A DEM code that runs jobs. Use it as a context manager."""
 
     name: ClassVar[str]
-    title: ClassVar[str] = ""
-    """The name as its authors write it; empty where that is ``name`` in capitals."""
     traits: Traits
+
+    @property
+    def title(self) -> str:
+        """Return the engine's name as reports write it."""
+        return self.traits.title or self.name.upper()
 
     @abstractmethod
     def identify(self) -> Provenance:

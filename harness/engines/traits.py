@@ -36,6 +36,7 @@ class Traits:
     digits: int = 15
     force_from_velocity: bool = False
     lineage: str = ""
+    title: str = ""
     caveats: tuple[str, ...] = field(default=())
     """Traps that users fall into, a sentence each; the report shows them."""
 

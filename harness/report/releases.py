@@ -64,7 +64,7 @@ def markdown(found: ReleaseMatrix) -> str:
     lines += [f"| {' | '.join(head)} |", f"|---|---|--:|--:|{'---|' * len(others)}"]
     for row in found.rows:
         value = row.cells[found.reference].value
-        cells = [row.case, row.quantity, "-" if value is None else f"{value:.12g} {row.unit}"]
+        cells = [row.record, row.quantity, "-" if value is None else f"{value:.12g} {row.unit}"]
         cells += [f"{row.tolerance:.1g}"]
         for i, _ in others:
             cell = row.cells[i]

@@ -1,8 +1,9 @@
+import io
 import math
+import zipfile
 
 import pytest
 
-from harness.errors import RequestError
 from harness.store import verifications
 from harness.store.verifications import DECODE_ERRORS, pack, unpack, verification_key
 
@@ -34,44 +35,45 @@ def test_what_is_no_verification_is_refused(payload, tmp_path):
     assert not (tmp_path / "copy").exists()
 
 
-@pytest.fixture
-def told(monkeypatch):
-    """Stand in for the engines: each way to run has a digest that a test may change."""
-    digests = {None: "a", "lmp": "b", "/mine/lmp": "c"}
-
-    def fingerprint(name, *, lmp=None, launcher=None):
-        digest = digests[lmp]
-        if isinstance(digest, Exception):
-            raise digest
-        return digest and {"engine": name, "how": launcher, "files": [digest]}
-
-    monkeypatch.setattr(verifications, "fingerprint", fingerprint)
-    return digests
+@pytest.mark.parametrize("name", ["../outside", "/tmp/outside", "a/../../outside", ""])
+def test_a_name_that_leads_out_of_the_folder_is_refused_before_anything_is_written(name, tmp_path):
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as archive:
+        archive.writestr("record.json", "{}")
+        archive.writestr("report/report.html", "<p>")
+        archive.writestr(f"report/{name}", "crafted")
+    with pytest.raises(DECODE_ERRORS, match="no name of a file"):
+        unpack(stream.getvalue(), tmp_path / "below" / "copy")
+    assert list(tmp_path.iterdir()) == []
 
 
-def test_everything_that_decides_the_verdicts_changes_the_key(told, monkeypatch):
+ASKED = {
+    "level": "quick",
+    "cases": ["one", "two"],
+    "engines": {"main": {"how": "library"}, "twin": {"how": "executable"}},
+}
+
+
+def key(**changes):
+    asked = {**ASKED, **changes}
+    return verification_key(asked.pop("level"), **asked)
+
+
+def test_everything_that_decides_the_verdicts_changes_the_key(monkeypatch):
     found = [
-        verification_key("quick"),
-        verification_key("full"),
-        verification_key("quick", lmp="/mine/lmp"),
-        verification_key("quick", lmp="/mine/lmp", launcher="mpirun -np 2"),
-        verification_key("quick", beside={"baseline": "1"}),
+        key(),
+        key(level="full"),
+        key(cases=["one"]),
+        key(engines={**ASKED["engines"], "main": {"how": "another library"}}),
+        key(engines={**ASKED["engines"], "twin": {"how": "missing"}}),
+        key(beside={"baseline": "1"}),
     ]
-    told[None] = "another library"
-    found.append(verification_key("quick"))
-    told["lmp"] = "another executable to hold it against"
-    found.append(verification_key("quick"))
-    told["lmp"] = RequestError("no such executable")
-    found.append(verification_key("quick"))
     for fact in ("machine", "versions", "source_digest"):
         monkeypatch.setattr(verifications, fact, lambda *_: {"other": "1"})
-        found.append(verification_key("quick"))
+        found.append(key())
     assert None not in found
     assert len(set(found)) == len(found)
 
 
-def test_an_engine_that_cannot_be_told_has_no_key(told):
-    told["/mine/lmp"] = None
-    assert verification_key("quick", lmp="/mine/lmp") is None
-    told["lmp"] = None
-    assert verification_key("quick") is None
+def test_an_engine_that_cannot_be_told_has_no_key():
+    assert key(engines={"main": {"how": "library"}, "twin": None}) is None
