@@ -89,8 +89,8 @@ def rounded(value: float, tolerance: float = math.nan) -> float:
 
 
 def bounded(value: float, bound: float = ROUND_OFF) -> str:
-    """Return the size of a difference in words: ``below 1e-12`` where it is round-off."""
-    return f"below {bound:.0e}" if abs(value) < bound else f"{value:.0e}"
+    """Return the size of a difference in words: ``less than 1e-12`` where it is round-off."""
+    return f"less than {bound:.0e}" if abs(value) < bound else f"{value:.0e}"
 
 
 def compare(
@@ -149,7 +149,7 @@ def _largest(printed: Floats, corrected: Floats, width: float, unit: str) -> str
     """Say how far off a formula is at most, as printed and, if there is one, corrected."""
 
     def most(off: float) -> str:
-        return f"below {width:.0e}" if off <= width else f"{off:.1e}"
+        return f"less than {width:.0e}" if off <= width else f"{off:.1e}"
 
     said = f"off by at most {printed.max():.1e}" + ("" if unit == "1" else f" {unit}")
     if printed.max() <= width:
