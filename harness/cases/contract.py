@@ -121,6 +121,12 @@ class Case(ABC, Generic[P]):
         """Return known sets of parameters, by name."""
         return {}
 
+    @property
+    def default(self) -> P:
+        """Return the parameters of a run for which none are given: the first preset."""
+        found: P = next(iter(self.presets.values()), None) or self.parameters()  # type: ignore[assignment]
+        return found
+
     @abstractmethod
     def job(self, parameters: P) -> Job:
         """Return the job of one run."""
@@ -250,13 +256,10 @@ def failed_part(name: str, error: Exception, unit: str = "", kind: Kind = Kind.C
 def check_declared(case: Case[Any], values: Mapping[str, Any]) -> None:
     """Raise EngineError for a quantity that a case did not declare, or that is no number."""
     declared = {observable.name for observable in case.quantities}
+    where = f"case {case.name!r} of package {type(case).__module__.partition('.')[0]!r}"
     for name, value in values.items():
         if name not in declared:
-            raise EngineError(f"case {case.name!r} returned {name!r}, which it does not declare")
+            raise EngineError(f"{where} returned {name!r}, which it does not declare")
         if not isinstance(value, (int, float)):
-            raise EngineError(f"case {case.name!r} returned {name} = {value!r}: not one number")
-
-
-def title_of(engine: Engine) -> str:
-    """Return the name of an engine as reports write it."""
-    return engine.title or engine.name.upper()
+            told = " ".join(repr(value).split())[:60]
+            raise EngineError(f"{where} returned {name} = {told}: not one number")

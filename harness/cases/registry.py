@@ -36,10 +36,11 @@ def built_in() -> tuple[str, ...]:
 
 def plugins() -> Mapping[str, EntryPoint]:
     """Return the entry points of other packages by name; of two of one name the first."""
-    found: dict[str, EntryPoint] = {}
-    for point in sorted(entry_points(group=GROUP), key=_package):
-        found.setdefault(point.name, point)
-    return found
+    return {point.name: point for point in reversed(_points())}
+
+
+def _points() -> list[EntryPoint]:
+    return sorted(entry_points(group=GROUP), key=lambda point: (point.name, _package(point)))
 
 
 def case_names() -> tuple[str, ...]:
@@ -104,9 +105,15 @@ def cases_named(text: str = "") -> dict[str, Case[Any]]:
 
 def _usable() -> tuple[dict[str, Case[Any]], list[str]]:
     usable, wrong = {name: get_case(name) for name in built_in()}, []
-    for name, point in plugins().items():
+    for point in _points():
+        first = plugins()[point.name]
         try:
-            usable[name] = _loaded(point)
+            if point is not first and _package(point) != _package(first):
+                raise RequestError(
+                    f"package {_package(point)!r}, case {point.name!r}: package "
+                    f"{_package(first)!r} has a case of this name"
+                )
+            usable[point.name] = _loaded(first)
         except RequestError as error:
             wrong.append(str(error))
     return usable, wrong
@@ -127,6 +134,9 @@ def _loaded(point: EntryPoint) -> Case[Any]:
             f"{where}: {point.value} is no case but {type(found).__name__}: must be an instance "
             "of harness.cases.contract.Case"
         )
+    without = [quantity.name for quantity in found.quantities if not quantity.unit]
+    if without:
+        raise RequestError(f"{where}: quantity {without[0]!r} has no unit ('1' for a pure number)")
     if getattr(found, "name", None) != point.name:
         named = getattr(found, "name", None)
         raise RequestError(f"{where}: its case has the name {named!r}: must be that of the entry")

@@ -23,6 +23,8 @@ from harness.parameters.hertz import hertz
 from harness.theory.dashpot import restitution_clipped, restitution_unclipped
 from harness.theory.hertz import impact
 
+HEAD_ON = "restitution head-on"
+
 HALF = 0.5
 """Restitution that tells every rule from every other."""
 
@@ -42,9 +44,13 @@ OVERLAP = 1e-4
 
 @dataclass(frozen=True)
 class DropTest:
-    """A drop, what is measured on its path, what is expected, and how close."""
+    """A drop, what is measured on its path, what is expected, and how close.
+
+    ``quantity`` is the name of what is measured, in the baseline.
+    """
 
     name: str
+    quantity: str
     case: Drop
     measure: Callable[[DropRun], float]
     expected: float
@@ -93,10 +99,11 @@ def _head_on(contact: Contact) -> DropTest:
     zeta = contact.zeta_against_full_mass
     law = restitution_clipped if contact.tail == "clipped" else restitution_unclipped
     # a contact that ends late: at 15 contact times for the source's
-    case = _flying(contact, duration=25.0, every=1000)
+    case = _flying(contact, duration=25.0, every=100)
     width = math.pi / case.steps_per_contact * (1.0 + 2.0 * zeta)
     return DropTest(
-        f"restitution head-on, {contact.name}",
+        f"{HEAD_ON}, {contact.name}",
+        "restitution",
         case,
         lambda run: float(run.path.vy_m_per_s[-1]) / SPEED,
         law(zeta),
@@ -117,7 +124,8 @@ def _head_on_hertz(contact: Contact) -> DropTest:
     case = _flying(contact, duration=1.0 + 2.0 * expected.duration / math.pi, every=100)
     width = math.pi / case.steps_per_contact * (1.0 + 2.0 * contact.zeta_against_full_mass)
     return DropTest(
-        f"restitution head-on, {contact.name}",
+        f"{HEAD_ON}, {contact.name}",
+        "restitution",
         case,
         lambda run: float(run.path.vy_m_per_s[-1]) / SPEED,
         expected.restitution,
@@ -136,6 +144,7 @@ def _onset(traits: Traits) -> DropTest:
     resolution = 10.0 ** (1 - traits.digits)
     return DropTest(
         "contact found within two steps",
+        "onset_steps",
         case,
         lambda run: _depth_of_onset(run, resolution) / (case.speed * case.step),
         0.0,
@@ -162,6 +171,7 @@ def _static(traits: Traits) -> DropTest:
     digits = 10.0 ** (1 - traits.digits) * case.diameter * case.stiffness / case.mass / case.gravity
     return DropTest(
         "static contact, overlap over m g / k",
+        "static_overlap_ratio",
         case,
         lambda run: (
             (case.diameter - float(run.path.y_m[-1])) * case.stiffness / (case.mass * case.gravity)
@@ -192,6 +202,7 @@ def _static_hertz(traits: Traits) -> DropTest:
     digits = 10.0 ** (1 - traits.digits) * case.diameter / overlap
     return DropTest(
         "static contact, overlap over (m g / K)^(2/3)",
+        "static_overlap_ratio",
         case,
         lambda run: (case.diameter - float(run.path.y_m[-1])) / overlap,
         1.0,
@@ -219,6 +230,7 @@ def _fall(traits: Traits) -> DropTest:
     digits = 10.0 ** (1 - traits.digits) / case.gap
     return DropTest(
         "free fall over g t^2 / 2",
+        "fall_ratio",
         case,
         fallen,
         1.0,
@@ -238,6 +250,7 @@ def _oblique(traits: Traits) -> DropTest:
     width = max(1e-9, 10.0 * 10.0 ** (1 - traits.digits))
     return DropTest(
         "oblique contact, angular momentum kept",
+        "angular_momentum_ratio",
         case,
         kept,
         1.0,
