@@ -78,13 +78,13 @@ class Statement:
         }
 
 
-def rounded(value: float, tolerance: float = math.nan) -> float:
-    """Return a number to :data:`DIGITS` digits, and no finer than a hundredth of a tolerance.
+def rounded(value: float, tolerance: float = 0.0) -> float:
+    """Return a number to :data:`DIGITS` digits, 0 for one below a hundredth of a tolerance.
 
     A residual of round-off thus becomes 0, and other machines record the same number.
     """
-    if tolerance > 0:
-        value = round(value, 2 - math.floor(math.log10(tolerance)))
+    if abs(value) < 0.01 * tolerance:
+        return 0.0
     return float(f"{value:.{DIGITS}g}") + 0.0  # no minus before a zero
 
 

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from harness.cases.tower.chain_evidence import PAIR, PARTED, error_over_stiffness
+from harness.cases.tower.evidence import Curve
 from harness.cases.tower.run import tower
 from harness.comparison.convergence import slope_order
 from harness.observables.summary import contact_changes
@@ -24,8 +25,6 @@ CLAIMED_ERROR, CLAIMED_STIFFNESS = 0.005, 1e4
 _ROUNDING = 1e-9
 """Of a velocity or deformation over its largest: the exact propagator leaves about 1e-12."""
 
-Curve = tuple[list[float], list[float]]
-"""Places, and values there."""
 
 Slope = tuple[float, tuple[float, float]]
 """Of log error against log stiffness, with its 95 % interval."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import pandas as pd
 
+from harness.cases.tower.evidence import Curve
 from harness.cases.tower.impulse_angles import impulse_angles
 from harness.engines.contract import Engine
 from harness.observables.reference import ReferencePoints
@@ -16,7 +17,6 @@ from harness.reproduction.claims import Statement, untestable
 from harness.reproduction.figure_data import heights, schematics
 from harness.reproduction.figure_data.collapse import collapse
 from harness.reproduction.figure_data.collisions import (
-    Curve,
     error_against_stiffness,
     two_and_three_particles,
 )

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 from matplotlib.figure import Figure
 
+from harness.cases.tower.evidence import Curve
 from harness.cases.tower.figures.peak_error import draw_against_stiffness
 from harness.report.figures.style import label, panels
-from harness.reproduction.figure_data.collisions import Curve
 
 CLAIM_PER_CENT, CLAIM_STIFFNESS = 0.5, 1e4
 """Half a per cent by 1e4 N/m: what the source reports."""
