@@ -147,16 +147,15 @@ def compare(
 
 def _largest(printed: Floats, corrected: Floats, width: float, unit: str) -> str:
     """Say how far off a formula is at most, as printed and, if there is one, corrected."""
-
-    def most(off: float) -> str:
-        return f"less than {width:.0e}" if off <= width else f"{off:.1e}"
-
-    said = f"off by at most {printed.max():.1e}" + ("" if unit == "1" else f" {unit}")
-    if printed.max() <= width:
-        said = f"off by less than {width:.0e}" + ("" if unit == "1" else f" {unit}")
+    bound = f"less than {width:.0e}"
+    most = float(printed.max())
+    # rounded first: what lies between two digits would be told this way here, that way there
+    said = f"off by {bound}" if most <= width else f"off by at most {rounded(most):.1e}"
+    said += "" if unit == "1" else f" {unit}"
     if not np.isfinite(corrected).all():
         return said
-    return f"{said} as printed, {most(float(np.abs(corrected).max()))} corrected"
+    most = float(np.abs(corrected).max())
+    return f"{said} as printed, {bound if most <= width else f'{rounded(most):.1e}'} corrected"
 
 
 def _correction(source: Source, status: ClaimStatus, given: str | None) -> str:

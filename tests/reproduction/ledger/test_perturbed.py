@@ -17,10 +17,6 @@ from harness.theory.free_chain import compliance
 PACKAGE = "harness.reproduction.ledger"
 REPRODUCED, CORRECTED = ClaimStatus.REPRODUCED, ClaimStatus.CORRECTED
 NOT = ClaimStatus.NOT_REPRODUCED
-    ClaimStatus.REPRODUCED,
-    ClaimStatus.CORRECTED,
-    ClaimStatus.NOT_REPRODUCED,
-)
 
 
 def section(name, printed=PRINTED):

@@ -10,10 +10,6 @@ ROOT = Path(__file__).parents[3]
 
 REPRODUCED, CORRECTED = ClaimStatus.REPRODUCED, ClaimStatus.CORRECTED
 NOT = ClaimStatus.NOT_REPRODUCED
-    ClaimStatus.REPRODUCED,
-    ClaimStatus.CORRECTED,
-    ClaimStatus.NOT_REPRODUCED,
-)
 NUMBERED = {f"eq-{i}" for i in range(1, 19)} | {f"eq-a{i}" for i in range(1, 12)}
 UNNUMBERED = {
     "eq-pair-distance",
