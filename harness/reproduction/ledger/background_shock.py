@@ -24,9 +24,29 @@ def statements(printed: Printed) -> list[Statement]:
     kept = [float(v @ v) / float(before @ before) for v in after]
     return [
         _ratio(speeds, kept, before, after),
-        _velocity(speeds),
-        _substituted(),
-        _expanded(kept),
+        compare(
+            SOURCES["eq-8"],
+            printed=[as_printed.velocity_after(1.0, e) for e in _RESTITUTIONS],
+            found=speeds,
+            computed="speed after one collision in vectors, e_n from 0 to 1",
+        ),
+        compare(
+            SOURCES["text-substitution"],
+            printed=[as_printed.shock_of_restitution(e) for e in _RESTITUTIONS],
+            found=[
+                as_printed.shock_of_velocities(7.0, as_printed.velocity_after(7.0, e))
+                for e in _RESTITUTIONS
+            ],
+            computed="eq. (8) put into eq. (7) at v' = 7 m/s (the text says: into eq. (8))",
+        ),
+        compare(
+            SOURCES["eq-9"],
+            printed=[as_printed.shock_of_restitution(e) for e in _RESTITUTIONS],
+            found=kept,
+            computed="energy after over before in vectors, e_n from 0 to 1: right at e_n = 0 only; at "
+            "e_n = 1, where nothing is lost, the formula gives 0",
+            corrected=[0.25 + 0.75 * e**2 for e in _RESTITUTIONS],
+        ),
         _without_rebound(printed, before),
     ]
 
@@ -58,38 +78,6 @@ def _ratio(
         f"(e = 0) only; with velocities taken as vectors it would be {vector:.2f} there, "
         f"and theta_c {critical_angle(vector):.2f} deg",
         corrected=[speed**2 for speed in speeds],
-    )
-
-
-def _velocity(speeds: list[float]) -> Statement:
-    return compare(
-        SOURCES["eq-8"],
-        printed=[as_printed.velocity_after(1.0, e) for e in _RESTITUTIONS],
-        found=speeds,
-        computed="speed after one collision in vectors, e_n from 0 to 1",
-    )
-
-
-def _substituted() -> Statement:
-    return compare(
-        SOURCES["text-substitution"],
-        printed=[as_printed.shock_of_restitution(e) for e in _RESTITUTIONS],
-        found=[
-            as_printed.shock_of_velocities(7.0, as_printed.velocity_after(7.0, e))
-            for e in _RESTITUTIONS
-        ],
-        computed="eq. (8) put into eq. (7) at v' = 7 m/s (the text says: into eq. (8))",
-    )
-
-
-def _expanded(kept: list[float]) -> Statement:
-    return compare(
-        SOURCES["eq-9"],
-        printed=[as_printed.shock_of_restitution(e) for e in _RESTITUTIONS],
-        found=kept,
-        computed="energy after over before in vectors, e_n from 0 to 1: right at e_n = 0 only; at "
-        "e_n = 1, where nothing is lost, the formula gives 0",
-        corrected=[0.25 + 0.75 * e**2 for e in _RESTITUTIONS],
     )
 
 

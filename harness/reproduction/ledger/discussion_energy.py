@@ -19,7 +19,25 @@ _HEIGHTS = np.arange(1, 11)
 
 def statements(printed: Printed) -> list[Statement]:
     """Return the rows of this part."""
-    return [*_two_springs(), _springs(), _own_law(), _kinetic_energy(), _exponent(printed)]
+    return [
+        *_two_springs(),
+        compare(
+            SOURCES["text-u-n"],
+            printed=_HEIGHTS,
+            found=[spring_energy(int(n), 1.0, 1.0) / spring_energy(1, 1.0, 1.0) for n in _HEIGHTS],
+            computed="equal springs in series under one force, n = 1 to 10",
+        ),
+        compare(
+            SOURCES["text-u-n-particles"],
+            printed=_HEIGHTS,
+            found=[row_energy(int(n), 1.0, 1.0) / row_energy(1, 1.0, 1.0) for n in _HEIGHTS],
+            computed="n contacts of the deformable law under one force, n = 1 to 10: the particles in "
+            "between are pressed from both sides and shorten twice as much",
+            corrected=2.0 * _HEIGHTS - 1,
+        ),
+        _kinetic_energy(),
+        _exponent(printed),
+    ]
 
 
 def spring_energy(springs: int, stiffness: float, force: float) -> float:
@@ -61,26 +79,6 @@ def _two_springs() -> list[Statement]:
             corrected=[0.25 * 4 * k * c**2 for k, c in cases],
         ),
     ]
-
-
-def _springs() -> Statement:
-    return compare(
-        SOURCES["text-u-n"],
-        printed=_HEIGHTS,
-        found=[spring_energy(int(n), 1.0, 1.0) / spring_energy(1, 1.0, 1.0) for n in _HEIGHTS],
-        computed="equal springs in series under one force, n = 1 to 10",
-    )
-
-
-def _own_law() -> Statement:
-    return compare(
-        SOURCES["text-u-n-particles"],
-        printed=_HEIGHTS,
-        found=[row_energy(int(n), 1.0, 1.0) / row_energy(1, 1.0, 1.0) for n in _HEIGHTS],
-        computed="n contacts of the deformable law under one force, n = 1 to 10: the particles in "
-        "between are pressed from both sides and shorten twice as much",
-        corrected=2.0 * _HEIGHTS - 1,
-    )
 
 
 def _kinetic_energy() -> Statement:

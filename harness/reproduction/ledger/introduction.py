@@ -15,11 +15,16 @@ _HEIGHTS = range(1, 21)
 
 def statements() -> list[Statement]:
     """Return the rows of this part."""
-    return [_series(), _limit(), *_of_others()]
-
-
-def _of_others() -> list[Statement]:
-    return []
+    return [
+        compare(
+            SOURCES["eq-1"],
+            printed=[as_printed.series_stiffness(1.0, n) for n in _HEIGHTS],
+            found=[stiffness_of_springs(n) for n in _HEIGHTS],
+            computed="equilibrium of n massless springs solved for n = 1 to 20; the source's own "
+            "deformable particles give k/(2n - 1) instead (erratum-13)",
+        ),
+        _limit(),
+    ]
 
 
 def stiffness_of_springs(springs: int) -> float:
@@ -32,16 +37,6 @@ def stiffness_of_springs(springs: int) -> float:
     push = np.zeros(springs)
     push[-1] = 1.0
     return float(1 / np.linalg.solve(balance, push)[-1])
-
-
-def _series() -> Statement:
-    return compare(
-        SOURCES["eq-1"],
-        printed=[as_printed.series_stiffness(1.0, n) for n in _HEIGHTS],
-        found=[stiffness_of_springs(n) for n in _HEIGHTS],
-        computed="equilibrium of n massless springs solved for n = 1 to 20; the source's own "
-        "deformable particles give k/(2n - 1) instead (erratum-13)",
-    )
 
 
 def _limit() -> Statement:

@@ -79,7 +79,10 @@ def _partial() -> Statement:
 def _closest_pair() -> list[Statement]:
     """Return both rows of the claim that the closest two particles touch, anywhere in a row."""
     near, far = rows(closest=(0.9, 1.1)), rows(closest=(1.0001, 1.2))
-    found = [[_closest_touches(row) for row in some] for some in (near, far)]
+    found = [
+        [bool(row.compressions[np.argmin(row.distances)] > 0) for row in some]
+        for some in (near, far)
+    ]
     within = [
         touches for row, touches in zip(near, found[0], strict=True) if row.distances.min() < 1.0
     ]
@@ -94,10 +97,6 @@ def _closest_pair() -> list[Statement]:
         )
         for key in ("text-closest-pair", "text-closest-proof")
     ]
-
-
-def _closest_touches(row: Row) -> bool:
-    return bool(row.compressions[np.argmin(row.distances)] > 0)
 
 
 def _boundary_solution() -> list[Statement]:
