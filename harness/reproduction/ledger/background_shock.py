@@ -43,8 +43,8 @@ def statements(printed: Printed) -> list[Statement]:
             SOURCES["eq-9"],
             printed=[as_printed.shock_of_restitution(e) for e in _RESTITUTIONS],
             found=kept,
-            computed="energy after over before in vectors, e_n from 0 to 1: right at e_n = 0 only; at "
-            "e_n = 1, where nothing is lost, the formula gives 0",
+            computed="energy after over before in vectors, e_n from 0 to 1: right at e_n = 0 only; "
+            "at e_n = 1, where nothing is lost, the formula gives 0",
             corrected=[0.25 + 0.75 * e**2 for e in _RESTITUTIONS],
         ),
         _without_rebound(printed, before),

@@ -10,7 +10,7 @@ import numpy as np
 
 from harness.reproduction.as_printed import Printed
 from harness.reproduction.claims import ClaimStatus, Ledger, Statement, claim, compare
-from harness.reproduction.ledger.discussion_energy import row_energy
+from harness.reproduction.ledger.discussion import row_energy
 from harness.reproduction.source import SOURCES, Source
 from harness.theory.tower import series_stiffness
 

@@ -1,4 +1,4 @@
-"""Section Methods: the two time scales, equations (11) and (12)."""
+"""Section Methods: rigidity and the two time scales, equations (10) to (12)."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
+from harness.cases.tower.impulse_table import STIFFNESSES
 from harness.parameters.tower import Tower
 from harness.reproduction import as_printed
 from harness.reproduction.as_printed import Printed
@@ -20,11 +21,21 @@ from harness.theory.critical_angle import critical_angle, no_flight_bound
 from harness.theory.energy_map import steady_energy
 
 _MASS, _DIAMETER = 1.0, 1.0  # [kg], [m] of the source's towers
+_GLASS_MODULUS, _GLASS_DENSITY, _PACKING = 70e9, 2500.0, 0.6  # [Pa], [kg/m3], [1] usual values
 
 
 def statements(printed: Printed) -> list[Statement]:
     """Return the rows of this part."""
-    return [*_crest(printed), _collision(printed), *_contact_time(printed), _separation(printed)]
+    return [
+        _rigidity(),
+        _glass(printed),
+        _orders(printed),
+        *_stiffnesses(printed),
+        *_crest(printed),
+        _collision(printed),
+        *_contact_time(printed),
+        _separation(printed),
+    ]
 
 
 def rise_time(angle_deg: float) -> float:
@@ -120,3 +131,71 @@ def _separation(printed: Printed) -> Statement:
         f"{fastest / printed.contact_time:.0f} contacts long, but only {fastest / longest:.1f} of "
         f"the longest window over which an impulse is taken ({longest:.4f} s, Appendix B)",
     )
+
+
+def _rigidity() -> Statement:
+    stiffness, pressure = 1e5, 9.81  # SI
+    per_centimetre = 1 / 100
+    # N/m to N/cm, N/m2 to N/cm2
+    other = as_printed.rigidity(stiffness * per_centimetre, pressure * per_centimetre**2)
+    repaired = stiffness / (pressure * _DIAMETER)
+    repaired_other = (stiffness * per_centimetre) / (
+        pressure * per_centimetre**2 * (_DIAMETER * 100)
+    )
+    printed = as_printed.rigidity(stiffness, pressure)
+    return claim(
+        SOURCES["eq-10"],
+        holds=math.isclose(printed, other, rel_tol=1e-12),
+        corrected_holds=math.isclose(repaired, repaired_other, rel_tol=1e-12),
+        computed=f"1e5 N/m over 9.81 N/m2 is {printed:.5g} in metres and {other:.5g} in "
+        f"centimetres: a length; k/(P d) is {repaired:.5g} and {repaired_other:.5g}",
+    )
+
+
+def _glass(printed: Printed) -> Statement:
+    pressure = _GLASS_DENSITY * _PACKING * printed.gravity * printed.glass_depth
+    found = (_GLASS_MODULUS / pressure) ** (2 / 3)
+    return compare(
+        SOURCES["text-glass-bead"],
+        printed=printed.glass_rigidity,
+        found=found,
+        computed=f"Hertz contact, (E/P)^(2/3) with E = {_GLASS_MODULUS / 1e9:g} GPa and "
+        f"P = {pressure / 1e3:.2f} kPa ({_GLASS_DENSITY:g} kg/m3, packing {_PACKING:g}): "
+        f"{found:.0f}; a linear k/P has no value for it",
+    )
+
+
+def _orders(printed: Printed) -> Statement:
+    low, high = printed.rigidities
+    spanned = math.log10(high / low)
+    return compare(
+        SOURCES["text-orders-of-magnitude"],
+        printed=printed.orders_of_magnitude,
+        found=spanned,
+        computed=f"log10({high:g}/{low:g}) = {spanned:g}",
+        corrected=float(len(STIFFNESSES) - 1),  # steps of ten between its values
+    )
+
+
+def _stiffnesses(printed: Printed) -> list[Statement]:
+    weight = _MASS * printed.gravity / _DIAMETER  # N/m, the pressure of a row of disks
+    found = [k / weight for k in printed.stiffnesses]
+    of_stiffness = printed.rigidities[0] / printed.stiffnesses[0]
+    middle = float(np.median(STIFFNESSES)) * of_stiffness
+    return [
+        compare(
+            SOURCES[f"text-stiffness-{name}"],
+            printed=kappa,
+            found=value,
+            computed=f"k d/(m g) of 1 kg and 1 m: {value:.0f}, "
+            f"{100 * (value / kappa - 1):.1f} % above; other grains have another",
+        )
+        for name, kappa, value in zip(("lowest", "highest"), printed.rigidities, found, strict=True)
+    ] + [
+        compare(
+            SOURCES["text-median-rigidity"],
+            printed=printed.median_rigidity,
+            found=middle,
+            computed=f"median of the three used: {middle:g}, that is {middle / of_stiffness:g} N/m",
+        )
+    ]

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from harness.report.gallery import Picture
 from harness.report.page import Shown
 from harness.report.vector import size
-from harness.reproduction.movies.film import Film
+from harness.reproduction.movies import Film
 from harness.reproduction.pages import text
 from harness.reproduction.pages.findings import findings_text
 from harness.reproduction.pages.templates import templates

@@ -11,7 +11,7 @@ from harness.observables.reference import PEYNEAU_ROUX
 from harness.parameters.tower import Tower
 from harness.report.gallery import Picture, picture
 from harness.reproduction.figure_data.compute import FigureData
-from harness.reproduction.figures import heights, peak_error, schematics, towers, velocity_series
+from harness.reproduction.figures import curves, schematics, towers
 from harness.reproduction.figures.findings import angle_against_mfix_step, angle_against_restitution
 
 if TYPE_CHECKING:
@@ -69,13 +69,13 @@ def drawings(data: FigureData) -> dict[str, Callable[[], Figure]]:
     reference = data.reference
     own_law = data.impulses[data.impulses["law"] == Tower().law]
     drawn: dict[str, Callable[[], Figure]] = {
-        "fig-1": lambda: heights.thin_layers(PEYNEAU_ROUX, reference),
+        "fig-1": lambda: curves.thin_layers(PEYNEAU_ROUX, reference),
         "fig-2": lambda: schematics.quartier_system(data.quartier),
         "fig-3": lambda: schematics.force_diagrams(data.shock),
-        "fig-4": lambda: velocity_series.velocity_series(data.motions),
+        "fig-4": lambda: curves.velocity_series(data.motions),
         "fig-5": lambda: schematics.layers(data.layers),
         "fig-6": lambda: chain_runs.velocity_and_deformation(data.collisions),
-        "fig-7": lambda: peak_error.error_against_stiffness(data.peak_errors),
+        "fig-7": lambda: curves.error_against_stiffness(data.peak_errors),
         "fig-8": lambda: towers.of_all_heights(data.towers),
         "fig-9": lambda: towers.collapse(data.collapsed),
         "fig-10": lambda: impulse.ratio_against_height(own_law, SOLVER),
@@ -84,7 +84,7 @@ def drawings(data: FigureData) -> dict[str, Callable[[], Figure]]:
         ),
         "fig-13": lambda: impulse.energy_scaling(data.scaling, PEYNEAU_ROUX, reference=reference),
         "fig-14": lambda: towers.separation(data.towers),
-        "fig-15": lambda: heights.structure_window(data.structure, PEYNEAU_ROUX, reference),
+        "fig-15": lambda: curves.structure_window(data.structure, PEYNEAU_ROUX, reference),
         "fig-16": lambda: towers.window_selection(data.windows),
     }
     if not data.motions:

@@ -7,7 +7,7 @@ from pathlib import PurePosixPath
 
 from harness.report.gallery import Picture
 from harness.reproduction.claims import ClaimStatus, Statement
-from harness.reproduction.movies.film import Film
+from harness.reproduction.movies import Film
 from harness.reproduction.pages.findings import findings_text
 from harness.reproduction.run import Reproduction
 

@@ -6,7 +6,7 @@ from harness.cases.tower.impulse_angles import READINGS, angle_from_impulse_rati
 from harness.observables.reference import PEYNEAU_ROUX, ReferencePoints
 from harness.reproduction.claims import ClaimStatus
 from harness.reproduction.figure_data import heights, windows
-from harness.reproduction.figure_data.height_curves import curves
+from harness.reproduction.figure_data.heights import curves
 
 POINTS = ReferencePoints("made-up.csv", (12.0, 2.0), (6.5, 9.0))
 

@@ -7,7 +7,7 @@ from harness.cases.tower.run import tower
 from harness.observables.significant_contacts import significant_contacts
 from harness.parameters.tower import Tower
 from harness.reproduction.claims import ClaimStatus
-from harness.reproduction.figure_data import collapse, separation, towers_in_time
+from harness.reproduction.figure_data import collapse, towers_in_time
 
 
 @pytest.fixture(scope="module")
@@ -69,15 +69,15 @@ def test_the_base_is_not_felt_before_the_chain_reaches_it(found):
 def test_a_base_that_is_felt_in_20_particles_changes_the_verdict(found):
     evidence, _ = found
     felt = (*evidence.base_felt[:3], 1.4)
-    statement = separation.separation(evidence.separated, felt)
+    statement = towers_in_time.separation(evidence.separated, felt)
     assert statement.status is ClaimStatus.NOT_REPRODUCED
     assert "20 particles at 1.40 t0" in statement.computed
 
 
 def test_a_run_does_not_differ_from_itself(found):
     run = found[0].shown[0]
-    assert separation.largest_difference(run, run) == 0
-    assert separation.base_felt(run, run) == math.inf
+    assert towers_in_time.largest_difference(run, run) == 0
+    assert towers_in_time.base_felt(run, run) == math.inf
 
 
 def test_collapse():

@@ -6,7 +6,7 @@ from harness.errors import EngineCrashError
 from harness.reproduction.as_printed import PRINTED
 from harness.reproduction.claims import ClaimStatus
 from harness.reproduction.ledger import background_incline
-from harness.reproduction.ledger.background_angle import depth_of_well, fate_angle, height
+from harness.reproduction.ledger.background_energy import depth_of_well, fate_angle, height
 from harness.reproduction.ledger.background_incline import angles_by_step
 from harness.reproduction.ledger.contact import integrate
 from harness.reproduction.ledger.introduction import stiffness_of_springs

@@ -31,21 +31,21 @@ as_it_is = cache(section)
 
 
 PRINTED_OTHERWISE = [
-    ("background_angle", "critical_angle_deg", 10.22, "text-critical-angle", NOT),
-    ("background_angle", "well_divisor", 2.0, "eq-6", REPRODUCED),
+    ("background_energy", "critical_angle_deg", 10.22, "text-critical-angle", NOT),
+    ("background_energy", "well_divisor", 2.0, "eq-6", REPRODUCED),
     ("background_energy", "critical_angle_deg", 20.0, "text-constant-contact", NOT),
     ("background_energy", "diverges_above", 1.01, "text-divergence", NOT),
     ("background_shock", "shock", 0.26, "text-shock", NOT),
     ("background_incline", "restitution", 0.5, "text-restitution", NOT),
     ("background_incline", "simulated_within_deg", 0.001, "text-mfix-angle", NOT),
     ("background_incline", "rest_angle_deg", 29.0, "text-rest-angle", NOT),
-    ("methods_rigidity", "gravity", 1.62, "text-glass-bead", NOT),
-    ("methods_rigidity", "glass_rigidity", 60_000.0, "text-glass-bead", NOT),
-    ("methods_rigidity", "glass_depth", 5.0, "text-glass-bead", NOT),
-    ("methods_rigidity", "rigidities", (1e4, 1e7), "text-orders-of-magnitude", REPRODUCED),
-    ("methods_rigidity", "orders_of_magnitude", 2.0, "text-orders-of-magnitude", REPRODUCED),
-    ("methods_rigidity", "stiffnesses", (1e6, 1e7), "text-stiffness-lowest", NOT),
-    ("methods_rigidity", "median_rigidity", 1e6, "text-median-rigidity", NOT),
+    ("methods_scales", "gravity", 1.62, "text-glass-bead", NOT),
+    ("methods_scales", "glass_rigidity", 60_000.0, "text-glass-bead", NOT),
+    ("methods_scales", "glass_depth", 5.0, "text-glass-bead", NOT),
+    ("methods_scales", "rigidities", (1e4, 1e7), "text-orders-of-magnitude", REPRODUCED),
+    ("methods_scales", "orders_of_magnitude", 2.0, "text-orders-of-magnitude", REPRODUCED),
+    ("methods_scales", "stiffnesses", (1e6, 1e7), "text-stiffness-lowest", NOT),
+    ("methods_scales", "median_rigidity", 1e6, "text-median-rigidity", NOT),
     ("methods_scales", "crest_time", 0.029, "text-t-c", REPRODUCED),
     ("methods_scales", "crest_time", 0.029, "text-crest-time", NOT),
     ("methods_scales", "contact_time", 0.01, "text-t-n", NOT),
@@ -59,7 +59,7 @@ PRINTED_OTHERWISE = [
     ("results_impulse", "longest_chain", 4, "text-little-effect", NOT),
     ("results_impulse", "speeds", (2.0, 40.0), "text-six-runs", NOT),
     ("results_impulse", "heights", (1, 30), "text-six-runs", NOT),
-    ("discussion_energy", "speed_exponent", 1.0, "text-sqrt-n", NOT),
+    ("discussion", "speed_exponent", 1.0, "text-sqrt-n", NOT),
     ("discussion", "difference_percent", 1e-3, "text-differences", REPRODUCED),
     ("discussion", "halved", 0.3, "text-halved", NOT),
     ("discussion", "longest_chain", 9, "text-longest-chain", NOT),
@@ -91,7 +91,7 @@ def patched_collide(velocity, _):
 
 
 PHYSICS_OTHERWISE = [
-    ("background_angle", "after_next_shock", lambda e, _, s: 0.9 * s * (e + 0.18), "eq-6", NOT),
+    ("background_energy", "after_next_shock", lambda e, _, s: 0.9 * s * (e + 0.18), "eq-6", NOT),
     ("background_shock", "collide", patched_collide, "text-shock", NOT),
     ("introduction", "stiffness_of_springs", lambda n: 1 / (2 * n - 1), "eq-1", NOT),
     ("methods_pair", "pushes", lambda x: np.zeros(x.size), "eq-15", NOT),
@@ -99,7 +99,7 @@ PHYSICS_OTHERWISE = [
     ("appendix_boundaries", "sweeps.compressions", lambda x, _: 0.01 * x[1:], "eq-a4", NOT),
     ("appendix_chains", "sweeps.compressions", lambda x, _: 0.01 * x[1:], "text-sweeps", NOT),
     (
-        "discussion_energy", "compliance", lambda n, deformable: compliance(n, not deformable),
+        "discussion", "compliance", lambda n, deformable: compliance(n, not deformable),
         "text-u-n-particles", REPRODUCED,
     ),
     (

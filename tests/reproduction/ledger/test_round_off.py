@@ -10,8 +10,8 @@ from harness.reproduction import claims
 from tests.reproduction.ledger.test_perturbed import PACKAGE, as_it_is, section
 
 SECTIONS = (
-    "introduction", "background_energy", "background_angle", "background_shock",
-    "methods_scales", "methods_pair", "methods_chain", "methods_shock", "discussion_energy",
+    "introduction", "background_energy", "background_energy", "background_shock",
+    "methods_scales", "methods_pair", "methods_chain", "methods_shock", "discussion",
     "appendix_boundaries", "appendix_chains", "beyond",
 )  # fmt: skip
 

@@ -8,8 +8,7 @@ import pytest
 from harness.cases.incline.result import Motion
 from harness.errors import EngineCrashError
 from harness.parameters.tower import Tower
-from harness.reproduction.movies.compute import FREE, motions, row_motion
-from harness.reproduction.movies.sentences import contact_changes
+from harness.reproduction.movies.compute import FREE, contact_changes, motions, row_motion
 from tests.reproduction.doubles import FateEngine
 
 

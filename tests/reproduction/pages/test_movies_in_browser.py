@@ -4,7 +4,7 @@ import shutil
 
 import pytest
 
-from harness.reproduction.movies.film import Film
+from harness.reproduction.movies import Film
 from harness.reproduction.pages.page import html_page
 
 FILM = Film("two-particles", "Two particles", "They exchange.", b"", b"", b"")

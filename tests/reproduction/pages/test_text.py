@@ -3,7 +3,7 @@ import re
 import pytest
 
 from harness.report.gallery import Picture
-from harness.reproduction.movies.film import Film
+from harness.reproduction.movies import Film
 from harness.reproduction.pages.findings import findings_text
 from harness.reproduction.pages.page import html_page
 from harness.reproduction.pages.text import markdown
