@@ -10,14 +10,17 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, TypeAlias
 
 from harness.errors import EngineNaNError, EngineOutputError
 from harness.observables.provenance import Provenance
 
-Table = Mapping[str, NDArray[np.float64]]
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+# arrays are imported where they are made: a kept verification is answered without them
+Table: TypeAlias = "Mapping[str, NDArray[np.float64]]"
 """Columns by names that end in the unit (``x_m``), each (M,), or (M, N) for N particles."""
 
 SERIES = "series"
@@ -39,7 +42,8 @@ class Output:
     """The output of one job.
 
     ``results`` are pairs of name and text, in order; ``tables`` map a name to columns;
-    ``seconds`` is the wall time [s] of the run. Methods raise EngineOutputError for what is
+    ``seconds`` is the wall time [s] of the run; ``title`` is the engine's name in messages, that
+    of the provenance unless given. Methods raise EngineOutputError for what is
     missing or cannot be read and EngineNaNError for values that are not finite, both naming
     the engine.
     """
@@ -49,11 +53,12 @@ class Output:
     tables: Mapping[str, Table] = field(default_factory=dict, repr=False)
     log: str = field(default="", repr=False)
     seconds: float = 0.0
+    title: str = ""
 
     @property
     def who(self) -> str:
         """Return the engine's name as messages write it."""
-        return self.provenance.engine
+        return self.title or self.provenance.engine
 
     def has(self, name: str) -> bool:
         """Return whether there is a result of this name."""
@@ -72,6 +77,8 @@ class Output:
 
     def rows(self, name: str, columns: int) -> NDArray[np.float64]:
         """Return all results of this name, shape (rows, columns)."""
+        import numpy as np
+
         texts = [value.split() for key, value in self.results if key == name]
         if any(len(words) != columns for words in texts):
             raise EngineOutputError(f"{self.who} left an incomplete result ({name!r})")
@@ -83,6 +90,8 @@ class Output:
 
         Raise EngineOutputError also where the first column is a clock and does not rise.
         """
+        import numpy as np
+
         table = self.tables.get(name)
         missing = [column for column in columns if table is None or column not in table]
         if table is None or missing:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from harness.parameters.contact import Contact, EffectiveMass, Spring, Tail, contact_values
+if TYPE_CHECKING:
+    from harness.parameters.contact import Contact, EffectiveMass, Spring, Tail
 
 
 @dataclass(frozen=True)
@@ -68,6 +69,8 @@ class Traits:
 
     def refuses_contact(self, contact: Contact) -> str:
         """Return why the engine cannot state a contact, or nothing where it can."""
+        from harness.parameters.contact import contact_values
+
         return self.refuses(contact_values(contact))
 
     @property

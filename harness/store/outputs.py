@@ -35,6 +35,7 @@ def pack(output: Output) -> bytes:
         "tables": tables,
         "log": output.log,
         "seconds": output.seconds,
+        "title": output.title,
     }
     stream = io.BytesIO()
     text = np.frombuffer(zlib.compress(json.dumps(facts).encode(), 1), dtype=np.uint8)
@@ -60,4 +61,5 @@ def unpack(data: bytes) -> Output:
         },
         log=facts["log"],
         seconds=facts["seconds"],
+        title=facts["title"],
     )

@@ -95,11 +95,12 @@ def _contact_forces(
             ROUNDINGS * case.particles * np.finfo(float).eps * stiffness * float(np.abs(x).max())
         )
     table = output.tables["series"]
+    clock = "step" if "step" in table else "time_s"
     if CONTACT_FORCE in table:
-        force = np.array(output.table((CONTACT_FORCE,))[CONTACT_FORCE])
+        force = np.array(output.table((clock, CONTACT_FORCE))[CONTACT_FORCE])
         force[force <= smallest] = 0.0
         return force
     weight, name = mass * case.gravity, TOTAL_FORCE
     if TOTAL_FORCE not in table:
         weight, name = 0.0, CONTACTS_ON_PARTICLE
-    return forces_of_contacts(np.asarray(output.table((name,))[name]), weight, smallest)
+    return forces_of_contacts(np.asarray(output.table((clock, name))[name]), weight, smallest)

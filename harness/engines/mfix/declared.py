@@ -5,7 +5,10 @@ from __future__ import annotations
 from harness.engines.mfix.recorded import CONTACT
 from harness.engines.traits import Traits
 
-OBTAIN = "build it (mfix.netl.doe.gov, MFiX 21.3.2, batch solver) and give --mfix PATH"
+OBTAIN = (
+    "build it (mfix.netl.doe.gov, MFiX 21.3.2, batch solver, cmake -DVERSION=21.3.2) "
+    "and give --mfix PATH"
+)
 
 TRAITS = Traits(
     install_hint=OBTAIN,
