@@ -12,8 +12,9 @@ import pytest
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.template import TEMPLATE, values_of
 from harness.engines.lammps.engine import Lammps
-from harness.engines.lammps.inprocess import InProcess, Left, Order
+from harness.engines.lammps.inprocess import InProcess
 from harness.engines.lammps.language import names_in
+from harness.engines.lammps.worker_process import Left, Order
 from harness.engines.process import Limits
 from harness.engines.script import Script
 from harness.errors import (
@@ -126,6 +127,14 @@ def test_run_out_of_time_is_ended_and_the_next_one_works(runner):
     assert time.monotonic() - start < 15
 
 
+def test_many_hangs_do_not_cost_the_limit_each(runner):
+    start = time.monotonic()
+    results = runner(seconds=1.0).run([ENDLESS] * 20)
+    assert {type(result) for result in results} == {EngineTimeoutError}
+    assert "not run after 2 in a row that hung" in str(results[-1])
+    assert time.monotonic() - start < 15
+
+
 def test_runaway_memory_is_stopped_at_the_limit_and_the_next_run_works(runner, runaway_memory):
     one = runner(memory=2 * 1024**3)
     fat, good = one.run([order(runaway_memory), GOOD])
@@ -197,7 +206,8 @@ def test_workers_leave_no_shared_memory(runner):
 OWNER = """
 import sys, threading, time
 from harness.engines.lammps.engine import Lammps
-from harness.engines.lammps.inprocess import InProcess, Left, Order
+from harness.engines.lammps.inprocess import InProcess
+from harness.engines.lammps.worker_process import Left, Order
 from harness.engines.lammps.language import names_in
 from harness.engines.process import Limits
 from harness.engines.script import Script
