@@ -135,7 +135,10 @@ class InclineCase(Case[Incline]):
         return across_engines([angle for found in beside.values() for angle in found.evidence])
 
     def sections(
-        self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]  # noqa: ARG002
+        self,
+        main: Findings | None,
+        own: Findings,
+        beside: Mapping[str, Findings],  # noqa: ARG002
     ) -> Sequence[Section]:
         """Return the contacts with their angles, and the engines beside one another."""
         from harness.cases.incline.sections import contact_sections, engine_sections

@@ -43,9 +43,7 @@ def angle_case(angle: CriticalAngle, resolution: str) -> BaselineRecord:
     return BaselineRecord(
         name=angle_name(angle.case, who.engine, angle.method, resolution),
         parameters={**own, "method": angle.method, "resolution": resolution},
-        quantities={
-            "critical_angle_deg": Quantity(angle.value_deg, angle.uncertainty_deg, "deg")
-        },
+        quantities={"critical_angle_deg": Quantity(angle.value_deg, angle.uncertainty_deg, "deg")},
         case=NAME,
         label=(
             f"{angle.method}, {angle.case.contact.name}, k = {short(angle.case.stiffness)} N/m, "

@@ -11,9 +11,10 @@ from typing import Any
 from harness.engines.contract import Job
 from harness.engines.lammps.external_forces import FORCES
 from harness.engines.lammps.fingerprint import fingerprint
-from harness.engines.lammps.inprocess import InProcess, Order
+from harness.engines.lammps.inprocess import InProcess
 from harness.engines.lammps.language import LammpsLanguage
 from harness.engines.lammps.read import version_in
+from harness.engines.lammps.worker_process import Order
 from harness.engines.output import Output
 from harness.engines.process import Limits, first_words
 from harness.engines.programs import find_program

@@ -23,7 +23,7 @@ from harness.errors import (
 )
 
 HERE = Path(__file__).parent
-GOOD, BAD = Incline(angle=10.0), Incline(angle=13.0)
+GOOD, BAD = (Incline(angle=angle, stiffness=5e3) for angle in (10.0, 13.0))
 
 
 @pytest.fixture

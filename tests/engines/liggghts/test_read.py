@@ -26,11 +26,11 @@ from harness.parameters.contact import PLASTIC
 from harness.parameters.tower import Tower
 
 
-def read_run(case, log, series=None):
+def read_run(case, log, series=None, route="passage"):
     """Return the run of an incline."""
     tables = {} if series is None else {"series": read_csv(series, "LIGGGHTS", rising=True)}
     output = Output(results_in(log), WHO, tables, log, 0.5, "LIGGGHTS")
-    return read_incline(case, "passage", output, "linear", None if series is None else 100)
+    return read_incline(case, route, output, "linear", None if series is None else 100)
 
 
 def read_tower(case, step, dump, who, profiles=False):
@@ -57,7 +57,7 @@ def test_passage_with_its_path(recorded):
 
 
 def test_undecided_run(recorded):
-    run = read_run(CASE, recorded("steady-undecided.log"))
+    run = read_run(CASE, recorded("steady-undecided.log"), route="steady")
     assert (run.motion, run.steps, run.crests.time_s.size) == (Motion.UNDECIDED, 360, 1)
     assert run.steps == math.ceil(math.sqrt(CASE.diameter / CASE.gravity) / CASE.step)
 
