@@ -47,6 +47,7 @@ class ProgramEngine(ScriptSource):
         self.limits = limits or Limits()
         self.workers = workers or cores()
         self.processes = Processes()
+        self._logs: dict[str, str] = {}
 
     @abstractmethod
     def ask_version(self) -> Provenance:

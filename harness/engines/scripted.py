@@ -33,7 +33,7 @@ from harness.engines.batches import collect, run_in_turn
 from harness.engines.contract import Job
 from harness.engines.output import SERIES, Output, Table, results_in
 from harness.engines.parallel import dealt, parallel_map
-from harness.engines.process import Ended, Limits, text_of
+from harness.engines.process import Ended, text_of
 from harness.engines.programs import ProgramEngine, fresh_folder
 from harness.engines.script import Task
 from harness.engines.tables import read_csv
@@ -47,15 +47,6 @@ class ScriptedEngine(ProgramEngine):
     """
 
     keeps_finished: ClassVar[bool] = False
-
-    def __init__(
-        self,
-        program: str | None = None,
-        workers: int | None = None,
-        limits: Limits | None = None,
-    ) -> None:
-        super().__init__(program, workers, limits)
-        self._logs: dict[str, str] = {}
 
     # ---- what a subclass gives -------------------------------------------------------------
 

@@ -8,10 +8,13 @@ from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import InclineRun, Motion
 from harness.cases.incline.runs import COLUMNS, run_inclines
 from harness.cases.incline.template import case_of, job_of
+from harness.cases.tower.engine_runs import run_towers
 from harness.engines.contract import Engine, Output
+from harness.engines.lammps.engine import Lammps
 from harness.engines.traits import Traits
 from harness.errors import EngineCrashError, RequestError
 from harness.observables.provenance import Provenance
+from harness.parameters.tower import Tower
 from harness.store.cached_engine import CachedEngine
 from harness.store.entries import Entries
 
@@ -238,3 +241,20 @@ def test_it_is_the_engine_in_all_else(engine, entries):
         assert cached.refuses(JOB) == ""
         assert cached.title == engine.title
     assert engine.closed
+
+
+@pytest.mark.live
+@pytest.mark.usefixtures("lammps_here")
+def test_runs_of_lammps_come_back_to_the_last_bit_without_starting_it(entries):
+    cases = [Tower(height=2, law=law) for law in ("overlap", "deformable")]
+    made, kept = [], []
+    for runs in (made, kept):
+        with CachedEngine(Lammps(workers=1), entries) as engine:
+            runs += run_towers(engine, cases, 1.0)
+            runs += run_inclines(engine, [Incline(angle=10.5)], "passage")
+            counts = engine.ran, engine.read
+        assert counts == ((3, 0) if runs is made else (0, 3))
+    for fresh, back in zip(made[:2], kept[:2], strict=True):
+        np.testing.assert_array_equal(back.grain_force, fresh.grain_force)
+        assert back.provenance == fresh.provenance
+    assert kept[2].margin_J == made[2].margin_J

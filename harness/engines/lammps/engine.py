@@ -143,10 +143,8 @@ class Lammps(LammpsLanguage):
         """Run tasks in the workers, or through the executable."""
         if self._inprocess is None:
             return super().execute(tasks)
-        orders = [
-            Order(t.script, self.variables(t), self.names_to_forget(t.script), t.job.sampled)
-            for t in tasks
-        ]
+        forget = self.names_to_forget(tasks)
+        orders = [Order(t.script, self.variables(t), forget, t.job.sampled) for t in tasks]
         results: list[Output | EngineError] = []
         for task, left in zip(tasks, self._inprocess.run(orders), strict=True):
             try:

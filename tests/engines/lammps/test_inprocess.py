@@ -183,6 +183,16 @@ def test_provenance_names_release_packages_and_library(shared):
     assert who.engine_version.split()[2].isdigit()
 
 
+def test_a_temporary_folder_may_have_a_space_a_quote_and_other_letters(
+    runner, tmp_path, monkeypatch
+):
+    odd = tmp_path / "a b'c µ"
+    odd.mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(odd))
+    (good,) = runner().run([GOOD])
+    assert isinstance(good, Left)
+
+
 def test_close_ends_the_workers_and_removes_their_files(runner):
     others = children()
     one = runner(workers=2)
