@@ -1,22 +1,27 @@
 """A folder that is there whole or not at all, also after kill -9.
 
-It is filled in a folder aside, which is locked, and renamed. The kernel lets
-go of the lock of a process that died, so that the next one may remove what it
-left, after putting back what it had moved out of the way.
+It is filled in a folder aside, which is locked, and renamed; one that is replaced is exchanged
+with it in one step where the system can. The kernel releases the lock of a process that died, so
+that the next one may remove what it left, after putting back what it had moved out of the way.
+Folders aside are opened without following links, and only those of this user are touched.
 """
 
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import fcntl
 import os
 import shutil
+import stat
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
 PREFIX = ".dem-harness-"
-OLD = "old"
+WHOLE, OLD = "whole", "old"
+
+_AT_FDCWD, _RENAME_EXCHANGE = -100, 2
 
 
 @contextlib.contextmanager
@@ -30,14 +35,14 @@ def whole_folder(target: Path, *, replace: bool = False) -> Iterator[Path]:
     target.parent.mkdir(parents=True, exist_ok=True)
     sweep(target.parent)
     with _locked(target.parent) as aside:
-        yield aside / "whole"
+        yield aside / WHOLE
         try:
             if replace and target.is_dir():
-                (aside / OLD).mkdir()
-                target.rename(aside / OLD / target.name)
-            elif target.is_dir():
-                target.rmdir()
-            (aside / "whole").rename(target)
+                _replace(target, aside)
+            else:
+                if target.is_dir():
+                    target.rmdir()
+                (aside / WHOLE).rename(target)
         except BaseException:
             _put_back(aside)
             raise
@@ -52,11 +57,32 @@ def sweep(parent: Path) -> None:
             shutil.rmtree(path, ignore_errors=True)
 
 
+def _replace(target: Path, aside: Path) -> None:
+    """Put the new folder in the place of the old one, which goes aside."""
+    whole = aside / WHOLE
+    if whole.is_dir() and _exchange(whole, target):
+        return
+    (aside / OLD).mkdir(mode=0o700)
+    target.rename(aside / OLD / target.name)
+    whole.rename(target)
+
+
+def _exchange(one: Path, other: Path) -> bool:
+    """Exchange two folders in one step; return whether system and file system can."""
+    try:
+        renameat2 = ctypes.CDLL(None, use_errno=True).renameat2
+    except (OSError, AttributeError):
+        return False
+    names = (os.fsencode(one), os.fsencode(other))
+    return bool(renameat2(_AT_FDCWD, names[0], _AT_FDCWD, names[1], _RENAME_EXCHANGE) == 0)
+
+
 def _put_back(aside: Path) -> None:
     """Move what was to be replaced back to its place, unless the new one is there already."""
-    for old in (aside / OLD).glob("*"):
-        if not (aside.parent / old.name).exists():
-            old.rename(aside.parent / old.name)
+    with contextlib.suppress(FileNotFoundError), _handle(aside / OLD) as old:
+        for name in os.listdir(old):  # noqa: PTH208 - below a handle
+            if not os.path.lexists(aside.parent / name):
+                os.rename(name, aside.parent / name, src_dir_fd=old)
 
 
 @contextlib.contextmanager
@@ -86,8 +112,13 @@ def _new(parent: Path) -> Iterator[Path]:
 
 @contextlib.contextmanager
 def _handle(folder: Path) -> Iterator[int]:
-    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    """Open a folder that this user alone may write; raise OSError for any other, or a link."""
+    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
     try:
+        found = os.fstat(handle)
+        others_write = stat.S_IMODE(found.st_mode) & (stat.S_IWGRP | stat.S_IWOTH)
+        if found.st_uid != os.geteuid() or others_write:
+            raise PermissionError(f"{folder} is not this user's alone")
         yield handle
     finally:
         os.close(handle)

@@ -4,7 +4,8 @@ import sys
 
 import pytest
 
-from harness.atomic_write import PREFIX, whole_folder
+from harness import atomic_write
+from harness.atomic_write import OLD, PREFIX, sweep, whole_folder
 
 
 def test_the_folder_is_there_at_the_end_of_the_block(tmp_path):
@@ -96,7 +97,9 @@ def test_an_older_folder_is_not_lost_where_the_new_one_cannot_take_its_place(tmp
 KILLED = """
 import os, signal, sys
 from pathlib import Path
+from harness import atomic_write
 from harness.atomic_write import whole_folder
+atomic_write._exchange = lambda *_: False  # as on a file system that cannot
 move, moved = Path.rename, []
 def rename(path, target):
     moved.append(path)
@@ -119,3 +122,69 @@ def test_an_older_folder_is_put_back_after_a_kill_between_the_two_renames(tmp_pa
         aside.mkdir()
     assert (tmp_path / "run" / "kept").is_file()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["other", "run"]
+
+
+EXCHANGED = """
+import os, signal, sys
+from pathlib import Path
+from harness import atomic_write
+exchange = atomic_write._exchange
+def killed(*paths):
+    if sys.argv[2] == "after":
+        exchange(*paths)
+    os.kill(os.getpid(), signal.SIGKILL)
+atomic_write._exchange = killed
+with atomic_write.whole_folder(Path(sys.argv[1]), replace=True) as aside:
+    aside.mkdir()
+    (aside / "new").touch()
+"""
+
+
+@pytest.mark.parametrize(("when", "left"), [("before", "kept"), ("after", "new")])
+def test_a_kill_about_the_exchange_leaves_the_old_or_the_new_and_never_none(tmp_path, when, left):
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "kept").touch()
+    killed = subprocess.run([sys.executable, "-c", EXCHANGED, tmp_path / "run", when], check=False)
+    assert killed.returncode == -signal.SIGKILL
+    assert [path.name for path in (tmp_path / "run").iterdir()] == [left]
+    sweep(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["run"]
+
+
+def test_a_linked_folder_aside_is_not_followed(tmp_path):
+    victim = tmp_path / "victim"
+    (victim / OLD).mkdir(parents=True)
+    (victim / OLD / "papers").touch()
+    beside = tmp_path / "beside"
+    beside.mkdir()
+    (beside / f"{PREFIX}x").symlink_to(victim)
+    sweep(beside)
+    assert (victim / OLD / "papers").is_file()
+    assert not (beside / "papers").exists()
+
+
+def test_a_linked_old_folder_is_not_emptied(tmp_path):
+    victim = tmp_path / "victim"
+    victim.mkdir()
+    (victim / "papers").touch()
+    aside = tmp_path / "beside" / f"{PREFIX}x"
+    aside.mkdir(parents=True, mode=0o700)
+    (aside / OLD).symlink_to(victim)
+    sweep(aside.parent)
+    assert (victim / "papers").is_file()
+    assert not (aside.parent / "papers").exists()
+
+
+def test_a_folder_that_others_write_or_own_is_left_alone(tmp_path, monkeypatch):
+    aside = tmp_path / f"{PREFIX}x"
+    aside.mkdir()
+    aside.chmod(0o777)
+    sweep(tmp_path)
+    assert aside.is_dir()
+    aside.chmod(0o700)
+    monkeypatch.setattr(atomic_write.os, "geteuid", lambda: 12345)
+    sweep(tmp_path)
+    assert aside.is_dir()
+    monkeypatch.undo()
+    sweep(tmp_path)
+    assert not aside.exists()

@@ -2,29 +2,136 @@
 
 from __future__ import annotations
 
+import contextlib
+import errno
+import itertools
 import os
 import sys
+from pathlib import Path
+from typing import Any
 
 INTERRUPTED = 130
 """Exit status after Ctrl-C, by the shells' convention (128 + SIGINT)."""
 
+INTERNAL = 4
+"""Exit status of a bug, or of a machine that cannot go on: a full disk, no memory."""
+
+TRACEBACK = "DEM_HARNESS_TRACEBACK"
+"""Environment variable: where it is set, an internal error shows its traceback."""
+
 
 def main() -> None:
-    """Run ``dem-harness``; end with the exit status of the design (0, 1, 2 or 3)."""
+    """Run ``dem-harness``; end with the exit status of the design (0 to 4, or 130)."""
+    for stream in (sys.stdout, sys.stderr):
+        # a terminal or a pipe that is not UTF-8, or an argument that was not
+        with contextlib.suppress(AttributeError, ValueError):
+            stream.reconfigure(errors="replace")  # type: ignore[union-attr]
+    status = _status()
+    if status == INTERRUPTED:
+        print("dem-harness: interrupted; nothing half-written is left", file=sys.stderr)
+    status = _flushed(status)
+    if status == INTERRUPTED:
+        # all is cleared away by now; threads that go on with what nobody waits for
+        # would keep the process until they are done
+        os._exit(INTERRUPTED)
+    sys.exit(status)
+
+
+def _status() -> int:
+    """Run the command and return its exit status; an error is told here."""
+    import typer
+
     from harness.cli.app import app
     from harness.errors import HarnessError
 
+    # the base of all errors of parsing; typer exports one below it
+    usage: type[Exception] = next(
+        kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException"
+    )
     try:
-        app()
+        return app(standalone_mode=False) or 0
     except HarnessError as error:
-        print(f"dem-harness: {error}", file=sys.stderr)
-        sys.exit(error.exit_status)
+        return _told(str(error), error.exit_status)
+    except BrokenPipeError:
+        return 0  # the reader of our output has seen enough
+    except (KeyboardInterrupt, typer.Abort):
+        return INTERRUPTED
+    except usage as error:
+        return _usage(error)
     except SystemExit as ending:
-        if ending.code == INTERRUPTED:
-            print("dem-harness: interrupted; nothing half-written is left", file=sys.stderr)
-            # all is cleared away by now; threads that go on with what nobody waits for
-            # would keep the process until they are done
-            sys.stdout.flush()
-            sys.stderr.flush()
-            os._exit(INTERRUPTED)
-        raise
+        return ending.code if isinstance(ending.code, int) else int(bool(ending.code))
+    except Exception as error:  # whatever it is, it is told in a line
+        if os.environ.get(TRACEBACK):
+            raise
+        return _told(_internal(error), INTERNAL)
+
+
+def _usage(error: Any) -> int:
+    """Tell an error of parsing in two lines, and where the help is."""
+    if type(error).__name__ == "NoArgsIsHelpError":
+        error.show()
+        return int(error.exit_code)
+    command = error.ctx.command_path if getattr(error, "ctx", None) else "dem-harness"
+    message = " ".join(error.format_message().split())
+    options = getattr(getattr(error, "param", None), "opts", ())
+    if options and error.message:  # a value that is refused: say which
+        reason = error.message.replace("Input should be", "must be").replace("Value error, ", "")
+        message = f"{options[-1]}{_given(options[-1])}: {' '.join(reason.split())}"
+    return _told(f"{message}\nsee {command} --help", int(error.exit_code))
+
+
+def _given(option: str) -> str:
+    """Return the value of an option as it was given, with a blank before it; empty without one."""
+    for word, following in itertools.zip_longest(sys.argv, sys.argv[1:], fillvalue=""):
+        if word == option and following:
+            return f" {following!r}"
+        if word.startswith(f"{option}="):
+            return f" {word.partition('=')[2]!r}"
+    return ""
+
+
+def _internal(error: Exception) -> str:
+    """Return an error that nobody foresaw, or a machine's, in words."""
+    if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
+        where = f": {error.filename}" if error.filename else ""
+        return f"no space is left on the disk{where}"
+    if isinstance(error, MemoryError):
+        return "there is not enough memory for this"
+    try:
+        Path.cwd()
+    except OSError:
+        return "the working directory does not exist any more"
+    name = f"{type(error).__name__}: {error}".strip(": ")
+    return f"internal error: {name}\nthis is a bug; {TRACEBACK}=1 shows where it is"
+
+
+def _told(message: str, status: int) -> int:
+    """Print an error on stderr, and with --json as an object on stdout; return the status."""
+    from harness.report.plain import printable
+
+    message = printable(message)
+    with contextlib.suppress(OSError):
+        print(f"dem-harness: {message}", file=sys.stderr)
+        if "--json" in sys.argv[1:]:
+            from harness.cli.output import print_json
+
+            print_json({"error": message, "status": status})
+    return status
+
+
+def _flushed(status: int) -> int:
+    """Write out what is still in stdout; a closed pipe is no error, a full disk is."""
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:
+        _to_nowhere()
+    except OSError as error:
+        _to_nowhere()
+        return _told(f"stdout: {error.strerror or error}", INTERNAL)
+    return status
+
+
+def _to_nowhere() -> None:
+    """Discard what stdout still holds: the interpreter would complain of it at the end."""
+    with contextlib.suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

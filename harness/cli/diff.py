@@ -41,7 +41,7 @@ def diff(
     2 a folder is not a run.
     """
     from harness.cli.output import print_json
-    from harness.workflows.diff import diff as hold
+    from harness.workflows import diff as hold
 
     if output is not None:
         from harness.report.target import check_folder
@@ -71,7 +71,7 @@ def _print(found: RunDiff) -> None:
     from harness.comparison.run_diff import Change
 
     console = Console(width=None if Console().is_terminal else 140)
-    for other in found.circumstances:
+    for other in found.metadata:
         console.print(f"{other.name}: {other.before} -> {other.after}", markup=False)
     moved = [row for row in found.rows if row.change is not Change.SAME]
     shown = [r for r in moved if r.worsens or r.change in (Change.WORSE, Change.BETTER)]

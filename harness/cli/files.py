@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import contextlib
+import itertools
+import sys
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +20,9 @@ if TYPE_CHECKING:
 FORMATS = (".svg", ".png", ".pdf")
 Writer = Callable[[Path], object]
 
+LARGEST_REFERENCE = 10_000_000
+"""Bytes of measured points that are read; a device has no end."""
+
 
 def check_target(path: Path | None, option: str, suffixes: tuple[str, ...] = ()) -> None:
     """Raise RequestError, before any work is done, for a file that cannot be written."""
@@ -24,31 +32,101 @@ def check_target(path: Path | None, option: str, suffixes: tuple[str, ...] = ())
         return
     if suffixes and path.suffix.lower() not in suffixes:
         raise RequestError(f"{option} {path}: must end in {', '.join(suffixes)}")
+    try:
+        path.stat()
+    except FileNotFoundError:
+        pass
+    except OSError as error:  # a name that is too long, a folder that nobody may look into
+        raise RequestError(f"{option} {path}: {error.strerror}") from None
     if path.is_dir():
         raise RequestError(f"{option} {path}: is a folder")
     if not path.parent.is_dir():
         raise RequestError(f"{option} {path}: there is no folder {path.parent}")
 
 
+def check_source(path: Path | None, option: str, *, folder: bool = False) -> None:
+    """Raise RequestError for a file, or a folder, that is not there or may not be read."""
+    from harness.errors import RequestError
+
+    if path is None:
+        return
+    try:
+        if folder:
+            next(path.iterdir(), None)
+        else:
+            with path.open("rb") as file:
+                file.read(1)
+    except OSError as error:
+        raise RequestError(f"{option} {path}: {error.strerror or error}") from None
+
+
+@contextlib.contextmanager
+def output_folder(given: Path | None, kind: str = "") -> Iterator[Path]:
+    """Yield the folder of a report: the one given, or one for now that no other run takes.
+
+    ``kind`` ends the name of the second.
+
+    The second is made at once, so that a run that starts in the same second takes another; it is
+    removed again where nothing is written into it. Raise RequestError for one that holds
+    something or cannot be made.
+    """
+    from harness.report.target import check_folder
+
+    if given is not None:
+        check_folder(given)
+        yield given
+        return
+    folder, made = _new_folder(Path("reports") / "runs", f"{datetime.now():%Y-%m-%d-%H%M%S}{kind}")
+    try:
+        yield folder
+    finally:
+        # only what is empty goes
+        with contextlib.suppress(OSError):
+            for path in (folder, *made):
+                path.rmdir()
+
+
+def _new_folder(parent: Path, name: str) -> tuple[Path, list[Path]]:
+    """Return a new folder of this name or a numbered one, and the parents made for it."""
+    from harness.errors import RequestError
+
+    made = [path for path in (parent, *parent.parents) if not path.exists()]
+    try:
+        parent.mkdir(parents=True, exist_ok=True)
+        for number in itertools.count(1):
+            folder = parent / (name if number == 1 else f"{name}-{number}")
+            with contextlib.suppress(FileExistsError):
+                folder.mkdir()
+                return folder, made
+    except OSError as error:
+        raise RequestError(
+            f"--output {parent / name}: cannot be made ({error.strerror}); name another folder"
+        ) from None
+    raise AssertionError("numbers do not end")
+
+
 def write_all(files: Mapping[tuple[str, Path], Writer]) -> None:
     """Write each (option, path) aside, then rename them all: none is half-written.
 
-    Raise RequestError naming the one that fails.
+    What was written is named on stderr. Raise RequestError naming the one that fails.
     """
     from harness.errors import RequestError
 
-    asides = {path: path.with_name(f".{path.name}.part") for _, path in files}
     target = ("", Path())
-    try:
-        for target, writer in files.items():
-            writer(asides[target[1]])
-        for target in files:
-            asides[target[1]].replace(target[1])
-    except OSError as error:
-        raise RequestError(f"{target[0]} {target[1]}: {error.strerror or error}") from None
-    finally:
-        for aside in asides.values():
-            aside.unlink(missing_ok=True)
+    with contextlib.ExitStack() as stack:
+        try:
+            asides = {}
+            for target in files:
+                # a folder of its own: two runs may write the same file at once
+                folder = tempfile.TemporaryDirectory(dir=target[1].parent, prefix=".dem-harness-")
+                asides[target] = Path(stack.enter_context(folder)) / f"file{target[1].suffix}"
+            for target, writer in files.items():
+                writer(asides[target])
+            for target, aside in asides.items():
+                aside.replace(target[1])
+                print(f"{target[0]}: {target[1]} is written", file=sys.stderr)
+        except OSError as error:
+            raise RequestError(f"{target[0]} {target[1]}: {error.strerror or error}") from None
 
 
 def save_figure(draw: Callable[[], Figure], suffix: str) -> Writer:
@@ -72,9 +150,12 @@ def read_reference(path: Path) -> ReferencePoints:
 
     name = f"--reference {path}"
     try:
-        data = path.read_bytes()
+        with path.open("rb") as file:
+            data = file.read(LARGEST_REFERENCE + 1)
     except OSError as error:
         raise RequestError(f"{name}: {error.strerror or error}") from None
+    if len(data) > LARGEST_REFERENCE:
+        raise RequestError(f"{name}: is longer than {LARGEST_REFERENCE} bytes")
     if data.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\0" in data[:4096]:
         raise RequestError(f"{name}: is UTF-16 or no text at all, UTF-8 is expected")
     try:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import shutil
+import textwrap
 from collections.abc import Mapping
 from typing import Any
 
@@ -16,11 +18,28 @@ def print_json(record: Mapping[str, Any]) -> None:
 
 def print_record(record: Mapping[str, Any]) -> None:
     """Print a flat record as aligned lines, one a key; tables and long lists are left to JSON."""
+    from harness.report.plain import printable
+
     shown = {key: value for key, value in record.items() if _is_short(value)}
     width = max(len(key) for key in shown)
     for key, value in shown.items():
-        text = f"{value:.8g}" if isinstance(value, float) else str(value)
+        text = f"{value:.8g}" if isinstance(value, float) else printable(str(value))
         print(f"{key:<{width}}  {text}")
+
+
+def print_wrapped(text: str, *, indent: int = 0) -> None:
+    """Print printable text on lines that fit the terminal, the first after ``indent`` blanks."""
+    from harness.report.plain import one_line
+
+    width = min(shutil.get_terminal_size().columns, 120)
+    lines = textwrap.wrap(
+        one_line(text),
+        width,
+        initial_indent=" " * indent,
+        subsequent_indent=" " * (indent + 2),
+        break_on_hyphens=False,
+    )
+    print("\n".join(lines))
 
 
 def _is_short(value: Any) -> bool:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from harness.cli.baseline import Level, LevelName
-from harness.cli.cached_engines import Cache, Fresh
+from harness.cli.engine_options import CacheOptions
 from harness.cli.options import Json
 
 if TYPE_CHECKING:
@@ -24,6 +24,7 @@ def releases(
             "The first that runs is the reference.",
         ),
     ],
+    kept: CacheOptions,
     level: Level = LevelName.QUICK,
     output: Annotated[
         Path | None,
@@ -34,8 +35,6 @@ def releases(
             "anything yet.",
         ),
     ] = None,
-    cache: Cache = None,
-    fresh: Fresh = False,
     json: Json = False,
 ) -> None:
     """Run the same cases in several LAMMPS releases and say what moved.
@@ -47,16 +46,16 @@ def releases(
     """
     from functools import partial
 
-    from harness.cli.cached_engines import open_entries, remembered
+    from harness.cli.engine_options import cached
     from harness.cli.output import print_json
     from harness.cli.progress import progress_bars
     from harness.cli.recording import recorded
     from harness.report.target import check_folder
-    from harness.workflows.releases import releases as compare
+    from harness.workflows import releases as compare
 
     if output is not None:
         check_folder(output)
-    remember = partial(remembered, entries=open_entries(cache), fresh=fresh)
+    remember = partial(cached, entries=kept.entries(), fresh=kept.fresh)
     with recorded("releases") as told, progress_bars() as progress:
         found = compare(names, level=level.value, remember=remember, progress=progress)
         told.status, told.folder = found.status, output
@@ -82,7 +81,7 @@ def _record(found: ReleaseMatrix) -> None:
             with recorded("releases") as told:
                 told.status = 3 if column.error or column.errors else 0
                 told.engine = column.provenance.record()
-                told.quantities = case_quantities(column.cases)
+                told.quantities = case_quantities(column.records)
 
 
 def _print(found: ReleaseMatrix, output: Path | None) -> None:
@@ -93,7 +92,7 @@ def _print(found: ReleaseMatrix, output: Path | None) -> None:
     for row in found.rows:
         for column, cell in zip(found.columns, row.cells, strict=True):
             if cell.change == "moved":
-                print(f"moved in {column.release}: {row.case}: {row.quantity}", end=" ")
+                print(f"moved in {column.release}: {row.record}: {row.quantity}", end=" ")
                 print(f"{cell.value!r} {row.unit} ({cell.difference:+.2g}) {cell.note}")
     if output is not None:
         print(f"report: {output / 'report.md'}")

@@ -2,44 +2,53 @@
 
 from __future__ import annotations
 
+import sys
 from contextlib import AbstractContextManager
-from datetime import datetime
-from functools import partial
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from harness.cli.cached_engines import Cache, Chosen, Fresh
-from harness.cli.options import (
-    EngineName,
-    Esys,
-    Json,
-    Kratos,
-    Liggghts,
-    Lmp,
-    Mfix,
-    Mpirun,
-    Tolerances,
-    Yade,
-    programs_of,
-)
+from harness.cli.engine_options import EngineOptions
+from harness.cli.options import Json, Tolerances
 
 if TYPE_CHECKING:
     from harness.engines.contract import Engine
     from harness.store.entries import Entries
 
 
-def verify(
+@dataclass(frozen=True)
+class VerifyOptions:
+    """What is to be verified: how much, against which baseline, and where the report goes."""
+
     quick: Annotated[
         bool, typer.Option("--quick", help="A shorter ladder: under 20 s on two cores.")
-    ] = False,
+    ] = False
     full: Annotated[
         bool,
         typer.Option(
             "--full", help="Up to 100 times the stiffness, every height: some two minutes."
         ),
-    ] = False,
+    ] = False
+    cases: Annotated[
+        str | None,
+        typer.Option(
+            "--cases",
+            metavar="NAME[,NAME...]",
+            help="Cases or groups that `dem-harness cases` lists, or `all`.  [default: incline "
+            "and tower]",
+        ),
+    ] = None
+    engines: Annotated[
+        str | None,
+        typer.Option(
+            "--engines",
+            metavar="all|NAME[,NAME...]",
+            help="Hold other engines against theory and one another as well, or `all`, of which "
+            "those that are missing are not tested. One that is named must be here.",
+        ),
+    ] = None
     output: Annotated[
         Path | None,
         typer.Option(
@@ -48,7 +57,7 @@ def verify(
             help="Folder for the report; must not hold anything yet.  "
             "[default: reports/runs/ and the date]",
         ),
-    ] = None,
+    ] = None
     baseline: Annotated[
         Path | None,
         typer.Option(
@@ -56,115 +65,101 @@ def verify(
             metavar="DIR",
             help="Baseline to compare with.  [default: the committed one, reports/baseline]",
         ),
-    ] = None,
+    ] = None
     no_baseline: Annotated[
         bool, typer.Option("--no-baseline", help="Leave the comparison with a baseline out.")
-    ] = False,
-    tolerances: Tolerances = None,
-    engines: Annotated[
-        str | None,
-        typer.Option(
-            "--engines",
-            metavar="all|NAME[,NAME...]",
-            help="Hold other engines against theory and one another as well: `liggghts`, `yade`, "
-            "`kratos`, `esys`, `mfix`, or `all`, of which those that are missing are not tested. "
-            "One that is named must be here.",
-            rich_help_panel="Other engines",
-        ),
-    ] = None,
-    engine: EngineName = "lammps",
-    lmp: Lmp = None,
-    mpirun: Mpirun = None,
-    liggghts: Liggghts = None,
-    yade: Yade = None,
-    kratos: Kratos = None,
-    esys: Esys = None,
-    mfix: Mfix = None,
-    cache: Cache = None,
-    fresh: Fresh = False,
-    json: Json = False,
-) -> None:
-    """Do the main job: hold LAMMPS against theory and the baseline, and write a report.
+    ] = False
+    tolerances: Tolerances = None
+    strict: Annotated[
+        bool,
+        typer.Option("--strict", help="Exit status 1 also where a check was not tested."),
+    ] = False
+    verbose: Annotated[
+        bool, typer.Option("--verbose", help="Print every check, not only those that failed.")
+    ] = False
 
-    Prints the verdicts and leaves a folder with report.html, report.md,
-    results.json, results.csv, the figures and the exact scripts that ran.
+    @property
+    def level(self) -> str:
+        """Return the level by its name."""
+        return "quick" if self.quick else "full" if self.full else "default"
 
-    What was verified before, with the same LAMMPS, code and platform, is not run
+    def check(self) -> None:
+        """Raise RequestError for options that contradict one another or name no such file."""
+        from harness.cli.files import check_source
+        from harness.errors import RequestError
+
+        if self.quick and self.full:
+            raise RequestError("--quick and --full: give one of them only")
+        if self.baseline is not None and self.no_baseline:
+            raise RequestError("--baseline and --no-baseline: give one of them only")
+        check_source(self.tolerances, "--tolerances")
+        check_source(self.baseline, "--baseline", folder=True)
+
+
+def verify(asked: VerifyOptions, engine: EngineOptions, json: Json = False) -> None:
+    """Do the main job: hold an engine against theory and the baseline, and write a report.
+
+    Prints what failed, the verdicts counted by kind, and the headline, and leaves a folder with
+    report.html, report.md, results.json, results.csv, the figures and the exact scripts that ran.
+
+    What was verified before, with the same engine, code and platform, is not run
     again: the report kept of it is handed out, and said to be so. An interrupted
     verify goes on where it stopped.
     """
-    from harness.cli.cached_engines import open_entries
+    from harness.cli.files import output_folder
     from harness.cli.output import print_json
     from harness.cli.recording import recorded, verdicts
-    from harness.cli.tables import print_verification
-    from harness.errors import RequestError
-    from harness.report.target import check_folder
+    from harness.cli.verdicts import print_verification
 
-    if quick and full:
-        raise RequestError("--quick and --full: give one of them only")
-    if baseline is not None and no_baseline:
-        raise RequestError("--baseline and --no-baseline: give one of them only")
-    folder = output or Path("reports") / "runs" / datetime.now().strftime("%Y-%m-%d-%H%M%S")
-    check_folder(folder)
-    level = "quick" if quick else "full" if full else "default"
-    compared = engines_of(engines)
-    programs = programs_of(
-        (engine, *compared),
-        liggghts=liggghts,
-        yade=yade,
-        kratos=kratos,
-        esys=esys,
-        mfix=mfix,
-        option="--engines",
-    )
-    chosen = Chosen(engine, lmp, mpirun, programs=programs)
-    asked = _Asked(level, chosen, baseline, tolerances, not no_baseline, engines)
-    entries = open_entries(cache)
-    with recorded("verify") as told:
-        key = _key(asked) if entries else None
-        record = None if fresh else _kept(entries, key, folder)
-        told.cached = record is not None
-        record = record or _measured(asked, entries, key, folder, fresh)
+    asked.check()
+    beside = engines_of(asked.engines)
+    engine.check_names((engine.engine, *beside), "--engines")
+    with output_folder(asked.output) as folder, recorded("verify") as told:
+        record = _record(asked, engine, folder)
+        told.cached = record["cached"]
         told.status, told.folder = record["status"], folder
         told.engine, told.quantities = record["engine"] or {}, verdicts(record["checks"])
     if json:
         print_json({**record, "folder": str(folder)})
     else:
-        print_verification(record, folder)
+        print_verification(record, folder, verbose=asked.verbose)
+    for error in record["engine_errors"] if record["status"] == 3 else ():
+        print(f"dem-harness: {error}", file=sys.stderr)
     raise typer.Exit(record["status"])
-
-
-class _Asked(NamedTuple):
-    """What is to be verified: how much, in which engine, and against which baseline."""
-
-    level: str
-    chosen: Chosen
-    baseline: Path | None
-    tolerances: Path | None
-    compare: bool
-    engines: str | None = None
 
 
 def engines_of(wanted: str | None) -> tuple[str, ...]:
     """Return the engines that are asked for; raise RequestError for one that is not known."""
     if wanted is None:
         return ()
-    from harness.workflows.verification.other_engines import asked_engines
+    from harness.workflows.engine_selection import asked_engines
 
     return asked_engines(wanted).engines
 
 
-def _key(asked: _Asked) -> str | None:
+def _record(asked: VerifyOptions, engine: EngineOptions, folder: Path) -> dict[str, Any]:
+    """Return the record of a kept verification or of a new one, its report in the folder."""
+    entries = engine.entries()
+    key = _key(asked, engine) if entries else None
+    record = None if engine.fresh else _kept(entries, key, folder)
+    return record or _measured(asked, engine, entries, key, folder)
+
+
+def _key(asked: VerifyOptions, engine: EngineOptions) -> str | None:
     """Return the key of a verification; None with other engines, not all of which have a digest."""
     from harness.store.baseline import digest
     from harness.store.verifications import verification_key
+    from harness.workflows.request import chosen_cases
 
     if asked.engines is not None:
         return None
-    against = digest(asked.baseline, asked.tolerances) if asked.compare else {}
-    engine, lmp, mpirun, *_ = asked.chosen
+    against = {} if asked.no_baseline else digest(asked.baseline, asked.tolerances)
     return verification_key(
-        asked.level, engine=engine, lmp=lmp, launcher=mpirun, beside={"baseline": against}
+        asked.level,
+        cases=[case.name for case in chosen_cases(asked.cases)],
+        engine=engine.engine,
+        beside={"baseline": against, "strict": asked.strict},
+        **engine.main().arguments(),
     )
 
 
@@ -185,40 +180,42 @@ def _kept(entries: Entries | None, key: str | None, folder: Path) -> dict[str, A
     return {**record, "cached": True, "engine_runs": 0, "engine_runs_from_cache": 0}
 
 
-def _open_other(
-    chosen: Chosen, entries: Entries | None, fresh: bool, name: str
-) -> AbstractContextManager[Engine]:
-    """Return another engine by its name, with the program that was given for it."""
-    from harness.cli.cached_engines import open_cached_engine
-
-    return open_cached_engine(Chosen(name, programs=chosen.programs), entries, fresh)
-
-
 def _measured(
-    asked: _Asked, entries: Entries | None, key: str | None, folder: Path, fresh: bool
+    asked: VerifyOptions,
+    engine: EngineOptions,
+    entries: Entries | None,
+    key: str | None,
+    folder: Path,
 ) -> dict[str, Any]:
     """Verify, write the report and return the record; keep both unless the engine died."""
-    from harness.cli.cached_engines import open_cached_engine, runs_made
+    from harness.cli.engine_options import runs_made
     from harness.cli.progress import progress_bars
     from harness.report.folder import write
     from harness.store.verifications import pack
-    from harness.workflows.verification import verify as verify_with
-    from harness.workflows.verification.run import chosen_baseline
+    from harness.workflows import sections
+    from harness.workflows import verify as verify_with
+    from harness.workflows.request import chosen_baseline
 
-    known = chosen_baseline(asked.baseline, asked.tolerances) if asked.compare else None
-    with progress_bars() as progress, open_cached_engine(asked.chosen, entries, fresh) as opened:
+    beside = engine.without_launcher()
+
+    def open_one(name: str) -> AbstractContextManager[Engine]:
+        return beside.open(name)
+
+    known = not asked.no_baseline and chosen_baseline(asked.baseline, asked.tolerances)
+    with progress_bars() as progress, engine.open(engine.engine, engine.integrator) as opened:
         found = verify_with(
             asked.level,
+            cases=asked.cases,
             engine=opened,
-            progress=progress,
-            baseline=known,
-            compare=asked.compare,
             engines=asked.engines or (),
-            open_one=partial(_open_other, asked.chosen, entries, fresh),
+            open_one=open_one,
+            baseline=known,
+            progress=progress,
+            strict=asked.strict,
         )
         progress("figures and report", 0, 1)
         record = found.record()
-        write(found, folder)
+        write(found, folder, sections(found))
         if entries is not None and key is not None and not found.engine_errors:
             entries.put(key, pack(folder, record))
         progress("figures and report", 1, 1)

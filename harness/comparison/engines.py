@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
+
+from pydantic import computed_field
 
 
 @dataclass(frozen=True)
@@ -30,13 +31,10 @@ class DeclaredEngine:
     missing: str = ""
     unqualified: str = ""
 
+    @computed_field  # type: ignore[prop-decorator]
     @property
     def summary(self) -> str:
         """Return whether the engine was used, and why not."""
         if self.missing:
             return "missing"
         return "did not qualify" if self.unqualified else "qualified"
-
-    def record(self) -> dict[str, Any]:
-        """Return it as a JSON-ready mapping."""
-        return {**asdict(self), "summary": self.summary}

@@ -21,7 +21,7 @@ def changed_parameters(now: Mapping[str, Any], known: Mapping[str, Any]) -> list
     return found
 
 
-def circumstances(case: BaselineRecord, known: BaselineRecord) -> list[str]:
+def metadata_changes(case: BaselineRecord, known: BaselineRecord) -> list[str]:
     """Say what differs between the two runs besides the case."""
     said = []
     if case.engine_version != known.engine_version:

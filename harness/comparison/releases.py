@@ -1,4 +1,4 @@
-"""The same cases in several releases of an engine: a matrix of values and what moved."""
+"""The same records in several releases of an engine: a matrix of values and what moved."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from harness.comparison.baseline_record import BaselineRecord, Quantity
 from harness.comparison.divergence import compare_series
+from harness.comparison.published import published
 from harness.comparison.regression import earliest
-from harness.comparison.regression_tolerances import regression_tolerance
+from harness.comparison.regression_tolerances import Allowed, ByCase
+from harness.errors import RequestError
 from harness.observables.provenance import Provenance
 
 if TYPE_CHECKING:
@@ -36,12 +38,12 @@ class Change(StrEnum):
 class Column:
     """A release: who it is and what it measured, or why it has nothing to say.
 
-    ``errors`` are those of single cases, by name.
+    ``errors`` are those of single records, by name.
     """
 
     release: str
     provenance: Provenance | None
-    cases: tuple[BaselineRecord, ...] = ()
+    records: tuple[BaselineRecord, ...] = ()
     error: str = ""
     errors: Mapping[str, str] = field(default_factory=dict)
 
@@ -67,9 +69,10 @@ class Cell:
 
 @dataclass(frozen=True)
 class Row:
-    """A quantity of a case in every release."""
+    """A quantity of a record in every release; ``label`` says in short what the record is."""
 
-    case: str
+    record: str
+    label: str
     quantity: str
     unit: str
     tolerance: float
@@ -78,7 +81,7 @@ class Row:
 
 @dataclass(frozen=True)
 class ReleaseMatrix:
-    """Cases by releases; the first release that ran is the reference."""
+    """Records by releases; the first release that ran is the reference."""
 
     level: str
     platform: str
@@ -105,7 +108,8 @@ class ReleaseMatrix:
         return pd.DataFrame(
             [
                 {
-                    "case": row.case,
+                    "record": row.record,
+                    "label": row.label,
                     "quantity": row.quantity,
                     "unit": row.unit,
                     "release": column.release,
@@ -131,65 +135,72 @@ class ReleaseMatrix:
             "releases": [
                 {
                     "release": column.release,
-                    "engine": column.provenance.record() if column.provenance else None,
+                    "engine": published(column.provenance) if column.provenance else None,
                     "error": column.error,
                     "changes": self.counts(i),
                 }
                 for i, column in enumerate(self.columns)
             ],
-            "rows": [
-                {
-                    "case": row.case,
-                    "quantity": row.quantity,
-                    "unit": row.unit,
-                    "tolerance": row.tolerance,
-                    "cells": [
-                        {**vars(cell), "change": str(cell.change), "release": column.release}
-                        for column, cell in zip(self.columns, row.cells, strict=True)
-                    ],
-                }
-                for row in self.rows
-            ],
+            "rows": [self._row(row) for row in self.rows],
         }
 
+    def _row(self, row: Row) -> dict[str, Any]:
+        told = published(row)
+        for cell, column in zip(told["cells"], self.columns, strict=True):
+            cell["release"] = column.release
+        return told
 
-def release_matrix(level: str, platform: str, columns: Sequence[Column]) -> ReleaseMatrix:
+
+def release_matrix(
+    level: str, platform: str, columns: Sequence[Column], tolerances: ByCase
+) -> ReleaseMatrix:
     """Return the matrix of what each release measured, against the first that ran."""
-    reference = next((i for i, column in enumerate(columns) if column.cases), 0)
-    measured = [{case.name: case for case in column.cases} for column in columns]
+    allowed = Allowed(tolerances)
+    reference = next((i for i, column in enumerate(columns) if column.records), 0)
+    measured = [{record.name: record for record in column.records} for column in columns]
     rows = []
-    for name in sorted({name for cases in measured for name in cases}):
+    for name in sorted({name for records in measured for name in records}):
         known = measured[reference].get(name)
-        first = known or next(cases[name] for cases in measured if name in cases)
+        first = known or next(records[name] for records in measured if name in records)
         for quantity, wanted in first.quantities.items():
-            width = regression_tolerance(name, quantity)[0].width(wanted.value)
+            width = allowed.of(first.case, name, quantity)[0].width(wanted.value)
             cells = tuple(
                 Cell(wanted.value, 0.0, Change.REFERENCE)
                 if i == reference and known is not None
-                else _cell(column, name, measured[i].get(name), known, quantity, width)
+                else _cell(
+                    column, measured[i].get(name), known, Judged(name, quantity, width), allowed
+                )
                 for i, column in enumerate(columns)
             )
-            rows.append(Row(name, quantity, wanted.unit, width, cells))
+            rows.append(Row(name, first.label, quantity, wanted.unit, width, cells))
     return ReleaseMatrix(level, platform, tuple(columns), reference, tuple(rows))
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A quantity of a record, and how far it may move."""
+
+    record: str
+    quantity: str
+    width: float
 
 
 def _cell(
     column: Column,
-    name: str,
-    case: BaselineRecord | None,
+    record: BaselineRecord | None,
     known: BaselineRecord | None,
-    quantity: str,
-    width: float,
+    judged: Judged,
+    allowed: Allowed,
 ) -> Cell:
-    said = column.error or column.errors.get(name, "")
-    if case is None or quantity not in case.quantities:
+    said = column.error or column.errors.get(judged.record, "")
+    if record is None or judged.quantity not in record.quantities:
         return Cell(None, None, Change.DIED if said else Change.NOT_TESTED, said)
-    here = case.quantities[quantity]
-    wanted = known.quantities.get(quantity) if known else None
+    here = record.quantities[judged.quantity]
+    wanted = known.quantities.get(judged.quantity) if known else None
     if known is None or wanted is None:
         return Cell(here.value, None, Change.NOT_TESTED, "the reference has no value")
-    change = classify(here, wanted, width)
-    note = _when(case, known) if change is Change.MOVED else ""
+    change = classify(here, wanted, judged.width)
+    note = _when(record, known, allowed) if change is Change.MOVED else ""
     return Cell(here.value, here.value - wanted.value, change, note)
 
 
@@ -203,10 +214,13 @@ def classify(here: Quantity, wanted: Quantity, width: float) -> Change:
     return Change.TOLERATED if difference <= width else Change.MOVED
 
 
-def _when(case: BaselineRecord, known: BaselineRecord) -> str:
-    """Say when the series of a case that moved left that of the reference."""
-    if case.series is None or known.series is None:
+def _when(record: BaselineRecord, known: BaselineRecord, allowed: Allowed) -> str:
+    """Say when the series of a record that moved left that of the reference."""
+    if record.series is None or known.series is None:
         return ""
-    width = regression_tolerance(known.name, "series")[0]
-    columns = compare_series(known.name, case.series, known.series, width.relative)
+    width = allowed.of(record.case, known.name, "series")[0]
+    try:
+        columns = compare_series(known.name, record.series, known.series, width.relative)
+    except RequestError as error:
+        return str(error)
     return earliest(columns)

@@ -1,194 +1,116 @@
-"""The published form of a run: what results.json holds, validated when it is read.
+"""The published form of a run: what results.json holds, and how it is read.
 
-These models are the one source: the committed JSON Schema is generated from
-them, and :func:`harness.workflows.diff` reads runs with them.
+The dataclasses are the one source: the file is their dump, the committed JSON Schema is generated
+from them, and :func:`harness.workflows.diff` reads runs with them. Beside their keys stand those
+that cases publish, which each case documents.
 """
 
 from __future__ import annotations
 
-import math
-from typing import Annotated, Any, Literal
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
+from harness.comparison.engines import DeclaredEngine
+from harness.comparison.findings import Headline
+from harness.comparison.published import Number, adapter
+from harness.comparison.verdicts import Check
+from harness.observables.provenance import Provenance
 
-from harness.comparison.verdicts import Kind, Verdict
-from harness.comparison.verification import SCHEMA
-
-
-def _nan(value: Any) -> Any:
-    return math.nan if value is None else value
-
-
-Number = Annotated[
-    float, BeforeValidator(_nan), WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "null"}]})
-]
-"""A number; what was not finite or is not there is null in JSON, and NaN here."""
+SCHEMA = 2
+"""Version of this form; raised when a key goes or changes its meaning."""
 
 
-class _Published(BaseModel):
-    """Base of the models: later versions may add keys, which readers pass over."""
+@dataclass(frozen=True)
+class DivergenceRow:
+    """A series that left the band about its reference, and when.
 
-    model_config = ConfigDict(frozen=True, extra="allow")
-
-
-class CheckRow(_Published):
-    """One check: a value, what it is held against, and the verdict."""
-
-    name: str = Field(description="unique within its kind in most runs; not across kinds")
-    kind: Kind = Field(description="what the value is held against; kinds are never mixed")
-    unit: str = Field(description="of value, expected, difference, uncertainty and tolerance")
-    value: Number
-    expected: Number
-    difference: Number = Field(description="value - expected, in full")
-    uncertainty: Number = Field(description="of the measurement")
-    tolerance: Number = Field(description="largest difference that passes; null for a finding")
-    verdict: Verdict
-    why: str = Field("", description="where the tolerance comes from")
-    note: str = Field("", description="what went wrong, or what is to be seen")
-    triage: str = Field("", description="class of a failure; empty for a check that holds")
-    engine_died: bool = False
-    log: str = Field("", description="file under logs/ with what a failed run left; or empty")
-
-    @property
-    def judged(self) -> bool:
-        """Return whether the check has a verdict that holds or fails."""
-        return self.verdict in (Verdict.PASS, Verdict.FAIL)
-
-
-class EngineRow(_Published):
-    """Who ran: engine, release, packages, how it was started."""
-
-    engine: str
-    engine_version: str
-    packages: tuple[str, ...] = ()
-    executable: str = ""
-    how: str = Field("", description="in-process, executable, or the launcher's command")
-
-
-class ExtrapolatedRow(_Published):
-    """The critical angle for a step to zero, then a stiffness to infinity."""
-
-    critical_angle_deg: Number
-    uncertainty_deg: Number
-
-
-class AngleRow(_Published):
-    """A critical angle at one contact, stiffness and step."""
-
-    critical_angle_deg: Number
-    uncertainty_deg: Number
-    method: str
-    contact: str
-    stiffness_N_per_m: Number
-    steps_per_contact: Number
-
-
-class DivergenceRow(_Published):
-    """A series that left the band about its reference, and when."""
+    ``largest_difference`` is over the whole series, ``band`` the largest that passes;
+    ``divergence_time_s`` is the first time outside for good [s], ``stays`` whether it is outside
+    up to the end.
+    """
 
     case: str
     column: str
-    largest_difference: Number = Field(description="from the reference, over the whole series")
-    band: Number = Field(description="largest difference that passes")
-    divergence_time_s: Number = Field(description="first time outside for good [s]")
+    largest_difference: Number
+    band: Number
+    divergence_time_s: Number
     from_first_step: bool | None = None
-    stays: bool | None = Field(None, description="whether it is outside up to the end")
+    stays: bool | None = None
 
 
-class DeclaredRow(_Published):
-    """What an engine declares of itself, and whether it was used."""
+@dataclass(frozen=True)
+class Engines:
+    """What engines beside the main one declare; keys of cases stand beside it."""
 
-    engine: str
-    version: str = Field(description="empty where it could not be run")
-    how: str
-    install_hint: str = Field(description="how to get it")
-    versions: tuple[str, ...] = Field(description="versions that it was tried with")
-    integrator: str = Field(description="its scheme, by the reference DEM's name")
-    tails: tuple[str, ...]
-    effective_masses: tuple[str, ...] = Field(description="against a fixed sphere: m or m/2")
-    spring: str
-    digits: int = Field(description="of its output")
-    lineage: str = Field(description="engine that it grew out of; empty for an independent one")
-    caveats: tuple[str, ...]
-    missing: str = Field(description="why it could not be run; or empty")
-    unqualified: str = Field(description="checks of its qualification that failed; or empty")
-    standing: Literal["missing", "did not qualify", "qualified"]
+    declared: tuple[DeclaredEngine, ...] = ()
 
 
-class EngineAngleRow(_Published):
-    """A critical angle of an engine, beside theory and the reference DEM under its rules."""
+@dataclass(frozen=True)
+class Results:
+    """One verification run, as results.json holds it.
 
-    engine: str
-    contact: str
-    tail: str
-    effective_mass: str
-    spring: str
-    stiffness_N_per_m: Number
-    steps_per_contact: Number
-    critical_angle_deg: Number
-    uncertainty_deg: Number
-    off_theory_deg: Number = Field(description="from the closed form")
-    reference_deg: Number = Field(description="of the reference DEM; null without such rules")
-    off_reference_deg: Number
-    integrator: str
-    microseconds_per_step: Number
-    evidence: str = Field(description="independent, a regression partner, or recorded")
+    ``schema`` is the version of this form, 1 where the key is missing. ``level`` is quick,
+    default or full; ``started`` ISO 8601 in UTC; ``seconds`` the wall time [s]; ``status`` the
+    exit status: 0 holds, 1 a verdict failed, 3 an engine died. ``engine`` is null when none could
+    be run, ``engines`` when none were compared. ``baseline`` is where the accepted values lie,
+    empty without them, ``baseline_sha256`` their digest; ``scripts`` maps the name of each script
+    that ran to its SHA-256. ``strict`` says that what is not tested counts as a failure.
+    """
 
-
-class EngineTowerRow(_Published):
-    """A tower of an engine beside the exact propagator."""
-
-    engine: str
-    height: int
-    steps_per_contact: Number
-    peak_force_N: Number
-    peak_force_relative_error: Number
-    impulse_Ns: Number
-    impulse_relative_error: Number
-    recorded: bool
-
-
-class EngineOrderRow(_Published):
-    """How the error of an engine's tower falls with its step."""
-
-    solver: str
-    height: int
-    l2_force_order: Number
-    errors: tuple[dict[str, Any], ...]
-
-
-class EnginesRow(_Published):
-    """What engines beside LAMMPS left."""
-
-    declared: tuple[DeclaredRow, ...]
-    critical_angles: tuple[EngineAngleRow, ...]
-    towers: tuple[EngineTowerRow, ...]
-    orders: tuple[EngineOrderRow, ...]
-
-
-class Results(_Published):
-    """One verification run, as results.json holds it."""
-
-    model_config = ConfigDict(title="dem-harness results")
-
-    version: Literal[SCHEMA] = Field(  # type: ignore[valid-type]
-        SCHEMA, alias="schema", description="version of this form; 1 where the key is missing"
-    )
-    level: str = Field(description="quick, default or full")
-    started: str = Field(description="ISO 8601, UTC")
-    seconds: Number = Field(description="wall time [s]")
+    level: str
+    started: str
+    seconds: Number
     platform: str
     harness_version: str
-    status: int = Field(description="exit status: 0 holds, 1 a verdict failed, 3 an engine died")
-    engine: EngineRow | None = Field(description="null when no engine could be run")
+    status: int
+    engine: Provenance | None
+    checks: tuple[Check, ...]
+    schema: int = SCHEMA
+    cases: tuple[str, ...] = ()
+    strict: bool = False
     engine_errors: tuple[str, ...] = ()
-    baseline: str = Field("", description="where the accepted values lie; empty without them")
+    baseline: str = ""
+    baseline_sha256: str = ""
+    headlines: tuple[Headline, ...] = ()
     divergences: tuple[DivergenceRow, ...] = ()
-    closed_form_deg: Number = Field(description="critical angle of the incline by theory [deg]")
-    checks: tuple[CheckRow, ...]
-    extrapolated: ExtrapolatedRow | None = None
-    critical_angles: tuple[AngleRow, ...] = ()
-    engines: EnginesRow | None = Field(None, description="null where none were compared")
-    scripts: dict[str, str] = Field(
-        default_factory=dict, description="SHA-256 of each script that ran, by name"
-    )
+    engines: Engines | None = None
+    scripts: Mapping[str, str] = field(default_factory=dict)
+
+
+def read_published(record: Any) -> Results:
+    """Return a run from its JSON value; keys that are not known are passed over.
+
+    One of schema 1 has its extrapolated angle told as a headline. Raise
+    pydantic.ValidationError for what is no run.
+    """
+    if isinstance(record, dict) and record.get("schema", 1) == 1:
+        record = {
+            **record,
+            "schema": 1,
+            "headlines": _headlines_of_schema_1(record),
+            "engines": None,
+        }
+    found: Results = adapter(Results).validate_python(record)
+    return found
+
+
+def _headlines_of_schema_1(record: Mapping[str, Any]) -> list[dict[str, Any]]:
+    found, engine = record.get("extrapolated"), record.get("engine") or {}
+    if not isinstance(found, dict) or not isinstance(engine, dict):
+        return []
+    return [
+        {
+            "name": "critical angle",
+            "unit": "deg",
+            "expected": record.get("closed_form_deg"),
+            "value": found.get("critical_angle_deg"),
+            "uncertainty": found.get("uncertainty_deg"),
+            "who": engine.get("engine", ""),
+        }
+    ]
+
+
+def json_schema() -> dict[str, Any]:
+    """Return the JSON Schema of the keys that every run has."""
+    return adapter(Results).json_schema(mode="serialization")

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
-from harness.comparison.results import CheckRow, Results
-from harness.comparison.verdicts import Verdict
+from harness.comparison.published import published
+from harness.comparison.results import Results
+from harness.comparison.verdicts import Check, Verdict
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -38,13 +39,13 @@ class RowDiff:
     ``worsens`` is true when it asks for exit status 1.
     """
 
-    before: CheckRow | None
-    after: CheckRow | None
+    before: Check | None
+    after: Check | None
     change: Change
     worsens: bool
 
     @property
-    def row(self) -> CheckRow:
+    def row(self) -> Check:
         """Return the check of the later run that has it."""
         found = self.after or self.before
         assert found is not None
@@ -64,10 +65,14 @@ class RowDiff:
 
     @property
     def in_uncertainties(self) -> float:
-        """Return the move over both uncertainties, added in quadrature as for independent runs."""
+        """Return the move over both uncertainties, added in quadrature as for independent runs.
+
+        NaN where neither run states one.
+        """
         if self.before is None or self.after is None:
             return math.nan
-        return _over(self.moved_by, math.hypot(self.before.uncertainty, self.after.uncertainty))
+        width = math.hypot(self.before.uncertainty, self.after.uncertainty)
+        return self.moved_by / width if width else math.nan
 
     def record(self) -> dict[str, Any]:
         """Return the row as a flat JSON-ready mapping."""
@@ -92,8 +97,8 @@ class RowDiff:
 
 
 @dataclass(frozen=True)
-class Circumstance:
-    """Something beside the checks that is not the same: release, platform, level, a script."""
+class MetadataChange:
+    """Something beside the checks that is not the same: release, baseline, level, a script."""
 
     name: str
     before: str
@@ -107,7 +112,7 @@ class RunDiff:
     before: Results
     after: Results
     rows: tuple[RowDiff, ...]
-    circumstances: tuple[Circumstance, ...]
+    metadata: tuple[MetadataChange, ...]
 
     @property
     def status(self) -> int:
@@ -129,7 +134,7 @@ class RunDiff:
         return {
             "status": self.status,
             "counts": {str(change): self.count(change) for change in Change},
-            "circumstances": [vars(c) for c in self.circumstances],
+            "metadata": [published(change) for change in self.metadata],
             "rows": [row.record() for row in self.rows if row.change is not Change.SAME],
         }
 
@@ -142,10 +147,11 @@ def diff_runs(before: Results, after: Results) -> RunDiff:
     first, second = _numbered(before.checks), _numbered(after.checks)
     same_level = before.level == after.level
     rows = [_row(first.get(key), second.get(key), same_level) for key in {**first, **second}]
-    return RunDiff(before, after, tuple(sorted(rows, key=_gravity)), _circumstances(before, after))
+    rows.sort(key=_severity)
+    return RunDiff(before, after, tuple(rows), _metadata(before, after))
 
 
-def _row(before: CheckRow | None, after: CheckRow | None, same_level: bool) -> RowDiff:
+def _row(before: Check | None, after: Check | None, same_level: bool) -> RowDiff:
     if after is None:
         assert before is not None
         # another level has other rows; at the same level one that is gone was lost
@@ -161,23 +167,32 @@ def _row(before: CheckRow | None, after: CheckRow | None, same_level: bool) -> R
     return RowDiff(before, after, Change.MOVED if moved else Change.SAME, False)
 
 
-def _circumstances(before: Results, after: Results) -> tuple[Circumstance, ...]:
+def _metadata(before: Results, after: Results) -> tuple[MetadataChange, ...]:
+    runs = (before, after)
+    keys = ("level", "platform", "harness_version", "cases", "baseline", "baseline_sha256")
     pairs = [
-        (name, _text(getattr(before, name)), _text(getattr(after, name)))
-        for name in ("level", "platform", "harness_version", "closed_form_deg")
+        (name.replace("_", " "), *(_text(getattr(run, name)) for run in runs)) for name in keys
     ]
     for name in ("engine", "engine_version", "how", "executable", "packages"):
-        ours, theirs = (_text(getattr(run.engine, name, "none")) for run in (before, after))
+        ours, theirs = (_text(getattr(run.engine, name, "none")) for run in runs)
         pairs.append((name.replace("_", " "), ours, theirs))
-    # runs of an early version do not name their scripts
+    expected = [{(h.name, h.who): _text(h.expected) for h in run.headlines} for run in runs]
+    for key in expected[0].keys() & expected[1].keys():
+        pairs.append((f"expected {key[0]}", expected[0][key], expected[1][key]))
+    # runs of an early version do not name their scripts, cases and baseline
     names = {*before.scripts, *after.scripts} if before.scripts and after.scripts else set()
     for name in sorted(names):
-        ours, theirs = (run.scripts.get(name, "not there")[:12] for run in (before, after))
+        ours, theirs = (run.scripts.get(name, "not there")[:12] for run in runs)
         pairs.append((f"script {name}", ours, theirs))
-    return tuple(Circumstance(*pair) for pair in pairs if pair[1] != pair[2])
+    early = (
+        {"cases", "baseline", "baseline sha256"} if 1 in (before.schema, after.schema) else set()
+    )
+    return tuple(
+        MetadataChange(*pair) for pair in pairs if pair[1] != pair[2] and pair[0] not in early
+    )
 
 
-def _numbered(rows: Iterable[CheckRow]) -> dict[tuple[str, str, int], CheckRow]:
+def _numbered(rows: Iterable[Check]) -> dict[tuple[str, str, int], Check]:
     seen: Counter[tuple[str, str]] = Counter()
     found = {}
     for row in rows:
@@ -187,7 +202,7 @@ def _numbered(rows: Iterable[CheckRow]) -> dict[tuple[str, str, int], CheckRow]:
     return found
 
 
-def _gravity(row: RowDiff) -> tuple[bool, int, float]:
+def _severity(row: RowDiff) -> tuple[bool, int, float]:
     size = abs(row.in_tolerances)
     if math.isnan(size):
         size = abs(row.in_uncertainties)
@@ -195,7 +210,9 @@ def _gravity(row: RowDiff) -> tuple[bool, int, float]:
 
 
 def _over(move: float, width: float) -> float:
-    if width > 0.0 or math.isnan(width) or math.isnan(move):
+    if math.isnan(move) or math.isnan(width):
+        return math.nan
+    if width > 0.0:
         return move / width
     return math.copysign(math.inf, move) if move else 0.0
 

@@ -27,6 +27,7 @@ class Triage(StrEnum):
     OUT_OF_TIME = "out of time"
     OUT_OF_MEMORY = "out of memory"
     HARNESS = "harness error"
+    MISSING = "missing"
     NOT_TESTED = "not tested"
 
 

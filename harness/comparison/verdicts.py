@@ -5,10 +5,13 @@ from __future__ import annotations
 import hashlib
 import math
 import re
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
+from pydantic import computed_field, field_serializer
+
+from harness.comparison.published import Number, published
 from harness.comparison.tolerances import Tolerance
 from harness.comparison.triage import Triage, of_error
 from harness.errors import EngineError
@@ -39,16 +42,17 @@ class Check:
     ``difference`` is value - expected, always in full. ``why`` says where the
     tolerance comes from, ``note`` what went wrong or what is to be seen, and
     ``triage`` of what class a failure is (empty for a check that holds).
-    ``log`` is the text that an engine left of a run that failed.
+    ``log`` is the text that an engine left of a run that failed; results.json holds the name
+    of its file.
     """
 
     name: str
     kind: Kind
     unit: str
-    value: float
-    expected: float
-    uncertainty: float
-    tolerance: float
+    value: Number
+    expected: Number
+    uncertainty: Number
+    tolerance: Number
     verdict: Verdict
     why: str = ""
     note: str = ""
@@ -56,10 +60,16 @@ class Check:
     engine_died: bool = False
     log: str = field(default="", repr=False)
 
+    @computed_field  # type: ignore[prop-decorator]
     @property
-    def difference(self) -> float:
+    def difference(self) -> Number:
         """Return value - expected."""
         return self.value - self.expected
+
+    @property
+    def judged(self) -> bool:
+        """Return whether the check has a verdict that holds or fails."""
+        return self.verdict in (Verdict.PASS, Verdict.FAIL)
 
     @property
     def log_name(self) -> str:
@@ -70,10 +80,13 @@ class Check:
         words = re.sub(r"[^a-z0-9]+", "-", self.name.lower()).strip("-")
         return f"{words[:60]}-{digest}.log"
 
+    @field_serializer("log")
+    def _name_of_log(self, _: str) -> str:
+        return self.log_name
+
     def record(self) -> dict[str, Any]:
         """Return the row as a JSON-ready mapping; its log by the name of the file."""
-        row = {**asdict(self), "difference": self.difference, "log": self.log_name}
-        return {key: str(v) if isinstance(v, StrEnum) else v for key, v in row.items()}
+        return published(self)
 
 
 def judge(
@@ -121,6 +134,25 @@ def judge_within_uncertainty(
     triage = "" if holds else _class(value)
     return Check(
         name, kind, unit, value, expected, uncertainty, uncertainty, verdict, why, triage=triage
+    )
+
+
+def judge_count(name: str, count: int, expected: int) -> Check:
+    """Return the check that a verification left all the rows that its plan has, or more."""
+    holds = count >= expected
+    why = "a count: each row that the plan of the level has is there"
+    return Check(
+        name,
+        Kind.ANALYTIC,
+        "",
+        float(count),
+        float(expected),
+        0.0,
+        0.0,
+        Verdict.PASS if holds else Verdict.FAIL,
+        why,
+        "" if holds else f"{expected - count} rows are missing",
+        "" if holds else Triage.MISSING,
     )
 
 

@@ -11,14 +11,14 @@ from harness.comparison.baseline_record import BaselineRecord
 from harness.comparison.divergence import Comparison
 from harness.comparison.engines import DeclaredEngine
 from harness.comparison.findings import Findings, Headline
+from harness.comparison.published import published
+from harness.comparison.results import SCHEMA as SCHEMA
+from harness.comparison.results import DivergenceRow, Engines, Results
 from harness.comparison.verdicts import Check, Verdict
 from harness.observables.provenance import Provenance
 
 if TYPE_CHECKING:
     import pandas as pd
-
-SCHEMA = 2
-"""Version of the published form of results.json; raised when a key goes or changes its meaning."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,8 @@ class Verification:
     verdict failed, else 0. ``scripts`` are the exact inputs that ran, by name, ``logs`` the
     engine's log of one run that finished for each script, by the same names; ``records`` what was
     held against the baseline, ``divergences`` the series that left the band about their reference,
-    ``baseline`` where the accepted ones lie. ``engines`` are those held beside the main one.
+    ``baseline`` where the accepted ones lie and ``baseline_sha256`` their digest. ``engines`` are
+    those held beside the main one. With ``strict`` what is not tested counts as a failure.
     """
 
     level: str
@@ -51,14 +52,17 @@ class Verification:
     records: tuple[BaselineRecord, ...] = ()
     divergences: tuple[Comparison, ...] = ()
     baseline: str = ""
+    baseline_sha256: str = ""
     logs: Mapping[str, str] = field(default_factory=dict)
+    strict: bool = False
 
     @property
     def status(self) -> int:
         """Return the exit status that the verdicts ask for."""
         if self.engine_errors:
             return 3
-        return 1 if any(check.verdict is Verdict.FAIL for check in self.checks) else 0
+        counted = {Verdict.FAIL, Verdict.NOT_TESTED} if self.strict else {Verdict.FAIL}
+        return 1 if any(check.verdict in counted for check in self.checks) else 0
 
     @property
     def headlines(self) -> tuple[Headline, ...]:
@@ -80,39 +84,42 @@ class Verification:
 
         return pd.DataFrame([check.record() for check in self.checks])
 
-    def record(self) -> dict[str, Any]:
-        """Return everything but the series as a JSON-ready mapping: results.json."""
-        published: dict[str, Any] = {}
-        for found in self.findings():
-            published |= found.published
-        return {
-            "schema": SCHEMA,
-            "level": self.level,
-            "cases": list(self.cases),
-            "started": self.started,
-            "seconds": self.seconds,
-            "platform": self.platform,
-            "harness_version": self.harness_version,
-            "status": self.status,
-            "engine": self.provenance.record() if self.provenance else None,
-            "engine_errors": list(self.engine_errors),
-            "baseline": self.baseline,
-            "headlines": [vars(headline) for headline in self.headlines],
-            "divergences": [series.record() for series in self.divergences],
-            "checks": [check.record() for check in self.checks],
-            "engines": self._engines(),
-            "scripts": {
+    @property
+    def results(self) -> Results:
+        """Return everything but the series, as it is published."""
+        return Results(
+            level=self.level,
+            started=self.started,
+            seconds=self.seconds,
+            platform=self.platform,
+            harness_version=self.harness_version,
+            status=self.status,
+            engine=self.provenance,
+            checks=self.checks,
+            cases=self.cases,
+            strict=self.strict,
+            engine_errors=self.engine_errors,
+            baseline=self.baseline,
+            baseline_sha256=self.baseline_sha256,
+            headlines=self.headlines,
+            divergences=tuple(DivergenceRow(**series.record()) for series in self.divergences),
+            engines=Engines(self.engines) if self.engines else None,
+            scripts={
                 name: hashlib.sha256(text.encode()).hexdigest()
                 for name, text in self.scripts.items()
             },
-            **published,
-        }
+        )
 
-    def _engines(self) -> dict[str, Any] | None:
-        if not self.engines:
-            return None
-        published: dict[str, list[Any]] = {}
+    def record(self) -> dict[str, Any]:
+        """Return the results with the keys of the cases as a JSON-ready mapping: results.json.
+
+        What cases publish of engines beside the main one stands under ``engines``, their rows
+        one after the other.
+        """
+        record = published(self.results)
+        for found in self.findings():
+            record |= found.published
         for found in (f for by_case in self.beside.values() for f in by_case.values()):
             for name, rows in found.published.items():
-                published.setdefault(name, []).extend(rows)
-        return {"declared": [engine.record() for engine in self.engines], **published}
+                record["engines"].setdefault(name, []).extend(rows)
+        return record

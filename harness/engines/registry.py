@@ -30,6 +30,12 @@ ENGINES: dict[str, str] = {
 }
 """Where each engine's class is. Imported when it is asked for: none pays for another's imports."""
 
+DEFAULT = "lammps"
+"""The engine that is verified unless another is named."""
+
+ALWAYS = (DEFAULT, "reference")
+"""Those that every comparison of engines shows beside the others."""
+
 GROUP = "dem_harness.engines"
 """The entry point under which other packages name their engines."""
 
@@ -70,7 +76,7 @@ def engine_class(name: str) -> type[Engine]:
 
 
 def open_engine(
-    name: str = "lammps",
+    name: str = DEFAULT,
     *,
     program: str | None = None,
     options: Mapping[str, Any] | None = None,

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from harness.parameters.base import Parameters
 
@@ -44,6 +44,12 @@ class Contact(Parameters):
             raise ValueError("a contact needs a restitution (0 to 1) or a damping ratio (0 to 100)")
         return self
 
+    def replace(self, **changes: Any) -> Self:
+        """Return a copy with ``changes``; a restitution alone takes the damping ratio's place."""
+        if changes.get("restitution") is not None:
+            changes.setdefault("damping_ratio", None)
+        return super().replace(**changes)
+
     @property
     def zeta(self) -> float:
         """Return the damping ratio: |ln e| / sqrt(pi^2 + ln^2 e), 1 for e = 0 (critical)."""
@@ -74,6 +80,18 @@ PLASTIC = Contact(name="plastic", restitution=None, damping_ratio=5.0, tail="cli
 """Overdamped and clipped: no tail, no rebound; the contact to extrapolate."""
 
 CONTACTS = {contact.name: contact for contact in (SOURCE, CLIPPED, PLASTIC)}
+
+
+def _by_name(value: Any) -> Any:
+    if not isinstance(value, str):
+        return value
+    if value not in CONTACTS:
+        raise ValueError(f"must be one of {', '.join(CONTACTS)}")
+    return CONTACTS[value]
+
+
+NamedContact = Annotated[Contact, BeforeValidator(_by_name)]
+"""A contact, or the name of one in ``CONTACTS``."""
 
 Spring = Literal["linear", "Hertz"]
 """The elastic law of a contact's normal force."""

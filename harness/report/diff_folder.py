@@ -55,7 +55,7 @@ def _pairs(before: Path, after: Path) -> Iterator[Pair]:
     """Yield the figures of both runs by name; one that is the same in both is shown once."""
     names = {path.stem for run in (before, after) for path in (run / "figures").glob("*.svg")}
     for name in sorted(names):
-        texts = [_text(run / "figures" / f"{name}.svg") for run in (before, after)]
+        texts = [_text(run / "figures" / f"{name}.svg", run) for run in (before, after)]
         same = texts[0] == texts[1]
         drawings = [_drawing(name, text) for text in (texts[:1] if same else texts)]
         yield Pair(name.replace("-", " ").capitalize(), same, drawings)
@@ -69,24 +69,27 @@ def _drawing(name: str, svg: str | None) -> Drawing | None:
 
 def _scripts(before: Path, after: Path) -> dict[str, str]:
     """Return, for each script that is not the same, the difference in lines."""
-    folders = [run / "scripts" for run in (before, after)]
+    runs = (before, after)
     names = {
-        path.relative_to(folder).as_posix()
-        for folder in folders
-        for path in folder.rglob("*")
+        path.relative_to(run).as_posix()
+        for run in runs
+        for path in (run / "scripts").rglob("*")
         if path.is_file()
     }
     found = {}
     for name in sorted(names):
-        old, new = ((_text(folder / name) or "").splitlines() for folder in folders)
+        old, new = ((_text(run / name, run) or "").splitlines() for run in runs)
         lines = list(difflib.unified_diff(old, new, "before", "after", lineterm=""))
         if lines:
-            found[name] = "\n".join(lines[:LONGEST])
+            found[name.removeprefix("scripts/")] = "\n".join(lines[:LONGEST])
     return found
 
 
-def _text(path: Path) -> str | None:
+def _text(path: Path, run: Path) -> str | None:
+    """Return a file of a run; None where there is none, or a link leads out of the run."""
     try:
+        if not path.resolve().is_relative_to(run.resolve()):
+            return None
         return path.read_text(encoding="utf-8", errors="replace")
     except OSError:
         return None

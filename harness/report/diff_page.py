@@ -39,7 +39,6 @@ def diff_page(
                 (name, _who(run))
                 for name, run in zip(names, (found.before, found.after), strict=True)
             ],
-            angles=[(run.extrapolated, run.closed_form_deg) for run in (found.before, found.after)],
             counts=[(change, found.count(change)) for change in changes],
             changes=changes,
             order=list(Change),
@@ -64,7 +63,5 @@ def headline(found: RunDiff) -> str:
 
 def _who(run: Results) -> str:
     engine = run.engine
-    name = (
-        f"{engine.engine.upper()} {engine.engine_version}, {engine.how}" if engine else "no engine"
-    )
+    name = f"{engine.engine} {engine.engine_version}, {engine.how}" if engine else "no engine"
     return f"{name} · {run.started[:16].replace('T', ' ')} · {run.level}"

@@ -3,52 +3,72 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from harness.atomic_write import whole_folder
 from harness.comparison.verification import Verification
+from harness.report.divergences import divergence_section
+from harness.report.engines import engines_section
 from harness.report.finite import finite
-from harness.report.gallery import pictures
+from harness.report.gallery import draw_sections
 from harness.report.junit import junit
+from harness.report.markdown import report_markdown
 from harness.report.page import html_page
+from harness.report.plain import safe_path
 from harness.report.schema import NAME, published
+from harness.report.sections import Section
 from harness.report.summary import short_markdown
 from harness.report.target import check_folder
-from harness.report.text import markdown
 
 
-def write(found: Verification, folder: Path) -> None:
+def write(found: Verification, folder: Path, sections: Sequence[Section] = ()) -> None:
     """Write results, pages, figures, scripts and logs into a folder.
 
     results.json with its schema, results.csv, junit.xml; report.html, report.md and
-    summary.md, which is short; figures/, scripts/ and logs/.
+    summary.md, which is short; figures/, scripts/ and logs/. ``sections`` are those of the cases;
+    series that diverged and other engines have sections of their own before them.
 
     Raise RequestError as :func:`check_folder` does.
     """
     check_folder(folder)
     with whole_folder(folder) as aside:
         aside.mkdir()
-        _fill(found, aside)
+        _fill(found, aside, [*_own_sections(found), *sections])
 
 
-def _fill(found: Verification, folder: Path) -> None:
-    shown = list(pictures(found))
+def _own_sections(found: Verification) -> list[Section]:
+    diverged = divergence_section(found.divergences)
+    engines = [engines_section(found.engines)] if found.engines else []
+    return [diverged, *engines] if diverged.drawings else engines
+
+
+def _fill(found: Verification, folder: Path, sections: Sequence[Section]) -> None:
+    drawn = draw_sections(sections)
     (folder / "figures").mkdir()
-    for picture in shown:
+    for picture in (picture for part in drawn for picture in part.pictures):
         (folder / "figures" / f"{picture.name}.svg").write_text(picture.svg, encoding="utf-8")
         (folder / "figures" / f"{picture.name}.png").write_bytes(picture.png)
-    logs = {f"{name}.log": text for name, text in found.logs.items()}
+    logs = {f"{safe_path(name)}.log": text for name, text in found.logs.items()}
     logs |= {check.log_name: check.log for check in found.checks if check.log}
-    for below, files in (("scripts", found.scripts), ("logs", logs)):
-        (folder / below).mkdir()
-        for name, text in files.items():
-            (folder / below / name).parent.mkdir(parents=True, exist_ok=True)
-            (folder / below / name).write_text(text, encoding="utf-8")
+    _write_texts(folder / "scripts", {safe_path(n): text for n, text in found.scripts.items()})
+    _write_texts(folder / "logs", logs)
     record = json.dumps(finite(found.record()), indent=2, ensure_ascii=False)
-    (folder / "results.json").write_text(record + "\n", encoding="utf-8")
-    (folder / NAME).write_text(published(), encoding="utf-8")
-    found.frame().to_csv(folder / "results.csv", index=False)
-    (folder / "junit.xml").write_text(junit(found), encoding="utf-8")
-    (folder / "summary.md").write_text(short_markdown(found), encoding="utf-8")
-    (folder / "report.md").write_text(markdown(found, shown), encoding="utf-8")
-    (folder / "report.html").write_text(html_page(found, shown), encoding="utf-8")
+    found.frame().to_csv(folder / "results.csv", index=False, errors="replace")
+    texts = {
+        "results.json": record + "\n",
+        NAME: published(),
+        "junit.xml": junit(found),
+        "summary.md": short_markdown(found),
+        "report.md": report_markdown(found, drawn),
+        "report.html": html_page(found, drawn),
+    }
+    _write_texts(folder, texts)
+
+
+def _write_texts(folder: Path, texts: Mapping[str, str]) -> None:
+    """Write texts into files below a folder; halves of characters become question marks."""
+    folder.mkdir(exist_ok=True)
+    for name, text in texts.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text, encoding="utf-8", errors="replace")

@@ -10,7 +10,7 @@ from harness.comparison.verdicts import Check, Verdict
 from harness.comparison.verification import Verification
 from harness.report.templating import number, tail
 from harness.report.triage import details, explained, triage
-from harness.report.verdict_summary import KindStanding, standings
+from harness.report.verdict_summary import KindSummary, summaries
 
 _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """What XML 1.0 cannot hold, not even escaped."""
@@ -22,7 +22,7 @@ def junit(found: Verification) -> str:
     A verdict that failed is a ``failure``, an engine that died an ``error``. What was
     not tested, and a finding, which nobody judges, are ``skipped`` with the reason.
     """
-    rows = standings(found.checks)
+    rows = summaries(found.checks)
     suites = [_suite(found, row, found.seconds if row is rows[0] else 0.0) for row in rows]
     whole = Xml.Element("testsuites", name="dem-harness", time=f"{found.seconds:.3f}")
     for key in ("tests", "failures", "errors"):  # Jenkins's schema knows no more here
@@ -32,7 +32,7 @@ def junit(found: Verification) -> str:
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + Xml.tostring(whole, "unicode") + "\n"
 
 
-def _suite(found: Verification, row: KindStanding, seconds: float) -> Xml.Element:
+def _suite(found: Verification, row: KindSummary, seconds: float) -> Xml.Element:
     """Return the suite of a kind; the first carries the time, which no check has of its own."""
     cases = _cases(row)
     suite = Xml.Element(
@@ -54,7 +54,7 @@ def _suite(found: Verification, row: KindStanding, seconds: float) -> Xml.Elemen
     return suite
 
 
-def _cases(row: KindStanding) -> list[Xml.Element]:
+def _cases(row: KindSummary) -> list[Xml.Element]:
     """Return the test cases of a kind; a name that comes again is numbered, as readers need."""
     seen: Counter[str] = Counter()
     cases = []

@@ -3,26 +3,19 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from harness.comparison.verdicts import Check, Verdict
 from harness.comparison.verification import Verification
-from harness.report import engines, triage
-from harness.report.gallery import Picture
+from harness.report import text, triage
+from harness.report.gallery import Drawn, Picture
+from harness.report.sections import Section, Table
 from harness.report.templating import environment, tail
-from harness.report.text import (
-    LAWS_APART,
-    LAWS_HEAD,
-    LAWS_TITLE,
-    angle_rows,
-    contacts_explained,
-    laws_apart,
-    provenance,
-)
 from harness.report.vector import data_uri, size
-from harness.report.verdict_summary import SEVERITY, by_severity, headline, standings
+from harness.report.verdict_summary import SEVERITY, by_severity, headline, summaries
 
 if TYPE_CHECKING:
     from markupsafe import Markup
@@ -31,6 +24,8 @@ NUMERIC = ("value", "expected", "difference", "uncertainty", "tolerance", "used"
 COLUMNS = ("verdict", "check", "kind", "value", "expected", "unit", *NUMERIC[2:])
 WIDE = 2.0
 """A figure at least this much wider than high takes both columns."""
+TALL = 0.95
+"""So does one at least this much of its width high, which would be small beside another."""
 
 
 @dataclass(frozen=True)
@@ -41,8 +36,8 @@ class Row:
     id: str
 
     @property
-    def gravity(self) -> int:
-        """Return where the verdict stands in the order of reading."""
+    def severity(self) -> int:
+        """Return the place of the verdict in the order of reading."""
         return SEVERITY.index(self.check.verdict)
 
     @property
@@ -102,45 +97,65 @@ class Shown:
     height: int
 
     @property
-    def wide(self) -> bool:
-        """Return whether the figure takes both columns."""
-        return self.width >= WIDE * self.height
+    def look(self) -> str:
+        """Return the class of a figure that takes both columns: wide, tall, or neither."""
+        if self.width >= WIDE * self.height:
+            return "wide"
+        return "tall" if self.height >= TALL * self.width else ""
 
 
-def html_page(found: Verification, shown: Sequence[Picture]) -> str:
+@dataclass(frozen=True)
+class Part:
+    """A section as the page shows it; ``id`` is unique among the sections."""
+
+    section: Section
+    id: str
+    figures: tuple[Shown, ...]
+    failures: tuple[str, ...]
+
+
+def html_page(found: Verification, drawn: Sequence[Drawn]) -> str:
     """Return the page; figures, scripts and style are inside it, so that it can be sent alone."""
     template = environment().get_template("report.html.j2")
     rows = [Row(check, f"check-{n}") for n, check in enumerate(by_severity(found.checks), 1)]
-    steps, angles = angle_rows(found)
+    kinds = summaries(found.checks)
     return template.render(
-        headline=headline(found),
+        headline=headline(found.checks),
         who=_who(found),
-        closed_form=found.incline.closed_form_deg,
-        angle=found.incline.extrapolated,
-        standings=standings(found.checks),
+        told=[(h.name, text.expected(h), text.measured(h)) for h in found.headlines],
+        summaries=kinds,
         rows=rows,
         failed=[row for row in rows if row.check.verdict is Verdict.FAIL],
         names=COLUMNS,
         numeric=NUMERIC,
-        kinds=[s.kind for s in standings(found.checks)],
+        kinds=[s.kind for s in kinds],
         verdicts=[v for v in SEVERITY if any(c.verdict is v for c in found.checks)],
-        contacts=contacts_explained(),
-        laws_title=LAWS_TITLE,
-        laws_text=LAWS_APART,
-        laws_head=LAWS_HEAD,
-        laws=laws_apart(found),
-        steps=steps,
-        angles=angles,
-        pictures=list(figures(shown)),
-        engines=found.engines,
-        engines_title=engines.TITLE,
-        engines_text=engines.EXPLAINED,
-        engine_tables=engines.tables(found.engines) if found.engines else [],
-        caveats=engines.caveats(found.engines) if found.engines else [],
+        parts_of_page=_parts(drawn),
+        pictures=[shown for d in drawn if not d.section.title for shown in figures(d.pictures)],
+        failures=[f for d in drawn if not d.section.title for f in d.failures],
         scripts=found.scripts,
         logs=found.logs,
-        provenance=provenance(found),
+        provenance=text.provenance(found),
+        look=look,
     )
+
+
+def look(table: Table, column: int) -> str:
+    """Return the class of a column's cells: numbers, sentences, or neither."""
+    return "n" if column in table.numeric else "prose" if column in table.prose else ""
+
+
+def _parts(drawn: Sequence[Drawn]) -> list[Part]:
+    """Return the sections that have a title, with unique places to link to."""
+    found: list[Part] = []
+    for one in drawn:
+        if one.section.title:
+            words = re.sub(r"[^a-z0-9]+", "-", one.section.title.lower()).strip("-")[:40]
+            place = f"section-{words}" if words else "section"
+            again = sum(re.sub(r"-\d+$", "", part.id) == place for part in found)
+            place += f"-{again + 1}" if again else ""
+            found.append(Part(one.section, place, tuple(figures(one.pictures)), one.failures))
+    return found
 
 
 def figures(shown: Sequence[Picture]) -> Iterator[Shown]:
@@ -158,11 +173,6 @@ def embedded(svg: str) -> tuple[Markup, int, int]:
 
 
 def _who(found: Verification) -> str:
-    engine = found.provenance
-    who = (
-        (f"{engine.engine.upper()} {engine.engine_version}", engine.how)
-        if engine
-        else ("no engine",)
-    )
+    who = text.engine_name(found.provenance) if found.provenance else "no engine"
     started = found.started[:16].replace("T", " ")
-    return f"{', '.join(who)} · {started} UTC · {found.level} · {found.seconds:.0f} s"
+    return f"{who} · {started} UTC · {found.level} · {found.seconds:.0f} s"

@@ -41,13 +41,15 @@ def write_releases(found: ReleaseMatrix, folder: Path) -> None:
 def markdown(found: ReleaseMatrix) -> str:
     """Return the matrix as Markdown: who ran, how much is of each class, and every row."""
     reference = found.columns[found.reference].release
+    first = found.columns[found.reference].provenance
+    engine = first.engine if first else "engine"
     lines = [
-        "# LAMMPS releases",
+        f"# Releases of {engine}",
         "",
         f"Cases of `verify --{found.level}`, each release through its own executable, on "
         f"{found.platform}. Changes are against {reference}.",
         "",
-        "| release | LAMMPS | " + " | ".join(str(c) for c in Change if c != "reference") + " |",
+        f"| release | {engine} | " + " | ".join(str(c) for c in Change if c != "reference") + " |",
         f"|---|---|{'--:|' * (len(Change) - 1)}",
     ]
     for i, column in enumerate(found.columns):
@@ -62,7 +64,7 @@ def markdown(found: ReleaseMatrix) -> str:
     lines += [f"| {' | '.join(head)} |", f"|---|---|--:|--:|{'---|' * len(others)}"]
     for row in found.rows:
         value = row.cells[found.reference].value
-        cells = [row.case, row.quantity, "-" if value is None else f"{value:.12g} {row.unit}"]
+        cells = [row.record, row.quantity, "-" if value is None else f"{value:.12g} {row.unit}"]
         cells += [f"{row.tolerance:.1g}"]
         for i, _ in others:
             cell = row.cells[i]

@@ -7,47 +7,49 @@ from collections.abc import Sequence
 
 from harness.comparison.verdicts import Check, Kind, Verdict
 from harness.comparison.verification import Verification
+from harness.report.markdown import opening_markdown
+from harness.report.plain import markdown_text
 from harness.report.templating import number
-from harness.report.text import provenance, summary
+from harness.report.text import provenance
 from harness.report.triage import details, happened, triage
-from harness.report.verdict_summary import KINDS, by_severity, standings
+from harness.report.verdict_summary import KINDS, by_severity, summaries
 
 LIMIT = 60_000
 """Characters. A comment on GitHub holds 65,536, of which others may want some."""
 
-GRAVE = (Verdict.FAIL, Verdict.NOT_TESTED)
+SEVERE = (Verdict.FAIL, Verdict.NOT_TESTED)
 HEAD = ("| check | value | expected | difference | tolerance | |", "|---|--:|--:|--:|--:|---|")
 
 
 def short_markdown(found: Verification) -> str:
     """Return outcome, failed rows, and all others folded away by kind; under 60,000 characters."""
-    lines = ["## DEM verification", "", *summary(found), ""]
-    grave = [check for check in by_severity(found.checks) if check.verdict in GRAVE]
-    if grave:
+    lines = ["## DEM verification", "", *opening_markdown(found), ""]
+    severe = [check for check in by_severity(found.checks) if check.verdict in SEVERE]
+    if severe:
         lines += ["| check | kind | what happened |", "|---|---|---|"]
-        lines += [*_within(LIMIT // 3, [_grave(check) for check in grave]), ""]
-    for standing in standings(found.checks):
-        rows = [check for check in standing.checks if check.verdict not in GRAVE]
+        lines += [*_within(LIMIT // 3, [_severe(check) for check in severe]), ""]
+    for one in summaries(found.checks):
+        rows = [check for check in one.checks if check.verdict not in SEVERE]
         if rows:
-            lines += _folded(standing.kind, rows, (LIMIT // 2) // len(KINDS))
+            lines += _folded(one.kind, rows, (LIMIT // 2) // len(KINDS))
     lines += ["<details><summary>Provenance</summary>", ""]
-    lines += [f"- {name}: {_plain(text)[:1500]}" for name, text in provenance(found)]
+    lines += [f"- {name}: {markdown_text(text)[:1500]}" for name, text in provenance(found)]
     return "\n".join([*lines, "", "</details>", ""])
 
 
-def _grave(check: Check) -> str:
+def _severe(check: Check) -> str:
     about = "" if check.engine_died else triage(check)
     note = "" if math.isnan(check.value) else check.note
     texts = (happened(check), about, details(check), note)
     mark = "**failed**" if check.verdict is Verdict.FAIL else "not tested"
-    happening = _plain("; ".join(filter(None, texts)))[:600]
-    return f"| {mark} {_plain(check.name)} | {check.kind} | {happening} |"
+    happening = markdown_text("; ".join(filter(None, texts)))[:600]
+    return f"| {mark} {markdown_text(check.name)} | {check.kind} | {happening} |"
 
 
 def _folded(kind: Kind, rows: Sequence[Check], room: int) -> list[str]:
     table = [
-        f"| {_plain(c.name)} | {number(c.value)} | {number(c.expected)} "
-        f"| {number(c.difference, 2)} | {number(c.tolerance, 2)} | {_plain(c.unit)} |"
+        f"| {markdown_text(c.name)} | {number(c.value)} | {number(c.expected)} "
+        f"| {number(c.difference, 2)} | {number(c.tolerance, 2)} | {markdown_text(c.unit)} |"
         for c in rows
     ]
     title = f"<details><summary>{KINDS[kind]} ({len(rows)})</summary>"
@@ -63,9 +65,3 @@ def _within(room: int, rows: Sequence[str]) -> list[str]:
             return [*kept, f"| and {len(rows) - len(kept)} more, in report.html | | |"]
         kept.append(row)
     return kept
-
-
-def _plain(text: str) -> str:
-    """Return text that breaks no table and opens no tag or mention."""
-    text = text.replace("|", "\\|").replace("<", "&lt;").replace("@", "@\u200b")
-    return " ".join(text.split())

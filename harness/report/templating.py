@@ -6,6 +6,8 @@ import math
 from importlib import resources
 from typing import TYPE_CHECKING
 
+from harness.report.plain import printable, safe_path
+
 if TYPE_CHECKING:
     from jinja2 import Environment
 
@@ -28,7 +30,7 @@ def environment(*packages: str) -> Environment:
         lstrip_blocks=True,
         loader=ChoiceLoader([PackageLoader(name) for name in ("harness.report", *packages)]),
     )
-    made.filters |= {"number": number, "sortable": sortable, "tail": tail}
+    made.filters |= {"number": number, "sortable": sortable, "tail": tail, "safe_path": safe_path}
     made.globals["missing"] = math.nan
     made.globals["file"] = lambda name: Markup(_template(name))
     return made
@@ -47,7 +49,8 @@ def sortable(value: float) -> str:
 
 
 def tail(text: str) -> str:
-    """Return the head and the end of a log that is too long for a page."""
+    """Return the head and the end of a log that is too long for a page; printable."""
+    text = printable(text)
     if len(text) <= TAIL:
         return text
     head = text[:600].rpartition("\n")[0]

@@ -1,4 +1,4 @@
-"""How a run stands, kind by kind: verdicts of different kinds are never added up."""
+"""Count the verdicts of a run kind by kind: different kinds are never added up."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from harness.comparison.verdicts import Check, Kind, Verdict
-from harness.comparison.verification import Verification
 
 KINDS = {
     Kind.ANALYTIC: "Analytic: against a closed form",
@@ -20,7 +19,7 @@ SEVERITY = (Verdict.FAIL, Verdict.NOT_TESTED, Verdict.PASS, Verdict.FINDING)
 
 
 @dataclass(frozen=True)
-class KindStanding:
+class KindSummary:
     """The checks of one kind, counted."""
 
     kind: Kind
@@ -41,19 +40,19 @@ class KindStanding:
         if self.kind is Kind.FINDING:
             return f"{len(self.checks)} reported"
         untested = self.count(Verdict.NOT_TESTED)
-        aside = f", {untested} not tested" if untested else ""
-        return f"{self.count(Verdict.PASS)} of {self.judged} hold{aside}"
+        rest = f", {untested} not tested" if untested else ""
+        return f"{self.count(Verdict.PASS)} of {self.judged} hold{rest}"
 
 
-def standings(checks: Sequence[Check]) -> list[KindStanding]:
-    """Return one standing for each kind that has checks, in the order of the kinds."""
-    rows = [KindStanding(kind, tuple(c for c in checks if c.kind is kind)) for kind in KINDS]
+def summaries(checks: Sequence[Check]) -> list[KindSummary]:
+    """Return one summary for each kind that has checks, in the order of the kinds."""
+    rows = [KindSummary(kind, tuple(c for c in checks if c.kind is kind)) for kind in KINDS]
     return [row for row in rows if row.checks]
 
 
-def headline(found: Verification) -> str:
+def headline(checks: Sequence[Check]) -> str:
     """Return the outcome in a few words; what fails is counted kind by kind."""
-    rows = standings(found.checks)
+    rows = summaries(checks)
     failed = [(s.kind, s.count(Verdict.FAIL)) for s in rows if s.count(Verdict.FAIL)]
     if failed:
         return "Failed: " + ", ".join(f"{number} {kind}" for kind, number in failed)

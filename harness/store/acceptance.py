@@ -5,66 +5,116 @@ from __future__ import annotations
 import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from enum import StrEnum
 from pathlib import Path
+
+import numpy as np
 
 from harness.atomic_write import whole_folder
 from harness.comparison.baseline_record import BaselineRecord
 from harness.comparison.metadata_diff import changed_parameters
 from harness.comparison.regression import Baseline
+from harness.comparison.releases import ROUND_OFF
 from harness.errors import RequestError
-from harness.store.baseline import case_text, in_checkout, series_text
+from harness.store.baseline import in_checkout
+from harness.store.baseline_reader import read_tables
+from harness.store.baseline_tables import (
+    SERIES,
+    TABLE,
+    same_series,
+    same_text,
+    table_texts,
+)
+
+METADATA = ("engine_version", "how", "platform", "script_sha256", "levels", "label", "family")
+
+
+class ChangeKind(StrEnum):
+    """What would become of a record."""
+
+    NEW = "new"
+    CHANGED = "changed"
+    ROUND_OFF = "within round-off"
+    METADATA = "same values, other metadata"
 
 
 @dataclass(frozen=True)
 class Change:
-    """A case whose files would change, and how: one line each."""
+    """A record whose lines would change, and how: one text each."""
 
-    case: BaselineRecord
-    kind: str  # new or changed
+    measured: BaselineRecord
+    kind: ChangeKind
     lines: tuple[str, ...]
 
     def record(self) -> dict[str, object]:
         """Return it as a JSON-ready mapping."""
-        return {"case": self.case.name, "kind": self.kind, "changes": list(self.lines)}
+        return {
+            "record": self.measured.name,
+            "kind": str(self.kind),
+            "changes": list(self.lines),
+        }
 
 
 def changes(measured: Sequence[BaselineRecord], baseline: Baseline) -> list[Change]:
-    """Return what accepting would change; cases that were not measured stay as they are."""
+    """Return what accepting would change; records that were not measured stay as they are."""
     found = []
-    for case in sorted(measured, key=lambda case: case.name):
-        known = baseline.cases.get(case.name)
+    for record in sorted(measured, key=lambda record: record.name):
+        known = baseline.records.get(record.name)
         if known is None:
-            lines = [f"{n} = {q.value!r} {q.unit}".rstrip() for n, q in case.quantities.items()]
-            found.append(Change(case, "new", tuple(lines)))
+            lines = [f"{n} = {q.value!r} {q.unit}".rstrip() for n, q in record.quantities.items()]
+            found.append(Change(record, ChangeKind.NEW, tuple(lines)))
             continue
-        merged = replace(case, levels=tuple(sorted({*case.levels, *known.levels})))
-        same = case_text(merged) == case_text(known) and _same_series(merged, known)
-        if not same:
-            found.append(Change(merged, "changed", tuple(_lines(merged, known))))
+        merged = replace(record, levels=tuple(sorted({*record.levels, *known.levels})))
+        if not same_text(merged, known):
+            found.append(Change(merged, _kind(merged, known), tuple(_lines(merged, known))))
     return found
 
 
-def _same_series(case: BaselineRecord, known: BaselineRecord) -> bool:
-    if case.series is None or known.series is None:
-        return case.series is known.series
-    return series_text(case.series) == series_text(known.series)
+def _kind(record: BaselineRecord, known: BaselineRecord) -> ChangeKind:
+    """Return whether a record would change in more than the last digits, or than metadata."""
+    other = record.parameters != known.parameters
+    if other or record.quantities.keys() != known.quantities.keys() or _series_moved(record, known):
+        return ChangeKind.CHANGED
+    pairs = [(record.quantities[name], old) for name, old in known.quantities.items()]
+    if any(
+        new.unit != old.unit
+        or abs(new.value - old.value) > ROUND_OFF * abs(old.value)
+        or abs(new.uncertainty - old.uncertainty) > ROUND_OFF * abs(old.value)
+        for new, old in pairs
+    ):
+        return ChangeKind.CHANGED
+    same = all(new == old for new, old in pairs) and same_series(record, known)
+    return ChangeKind.METADATA if same else ChangeKind.ROUND_OFF
 
 
-def _lines(case: BaselineRecord, known: BaselineRecord) -> list[str]:
-    lines = changed_parameters(case.parameters, known.parameters)
-    for name in sorted({*case.quantities, *known.quantities}):
-        new, old = case.quantities.get(name), known.quantities.get(name)
+def _series_moved(record: BaselineRecord, known: BaselineRecord) -> bool:
+    """Return whether a series is another by more than round-off of its largest value."""
+    if record.series is None or known.series is None:
+        return record.series is not known.series
+    new, old = record.series.thinned(), known.series.thinned()
+    if new.time.shape != old.time.shape or new.columns.keys() != old.columns.keys():
+        return True
+    pairs = [(new.time, old.time), *((new.columns[n], c) for n, c in old.columns.items())]
+    return any(not np.all(np.abs(a - b) <= ROUND_OFF * np.max(np.abs(b))) for a, b in pairs)
+
+
+def _lines(record: BaselineRecord, known: BaselineRecord) -> list[str]:
+    lines = changed_parameters(record.parameters, known.parameters)
+    for name in sorted({*record.quantities, *known.quantities}):
+        new, old = record.quantities.get(name), known.quantities.get(name)
         if new is None or old is None:
             lines.append(f"{name}: {'added' if old is None else 'dropped'}")
-        elif new != old:
+        elif new.value != old.value:
             apart = new.value - old.value
             lines.append(f"{name}: {old.value!r} -> {new.value!r} {new.unit} ({apart:+.2g})")
-    if not _same_series(case, known):
+        elif new != old:
+            lines.append(f"{name}: uncertainty {old.uncertainty:.3g} -> {new.uncertainty:.3g}")
+    if not same_series(record, known):
         lines.append("series")
-    for key in ("engine_version", "how", "platform", "script_sha256", "levels"):
-        new, old = getattr(case, key), getattr(known, key)
-        if new != old:
-            lines.append(f"{key}: {_short(old)} -> {_short(new)}")
+    for key in METADATA:
+        new_text, old_text = (_short(getattr(one, key)) for one in (record, known))
+        if new_text != old_text:
+            lines.append(f"{key}: {old_text} -> {new_text}")
     return lines or ["parameters that only one of them has"]
 
 
@@ -84,7 +134,7 @@ def check_target(folder: Path) -> None:
 
 
 def write(accepted: Sequence[Change], folder: Path) -> None:
-    """Write the changes into a baseline's folder: a whole copy aside, then renamed.
+    """Write the changes into a baseline's folder: a whole copy aside, then exchanged.
 
     Raise RequestError as :func:`check_target` does, and when it cannot be written;
     then the folder is as before.
@@ -94,17 +144,23 @@ def write(accepted: Sequence[Change], folder: Path) -> None:
         with whole_folder(folder, replace=True) as aside:
             if folder.is_dir():
                 shutil.copytree(folder, aside)
-            for change in accepted:
-                _write_case(change.case, aside)
+            else:
+                aside.mkdir()
+            for engine in sorted({change.measured.engine for change in accepted}):
+                of_engine = [c.measured for c in accepted if c.measured.engine == engine]
+                _write_tables(engine, of_engine, aside)
     except OSError as error:
         raise RequestError(f"--baseline {folder}: cannot be written ({error.strerror})") from None
 
 
-def _write_case(case: BaselineRecord, folder: Path) -> None:
-    path = folder / f"{case.name}.json"
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(case_text(case), encoding="utf-8")
-    series = path.with_suffix(".csv")
-    series.unlink(missing_ok=True)
-    if case.series is not None:
-        series.write_text(series_text(case.series), encoding="utf-8")
+def _write_tables(engine: str, accepted: Sequence[BaselineRecord], folder: Path) -> None:
+    """Write an engine's tables with what was accepted in place of what was there."""
+    table = folder / f"{engine}{TABLE}"
+    known = read_tables(table) if table.is_file() else []
+    merged = {record.name: record for record in [*known, *accepted]}
+    texts = table_texts(merged.values(), engine)
+    for name in (engine + TABLE, engine + SERIES):
+        if name in texts:
+            (folder / name).write_text(texts[name], encoding="utf-8")
+        else:
+            (folder / name).unlink(missing_ok=True)

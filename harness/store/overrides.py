@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from harness.comparison.regression_tolerances import REGRESSION, Override
+from harness.comparison.regression_tolerances import Override
 from harness.comparison.tolerances import Tolerance
 from harness.errors import RequestError
 
@@ -18,8 +18,8 @@ SHORTEST_REASON = 20
 def read_overrides(path: Path) -> tuple[Override, ...]:
     """Return the overrides of a file.
 
-    Each is a table ``[override.NAME]`` with ``case`` and ``quantity`` (patterns
-    with * and ?), ``absolute``, ``relative`` and a ``reason``. Raise RequestError,
+    Each is a table ``[override.NAME]`` with ``case`` (the record's name) and ``quantity``
+    (patterns with * and ?), ``absolute``, ``relative`` and a ``reason``. Raise RequestError,
     naming file and override, for anything else.
     """
     try:
@@ -49,9 +49,5 @@ def _override(path: Path, name: str, table: Mapping[str, Any]) -> Override:
         raise RequestError(f"{where}: {unknown[0]} is not known")
     if len(table["reason"]) < SHORTEST_REASON:
         raise RequestError(f"{where}: reason = {table['reason']!r}: say why, in a sentence")
-    quantity = table["quantity"]
-    unit = REGRESSION[quantity].unit if quantity in REGRESSION else ""
-    width = Tolerance(
-        unit, float(widths["absolute"]), float(widths["relative"]), str(table["reason"])
-    )
-    return Override(name, table["case"], quantity, width)
+    width = Tolerance("", float(widths["absolute"]), float(widths["relative"]), table["reason"])
+    return Override(name, table["case"], table["quantity"], width)

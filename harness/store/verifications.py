@@ -5,8 +5,8 @@ from __future__ import annotations
 import io
 import json
 import zipfile
-from collections.abc import Mapping
-from pathlib import Path
+from collections.abc import Mapping, Sequence
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 from harness.engines.registry import chosen_options, fingerprint_of
@@ -22,6 +22,7 @@ DECODE_ERRORS = (ValueError, KeyError, zipfile.BadZipFile)
 def verification_key(
     level: str,
     *,
+    cases: Sequence[str],
     engine: str,
     options: Mapping[str, Any] | None = None,
     beside: Mapping[str, Any] | None = None,
@@ -39,6 +40,7 @@ def verification_key(
     return key_of(
         {
             "verification": level,
+            "cases": list(cases),
             "engine": dict(who),
             "machine": machine(),
             "packages": versions(*PACKAGES),
@@ -61,16 +63,23 @@ def pack(folder: Path, record: Mapping[str, Any]) -> bytes:
 def unpack(payload: bytes, folder: Path) -> dict[str, Any]:
     """Write a kept report into a new folder and return the record.
 
-    Raise one of :data:`DECODE_ERRORS` when the bytes are not those of a verification.
+    Raise one of :data:`DECODE_ERRORS` when the bytes are not those of a verification, also where
+    a name leads out of the folder; then nothing is written.
     """
     with zipfile.ZipFile(io.BytesIO(payload)) as archive:
         record: dict[str, Any] = json.loads(archive.read(RECORD))
+        names = [name for name in archive.namelist() if name.startswith(REPORT)]
+        paths = {name: _inside(name.removeprefix(REPORT)) for name in names}
         folder.mkdir()
-        for name in archive.namelist():
-            if name.startswith(REPORT):
-                path = folder / name.removeprefix(REPORT)
-                if not path.resolve().is_relative_to(folder.resolve()):
-                    raise ValueError(f"{name!r} lies outside of the report")
-                path.parent.mkdir(parents=True, exist_ok=True)
-                path.write_bytes(archive.read(name))
+        for name, path in paths.items():
+            (folder / path).parent.mkdir(parents=True, exist_ok=True)
+            (folder / path).write_bytes(archive.read(name))
     return record
+
+
+def _inside(name: str) -> PurePosixPath:
+    """Return a name as a path; raise ValueError for one that leads out of its folder."""
+    path = PurePosixPath(name)
+    if not path.parts or path.is_absolute() or ".." in path.parts or "\0" in name:
+        raise ValueError(f"{name!r} is no name of a file below the report")
+    return path

@@ -12,25 +12,29 @@ from typing import TYPE_CHECKING, Any
 
 _HOMES = {
     "accept_baseline": "harness.workflows.baseline",
+    "cases": "harness.workflows.case_list",
     "compare_with_baseline": "harness.workflows.baseline",
     "critical_angle": "harness.cases.incline.critical_angles",
     "critical_angles": "harness.cases.incline.critical_angles",
-    "diff": "harness.workflows.diff",
+    "diff": "harness.workflows.run_diffs",
     "energy_scaling_angles": "harness.cases.tower.impulse_angles",
     "engines": "harness.workflows.status",
     "extrapolated_critical_angle": "harness.cases.incline.critical_angles",
-    "history": "harness.workflows.history",
-    "inputs": "harness.workflows.scripts",
-    "outdated_inputs": "harness.workflows.scripts",
+    "history": "harness.workflows.history_search",
     "impulse_angles": "harness.cases.tower.impulse_angles",
     "impulse_by_gamma": "harness.cases.tower.impulse_angles",
     "impulse_table": "harness.cases.tower.impulse_table",
+    "inputs": "harness.workflows.scripts",
+    "outdated_inputs": "harness.workflows.scripts",
+    "releases": "harness.workflows.release_runs",
     "reproduce": "harness.reproduction.run",
-    "releases": "harness.workflows.releases",
+    "run": "harness.workflows.case_run",
+    "sections": "harness.workflows.report_sections",
     "theory": "harness.workflows.closed_forms",
     "tower": "harness.cases.tower.run",
-    "verify": "harness.workflows.verification",
+    "verify": "harness.workflows.verification_run",
 }
+"""Where each function is. No function has the name of a module of this package."""
 
 if TYPE_CHECKING:
     from harness.cases.incline.critical_angles import critical_angle as critical_angle
@@ -46,14 +50,17 @@ if TYPE_CHECKING:
     from harness.reproduction.run import reproduce as reproduce
     from harness.workflows.baseline import accept_baseline as accept_baseline
     from harness.workflows.baseline import compare_with_baseline as compare_with_baseline
+    from harness.workflows.case_list import cases as cases
+    from harness.workflows.case_run import run as run
     from harness.workflows.closed_forms import theory as theory
-    from harness.workflows.diff import diff as diff
-    from harness.workflows.history import history as history
-    from harness.workflows.releases import releases as releases
+    from harness.workflows.history_search import history as history
+    from harness.workflows.release_runs import releases as releases
+    from harness.workflows.report_sections import sections as sections
+    from harness.workflows.run_diffs import diff as diff
     from harness.workflows.scripts import inputs as inputs
     from harness.workflows.scripts import outdated_inputs as outdated_inputs
     from harness.workflows.status import engines as engines
-    from harness.workflows.verification import verify as verify
+    from harness.workflows.verification_run import verify as verify
 
 __all__ = list(_HOMES)
 
@@ -64,3 +71,7 @@ def __getattr__(name: str) -> Any:
     value = getattr(import_module(_HOMES[name]), name)
     globals()[name] = value
     return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_HOMES})

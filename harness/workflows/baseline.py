@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,9 +14,10 @@ from harness.comparison.verification import Verification
 from harness.engines.contract import Engine
 from harness.errors import EngineError, RequestError
 from harness.store.acceptance import Change, changes, check_target, write
-from harness.store.baseline import committed, read_baseline
+from harness.store.baseline import checkout_baseline, committed
 from harness.workflows.progress import Progress, silent
-from harness.workflows.verification import verify
+from harness.workflows.request import chosen_baseline
+from harness.workflows.verification_run import verify
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,7 @@ class BaselineComparison:
             "engine": self.found.provenance.record() if self.found.provenance else None,
             "engine_errors": list(self.found.engine_errors),
             "checks": [check.record() for check in self.checks],
-            "divergences": [series.record() for series in self.found.parted],
+            "divergences": [series.record() for series in self.found.divergences],
             "changes": [change.record() for change in self.changes],
         }
 
@@ -54,6 +56,7 @@ class BaselineComparison:
 def compare_with_baseline(
     level: str = "default",
     *,
+    cases: str | Iterable[str] | None = None,
     baseline: Path | None = None,
     tolerances: Path | None = None,
     engine: Engine | None = None,
@@ -61,16 +64,13 @@ def compare_with_baseline(
 ) -> BaselineComparison:
     """Run the cases of a level of ``verify`` and hold them against a baseline.
 
-    The committed baseline unless a folder is given; one that is not there yet is
+    The committed baseline unless a folder is given; a folder that is not there yet is
     empty. Raise RequestError for a damaged file, which is named.
     """
-    folder = baseline if baseline is not None and baseline.is_dir() else None
-    known = Baseline({}, str(baseline or "none"))
-    if folder is not None or baseline is None:
-        where = folder or committed()
-        known = read_baseline(where, tolerances) if where else known
-    found = verify(level, engine=engine, progress=progress, baseline=known)
-    return BaselineComparison(found, tuple(changes(found.measured, known)))
+    new = baseline is not None and not baseline.exists()
+    known = Baseline({}, str(baseline)) if new else chosen_baseline(baseline, tolerances)
+    found = verify(level, cases=cases, engine=engine, progress=progress, baseline=known)
+    return BaselineComparison(found, tuple(changes(found.records, known)))
 
 
 def accept_baseline(compared: BaselineComparison, folder: Path | None = None) -> Path:
@@ -83,12 +83,13 @@ def accept_baseline(compared: BaselineComparison, folder: Path | None = None) ->
     if compared.found.engine_errors:
         first = compared.found.engine_errors[0]
         raise EngineError(f"baseline: nothing is accepted from a run that died: {first}")
-    for change in compared.changes:
-        for name, quantity in change.case.quantities.items():
-            if not math.isfinite(quantity.value):
-                raise EngineError(
-                    f"baseline: {change.case.name}: {name} = {quantity.value} is not accepted"
-                )
+    for record in (change.measured for change in compared.changes):
+        if not record.quantities:
+            raise EngineError(f"baseline: {record.name}: has no quantity and is not accepted")
+        for name, quantity in record.quantities.items():
+            for value in (quantity.value, quantity.uncertainty):
+                if not math.isfinite(value):
+                    raise EngineError(f"baseline: {record.name}: {name} = {value} is not accepted")
     target = where_to_accept(folder)
     write(compared.changes, target)
     return target
@@ -96,7 +97,7 @@ def accept_baseline(compared: BaselineComparison, folder: Path | None = None) ->
 
 def where_to_accept(folder: Path | None = None) -> Path:
     """Return the folder to write; raise RequestError, before any work, if it may not be."""
-    target = folder or committed()
+    target = folder or checkout_baseline() or committed()
     if target is None:
         raise RequestError("--baseline: this installation has no baseline; name a folder to write")
     check_target(target)

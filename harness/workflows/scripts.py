@@ -7,8 +7,14 @@ import os
 import tempfile
 from pathlib import Path
 
+from harness.cases.registry import built_in, get_case
 from harness.engines.registry import input_files
 from harness.errors import RequestError
+
+
+def generated_inputs() -> dict[str, str]:
+    """Return the inputs of the cases and engines of this package, by their names."""
+    return input_files([get_case(name).template for name in built_in()])
 
 
 def inputs(folder: Path) -> list[Path]:
@@ -19,7 +25,7 @@ def inputs(folder: Path) -> list[Path]:
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        return [_write(folder / name, text) for name, text in input_files().items()]
+        return [_write(folder / name, text) for name, text in generated_inputs().items()]
     except OSError as error:
         raise RequestError(f"folder {folder} cannot be written: {error.strerror}") from None
 
@@ -32,7 +38,7 @@ def outdated_inputs(folder: Path) -> dict[str, str]:
     if not folder.is_dir():
         raise RequestError(f"folder {folder}: no such folder; give the one that holds the inputs")
     differences: dict[str, str] = {}
-    for name, generated in input_files().items():
+    for name, generated in generated_inputs().items():
         path = folder / name
         if not path.is_file():
             differences[name] = "is missing"

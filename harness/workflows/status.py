@@ -6,10 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from harness.engines.registry import ENGINES, engine_class, open_engine
+from harness.engines.registry import DEFAULT, engine_class, engine_names, open_engine
 from harness.engines.traits import Traits
 from harness.errors import EngineError, RequestError
 from harness.observables.provenance import Provenance
+from harness.workflows.engine_rows import NO_TRAITS
 
 NOT_RUN = "-"
 """How an engine is run that is not here."""
@@ -47,30 +48,35 @@ class EngineStatus:
 
 
 def engines(
-    *,
-    lmp: str | None = None,
-    launcher: str | None = None,
-    programs: Mapping[str, str] | None = None,
+    *, programs: Mapping[str, str] | None = None, **options: str | None
 ) -> list[EngineStatus]:
-    """Return the status of LAMMPS in-process and as an executable, and of every other engine.
+    """Return the status of every engine, and of its other way to run where it has one.
 
-    LAMMPS's executable is ``lmp`` unless given; ``programs`` are those of other engines by name.
+    ``programs`` are executables by the engine's name; ``options`` are those of the default
+    engine's other way (``lmp``, ``launcher``). An engine of another package that cannot be
+    imported is one line that says so.
     """
-    found = [
-        _status("lammps", "in-process", None, None, {}),
-        _status("lammps", launcher or "executable", lmp or "lmp", launcher, {}),
-    ]
-    others = [name for name in ENGINES if name != "lammps"]
-    return found + [_status(name, "", None, None, programs or {}) for name in others]
+    found = []
+    given = {key: value for key, value in options.items() if value is not None}
+    for name in engine_names():
+        program = {"program": programs[name]} if programs and name in programs else {}
+        try:
+            twin = engine_class(name).twin_options(**program)
+        except RequestError as error:
+            found.append(EngineStatus(name, NOT_RUN, None, NO_TRAITS, str(error)))
+            continue
+        found.append(_status(name, NOT_RUN, program))
+        if twin is not None:
+            chosen = {**twin, **given} if name == DEFAULT else dict(twin)
+            found.append(_status(name, options.get("launcher") or "executable", chosen))
+    return found
 
 
-def _status(
-    name: str, how: str, lmp: str | None, launcher: str | None, programs: Mapping[str, str]
-) -> EngineStatus:
+def _status(name: str, how: str, options: Mapping[str, Any]) -> EngineStatus:
     traits = engine_class(name).traits
     try:
-        with open_engine(name, lmp=lmp, launcher=launcher, programs=programs) as engine:
+        with open_engine(name, options=options) as engine:
             who = engine.identify()
     except (EngineError, RequestError) as error:
-        return EngineStatus(name, how or NOT_RUN, None, traits, traits.missing(str(error)))
-    return EngineStatus(name, how or who.how, who, traits)
+        return EngineStatus(name, how, None, traits, traits.missing(str(error)))
+    return EngineStatus(name, who.how or how, who, traits)

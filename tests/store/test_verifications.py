@@ -4,8 +4,6 @@ import zipfile
 
 import pytest
 
-from harness.engines.lammps.engine import Lammps
-from harness.errors import RequestError
 from harness.store import verifications
 from harness.store.verifications import DECODE_ERRORS, pack, unpack, verification_key
 
@@ -37,38 +35,39 @@ def test_what_is_no_verification_is_refused(payload, tmp_path):
     assert not (tmp_path / "copy").exists()
 
 
-@pytest.fixture
-def told(monkeypatch):
-    """Stand in for the engines: each way to run has a digest that a test may change."""
-    digests = {None: "a", "lmp": "b", "/mine/lmp": "c"}
-
-    def fingerprint_of(**options):
-        digest = digests[options.get("lmp")]
-        if isinstance(digest, Exception):
-            raise digest
-        return digest and {"how": options.get("launcher"), "files": [digest]}
-
-    monkeypatch.setattr(Lammps, "fingerprint_of", fingerprint_of)
-    return digests
+@pytest.mark.parametrize("name", ["../outside", "/tmp/outside", "a/../../outside", ""])
+def test_a_name_that_leads_out_of_the_folder_is_refused_before_anything_is_written(name, tmp_path):
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as archive:
+        archive.writestr("record.json", "{}")
+        archive.writestr("report/report.html", "<p>")
+        archive.writestr(f"report/{name}", "crafted")
+    with pytest.raises(DECODE_ERRORS, match="no name of a file"):
+        unpack(stream.getvalue(), tmp_path / "below" / "copy")
+    assert list(tmp_path.iterdir()) == []
 
 
-def test_everything_that_decides_the_verdicts_changes_the_key(told, monkeypatch):
-    def key(level="quick", **more):
-        return verification_key(level, engine="lammps", **more)
+ASKED = {
+    "level": "quick",
+    "cases": ["one", "two"],
+    "engines": {"main": {"how": "library"}, "twin": {"how": "executable"}},
+}
 
+
+def key(**changes):
+    asked = {**ASKED, **changes}
+    return verification_key(asked.pop("level"), **asked)
+
+
+def test_everything_that_decides_the_verdicts_changes_the_key(monkeypatch):
     found = [
         key(),
-        key("full"),
-        key(lmp="/mine/lmp"),
-        key(options={"lmp": "/mine/lmp"}, launcher="mpirun -np 2"),
+        key(level="full"),
+        key(cases=["one"]),
+        key(engines={**ASKED["engines"], "main": {"how": "another library"}}),
+        key(engines={**ASKED["engines"], "twin": {"how": "missing"}}),
         key(beside={"baseline": "1"}),
     ]
-    told[None] = "another library"
-    found.append(key())
-    told["lmp"] = "another executable to hold it against"
-    found.append(key())
-    told["lmp"] = RequestError("no such executable")
-    found.append(key())
     for fact in ("machine", "versions", "source_digest"):
         monkeypatch.setattr(verifications, fact, lambda *_: {"other": "1"})
         found.append(key())
@@ -76,18 +75,5 @@ def test_everything_that_decides_the_verdicts_changes_the_key(told, monkeypatch)
     assert len(set(found)) == len(found)
 
 
-def test_an_engine_that_cannot_be_told_has_no_key(told):
-    told["/mine/lmp"] = None
-    assert verification_key("quick", engine="lammps", lmp="/mine/lmp") is None
-    told["lmp"] = None
-    assert verification_key("quick", engine="lammps") is None
-
-
-def test_an_entry_that_would_write_elsewhere_is_refused(tmp_path):
-    stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w") as archive:
-        archive.writestr("record.json", "{}")
-        archive.writestr("report/../../escaped.txt", "out")
-    with pytest.raises(DECODE_ERRORS, match="outside of the report"):
-        unpack(stream.getvalue(), tmp_path / "copy")
-    assert not list(tmp_path.rglob("escaped.txt"))
+def test_an_engine_that_cannot_be_told_has_no_key():
+    assert key(engines={"main": {"how": "library"}, "twin": None}) is None

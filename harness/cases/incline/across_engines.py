@@ -25,7 +25,7 @@ def across_engines(angles: Sequence[EngineAngle]) -> list[Check]:
     base = live[0].engine if live else ""
     for role in (PLASTIC_ROLE, SOURCE_ROLE):
         stated = [
-            a for a in live if a.role == role and STATED == (a.stiffness, a.steps_per_contact)
+            a for a in live if a.role == role and (a.stiffness, a.steps_per_contact) == STATED
         ]
         for one, other in combinations(stated, 2):
             if _one_class(one, other) and one.rules.tail == "attractive":

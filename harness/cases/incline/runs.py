@@ -82,6 +82,9 @@ def read(
         )
     if path is not None and STAGES not in output.tables:
         path = Trajectory(*(column[: found.row + 1] for column in vars(path).values()))
+    steps = round(found.time_s / case.step)
+    if path is not None and every is not None:
+        _complete(path, steps // every + 1, output.who)
     return InclineRun(
         case=case,
         motion=found.motion,

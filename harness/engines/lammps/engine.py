@@ -14,6 +14,7 @@ from harness.engines.lammps.fingerprint import fingerprint
 from harness.engines.lammps.inprocess import InProcess
 from harness.engines.lammps.language import LammpsLanguage
 from harness.engines.lammps.read import version_in
+from harness.engines.lammps.releases import executable_of, is_release
 from harness.engines.lammps.worker_process import Order
 from harness.engines.output import Output
 from harness.engines.process import Limits, first_words
@@ -80,6 +81,20 @@ class Lammps(LammpsLanguage):
         """Return those of the executable beside the library; an executable has no twin."""
         named = any(options.get(name) is not None for name in ("lmp", "launcher", "program"))
         return None if named else {"lmp": "lmp"}
+
+    @classmethod
+    def check_release(cls, name: str) -> None:
+        """Raise RequestError for a name that is neither of a release nor of an executable."""
+        if not is_release(name):
+            executable_of(name)
+
+    @classmethod
+    def release(cls, name: str, folder: Path | None = None) -> Lammps:
+        """Return the executable of a release, installed in a folder if need be, or of a path.
+
+        Raise EngineMissingError when it cannot be installed.
+        """
+        return cls(lmp=executable_of(name, folder))
 
     def twin(self) -> Lammps | None:
         """Return the executable on PATH, or beside this Python, of LAMMPS in-process."""

@@ -29,6 +29,8 @@ TRAITS = Traits(
         "A restart file left in the folder makes a new run stop.",
         "A particle's place in the arrays changes as it crosses a boundary: its global id "
         "does not.",
+        "The search for neighbours loses contacts where its cells are less than two diameters "
+        "wide: the inputs set DESGRIDSEARCH_IMAX and _JMAX.",
         "Paths are written in single precision.",
     ),
 )

@@ -1,6 +1,8 @@
-"""The moment at which two series part: both around it, and their difference with the tolerance."""
+"""Figure of where two series diverge, and of their difference with its tolerance."""
 
 from __future__ import annotations
+
+import re
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -14,24 +16,28 @@ AROUND = 0.15
 LOWEST = 1e-20
 """A difference below it is drawn as none."""
 
-UNITS = {
-    "x_m": ("position along the row", "m"),
-    "y_m": ("position normal to the row", "m"),
-    "vx_m_per_s": ("velocity along the row", "m/s"),
-    "vy_m_per_s": ("velocity normal to the row", "m/s"),
-    "grain_force_N": ("force on the grain", "N"),
-    "grain_velocity_m_per_s": ("velocity of the grain", "m/s"),
-    "grain_force_over_peak": ("force on the grain", "peak"),
-}
+_UNIT = re.compile(r"(?P<name>.+?)_(?P<unit>(?:kg|deg|rad|Ns|[mNsJ])(?:_per_[a-zA-Z0-9_]+)?)")
+
+
+def name_and_unit(column: str) -> tuple[str, str]:
+    """Return name and unit of a column whose name ends in its unit; ``1`` for one without.
+
+    >>> name_and_unit("vx_m_per_s")
+    ('vx', 'm/s')
+    """
+    found = _UNIT.fullmatch(column)
+    if found is None:
+        return column.replace("_", " "), "1"
+    return found["name"].replace("_", " "), found["unit"].replace("_per_", "/")
 
 
 def divergence(found: Comparison) -> Figure:
-    """Draw run and reference around the moment they part, and their difference over all times."""
+    """Draw run and reference where they diverge, and their difference over all times."""
     moment = found.divergence
     assert moment is not None
     figure = panels(2, 1, width=7.0, height=2.9)
     above, below = figure.axes
-    name, unit = UNITS.get(found.column, (found.column, "1"))
+    name, unit = name_and_unit(found.column)
     span = float(found.time[-1] - found.time[0])
     left = max(float(found.time[0]), moment.time - AROUND * span)
     right = min(float(found.time[-1]), moment.time + AROUND * span)
@@ -54,10 +60,10 @@ def divergence(found: Comparison) -> Figure:
         found.band, color="0.4", linestyle="--", linewidth=1.2, label=f"tolerance {found.band:.1e}"
     )
     below.axvspan(left, right, color="0.92", zorder=0)
-    when = "from the first step" if moment.from_first_step else f"part at {moment.time:.5g} s"
+    when = "from the first step" if moment.from_first_step else f"diverge at {moment.time:.5g} s"
     for axes in (above, below):
         axes.axvline(moment.time, color=RED, linestyle=":", linewidth=1.6, label=when)
         axes.legend(fontsize="small", loc="best")
-    label(above, "", f"{name} [{unit}]", f"{found.case}, around the divergence")
-    label(below, "time [s]", f"difference [{unit}]", "whole record; shaded: shown above")
+    label(above, "", f"{name} ({unit})", f"{found.case}, around the divergence")
+    label(below, "time (s)", f"difference ({unit})", "whole record; shaded: shown above")
     return figure

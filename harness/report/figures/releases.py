@@ -45,7 +45,7 @@ def changes(found: ReleaseMatrix) -> Figure:
     axes.set_xlim(NONE / 5, 10.0)
     axes.set_xticks([NONE, *DECADES], ["none", *(f"{decade:.0e}" for decade in DECADES)])
     axes.minorticks_off()
-    axes.set_yticks(place, [f"{row.case}, {row.quantity}" for row in rows], fontsize=6.5)
+    axes.set_yticks(place, [f"{row.record}, {row.quantity}" for row in rows], fontsize=6.5)
     axes.set_ylim(len(rows) - 0.4, -0.6)
     reference = found.columns[found.reference].title
     label(axes, f"change over the value [1], against\n{reference}", "")

@@ -1,0 +1,195 @@
+"""Ask which runs there were, and how a quantity went over date or release."""
+
+from __future__ import annotations
+
+import difflib
+import sqlite3
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack
+
+from harness.errors import RequestError
+from harness.store import history_query
+from harness.store.history import History
+from harness.store.history_query import HistoryQuery
+from harness.store.home import history_place
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+UNFINISHED = "unfinished"
+VERDICTS = ("pass", "fail", "not tested", "finding")
+NEAR = 3
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """What the history holds on a question: runs, or quantities of runs, newest first.
+
+    Each row is a JSON-ready mapping; in a row of ``quantities`` the columns of
+    the run stand beside those of the quantity.
+    """
+
+    file: Path
+    runs: tuple[dict[str, Any], ...] = ()
+    quantities: tuple[dict[str, Any], ...] | None = None
+
+    @property
+    def rows(self) -> tuple[dict[str, Any], ...]:
+        """Return the quantities where they were asked for, else the runs."""
+        return self.runs if self.quantities is None else self.quantities
+
+    def frame(self) -> pd.DataFrame:
+        """Return the rows as a table with one type a column, as Parquet wants it.
+
+        Times are UTC; what is missing is NA or NaN.
+        """
+        import pandas as pd
+
+        types = _TYPES if self.quantities is None else {**_TYPES, **_QUANTITY_TYPES}
+        frame = pd.DataFrame(list(self.rows), columns=list(types))
+        for name in ("started", "finished"):
+            frame[name] = pd.to_datetime(frame[name], utc=True, format="ISO8601")
+        return frame.astype(types)
+
+
+_TYPES = {
+    "run": "int64",
+    "started": "datetime64[us, UTC]",
+    "finished": "datetime64[us, UTC]",
+    "command": "string",
+    "options": "string",
+    "engine": "string",
+    "engine_version": "string",
+    "how": "string",
+    "status": "Int64",
+    "seconds": "float64",
+    "cached": "bool",
+    "judged": "int64",
+    "failed": "int64",
+    "folder": "string",
+    "harness_version": "string",
+    "harness_commit": "string",
+    "platform": "string",
+    "note": "string",
+}
+
+_QUANTITY_TYPES = {
+    "name": "string",
+    "kind": "string",
+    "unit": "string",
+    **dict.fromkeys(("value", "uncertainty", "expected", "tolerance"), "float64"),
+    "verdict": "string",
+    "triage": "string",
+}
+
+
+class Wanted(TypedDict, total=False):
+    """What is asked of the history.
+
+    ``quantity`` is a pattern as in file names (``*``, ``?``), ``engine_version``
+    the beginning of a release, ``since`` a date or time (ISO 8601, local unless
+    it has a zone), ``status`` an exit status or ``unfinished``. ``limit`` keeps
+    the newest.
+    """
+
+    command: str | None
+    engine: str | None
+    engine_version: str | None
+    quantity: str | None
+    since: datetime | str | None
+    verdict: str | None
+    status: int | str | None
+    limit: int | None
+
+
+def history(file: Path | None = None, **wanted: Unpack[Wanted]) -> Recorded:
+    """Return the recorded runs that fit, or with ``quantity`` those quantities of them.
+
+    :class:`Wanted` says what may be asked. Nothing recorded yet is an empty answer. Raise
+    RequestError for what is not allowed, and for a quantity that was never recorded, with the
+    names nearest to it.
+    """
+    path, quantity = file or history_place().path, wanted.get("quantity")
+    question = HistoryQuery(
+        command=wanted.get("command"),
+        engine=wanted.get("engine"),
+        engine_version=wanted.get("engine_version"),
+        quantity=quantity,
+        since=_time(wanted.get("since")),
+        verdict=_one_of("verdict", wanted.get("verdict"), VERDICTS),
+        status=_status(wanted.get("status")),
+        limit=_count(wanted.get("limit")),
+    )
+    if not path.is_file():
+        return Recorded(path, quantities=() if quantity is not None else None)
+    try:
+        with History(path) as opened:
+            if quantity is None:
+                return Recorded(
+                    path, tuple(_record(row) for row in history_query.runs(opened, question))
+                )
+            found = tuple(_record(row) for row in history_query.quantities(opened, question))
+            if not found:
+                _check_known(quantity, history_query.names(opened))
+            return Recorded(path, quantities=found)
+    except (OSError, sqlite3.Error) as error:
+        raise RequestError(f"history {path}: cannot be read ({error})") from None
+
+
+def _record(row: dict[str, Any]) -> dict[str, Any]:
+    row["cached"] = bool(row["cached"])
+    return row
+
+
+def _check_known(pattern: str, names: list[str]) -> None:
+    """Raise RequestError where no quantity of this name was ever recorded."""
+    from fnmatch import fnmatchcase
+
+    if any(fnmatchcase(name, pattern) for name in names) or not names:
+        return
+    words = pattern.strip("*").lower()
+    near = [name for name in names if words and words in name.lower()]
+    near += [n for n in difflib.get_close_matches(pattern, names, NEAR, 0.4) if n not in near]
+    shown = "; near it: " + ", ".join(repr(name) for name in near[:NEAR]) if near else ""
+    raise RequestError(f"--quantity {pattern!r}: no such quantity was recorded{shown}")
+
+
+def _time(since: datetime | str | None) -> datetime | None:
+    if since is None:
+        return None
+    try:
+        time = datetime.fromisoformat(since) if isinstance(since, str) else since
+    except ValueError:
+        raise RequestError(
+            f"--since {since!r}: must be a date or time as 2025-07-22 or 2025-07-22T14:30"
+        ) from None
+    try:
+        return time.astimezone(UTC)
+    except (OverflowError, ValueError):
+        raise RequestError(
+            f"--since {str(since)!r}: is beyond the years 1 to 9999 in UTC"
+        ) from None
+
+
+def _one_of(option: str, value: str | None, allowed: tuple[str, ...]) -> str | None:
+    if value is not None and value not in allowed:
+        raise RequestError(f"--{option} {value!r}: must be one of {', '.join(allowed)}")
+    return value
+
+
+def _status(status: int | str | None) -> str | None:
+    if status is None or str(status) == UNFINISHED:
+        return None if status is None else UNFINISHED
+    if not str(status).isascii() or not str(status).isdigit() or int(status) > 255:
+        raise RequestError(
+            f"--status {status!r}: must be an exit status, 0 to 255, or {UNFINISHED}"
+        )
+    return str(status)
+
+
+def _count(limit: int | None) -> int | None:
+    if limit is not None and limit < 1:
+        raise RequestError(f"--limit {limit}: must be at least 1")
+    return limit

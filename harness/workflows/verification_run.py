@@ -1,0 +1,95 @@
+"""Run a verification, from the cases that are asked for to verdicts."""
+
+from __future__ import annotations
+
+import platform
+import time
+from collections.abc import Callable, Iterable
+from contextlib import AbstractContextManager, ExitStack
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Literal
+
+from harness import __version__
+from harness.cases.contract import Study
+from harness.comparison.regression import Baseline, Regression
+from harness.comparison.verification import Verification
+from harness.engines.contract import Engine
+from harness.engines.registry import open_engine
+from harness.workflows.baseline_rows import Measured, baseline_rows
+from harness.workflows.engine_selection import asked_engines
+from harness.workflows.engines_beside import EnginesBeside
+from harness.workflows.main_engine import MainRun
+from harness.workflows.progress import Progress, silent
+from harness.workflows.request import checked_level, chosen_baseline, chosen_cases
+
+Open = Callable[[str], AbstractContextManager[Engine]]
+"""Opens an engine by its name, to be closed after use."""
+
+
+def verify(
+    level: str = "default",
+    *,
+    cases: str | Iterable[str] | None = None,
+    engine: Engine | None = None,
+    engines: str | Iterable[str] = (),
+    open_one: Open = open_engine,
+    baseline: Path | Baseline | Literal[False] | None = None,
+    progress: Progress = silent,
+    strict: bool = False,
+) -> Verification:
+    """Hold an engine against theory, other codes and the baseline, case by case.
+
+    ``level`` is ``quick``, ``default`` or ``full``. ``cases`` are names, groups or ``all``: those
+    that run by default unless given. ``engine`` is an open one, the default one unless given;
+    ``engines`` are held beside it: names, or ``all``; ``open_one`` opens one by its name. The
+    results are held against a ``baseline``: read (:func:`chosen_baseline` takes a file of
+    tolerances as well), in a folder, the committed one for None, none for False. With ``strict``
+    what is not tested counts as a failure.
+
+    An engine that fails leaves rows that say so and status 3, a case that raises a failed row;
+    the rest is checked all the same. Raise RequestError for an unknown level, case or
+    engine and a damaged baseline. Write the report with :func:`harness.report.folder.write` and
+    :func:`harness.workflows.report_sections.sections`.
+    """
+    chosen, asked = chosen_cases(cases), asked_engines(engines)
+    study = Study(checked_level(level), progress, open_one)
+    known = None if baseline is False else chosen_baseline(baseline)
+    started, clock = datetime.now(UTC), time.monotonic()
+    with ExitStack() as own:
+        run = MainRun(chosen, study)
+        run.open(engine, own)
+        run.cases_side_by_side()
+        beside = EnginesBeside(asked, chosen, study, run.engine).run()
+        scripts, logs = run.scripts(beside), run.engine.logs() if run.engine else {}
+    measured = Measured(study.level, run.who, chosen, run.findings, run.broken)
+    of_beside = [r for by in beside.findings.values() for f in by.values() for r in f.records]
+    regression = Regression()
+    if known is not None:
+        own_names = {record.name for record in measured.records}
+        others = [record for record in of_beside if record.name not in own_names]
+        regression = baseline_rows(measured, known, others)
+    died = [check.note for check in run.checks if check.engine_died]
+    divergences = [series for found in run.findings for series in found.divergences]
+    return Verification(
+        level=study.level,
+        cases=tuple(case.name for case in chosen),
+        started=started.isoformat(timespec="seconds"),
+        seconds=time.monotonic() - clock,
+        platform=f"{platform.system()} {platform.machine()}, Python {platform.python_version()}",
+        harness_version=__version__,
+        provenance=run.provenance,
+        checks=(*run.checks, *beside.checks, *regression.checks),
+        main=run.main,
+        own=run.own,
+        beside=beside.findings,
+        engines=tuple(beside.declared),
+        scripts=scripts,
+        engine_errors=(*died, *beside.errors),
+        records=tuple(measured.records),
+        divergences=(*divergences, *regression.divergences),
+        baseline=known.where if known else "",
+        baseline_sha256=known.digest if known else "",
+        logs=logs,
+        strict=strict,
+    )
