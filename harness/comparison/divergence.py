@@ -1,4 +1,4 @@
-"""When two series of the same case part.
+"""When two series of the same case diverge.
 
 The difference of two runs crosses zero while they part, and a change of
 contacts that is seen a sample later makes a spike that is gone with the next
@@ -12,15 +12,15 @@ come back; then its longest excursion counts, and ``stays`` is false.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
+from harness.comparison.alignment import Samples, align, missing
 from harness.errors import RequestError
 
 Floats = NDArray[np.float64]
@@ -30,9 +30,6 @@ RETURN = 0.05
 
 SAME_TIME = 1e-10
 """Times closer than this part of the record are the same: they are written to 12 digits."""
-
-ENOUGH_SHARED = 0.4
-"""Part of the reference's times that must be shared for interpolation not to be needed."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +101,7 @@ class Comparison:
 
     @property
     def divergence(self) -> Divergence | None:
-        """Return when they part, None if they do not."""
+        """Return when the difference leaves the band for good, None if it does not."""
         return part(self.column, self.time, self.difference, self.band)
 
     def record(self) -> dict[str, Any]:
@@ -152,51 +149,36 @@ def _longest(time: Floats, outside: NDArray[np.intp], starts: list[int]) -> int:
 def compare_series(
     case: str, run: Series, reference: Series, relative: float, absolute: float = 0.0
 ) -> list[Comparison]:
-    """Return each column of a reference against the run's, at the reference's times.
+    """Return each column of a reference against the run's, at their common times.
 
     The band is ``relative`` times the largest value of the reference's column, and
-    ``absolute``. Where most times are shared, those are taken; else the run is
-    interpolated by cubic splines, and the band grows by how far the splines
-    through every second sample miss the others. Raise RequestError when the
-    series have no column or fewer than two times in common.
+    ``absolute``, and what interpolation adds where the times are others
+    (:func:`harness.comparison.alignment.align`). Raise RequestError for a run that lacks a
+    column, a time or the end of its reference, unless what it has leaves the band already.
     """
+    same = SAME_TIME * float(reference.time[-1] - reference.time[0])
     common = [name for name in reference.columns if name in run.columns]
-    if not common:
-        raise RequestError(f"{case}: the series has none of {', '.join(reference.columns)}")
-    ours, theirs, interpolate = _common_times(case, run, reference)
+    lost = [name for name in reference.columns if name not in run.columns]
+    lacking = f"no column {', '.join(lost)}" if lost else ""
+    lacking = lacking or missing(run.time, reference.time, same, thinned=True)
     found = []
-    for name in common:
-        wanted = reference.columns[name][theirs]
-        value, missed = run.columns[name][ours], 0.0
-        if interpolate:
-            value, missed = _interpolated(run, name, reference.time[theirs])
-        band = absolute + relative * float(np.max(np.abs(wanted))) + missed
-        found.append(Comparison(case, name, reference.time[theirs], value, wanted, band))
+    if common:
+        try:
+            aligned = align(_samples(run, common), _samples(reference, common), same)
+        except RequestError as error:
+            raise RequestError(f"{case}: series incomplete: {lacking or error}") from None
+        largest = np.max(np.abs(aligned.reference), axis=0)
+        bands = absolute + relative * largest + aligned.error
+        found = [
+            Comparison(case, name, aligned.time, value, wanted, float(band))
+            for name, value, wanted, band in zip(
+                common, aligned.value.T, aligned.reference.T, bands, strict=True
+            )
+        ]
+    if lacking and all(column.holds for column in found):
+        raise RequestError(f"{case}: series incomplete: {lacking}")
     return found
 
 
-def _common_times(
-    case: str, run: Series, reference: Series
-) -> tuple[NDArray[np.intp], NDArray[np.intp], bool]:
-    """Return the rows of both at the same times, or all of the reference's that the run spans."""
-    same = SAME_TIME * float(reference.time[-1] - reference.time[0])
-    right = np.clip(np.searchsorted(run.time, reference.time), 1, max(run.time.size - 1, 1))
-    left_is_nearer = reference.time - run.time[right - 1] < run.time[right] - reference.time
-    nearest = np.where(left_is_nearer, right - 1, right)
-    shared = np.flatnonzero(np.abs(run.time[nearest] - reference.time) <= same)
-    if shared.size >= max(2, ENOUGH_SHARED * reference.time.size):
-        return np.asarray(nearest[shared]), shared, False
-    inside = (reference.time >= run.time[0]) & (reference.time <= run.time[-1])
-    rows = np.flatnonzero(inside)
-    if rows.size < 2:
-        raise RequestError(f"{case}: the series shares fewer than two times with its reference")
-    return np.asarray(nearest[rows]), rows, True
-
-
-def _interpolated(run: Series, name: str, at: Floats) -> tuple[Floats, float]:
-    known = run.columns[name]
-    if not np.isfinite(known).all():
-        return np.interp(at, run.time, known), 0.0
-    value = CubicSpline(run.time, known)(at)
-    missed = CubicSpline(run.time[::2], known[::2])(run.time[1:-1:2]) - known[1:-1:2]
-    return np.asarray(value), float(np.max(np.abs(missed), initial=0.0))
+def _samples(series: Series, names: Sequence[str]) -> Samples:
+    return Samples(series.time, np.column_stack([series.columns[name] for name in names]))

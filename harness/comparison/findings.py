@@ -34,7 +34,8 @@ class Findings:
     """What a case found in an engine (or in the harness's own solvers, ``engine`` empty).
 
     ``records`` are the values held against the baseline, ``errors`` those of records whose run
-    died, by the record's key; ``divergences`` the series that left the band about their
+    died, by the record's name, ``untested`` why a record could not be made, by its name or a
+    pattern of names (``*``, ``?``); ``divergences`` the series that left the band about their
     reference. ``published`` are keys of results.json. ``evidence`` is the case's own: what its
     sections are made from.
     """
@@ -44,6 +45,7 @@ class Findings:
     checks: list[Check] = field(default_factory=list)
     records: list[BaselineRecord] = field(default_factory=list)
     errors: dict[str, EngineError] = field(default_factory=dict)
+    untested: dict[str, str] = field(default_factory=dict)
     divergences: list[Comparison] = field(default_factory=list)
     headlines: list[Headline] = field(default_factory=list)
     published: Mapping[str, Any] = field(default_factory=dict)

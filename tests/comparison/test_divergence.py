@@ -98,12 +98,60 @@ def test_band_is_relative_to_the_largest_value_of_the_reference():
     assert found.largest == pytest.approx(0.5)
 
 
-def test_series_with_nothing_in_common():
-    reference = Series(TIME, {"x": TIME})
-    with pytest.raises(RequestError, match="none of x"):
-        compare_series("case", Series(TIME, {"y": TIME}), reference, 1e-9)
-    with pytest.raises(RequestError, match="fewer than two times"):
-        compare_series("case", Series(TIME + 100.0, {"x": TIME}), reference, 1e-9)
+@pytest.mark.parametrize(
+    ("run", "said"),
+    [(Series(TIME, {"y": TIME}), "no column x"), (Series(TIME + 100.0, {"x": TIME}), "from 100")],
+)
+def test_series_with_nothing_in_common_are_incomplete(run, said):
+    with pytest.raises(RequestError, match=f"case: series incomplete: {said}"):
+        compare_series("case", run, Series(TIME, {"x": TIME}), 1.0)
+
+
+def without(rows):
+    """Return the times of a run with some rows removed."""
+    return np.delete(TIME, rows)
+
+
+@pytest.mark.parametrize(
+    "time",
+    [
+        TIME[:30],
+        TIME[::33],
+        TIME[::200],
+        TIME[-300:],
+        TIME[:-1],
+        TIME[1:],
+        without(slice(400, 600)),
+        without(500),
+        without(997),
+    ],
+)
+@pytest.mark.parametrize("thin", [False, True])
+def test_run_that_lacks_samples_is_incomplete(time, thin):
+    reference = Series(TIME, {"x": np.sin(TIME)})
+    reference = reference.thinned() if thin else reference
+    run = Series(time, {"x": np.sin(time)})
+    with pytest.raises(RequestError, match="series incomplete"):
+        compare_series("case", run, reference, 1e-3)
+
+
+def test_run_that_lacks_a_column_is_incomplete():
+    reference = Series(TIME, {"x": np.sin(TIME), "y": np.cos(TIME)})
+    with pytest.raises(RequestError, match="series incomplete: no column y"):
+        compare_series("case", Series(TIME, {"x": np.sin(TIME)}), reference, 1e-9)
+
+
+def test_run_that_ends_early_since_it_went_another_way_says_where():
+    reference = Series(TIME, {"x": np.sin(TIME)})
+    run = Series(TIME[:800], {"x": (np.sin(TIME) + 0.1 * (TIME > 6.0))[:800]})
+    (found,) = compare_series("case", run, reference, 1e-3)
+    assert found.divergence.time == pytest.approx(6.01)
+
+
+def test_thinned_run_and_thinned_reference_are_complete():
+    reference = Series(TIME, {"x": np.sin(TIME)}).thinned()
+    (found,) = compare_series("case", reference, reference, 1e-9)
+    assert found.holds
 
 
 def test_nan_in_a_run_never_holds():

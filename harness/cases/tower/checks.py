@@ -1,265 +1,123 @@
-"""The tower: LAMMPS and RK4 against the exact propagator, law by law, and law against law.
-
-Same law, different code must agree to the integration error. Different law,
-same code is a finding.
-"""
+"""The tower in the main engine: against the exact propagator law by law, and alpha(n)."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 
-from harness import __version__
+from harness.cases.contract import Part, Study, rows_of_parts, title_of
+from harness.cases.tower import tolerances
+from harness.cases.tower.against_exact import against_exact, order
 from harness.cases.tower.chain_checks import bessel
-from harness.cases.tower.comparison import SeriesComparison, compare
-from harness.cases.tower.impulse_angles import (
-    WAYS,
-    energy_scaling_angles,
-    impulse_angles,
-    impulse_by_gamma,
-)
-from harness.cases.tower.records import force_comparison, tower_case, tower_name
-from harness.cases.tower.run import tower
-from harness.cases.tower.step_convergence import step_convergence
-from harness.comparison.evidence import TowerEvidence
-from harness.comparison.tolerances import TOLERANCES
-from harness.comparison.triage import of_divergence
-from harness.comparison.verdicts import (
-    Check,
-    Kind,
-    failed_run,
-    finding,
-    judge,
-    judge_within_uncertainty,
-    not_tested,
-)
+from harness.cases.tower.engine_runs import run_towers
+from harness.cases.tower.evidence import CodeEvidence
+from harness.cases.tower.impulse_angles import impulse_angles
+from harness.cases.tower.levels import LADDER, LEVELS
+from harness.cases.tower.records import NAME, ratio_records, record_name, tower_record
+from harness.cases.tower.run import DURATION, tower
+from harness.cases.tower.template import job_of
+from harness.cases.tower.timing import plan
+from harness.comparison.findings import Findings
+from harness.comparison.verdicts import Check, Kind, judge, not_tested
 from harness.engines.contract import Engine
 from harness.errors import EngineError, EngineOutputError, RequestError
-from harness.observables.impulse import impulse
 from harness.observables.tower import TowerRun
 from harness.parameters.tower import LAWS, Law, Tower
-from harness.workflows.progress import Progress
-from harness.workflows.verification.baseline_rows import ratio_cases
-from harness.workflows.verification.levels import Level
-
-SHOWN = 2
-"""Height whose force series the report shows: three particles, the source's example."""
-
-COLLAPSED = (1, 2, 3, 5, 10)
-"""Heights whose impulse ratio is shown to depend on Gamma alone."""
-
-LEAST_FORCE = 1e-6
-"""Contacts that press with less, over the peak, are not compared: rounding decides on them."""
-
-STEPS = tuple(250.0 * 2.0 ** (i / 2) for i in range(7))
-CODES = ("lammps", "rk4")
 
 
-def tower_checks(
-    engine: Engine, level: Level, evidence: TowerEvidence, progress: Progress
-) -> list[Check]:
-    """Run the towers and return their checks; fill in the evidence.
+def engine_findings(engine: Engine, study: Study) -> Findings:
+    """Run the towers in an engine and return their rows, records and evidence.
 
-    A part whose engine dies becomes a failed row; the other parts go on.
+    A part that goes wrong becomes a failed row; the other parts go on. A law that the engine
+    refuses is not tested, with its reason.
     """
-    if not engine.states_towers:
-        reason = f"engine {engine.name!r} states the incline only"
-        return [not_tested("tower: engine against the exact propagator", Kind.CROSS_CODE, reason)]
-    own = engine.identify().how == "in-process"
-    laws = LAWS if own else ("overlap",)
-    parts: list[tuple[str, Callable[[], list[Check]]]] = [
-        (f"{law} law", partial(_same_law, law, engine, level, evidence, progress)) for law in laws
-    ]
-    parts += [
-        ("tall tower", lambda: [bessel("lammps", TOLERANCES["tall tower in LAMMPS"], engine)]),
-        ("laws apart", lambda: _different_law(evidence)),
-        ("impulse table", lambda: _impulses(engine, level, evidence)),
-    ]
-    checks: list[Check] = []
-    if not own:
-        reason = "an external force on LAMMPS's particles needs LAMMPS in-process"
-        checks.append(not_tested("tower: lammps, deformable law", Kind.CROSS_CODE, reason))
-    for name, part in parts:
+    found = Findings(NAME, engine.name, evidence=CodeEvidence(title_of(engine)))
+    parts: list[Part] = []
+    for law in LAWS:
+        reason = refusal(engine, Tower(height=2, law=law))
+        if reason:
+            name = f"tower: {engine.name}, {law} law"
+            found.checks.append(not_tested(name, Kind.CROSS_CODE, reason))
+            found.untested[f"{engine.name}/*-{law}-*"] = reason
+        else:
+            parts.append((f"{law} law", partial(_same_law, law, engine, study, found)))
+    if any(name == "overlap law" for name, _ in parts):
+        parts += [
+            ("tall tower", lambda: [bessel(tolerances.TALL_TOWER, engine)]),
+            ("impulse table", partial(_impulses, engine, study, found)),
+        ]
+    found.checks += rows_of_parts(NAME, [(name, asked(part)) for name, part in parts])
+    return found
+
+
+def refusal(engine: Engine, case: Tower) -> str:
+    """Return why an engine cannot run a tower, or nothing where it can."""
+    return engine.refuses(job_of(case, plan(case, DURATION, None, None)))
+
+
+def asked(part: Callable[[], Sequence[Check]]) -> Callable[[], Sequence[Check]]:
+    """Return a part whose RequestError is the engine's failure.
+
+    The towers are ours: a run that does not show its window is the engine's doing.
+    """
+
+    def run() -> Sequence[Check]:
         try:
-            checks += part()
-        except EngineError as error:
-            checks.append(failed_run(f"tower: {name}", Kind.CROSS_CODE, error))
+            return part()
         except RequestError as error:
-            # the cases are ours: a run that does not show its window is the engine's doing
-            bad = EngineOutputError(str(error))
-            checks.append(failed_run(f"tower: {name}", Kind.CROSS_CODE, bad))
-    return checks
+            raise EngineOutputError(str(error)) from error
+
+    return run
 
 
-def _same_law(
-    law: Law, engine: Engine, level: Level, evidence: TowerEvidence, progress: Progress
-) -> list[Check]:
-    """Hold force series and impulse of LAMMPS and RK4 against exact, and measure their orders."""
-    stage = f"tower, {law} law"
+def _same_law(law: Law, engine: Engine, study: Study, found: Findings) -> list[Check]:
+    """Hold force series and impulse against the exact ones, and measure the order of the error."""
+    stage, heights = f"tower, {law} law", LEVELS[study.level].heights
+    cases = [Tower(height=height, law=law) for height in heights]
     rows: list[Check] = []
-    for number, height in enumerate(level.heights, 1):
-        case = Tower(height=height, law=law)
-        try:
-            lammps = tower(case, solver="lammps", profiles=True, engine=engine)
-        except EngineError as error:
-            evidence.errors[tower_name(case, engine.name)] = error
-            raise
-        # samples at the same times: nothing needs to be interpolated
-        exact = tower(case, solver="exact", samples=lammps.time.size - 1, profiles=True)
-        rk4 = tower(case, solver="rk4", profiles=True)
-        evidence.measured += [tower_case(run, __version__) for run in (lammps, exact, rk4)]
-        for run in (lammps, rk4):
-            rows += _against_exact(run, exact, evidence)
-        progress(stage, number, len(level.heights) + 1)
-    rows += [_order(law, code, engine, evidence) for code in CODES]
-    progress(stage, len(level.heights) + 1, len(level.heights) + 1)
+    runs = run_towers(engine, cases, DURATION, profiles=True)
+    for number, (case, run) in enumerate(zip(cases, runs, strict=True), 1):
+        part = partial(_one, case, run, found)
+        rows += rows_of_parts(NAME, [(f"{engine.name}, {law} law, n = {case.height}", asked(part))])
+        if isinstance(run, EngineError):
+            found.errors[record_name(case, engine.name)] = run
+        study.progress(stage, number, len(heights) + 1)
+
+    def stepped(case: Tower, steps: float) -> TowerRun:
+        return tower(case, steps_per_contact=steps, engine=engine)
+
+    rows.append(order(law, engine.name, stepped, LADDER, found.evidence))
+    study.progress(stage, len(heights) + 1, len(heights) + 1)
     return rows
 
 
-def _against_exact(run: TowerRun, exact: TowerRun, evidence: TowerEvidence) -> list[Check]:
-    found = compare(run, exact, least_force=LEAST_FORCE)
-    if run.tower.height == SHOWN:
-        evidence.same_law.setdefault(run.tower.law, []).append(found)
-    name = f"tower: {run.solver}, {run.tower.law} law, n = {run.tower.height}"
-    width = TOLERANCES[f"tower force, {run.tower.law} law"]
-    triage = _divergence(name, found, width.width(0.0), evidence)
-    return [
-        judge(
-            f"{name}: force, largest difference over the peak",
-            Kind.CROSS_CODE,
-            found.force.peak,
-            0.0,
-            width,
-            triage=triage,
-        ),
-        judge(
-            f"{name}: impulse to the turnaround",
-            Kind.CROSS_CODE,
-            impulse(run),
-            impulse(exact),
-            TOLERANCES["tower impulse"],
-            triage=triage,
-        ),
-        _events(name, found, triage),
-    ]
+def _one(case: Tower, run: TowerRun | EngineError, found: Findings) -> list[Check]:
+    """Keep the record of a run and return its rows."""
+    if isinstance(run, EngineError):
+        raise run
+    # samples at the same times: nothing needs to be interpolated
+    exact = tower(case, solver="exact", samples=run.time.size - 1, profiles=True)
+    found.records.append(tower_record(run))
+    return against_exact(run, exact, found.evidence, found.divergences)
 
 
-def _divergence(name: str, found: SeriesComparison, band: float, evidence: TowerEvidence) -> str:
-    """Return the class of a force that left the tolerance about the reference, empty if none."""
-    series = force_comparison(name, found, band)
-    divergence = series.divergence
-    if divergence is None:
-        return ""
-    evidence.parted.append(series)
-    return of_divergence(divergence)
-
-
-def _events(name: str, found: SeriesComparison, triage: str) -> Check:
-    """Hold the onsets and breaks of contacts against those of the exact run, one by one."""
-    t0 = found.run.tower.contact_time
-    alone = len(found.unmatched)
-    return judge(
-        f"{name}: contact changes, largest time difference",
-        Kind.CROSS_CODE,
-        math.inf if alone else found.largest_event_difference / t0,
-        0.0,
-        TOLERANCES["contact changes"],
-        note=f"{alone} of {len(found.events)} have no counterpart" if alone else "",
-        triage=triage,
-    )
-
-
-def _order(law: Law, code: str, engine: Engine, evidence: TowerEvidence) -> Check:
-    """Measure how the force error falls with the step, against second order across onsets."""
-    case = Tower(height=SHOWN + 1, law=law)
-    exact = tower(case, solver="exact", samples=12_000)
-    found = step_convergence(
-        lambda steps: tower(case, solver=code, steps_per_contact=steps, engine=engine),
-        exact,
-        STEPS,
-    )
-    evidence.convergence.append(found)
-    low, high = found.l2_order.interval
-    return judge_within_uncertainty(
-        f"tower: {code}, {law} law: order of the force error in the step, n = {case.height}",
-        Kind.CROSS_CODE,
-        found.l2_order.value,
-        2.0,
-        (high - low) / 2,
-        "",
-        "a change of contacts falls anywhere within a step, which costs second order: it must "
-        "lie in the 95 % interval of the measured slope",
-    )
-
-
-def _different_law(evidence: TowerEvidence) -> list[Check]:
-    """Report how far the laws are apart, both by the exact propagator."""
-    rows = []
-    for height in (1, 2, 9, 19):
-        runs = {
-            law: tower(Tower(height=height, law=law), solver="exact", profiles=True) for law in LAWS
-        }
-        found = compare(runs["deformable"], runs["overlap"], across_laws=True)
-        evidence.different_law.append(found)
-        rows.append(
-            finding(
-                f"laws: largest difference of the force over the peak, n = {height}",
-                found.force.peak,
-                0.0,
-                "",
-                "deformable against overlap law, exact; equal for one contact by construction",
-            )
-        )
-    return rows
-
-
-def _impulses(engine: Engine, level: Level, evidence: TowerEvidence) -> list[Check]:
-    """Compare alpha(n) of LAMMPS with exact, and report what the law does to the angle."""
-    evidence.impulses = impulse_angles(solver="exact")
-    if level.gammas:
-        evidence.by_gamma = impulse_by_gamma(level.gammas, solver="exact")
-        evidence.ways = impulse_by_gamma(
-            level.gammas[::2], heights=COLLAPSED, ways=WAYS, solver="exact"
-        )
-    evidence.scaling = energy_scaling_angles()
-    heights = level.heights
-    one_run = partial(
+def _impulses(engine: Engine, study: Study, found: Findings) -> list[Check]:
+    """Compare alpha(n) of the overlap law with that of the exact propagator."""
+    heights = LEVELS[study.level].heights
+    table = partial(
         impulse_angles, heights=heights, stiffnesses=(1e6,), speeds=(2.0,), laws=("overlap",)
     )
-    lammps, exact = one_run(solver="lammps", engine=engine), one_run(solver="exact")
-    evidence.measured += ratio_cases(lammps, engine.identify(), heights)
-    evidence.measured += ratio_cases(evidence.impulses, None, heights)
-    rows = [
+    ours, exact = table(engine=engine), table(solver="exact")
+    found.records += ratio_records(ours, engine.identify(), heights)
+    return [
         judge(
-            f"tower: impulse ratio alpha({height}), overlap law, lammps",
+            f"tower: impulse ratio alpha({height}), overlap law, {engine.name}",
             Kind.CROSS_CODE,
-            float(ours),
-            float(theirs),
-            TOLERANCES["impulse ratio"],
+            float(here),
+            float(there),
+            tolerances.IMPULSE_RATIO,
         )
-        for height, ours, theirs in zip(
-            heights, lammps["impulse_ratio"], exact["impulse_ratio"], strict=True
+        for height, here, there in zip(
+            heights, ours["impulse_ratio"], exact["impulse_ratio"], strict=True
         )
     ]
-    return rows + [_law_and_angle(evidence, height) for height in (2, 3, 19)]
-
-
-def _law_and_angle(evidence: TowerEvidence, height: int) -> Check:
-    """Report the critical angle of both laws at one height, k = 1e6 N/m and 2 m/s."""
-    assert evidence.impulses is not None
-    frame = evidence.impulses
-    chosen = frame[
-        (frame["height"] == height)
-        & (frame["stiffness_N_per_m"] == 1e6)
-        & (frame["speed_m_per_s"] == 2.0)
-    ].set_index("law")
-    angles, ratios = chosen["critical_angle_deg"], chosen["impulse_ratio"]
-    return finding(
-        f"laws: critical angle at height {height}, deformable against overlap",
-        float(angles["deformable"]),
-        float(angles["overlap"]),
-        "deg",
-        f"alpha = {ratios['deformable']:.4f} (deformable), {ratios['overlap']:.4f} (overlap); "
-        "turnaround window, velocity lost rescaled",
-    )

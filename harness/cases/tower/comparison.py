@@ -8,14 +8,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.integrate import trapezoid
 
-from harness.cases.tower.common_times import on_common_times
 from harness.cases.tower.contact_events import NEAR, EventPair, contact_events, match_events
+from harness.comparison.alignment import Samples, align, distinct, missing
 from harness.errors import RequestError
 from harness.observables.summary import peak_force
 from harness.observables.tower import Floats, TowerRun
 
 if TYPE_CHECKING:
     import pandas as pd
+
+ROUND_OFF = 1e-12
+"""Times closer than this part of the longer run are the same: what printing and summing leave."""
 
 DIVERGENCE = 1e-3
 """Part of the reference's peak force by which two runs differ when they have parted."""
@@ -135,13 +138,13 @@ def compare(
     near: float = NEAR,
     least_force: float = 0.0,
 ) -> SeriesComparison:
-    """Return how ``run`` differs from ``reference``, on the times that both cover.
+    """Return how ``run`` differs from ``reference``, over all of the reference.
 
     ``divergence`` is in peaks of the reference's force; ``near`` [t0] is how far
     apart the same event may be in two runs; above ``least_force`` [peak] a contact is
     closed, more than 0 for runs with profiles only. Raise RequestError for different
     cases (the law may differ where ``across_laws`` is set), for values that are not
-    finite, for runs without common times, and for a reference without force.
+    finite, for a run that lacks a part of its reference, and for a reference without force.
     """
     _same_case(run, reference, across_laws)
     for one in (run, reference):
@@ -153,9 +156,12 @@ def compare(
     if peak <= 0:
         raise RequestError("grain_force: is 0 throughout the reference, nothing to compare with")
     speed = reference.tower.speed or float(np.abs(reference.grain_velocity).max())
-    common = on_common_times(run, reference)
-    force = (common.force - common.reference_force) / peak
-    velocity = (common.velocity - common.reference_velocity) / speed
+    same = ROUND_OFF * max(abs(run.time[-1]), abs(reference.time[-1]))
+    lacking = missing(run.time, reference.time, same, thinned=False)
+    if lacking:
+        raise RequestError(f"time of {run.solver}: series incomplete: {lacking}")
+    common = align(_samples(run), _samples(reference), same)
+    force, velocity = ((common.value - common.reference) / (peak, speed)).T
     parted = np.flatnonzero(np.abs(force) > divergence)
     if not (np.isfinite(least_force) and least_force >= 0):
         raise RequestError(f"least_force = {least_force}: must be finite and at least 0")
@@ -166,13 +172,22 @@ def compare(
         time=common.time,
         force_difference=force,
         velocity_difference=velocity,
-        force=_difference(common.time, force, common.force_interpolation_error, peak),
-        velocity=_difference(common.time, velocity, common.velocity_interpolation_error, speed),
+        force=_difference(common.time, force, float(common.error[0]), peak),
+        velocity=_difference(common.time, velocity, float(common.error[1]), speed),
         divergence=divergence,
         divergence_time=float(common.time[parted[0]]) if parted.size else None,
         events=tuple(_events(run, reference, near_s, least_N)),
         left_out=common.left_out,
     )
+
+
+def _samples(run: TowerRun) -> Samples:
+    """Return force and velocity of the grain, smooth as long as its contacts stay."""
+    contacts = run.contacts.copy()
+    if run.tower.start != "gapped":
+        rows = distinct(run.time, ROUND_OFF * abs(float(run.time[-1])))
+        contacts[: rows[0] + 1] = contacts[rows[1]]  # in touch, though still without a force
+    return Samples(run.time, np.column_stack([run.grain_force, run.grain_velocity]), contacts)
 
 
 def _events(run: TowerRun, reference: TowerRun, near: float, least_force: float) -> list[EventPair]:
@@ -218,11 +233,8 @@ def _usable(run: TowerRun) -> None:
 
 
 def _named(prefix: str, run: TowerRun) -> dict[str, Any]:
-    return {
-        f"{prefix}law": run.tower.law,
-        f"{prefix}solver": run.solver,
-        f"{prefix}step_s": run.step,
-    }
+    named = {"law": run.tower.law, "solver": run.solver, "step_s": run.step}
+    return {f"{prefix}{name}": value for name, value in named.items()}
 
 
 def _event_row(pair: EventPair) -> dict[str, Any]:

@@ -25,6 +25,8 @@ from harness.observables.tower import TowerRun
 
 Kind = Literal["onset", "break"]
 
+_Decision = Literal["both", "ours", "theirs"]
+
 NEAR = 0.1
 """Events farther apart than this part of t0 are not the same event."""
 
@@ -33,9 +35,9 @@ NEAR = 0.1
 class ContactEvent:
     """A contact that joins or leaves the grain's chain; contact 1 is the grain's.
 
-    ``time`` is that of the first sample with the new chain, ``resolution`` the
-    distance of the sample before. ``grazing`` says that its counterpart, the
-    break after an onset or the onset after a break, is no farther than a usual
+    ``time`` is that of the first sample with the new chain, or located before it where a least
+    force is given; ``resolution`` is the distance of the sample before. ``grazing`` says that its
+    counterpart, the break after an onset or the onset after a break, is no farther than a usual
     sample away: a touch or a parting that another sampling may well not see.
     """
 
@@ -86,8 +88,8 @@ class EventPair:
 def contact_events(run: TowerRun, least_force: float = 0.0) -> list[ContactEvent]:
     """Return all events of ``run`` in time order.
 
-    A contact counts as closed above ``least_force`` [N]; more than 0 needs a run
-    with profiles, else RequestError.
+    A contact counts as closed above ``least_force`` [N]; more than 0 needs a run with profiles,
+    else RequestError, and locates the events between samples, where the force is that.
 
     What is closed at the start has no onset. A row that just touches has one
     contact then, the grain's: the others close as soon as they feel it, and a run
@@ -95,26 +97,50 @@ def contact_events(run: TowerRun, least_force: float = 0.0) -> list[ContactEvent
     """
     lengths = _chain_lengths(run, least_force)
     usual = float(np.median(np.diff(run.time))) if run.time.size > 1 else 0.0
-    found: list[tuple[int, Kind, int]] = []
+    found: list[tuple[int, Kind, int, int]] = []
     for row in np.flatnonzero(np.diff(lengths)) + 1:
         before, after = int(lengths[row - 1]), int(lengths[row])
         kind: Kind = "onset" if after > before else "break"
-        found += [
-            (c, kind, int(row)) for c in range(min(before, after) + 1, max(before, after) + 1)
-        ]
+        first = min(before, after) + 1
+        found += [(c, kind, int(row), first) for c in range(first, max(before, after) + 1)]
     rows_of: dict[int, list[int]] = defaultdict(list)
-    for contact, _, at in found:
+    for contact, _, at, _ in found:
         rows_of[contact].append(at)
     return [
         ContactEvent(
             contact,
             kind,
-            float(run.time[at]),
+            _moment(run, at, kind, cause, least_force),
             float(run.time[at] - run.time[at - 1]),
             _closest(run, rows_of[contact], at) <= usual * (1 + 1e-9),
         )
-        for contact, kind, at in found
+        for contact, kind, at, cause in found
     ]
+
+
+def _moment(run: TowerRun, row: int, kind: Kind, cause: int, least_force: float) -> float:
+    """Return when the force of contact ``cause`` is ``least_force`` [s], at most a sample early.
+
+    By the parabola through the three samples at which that contact is closed, before a break or
+    after an onset. The time of ``row``, the first sample with the new chain, where there is no
+    least force, a sample is missing, or the parabola has no such root.
+    """
+    event = float(run.time[row])
+    if run.profiles is None or least_force == 0.0:
+        return event
+    force = run.profiles.forces[:, cause - 1]
+    rows = row - 1 - np.arange(3) if kind == "break" else row + np.arange(3)
+    if rows.min() < 0 or rows.max() >= run.time.size or (force[rows] <= least_force).any():
+        return event
+    start = float(run.time[rows[0]])
+    since = run.time[rows] - start
+    if np.unique(since).size < 3:
+        return event
+    roots = np.roots(np.polyfit(since, force[rows] - least_force, 2))
+    reach = 1.01 * float(run.time[row] - run.time[row - 1])
+    sense = 1 if kind == "break" else -1
+    ahead = [root for root in roots.real[roots.imag == 0.0] if 0.0 <= sense * root <= reach]
+    return start + float(min(ahead, key=abs)) if ahead else event
 
 
 def _chain_lengths(run: TowerRun, least_force: float) -> NDArray[np.int64]:
@@ -162,28 +188,36 @@ def match_events(
 def _aligned(
     ours: list[ContactEvent], theirs: list[ContactEvent], near: float
 ) -> list[EventPair]:  # fmt: skip
-    """Return the cheapest alignment of two lists in time order: dynamic programming."""
-    cost = np.zeros((len(ours) + 1, len(theirs) + 1))
-    cost[:, 0] = 0.5 * near * np.arange(len(ours) + 1)
-    cost[0, :] = 0.5 * near * np.arange(len(theirs) + 1)
+    """Return the cheapest alignment of two lists in time order: dynamic programming.
+
+    Each cell keeps the decision that led to it: costs are not compared again on the way back.
+    """
+    n, m = len(ours), len(theirs)
+    cost = np.zeros((n + 1, m + 1))
+    cost[:, 0] = 0.5 * near * np.arange(n + 1)
+    cost[0, :] = 0.5 * near * np.arange(m + 1)
+    taken: dict[tuple[int, int], _Decision] = {(i, 0): "ours" for i in range(1, n + 1)}
+    taken |= {(0, j): "theirs" for j in range(1, m + 1)}
     for i, event in enumerate(ours, 1):
         for j, reference in enumerate(theirs, 1):
-            single = min(cost[i - 1, j], cost[i, j - 1]) + 0.5 * near
-            both = cost[i - 1, j - 1] + abs(event.time - reference.time)
-            cost[i, j] = min(single, both)
+            choices: list[tuple[float, _Decision]] = [
+                (cost[i - 1, j] + 0.5 * near, "ours"),
+                (cost[i, j - 1] + 0.5 * near, "theirs"),
+            ]
+            apart = abs(event.time - reference.time)
+            if apart <= near:
+                choices.insert(0, (cost[i - 1, j - 1] + apart, "both"))
+            cost[i, j], taken[i, j] = min(choices, key=lambda choice: choice[0])
     pairs = []
-    i, j = len(ours), len(theirs)
+    i, j = n, m
     while i or j:
-        if i and j:
-            apart = abs(ours[i - 1].time - theirs[j - 1].time)
-            if apart <= near and cost[i, j] == cost[i - 1, j - 1] + apart:
-                i, j = i - 1, j - 1
-                pairs.append(EventPair(ours[i], theirs[j]))
-                continue
-        if i and cost[i, j] == cost[i - 1, j] + 0.5 * near:
-            i -= 1
-            pairs.append(EventPair(ours[i], None))
-        else:
-            j -= 1
-            pairs.append(EventPair(None, theirs[j]))
+        decision = taken[i, j]
+        i -= decision != "theirs"
+        j -= decision != "ours"
+        pairs.append(
+            EventPair(
+                None if decision == "theirs" else ours[i],
+                None if decision == "ours" else theirs[j],
+            )
+        )
     return pairs

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple, get_args
 import pandas as pd
 
 from harness.cases.tower.impulse_table import HEIGHTS, SPEEDS, STIFFNESSES, impulse_table
+from harness.cases.tower.run import chosen_solver
 from harness.observables.impulse import ImpulseRow
 from harness.observables.windows import Window
 from harness.parameters.tower import LAWS, Law, Tower
@@ -51,22 +52,21 @@ def impulse_angles(
     speeds: Iterable[float] = SPEEDS,
     laws: Iterable[Law] = LAWS,
     windows: Sequence[Window] = ("turnaround",),
-    solver: str = "rk4",
+    solver: str | None = None,
     case: Tower | None = None,
-    steps_per_contact: float | None = None,
     reading: Reading = "lost",
     engine: Engine | None = None,
 ) -> pd.DataFrame:
     """Return alpha(n) and theta_c(n), a row for each combination (:func:`impulse_table`).
 
+    RK4 is the solver unless another, or an engine, is given.
     ``critical_angle_deg`` is that of ``reading``; both readings stand beside it.
     Window, impulse, ratio and angles are NaN where the window does not exist.
     """
     common = case or Tower()
     rows = impulse_table(
         heights=heights, stiffnesses=stiffnesses, speeds=speeds, laws=laws, windows=windows,
-        solver=solver, case=common, steps_per_contact=steps_per_contact,
-        engine=engine,
+        solver=chosen_solver(solver, engine), case=common, engine=engine,
     )  # fmt: skip
     return pd.DataFrame([_record(row, common, reading) for row in rows])
 
@@ -87,7 +87,7 @@ def impulse_by_gamma(
     ways: Iterable[Way] = WAYS[:1],
     laws: Iterable[Law] = LAWS,
     windows: Sequence[Window] = ("turnaround",),
-    solver: str = "rk4",
+    solver: str | None = None,
 ) -> pd.DataFrame:
     """Return alpha(n) against Gamma, each value reached in different ``ways``.
 

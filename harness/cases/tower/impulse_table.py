@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from harness.cases.tower.run import covering, tower
+from harness.cases.tower.run import chosen_solver, covering, towers
 from harness.errors import RequestError
 from harness.observables.impulse import ImpulseRow, impulse_until
+from harness.observables.tower import TowerRun
 from harness.observables.windows import Window, window_end
 from harness.parameters.tower import LAWS, Law, Tower
 
@@ -29,51 +30,50 @@ def impulse_table(
     speeds: Iterable[float] = SPEEDS,
     laws: Iterable[Law] = LAWS,
     windows: Sequence[Window] = ("turnaround",),
-    solver: str = "exact",
+    solver: str | None = None,
     case: Tower | None = None,
-    steps_per_contact: float | None = None,
     engine: Engine | None = None,
 ) -> list[ImpulseRow]:
     """Return alpha(n) = J(n)/J(1) for every combination, the source's by default.
 
-    ``case`` gives what is not listed: mass, gravity, diameter and so on. A
-    window that a tower does not show within 3 t0 leaves NaN in its row. The solver
-    ``lammps`` runs in ``engine``, or in LAMMPS in-process.
+    ``case`` gives what is not listed: mass, gravity, diameter and so on. A window that a tower
+    does not show within 3 t0 leaves NaN in its row. ``solver`` (the exact one by default) and
+    ``engine`` are those of :func:`harness.cases.tower.run.tower`; an engine runs the heights of
+    one law, stiffness and speed together.
     """
-    common = case or Tower()
+    common, wanted = case or Tower(), tuple(heights)
+    name = "exact" if solver is None and engine is None else chosen_solver(solver, engine)
+    profiles = "structure" in windows  # its end is a contact's, which the grain does not feel
     rows: list[ImpulseRow] = []
     for law, k, speed in itertools.product(laws, stiffnesses, speeds):
         family = common.replace(law=law, stiffness=k, speed=speed, height=1)
-        single = dict(_impulses(family, windows, solver, steps_per_contact, engine))
-        for height in heights:
-            one = family.replace(height=height)
-            for window, (end, value) in _impulses(one, windows, solver, steps_per_contact, engine):
-                ratio = value / single[window][1]
-                rows.append(ImpulseRow(height, k, speed, law, window, end, value, ratio))
+        distinct = dict.fromkeys((1, *wanted))
+        runs = towers(
+            [family.replace(height=height) for height in distinct],
+            solver=name,
+            profiles=profiles,
+            engine=engine,
+        )
+        found = {run.tower.height: _impulses(run, windows, engine) for run in runs}
+        rows += [
+            ImpulseRow(height, k, speed, law, window, end, value, value / found[1][window][1])
+            for height in wanted
+            for window, (end, value) in found[height].items()
+        ]
     return rows
 
 
 def _impulses(
-    case: Tower,
-    windows: Sequence[Window],
-    solver: str,
-    steps_per_contact: float | None,
-    engine: Engine | None,
-) -> Iterator[tuple[Window, tuple[float, float]]]:
-    """Yield each window's end [s] and impulse [N s], NaN where there is none."""
-    profiles = "structure" in windows  # its end is a contact's, which the grain does not feel
-    run = tower(
-        case,
-        solver=solver,
-        steps_per_contact=steps_per_contact,
-        profiles=profiles,
-        engine=engine,
-    )
+    run: TowerRun, windows: Sequence[Window], engine: Engine | None
+) -> dict[Window, tuple[float, float]]:
+    """Return each window's end [s] and impulse [N s], NaN where there is none."""
+    found: dict[Window, tuple[float, float]] = {}
     for window in windows:
         try:
             whole = covering(run, window, engine)
         except RequestError:
-            yield window, (math.nan, math.nan)
+            found[window] = (math.nan, math.nan)
             continue
         end = window_end(whole, window)
-        yield window, (end, impulse_until(whole, end))
+        found[window] = end, impulse_until(whole, end)
+    return found

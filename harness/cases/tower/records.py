@@ -1,21 +1,27 @@
-"""Runs of the tower, and impulse ratios, as cases of the baseline."""
+"""Runs of the tower, and impulse ratios, as records of the baseline."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
+import pandas as pd
 
-from harness.cases.incline.records import short
+from harness import __version__
 from harness.cases.tower.comparison import SeriesComparison
 from harness.cases.tower.contact_events import contact_events
-from harness.comparison.baseline_record import BaselineRecord, Made, Quantity, made_by
+from harness.comparison.baseline_record import BaselineRecord, Quantity, made_by
 from harness.comparison.divergence import Comparison, Series
 from harness.errors import RequestError
 from harness.observables.impulse import impulse
+from harness.observables.provenance import Provenance
 from harness.observables.summary import peak_force
 from harness.observables.tower import TowerRun
 from harness.parameters.tower import Tower
+
+NAME = "tower"
+"""Name of the case."""
 
 LEAST_FORCE = 1e-6
 """Contacts that press with less, over the peak, are not counted: rounding decides on them."""
@@ -23,42 +29,83 @@ LEAST_FORCE = 1e-6
 WITH_SERIES = (2, 19)
 """Heights whose force is kept over time: three particles, and the source's tallest."""
 
-
-def tower_name(case: Tower, solver: str) -> str:
-    """Return the name of a tower run."""
-    return (
-        f"{solver}/tower-{case.law}-n{case.height}-k{short(case.each('stiffness')[0])}"
-        f"-v{case.speed:g}"
-    )
+RATIO = Tower(stiffness=1e6, speed=2.0)
+"""The run of the source whose impulse ratios are kept."""
 
 
-def tower_case(run: TowerRun, version: str) -> BaselineRecord:
-    """Return a run with profiles as a case: peak force, impulse, changes of contacts, force series.
+def record_name(case: Tower, solver: str, what: str = NAME) -> str:
+    """Return the name of the record of a tower run; ``what`` is what it tells of the tower."""
+    return f"{solver}/{what}-{case.law}-n{case.height}-k{_short(case)}-v{case.speed:g}"
 
-    ``version`` is that of this harness, for its own solvers. The impulse is NaN where
-    the run shows no window.
+
+def label(case: Tower) -> str:
+    """Return what tells a tower from others of its solver, in words."""
+    return f"{case.law} law, n = {case.height}, k = {_short(case)} N/m, {case.speed:g} m/s"
+
+
+def _short(case: Tower) -> str:
+    """Return the stiffness of the grain [N/m], as in 1e6 or 3.16e5."""
+    return f"{case.each('stiffness')[0]:.3g}".replace("e+0", "e").replace("e+", "e")
+
+
+def tower_record(run: TowerRun) -> BaselineRecord:
+    """Return the record of a run with profiles: peak force, impulse, changes of contacts, series.
+
+    The impulse is NaN where the run shows no window.
     """
-    events = contact_events(run, LEAST_FORCE * peak_force(run))
-    last = events[-1] if events else None
+    least = LEAST_FORCE * peak_force(run)
+    events = contact_events(run, least)
     quantities = {
         "peak_force_N": Quantity(peak_force(run), 0.0, "N"),
         "impulse_Ns": Quantity(_impulse(run), 0.0, "N s"),
         "contact_changes": Quantity(float(len(events)), 0.0, ""),
     }
-    if last is not None:
-        t0 = run.tower.contact_time
-        quantities["last_change_t0"] = Quantity(last.time / t0, last.resolution / t0, "t0")
+    if events:
+        quantities["last_change_s"] = Quantity(events[-1].time, 0.0, "s")
     return BaselineRecord(
-        name=tower_name(run.tower, run.solver),
+        name=record_name(run.tower, run.solver),
         parameters={
             **run.tower.model_dump(mode="json"),
             "duration_t0": round(float(run.time_over_t0[-1]), 9),
             "step_s": run.step,
         },
         quantities=quantities,
+        case=NAME,
+        label=label(run.tower),
+        family=(run.tower.law,),
         series=_series(run) if run.tower.height in WITH_SERIES else None,
-        **made_by(run.provenance, run.solver, version),
+        **made_by(run.provenance, run.solver, __version__),
     )
+
+
+def ratio_records(
+    frame: pd.DataFrame, who: Provenance | None, heights: Sequence[int]
+) -> list[BaselineRecord]:  # fmt: skip
+    """Return the records of the impulse ratios of a table, at the run of the source that is kept.
+
+    ``who`` is the engine that made the table, None for the exact propagator.
+    """
+    chosen = frame[
+        (frame["stiffness_N_per_m"] == RATIO.stiffness)
+        & (frame["speed_m_per_s"] == RATIO.speed)
+        & frame["height"].isin(heights)
+    ]
+    solver = who.engine if who else "exact"
+    records = []
+    for row in chosen.to_dict(orient="records"):
+        case = RATIO.replace(height=int(row["height"]), law=row["law"])
+        records.append(
+            BaselineRecord(
+                name=record_name(case, solver, "impulse-ratio"),
+                parameters={**case.model_dump(mode="json"), "window": "turnaround"},
+                quantities={"impulse_ratio": Quantity(float(row["impulse_ratio"]), 0.0, "")},
+                case=NAME,
+                label=f"impulse ratio, {label(case)}",
+                family=(case.law,),
+                **made_by(who, solver, __version__),
+            )
+        )
+    return records
 
 
 def force_comparison(name: str, found: SeriesComparison, band: float) -> Comparison:
@@ -75,17 +122,6 @@ def force_comparison(name: str, found: SeriesComparison, band: float) -> Compari
         run_label=found.run.solver,
         reference_label=found.reference.solver,
     )
-
-
-def ratio_case(case: Tower, solver: str, ratio: float, made: Made) -> BaselineRecord:
-    """Return an impulse ratio alpha(n), turnaround window, as a case."""
-    name = tower_name(case, solver).replace("/tower-", "/impulse-ratio-")
-    return BaselineRecord(
-        name=name,
-        parameters={**case.model_dump(mode="json"), "window": "turnaround"},
-        quantities={"impulse_ratio": Quantity(ratio, 0.0, "")},
-        **made,
-    )  # fmt: skip
 
 
 def _impulse(run: TowerRun) -> float:

@@ -1,18 +1,21 @@
-"""Run one tower with one of the solvers."""
+"""Run towers by solvers of this package or in an engine."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
+from harness.cases.tower.engine_runs import run_towers
 from harness.errors import EngineError, RequestError
 from harness.observables.tower import TowerRun
 from harness.observables.windows import SEARCH, Window, touch_time, window_end
 from harness.parameters.tower import Tower
 
 DURATION = SEARCH  # [t0] the source's longest look
-_MARGIN = 1.001  # the longer run has another step, and finds the end of its window a little off
+DEFAULT_SOLVER = "rk4"
+MARGIN = 1.001  # the longer run has another step, and finds the end of its window a little off
 
 if TYPE_CHECKING:
     from harness.engines.contract import Engine
@@ -23,64 +26,115 @@ Solver = Callable[[Tower, float, float | None, int | None, bool], TowerRun]
 def tower(
     case: Tower,
     *,
-    solver: str = "rk4",
+    solver: str | None = None,
     duration: float = DURATION,
     steps_per_contact: float | None = None,
     samples: int | None = None,
     profiles: bool = False,
     engine: Engine | None = None,
 ) -> TowerRun:
-    """Run ``case`` for ``duration`` [t0] with the ``solver`` of that name (:data:`SOLVERS`).
+    """Run ``case`` for ``duration`` [t0] with a solver of :data:`SOLVERS`, or in an engine.
 
-    The name of an engine runs in ``engine``, or in the one of that name, opened and closed
-    again.
-
-    ``steps_per_contact`` counts steps in pi sqrt(m/k), for solvers with a step.
-    ``samples`` is how many to keep, about 1000 per t0 if not given; with
-    ``profiles`` all particles are kept, not only the grain. Raise RequestError
-    for what cannot be.
+    ``engine`` runs it where it is given; the name of an engine for ``solver`` opens that one and
+    closes it again; else RK4 does. ``steps_per_contact`` counts steps in pi sqrt(m/k), for solvers
+    with a step. ``samples`` is how many to keep, about 1000 per t0 if not given; with
+    ``profiles`` all particles are kept, not only the grain. Raise RequestError for what cannot be,
+    a solver that is not the given engine among it, and EngineError for a run that failed.
     """
-    from harness.engines.registry import ENGINES
+    (run,) = towers(
+        [case],
+        solver=solver,
+        duration=duration,
+        steps_per_contact=steps_per_contact,
+        samples=samples,
+        profiles=profiles,
+        engine=engine,
+    )
+    return run
 
-    if solver not in (*SOLVERS, *ENGINES):
-        known = ", ".join((*SOLVERS, *ENGINES))
-        raise RequestError(f"solver = {solver!r}: must be one of {known}")
+
+def towers(
+    cases: Sequence[Tower],
+    *,
+    solver: str | None = None,
+    duration: float = DURATION,
+    steps_per_contact: float | None = None,
+    samples: int | None = None,
+    profiles: bool = False,
+    engine: Engine | None = None,
+) -> Iterator[TowerRun]:
+    """Yield the runs of ``cases``, as :func:`tower` makes one: in an engine they are one batch."""
+    name = chosen_solver(solver, engine)
     if not (math.isfinite(duration) and duration > 0):
         raise RequestError(f"duration = {duration} t0: must be finite and greater than 0")
-    if solver in SOLVERS:
-        seconds = duration * case.contact_time
-        return SOLVERS[solver](case, seconds, steps_per_contact, samples, profiles)
-    if engine is not None:
-        return _in_engine(engine, case, duration, steps_per_contact, samples, profiles)
-    from harness.engines.registry import open_engine
+    if name in SOLVERS:
+        for case in cases:
+            seconds = duration * case.contact_time
+            yield SOLVERS[name](case, seconds, steps_per_contact, samples, profiles)
+        return
+    with ExitStack() as stack:
+        if engine is None:
+            from harness.engines.registry import open_engine
 
-    with open_engine(solver) as opened:
-        return _in_engine(opened, case, duration, steps_per_contact, samples, profiles)
+            engine = stack.enter_context(open_engine(name))
+        runs = run_towers(
+            engine,
+            cases,
+            duration,
+            steps_per_contact=steps_per_contact,
+            samples=samples,
+            profiles=profiles,
+        )
+    for run in runs:
+        if isinstance(run, EngineError):
+            raise run
+        yield run
+
+
+def chosen_solver(solver: str | None, engine: Engine | None) -> str:
+    """Return the name of the solver or engine that runs a tower.
+
+    Raise RequestError for one that is not known, and for a solver beside an engine of another
+    name: neither may replace the other in silence.
+    """
+    if engine is not None:
+        if solver not in (None, engine.name):
+            raise RequestError(
+                f"solver = {solver!r}: contradicts the engine that is given, {engine.name!r}"
+            )
+        return engine.name
+    if solver is None or solver in SOLVERS:
+        return solver or DEFAULT_SOLVER
+    from harness.engines.registry import ENGINES
+
+    if solver not in ENGINES:
+        known = ", ".join((*SOLVERS, *ENGINES))
+        raise RequestError(f"solver = {solver!r}: must be one of {known}")
+    return solver
 
 
 def covering(run: TowerRun, window: Window, engine: Engine | None = None) -> TowerRun:
     """Return ``run``, or one of the same case and solver that covers ``window``.
 
     Closest approach and impulse need 3 t0, and more where the window ends
-    later. Raise RequestError if the tower does not show that window.
+    later. ``engine`` is the one that made the run, if one did. Raise RequestError if the tower
+    does not show that window.
     """
     t0, whole = run.tower.contact_time, run
     if whole.time[-1] < (touch_time(run) + SEARCH * t0) * (1 - 1e-9):
         whole = _longer(run, touch_time(run) / t0 + SEARCH, engine)
     end = max(window_end(whole, window), window_end(whole, "turnaround"))
-    return whole if end <= whole.time[-1] else _longer(run, end / t0 * _MARGIN, engine)
+    return whole if end <= whole.time[-1] else _longer(run, end / t0 * MARGIN, engine)
 
 
 def _longer(run: TowerRun, duration: float, engine: Engine | None) -> TowerRun:
     """Run the same again for ``duration`` [t0]."""
-    steps = None if run.step is None else run.tower.contact_period / run.step
-    profiles = run.profiles is not None
     return tower(
         run.tower,
-        solver=run.solver,
+        solver=None if engine is not None else run.solver,
         duration=duration,
-        steps_per_contact=steps,
-        profiles=profiles,
+        steps_per_contact=None if run.step is None else run.tower.contact_period / run.step,
+        profiles=run.profiles is not None,
         engine=engine,
     )
 
@@ -101,22 +155,6 @@ def _exact(
     if steps is not None:
         raise RequestError(f"steps_per_contact = {steps}: the exact solver has no step")
     return exact.run(case, seconds, samples=samples, profiles=profiles)
-
-
-def _in_engine(
-    engine: Engine,
-    case: Tower,
-    duration: float,
-    steps: float | None,
-    samples: int | None,
-    profiles: bool,
-) -> TowerRun:
-    (run,) = engine.towers(
-        [case], duration, steps_per_contact=steps, samples=samples, profiles=profiles
-    )
-    if isinstance(run, EngineError):
-        raise run
-    return run
 
 
 SOLVERS: dict[str, Solver] = {"rk4": _rk4, "exact": _exact}

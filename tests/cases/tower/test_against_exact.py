@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from harness.cases.tower.checks import _against_exact
+from harness.cases.tower.against_exact import against_exact
+from harness.cases.tower.evidence import CodeEvidence
 from harness.cases.tower.run import tower
-from harness.comparison.evidence import TowerEvidence
 from harness.comparison.verdicts import Verdict
 from harness.parameters.tower import Tower
 
@@ -18,11 +18,11 @@ def exact(run):
 
 
 def test_rows_that_hold_have_no_class():
-    run, evidence = tower(CASE, solver="rk4", profiles=True), TowerEvidence()
-    rows = _against_exact(run, exact(run), evidence)
+    run, diverged = tower(CASE, solver="rk4", profiles=True), []
+    rows = against_exact(run, exact(run), CodeEvidence(), diverged)
     assert {row.verdict for row in rows} == {Verdict.PASS}
     assert not any(row.triage for row in rows)
-    assert evidence.parted == []
+    assert diverged == []
 
 
 def test_code_that_lets_go_of_a_contact_parts_late():
@@ -31,17 +31,17 @@ def test_code_that_lets_go_of_a_contact_parts_late():
     In units of k v0/omega, leading order of three particles; the peak is about 0.72 of it.
     """
     shorter = tower(CASE.replace(height=1, base="free"), solver="rk4", profiles=True)
-    run, evidence = tower(CASE, solver="rk4", profiles=True), TowerEvidence()
+    run, diverged = tower(CASE, solver="rk4", profiles=True), []
     force, velocity = (
         np.interp(run.time, shorter.time, values)
         for values in (shorter.grain_force, shorter.grain_velocity)
     )
     lost = replace(run, grain_force=force, grain_velocity=velocity)
-    row, impulse, _ = _against_exact(lost, exact(run), evidence)
+    row, impulse, _ = against_exact(lost, exact(run), CodeEvidence(), diverged)
     assert row.verdict is Verdict.FAIL
     assert row.triage.startswith("diverged late: grain_force_over_peak")
     assert impulse.triage == row.triage
-    (parted,) = evidence.parted
+    (parted,) = diverged
     assert parted.reference_label == "exact"
     unit = CASE.stiffness * CASE.speed / CASE.omega
 

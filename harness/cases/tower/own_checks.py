@@ -1,0 +1,131 @@
+"""What the tower shows without an engine: chain solvers, the laws apart, impulse tables."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+from harness.cases.contract import Part, Study, rows_of_parts
+from harness.cases.tower.against_exact import against_exact, order
+from harness.cases.tower.chain_checks import chain_checks
+from harness.cases.tower.chain_evidence import chain_evidence
+from harness.cases.tower.comparison import compare
+from harness.cases.tower.evidence import OwnEvidence
+from harness.cases.tower.impulse_angles import (
+    WAYS,
+    energy_scaling_angles,
+    impulse_angles,
+    impulse_by_gamma,
+)
+from harness.cases.tower.levels import LEVELS, OWN_LADDER, Level
+from harness.cases.tower.records import NAME, RATIO, ratio_records, tower_record
+from harness.cases.tower.run import DURATION, tower
+from harness.cases.tower.timing import plan
+from harness.comparison.findings import Findings
+from harness.comparison.verdicts import Check, finding
+from harness.observables.tower import TowerRun
+from harness.parameters.tower import LAWS, Law, Tower
+
+COLLAPSED = (1, 2, 3, 5, 10)
+"""Heights whose impulse ratio is shown to depend on Gamma alone."""
+
+APART = (1, 2, 9, 19)
+"""Heights at which the laws are held against each other."""
+
+ANGLES = (2, 3, 19)
+"""Heights whose critical angle is told under both laws."""
+
+
+def own_findings(study: Study) -> Findings:
+    """Return the rows, records and evidence of the harness's own solvers.
+
+    A part that goes wrong becomes a failed row; the other parts go on.
+    """
+    level, found = LEVELS[study.level], Findings(NAME, evidence=OwnEvidence("RK4"))
+    parts: list[Part] = [("chain solvers", chain_checks)]
+    if level.chain_figures:
+        parts.append(("chain figures", partial(_chain_figures, found.evidence)))
+    parts += [(f"rk4, {law} law", partial(_same_law, law, level, found)) for law in LAWS]
+    parts += [
+        ("laws apart", partial(_laws_apart, found.evidence)),
+        ("impulse table, exact", partial(_impulses, level, found)),
+    ]
+    found.checks += rows_of_parts(NAME, parts)
+    return found
+
+
+def _chain_figures(evidence: OwnEvidence) -> list[Check]:
+    chain_evidence(evidence)
+    return []
+
+
+def _same_law(law: Law, level: Level, found: Findings) -> list[Check]:
+    """Hold RK4 against the exact propagator, and keep the records of both."""
+    rows: list[Check] = []
+    for height in level.heights:
+        case = Tower(height=height, law=law)
+        timing = plan(case, DURATION, None, None)
+        # samples where an engine has them by default
+        exact = tower(case, solver="exact", samples=timing.steps // timing.every, profiles=True)
+        rk4 = tower(case, solver="rk4", profiles=True)
+        found.records += [tower_record(exact), tower_record(rk4)]
+        rows += against_exact(rk4, exact, found.evidence, found.divergences)
+
+    def stepped(case: Tower, steps: float) -> TowerRun:
+        return tower(case, solver="rk4", steps_per_contact=steps)
+
+    return [*rows, order(law, "rk4", stepped, OWN_LADDER, found.evidence)]
+
+
+def _laws_apart(evidence: OwnEvidence) -> list[Check]:
+    """Report how far the laws are apart, both by the exact propagator."""
+    rows = []
+    for height in APART:
+        deformable, overlap = (
+            tower(Tower(height=height, law=law), solver="exact", profiles=True)
+            for law in ("deformable", "overlap")
+        )
+        found = compare(deformable, overlap, across_laws=True)
+        evidence.different_law.append(found)
+        rows.append(
+            finding(
+                f"laws: largest difference of the force over the peak, n = {height}",
+                found.force.peak,
+                0.0,
+                "",
+                "deformable against overlap law, exact; equal for one contact by construction",
+            )
+        )
+    return rows
+
+
+def _impulses(level: Level, found: Findings) -> list[Check]:
+    """Make the tables of alpha(n), and report what the law does to the critical angle."""
+    evidence: OwnEvidence = found.evidence
+    evidence.impulses = impulse_angles(solver="exact")
+    evidence.scaling = energy_scaling_angles()
+    if level.gammas:
+        evidence.by_gamma = impulse_by_gamma(level.gammas, solver="exact")
+        evidence.ways = impulse_by_gamma(
+            level.gammas[::2], heights=COLLAPSED, ways=WAYS, solver="exact"
+        )
+    found.records += ratio_records(evidence.impulses, None, level.heights)
+    return [_law_and_angle(evidence.impulses, height) for height in ANGLES]
+
+
+def _law_and_angle(frame: Any, height: int) -> Check:
+    """Report the critical angle of both laws at one height, k = 1e6 N/m and 2 m/s."""
+    chosen = frame[
+        (frame["height"] == height)
+        & (frame["stiffness_N_per_m"] == RATIO.stiffness)
+        & (frame["speed_m_per_s"] == RATIO.speed)
+    ].set_index("law")
+    angles, ratios = chosen["critical_angle_deg"], chosen["impulse_ratio"]
+    return finding(
+        f"laws: critical angle at height {height}, deformable against overlap",
+        float(angles["deformable"]),
+        float(angles["overlap"]),
+        "deg",
+        f"alpha = {ratios['deformable']:.4f} (deformable), {ratios['overlap']:.4f} (overlap); "
+        "turnaround window, velocity lost rescaled",
+    )
