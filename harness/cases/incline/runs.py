@@ -67,7 +67,7 @@ def read(
     values that are not finite.
     """
     judged = output.has("margin_J")
-    path = path_in(output.table(COLUMNS)) if every is not None or not judged else None
+    path = path_in(output.table(COLUMNS)) if every is not None else None
     if judged:
         return _told(case, route, output, path, every)
     looks = output.table(COLUMNS, name=STAGES if STAGES in output.tables else SERIES)
@@ -91,7 +91,7 @@ def read(
         steps=round(looks["step"][found.row] if "step" in looks else found.time_s / case.step),
         seconds=output.seconds,
         provenance=output.provenance,
-        trajectory=None if every is None else path,
+        trajectory=path,
     )
 
 
