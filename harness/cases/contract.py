@@ -14,20 +14,20 @@ with ``plans``; override ``verify`` for studies of another shape.
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
-from typing import Any, Callable, ClassVar, Generic, Literal, TypeVar
+from typing import Any, ClassVar, Generic, Literal, TypeVar
 
+from harness.cases.parts import Part as Part
+from harness.cases.parts import failed_part as failed_part
+from harness.cases.parts import rows_of_parts as rows_of_parts
 from harness.comparison.findings import Findings
 from harness.comparison.tolerances import Tolerance
-from harness.comparison.triage import Triage
 from harness.comparison.verdicts import (
     Check,
     Kind,
-    Verdict,
     failed_run,
     judge,
     not_tested,
@@ -121,6 +121,12 @@ class Case(ABC, Generic[P]):
         """Return known sets of parameters, by name."""
         return {}
 
+    @property
+    def default(self) -> P:
+        """Return the parameters of a run for which none are given: the first preset."""
+        found: P = next(iter(self.presets.values()), None) or self.parameters()  # type: ignore[assignment]
+        return found
+
     @abstractmethod
     def job(self, parameters: P) -> Job:
         """Return the job of one run."""
@@ -138,8 +144,10 @@ class Case(ABC, Generic[P]):
         raise RequestError(f"--engine {solver!r}: case {self.name!r} has no such solver")
 
     def measure(self, parameters: P, engine: Engine) -> Measured:
-        """Run once in an engine; raise EngineError for a run that failed, RequestError for one
-        that the engine cannot state."""
+        """Run once in an engine and return what was measured.
+
+        Raise EngineError for a run that failed, RequestError for one that it cannot state.
+        """
         (output,) = engine.run([self.job(parameters)])
         if isinstance(output, EngineError):
             raise output
@@ -184,8 +192,8 @@ class Case(ABC, Generic[P]):
 
     def sections(
         self,
-        main: Findings | None,
-        own: Findings,
+        main: Findings | None,  # noqa: ARG002
+        own: Findings,  # noqa: ARG002
         beside: Mapping[str, Findings],  # noqa: ARG002
     ) -> Sequence[Section]:
         """Return the parts of the report: of the main engine, own solvers, engines beside it."""
@@ -218,43 +226,18 @@ class Case(ABC, Generic[P]):
         ]
 
 
-Part = tuple[str, Callable[[], Sequence[Check]]]
-"""A part of a verification: its name, and what runs it and returns its rows."""
-
-
-def rows_of_parts(case: str, parts: Sequence[Part], unit: str = "") -> list[Check]:
-    """Run the parts of a verification in order and return their rows.
-
-    A part that raises becomes a failed row; the other parts go on.
-    """
-    rows: list[Check] = []
-    for name, part in parts:
-        try:
-            rows += part()
-        except Exception as error:  # noqa: BLE001 - a report is written whatever a part does
-            rows.append(failed_part(f"{case}: {name}", error, unit))
-    return rows
-
-
-def failed_part(name: str, error: Exception, unit: str = "", kind: Kind = Kind.CROSS_CODE) -> Check:
-    """Return the failed row of a part that raised: of an engine that died, or of an error here."""
-    if isinstance(error, EngineError):
-        return failed_run(name, kind, error, unit)
-    nan = math.nan
-    told = f"{type(error).__name__}: {error}"
-    return Check(name, kind, unit, nan, nan, nan, nan, Verdict.FAIL, "", told, Triage.HARNESS)
-
-
 def check_declared(case: Case[Any], values: Mapping[str, Any]) -> None:
     """Raise EngineError for a quantity that a case did not declare, or that is no number."""
     declared = {observable.name for observable in case.quantities}
+    where = f"case {case.name!r} of package {type(case).__module__.partition('.')[0]!r}"
     for name, value in values.items():
         if name not in declared:
-            raise EngineError(f"case {case.name!r} returned {name!r}, which it does not declare")
+            raise EngineError(f"{where} returned {name!r}, which it does not declare")
         if not isinstance(value, (int, float)):
-            raise EngineError(f"case {case.name!r} returned {name} = {value!r}: not one number")
+            told = " ".join(repr(value).split())[:60]
+            raise EngineError(f"{where} returned {name} = {told}: not one number")
 
 
 def title_of(engine: Engine) -> str:
     """Return the name of an engine as reports write it."""
-    return engine.title or engine.name.upper()
+    return engine.title

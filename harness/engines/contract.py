@@ -81,9 +81,12 @@ class Engine(ABC):
     """A DEM code that runs jobs. Use it as a context manager."""
 
     name: ClassVar[str]
-    title: ClassVar[str] = ""
-    """The name as its authors write it; empty where that is ``name`` in capitals."""
     traits: Traits
+
+    @property
+    def title(self) -> str:
+        """Return the engine's name as reports write it."""
+        return self.traits.title or self.name.upper()
 
     @abstractmethod
     def identify(self) -> Provenance:
@@ -124,18 +127,26 @@ class Engine(ABC):
         """
         return None
 
-    def twin(self) -> Engine | None:
-        """Return another way to run the same installation, or None where there is no other.
+    @classmethod
+    def fingerprint_of(cls, **options: Any) -> Mapping[str, Any] | None:  # noqa: ARG003
+        """Return what :meth:`fingerprint` would, without opening the engine; None: not known.
 
-        Raise EngineMissingError where there is one that is not here. Close it after use.
+        Takes what opens the engine. Raise RequestError for a program that is not there.
         """
         return None
 
     @classmethod
-    def fingerprint_of(cls, program: str | None = None, **options: Any) -> Mapping[str, Any] | None:  # noqa: ARG003
-        """Return what :meth:`fingerprint` would, without opening the engine; None: not known.
+    def twin_options(cls, **options: Any) -> Mapping[str, Any] | None:  # noqa: ARG003
+        """Return what opens another way to run the installation that ``options`` open.
 
-        Takes what opens the engine. Raise RequestError for a program that is not there.
+        None where there is no other way.
+        """
+        return None
+
+    def twin(self) -> Engine | None:
+        """Return another way to run the same installation, or None where there is no other.
+
+        Raise EngineMissingError where there is one that is not here. Close it after use.
         """
         return None
 

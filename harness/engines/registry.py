@@ -1,12 +1,22 @@
-"""The engines that the harness knows, and how to open one by name."""
+"""The engines: those of this package, those of others, and how to open one by name.
+
+Another package names its engines under the entry point ``dem_harness.engines``; ``module:Class`` is
+an engine's name as well, for a try.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import inspect
+import sys
+from collections.abc import Iterable, Mapping
+from functools import cache
 from importlib import import_module
-from typing import Any
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+from typing import Any, Literal, get_args, get_origin, get_type_hints
 
-from harness.engines.contract import Engine
+from harness.engines.contract import Engine, Template
+from harness.engines.process import Limits
 from harness.errors import RequestError
 
 ENGINES: dict[str, str] = {
@@ -20,67 +30,191 @@ ENGINES: dict[str, str] = {
 }
 """Where each engine's class is. Imported when it is asked for: none pays for another's imports."""
 
-INPUTS: dict[str, str] = {
-    "lammps": "harness.engines.lammps.scripts:input_files",
-    "liggghts": "harness.engines.liggghts.scripts:input_files",
-    "yade": "harness.engines.yade.scripts:input_files",
-    "kratos": "harness.engines.kratos.scripts:input_files",
-    "esys": "harness.engines.esys.scripts:input_files",
-    "mfix": "harness.engines.mfix.scripts:input_files",
-}
-"""Where each engine's generated inputs are made: texts by their names below ``inputs``."""
+GROUP = "dem_harness.engines"
+"""The entry point under which other packages name their engines."""
 
-OPTIONS = {
-    "lmp": ("--lmp", "lammps"),
-    "launcher": ("--mpirun", "lammps"),
-    "integrator": ("--integrator", "reference"),
-}
-"""How the command line calls an option of an engine's class, and whose it is."""
+SPELLED = {"lmp": "--lmp", "launcher": "--mpirun", "integrator": "--integrator"}
+"""Options that the command line has a word of its own for."""
+
+
+def engine_names() -> list[str]:
+    """Return the names of all engines, those of this package first; nothing is imported."""
+    return [*ENGINES, *sorted(_plugins()[0])]
+
+
+def refused_plugins() -> dict[str, str]:
+    """Return why engines of other packages are not listed, a line each, by package and name."""
+    return dict(_plugins()[1])
 
 
 def engine_class(name: str) -> type[Engine]:
-    """Return the class of an engine, which need not be here; raise RequestError for no engine."""
-    if name not in ENGINES:
-        raise RequestError(f"--engine {name!r} is not known: must be one of {', '.join(ENGINES)}")
-    found: type[Engine] = _named(ENGINES[name])
-    return found
+    """Return the class of an engine, whose code need not be here.
+
+    Raise RequestError for a name that is not known, or an engine of another package that cannot
+    be imported or is none.
+    """
+    if name in ENGINES:
+        found: type[Engine] = _named(ENGINES[name])
+        return found
+    plugin = _plugins()[0].get(name)
+    if plugin is not None:
+        return _class_at(plugin.value, f"engine {name!r} of package {_package(plugin)!r}")
+    if ":" in name:
+        if str(Path.cwd()) not in sys.path:
+            sys.path.append(str(Path.cwd()))
+        return _class_at(name, f"--engine {name!r}")
+    raise RequestError(
+        f"--engine {name!r} is not known: must be one of {', '.join(engine_names())}, "
+        "or module:Class"
+    )
 
 
 def open_engine(
     name: str = "lammps",
     *,
-    lmp: str | None = None,
-    launcher: str | None = None,
-    integrator: str | None = None,
+    program: str | None = None,
+    options: Mapping[str, Any] | None = None,
     programs: Mapping[str, str] | None = None,
+    **more: str | None,
 ) -> Engine:
     """Return an engine, ready to run; close it after use.
 
-    ``lmp`` and ``launcher`` are LAMMPS's, ``integrator`` is the reference
-    DEM's; ``programs`` are executables of other engines by the engine's name, of which only
-    this one's is used. Raise RequestError for a name that is not known or an option of
-    another engine, EngineMissingError when the engine is not here.
+    ``program`` is its executable, or the one under its name in ``programs``; ``options`` are the
+    keyword arguments of its class, as text or as they are, and so are ``more`` that are not None
+    (``lmp``, ``launcher``, ``integrator``). Raise RequestError for a name that is not known or an
+    option that the engine does not take, EngineMissingError when the engine is not here.
+    """
+    return engine_class(name)(**chosen_options(name, program, options, programs, **more))
+
+
+def chosen_options(
+    name: str,
+    program: str | None = None,
+    options: Mapping[str, Any] | None = None,
+    programs: Mapping[str, str] | None = None,
+    **more: str | None,
+) -> dict[str, Any]:
+    """Return the arguments of an engine's class, checked; takes what ``open_engine`` takes."""
+    named = program if program is not None else (programs or {}).get(name)
+    given = {**(options or {}), **more, **({} if named is None else {"program": named})}
+    given = {key: value for key, value in given.items() if value is not None}
+    if not given:
+        return {}
+    kind = engine_class(name)
+    taken = {key: hint for key, hint in _hints(kind).items() if key not in ("self", "return")}
+    for key, value in given.items():
+        if key not in taken:
+            spelled = SPELLED.get(key, "--program" if key == "program" else f"option {key!r}")
+            known = ", ".join(sorted(taken)) or "none"
+            raise RequestError(f"{spelled} {value!r}: engine {name!r} takes the options: {known}")
+    return {key: _read(f"{name}.{key}", value, taken[key]) for key, value in given.items()}
+
+
+def fingerprint_of(name: str, options: Mapping[str, Any]) -> Mapping[str, Any] | None:
+    """Return what identifies an engine and its twin by content, or None where that is not known.
+
+    Nothing is opened. ``options`` are those of its class. Raise RequestError for a program that
+    is not there.
     """
     kind = engine_class(name)
-    values = {"lmp": lmp, "launcher": launcher, "integrator": integrator}
-    given = {key: value for key, value in values.items() if value is not None}
-    for key, value in given.items():
-        option, owner = OPTIONS[key]
-        if owner != name:
-            raise RequestError(
-                f"{option} {value!r} is an option of --engine {owner}, not of {name!r}"
+    who, twin = kind.fingerprint_of(**options), kind.twin_options(**options)
+    if who is None or twin is None:
+        return who
+    try:
+        other = kind.fingerprint_of(**twin)
+    except RequestError:
+        other = {"how": "missing"}
+    return None if other is None else {**who, "twin": other}
+
+
+def input_files(templates: Iterable[Template], *engines: str) -> dict[str, str]:
+    """Return the generated inputs of templates, by their names below ``inputs``.
+
+    Of the engines that are named, or of all of this package.
+    """
+    some = list(templates)
+    return {
+        path: text
+        for name in engines or ENGINES
+        for path, text in engine_class(name).inputs(some).items()
+    }
+
+
+@cache
+def _plugins() -> tuple[dict[str, EntryPoint], dict[str, str]]:
+    """Return the engines of other packages by name, and those refused with the reason."""
+    found: dict[str, EntryPoint] = {}
+    refused: dict[str, str] = {}
+    for point in entry_points(group=GROUP):
+        package = _package(point)
+        other = "this package" if point.name in ENGINES else ""
+        if point.name in found:
+            other = f"package {_package(found[point.name])!r}"
+        if other:
+            refused[f"{package}: {point.name}"] = (
+                f"engine {point.name!r} of package {package!r} is left out: {other} has one of "
+                "that name"
             )
-    if programs and name in programs:
-        given["program"] = programs[name]
-    return kind(**given)
+        else:
+            found[point.name] = point
+    return found, refused
 
 
-def input_files(*engines: str) -> dict[str, str]:
-    """Return the generated inputs of some engines, or of all, by their names below ``inputs``."""
-    some = [INPUTS[name] for name in engines or INPUTS if name in INPUTS]
-    return {path: text for where in some for path, text in _named(where)().items()}
+def _package(point: EntryPoint) -> str:
+    return point.dist.name if point.dist is not None else point.value.partition(":")[0]
+
+
+def _class_at(where: str, who: str) -> type[Engine]:
+    """Return the engine's class at ``module:Class``; raise RequestError for anything else."""
+    try:
+        found = _named(where)
+    except (Exception, SystemExit) as error:
+        said = (str(error).splitlines() or [""])[0]
+        raise RequestError(
+            f"{who} cannot be imported from {where!r} ({type(error).__name__}: {said})"
+        ) from None
+    if not (isinstance(found, type) and issubclass(found, Engine)):
+        raise RequestError(f"{who}: {where!r} is no subclass of harness.engines.contract.Engine")
+    lacks = sorted(found.__abstractmethods__)
+    lacks += [name for name in ("name", "traits") if not hasattr(found, name)]
+    if lacks:
+        raise RequestError(f"{who}: class {found.__name__} has no {', '.join(lacks)}")
+    return found
 
 
 def _named(where: str) -> Any:
     module, _, name = where.partition(":")
     return getattr(import_module(module), name)
+
+
+def _hints(kind: type[Engine]) -> dict[str, Any]:
+    """Return the types of the keyword arguments of a class."""
+    return get_type_hints(inspect.unwrap(kind.__init__))
+
+
+def _read(option: str, value: Any, hint: Any) -> Any:
+    """Return an option's value as the type it is declared with; raise RequestError if it is not."""
+    kinds = get_args(hint) if get_origin(hint) is not Literal else (hint,)
+    for kind in [kind for kind in kinds or (hint,) if kind is not type(None)]:
+        if get_origin(kind) is Literal:
+            if value in get_args(kind):
+                return value
+            must = f"one of {', '.join(map(str, get_args(kind)))}"
+        elif not isinstance(value, str) or kind is str:
+            return value
+        elif kind in _READERS:
+            try:
+                return _READERS[kind](value)
+            except ValueError:
+                must = "a number" if kind is not int else "a whole number"
+        else:
+            return value
+    raise RequestError(f"--engine-option {option}={value}: must be {must}")
+
+
+_READERS: dict[Any, Any] = {
+    int: int,
+    float: float,
+    Limits: lambda text: Limits(seconds=float(text)),
+}
+"""How options are read from text; of limits, the seconds that a run may take."""

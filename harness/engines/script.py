@@ -192,8 +192,13 @@ class ScriptSource(Engine):
                     f"imported ({error})"
                 ) from None
             found[0] = found[0] / "templates" / cls.name
+        return [*found, *cls.own_folders()]
+
+    @classmethod
+    def own_folders(cls) -> list[Path]:
+        """Return the folders of templates beside the engine's class and those it inherits from."""
         scripted = [base for base in cls.__mro__ if issubclass(base, ScriptSource)]
-        return [*found, *(Path(inspect.getfile(base)).parent / "templates" for base in scripted)]
+        return [Path(inspect.getfile(base)).parent / "templates" for base in scripted]
 
 
 Folder = Traversable | Path

@@ -3,7 +3,7 @@
 To make one, subclass :class:`ScriptedEngine` beside a folder ``templates`` with a file
 ``<template>.<extension>.j2`` for each template of a case that the code can state, and give
 
-- ``name``, ``title`` (as messages write it), ``traits``, ``programs`` (names on PATH, the first
+- ``name``, ``traits`` (whose ``title`` messages write), ``programs`` (names on PATH, the first
   that is there is taken), ``extension`` of script files;
 - :meth:`~ScriptedEngine.ask_version`: who the program is, from :meth:`~ScriptedEngine.ask`;
 - :meth:`~ScriptedEngine.command`: the words that run a batch of tasks in a folder;
@@ -57,6 +57,7 @@ from harness.errors import (
 from harness.observables.provenance import Provenance
 
 ASK_SECONDS = 60.0
+NO_FILES: Mapping[str, str] = {}
 FOLDER = "dem-harness-"
 """How the name of an engine's temporary folder begins."""
 
@@ -66,13 +67,14 @@ class ScriptedEngine(ScriptSource):
 
     ``workers`` processes run side by side, as many as there are cores unless told otherwise.
     ``self_contained`` says that the program with its libraries is all that decides a result: runs
-    of such a one are cached. Raise RequestError for a named program that is not there,
+    of such a one are cached; ``keeps_finished``, that a finished run counts though its process
+    fails at its end. Raise RequestError for a named program that is not there,
     EngineMissingError where none is named and there is none.
     """
 
-    title: ClassVar[str]
     programs: ClassVar[tuple[str, ...]] = ()
     self_contained: ClassVar[bool] = False
+    keeps_finished: ClassVar[bool] = False
 
     def __init__(
         self,
@@ -84,7 +86,6 @@ class ScriptedEngine(ScriptSource):
         self.limits = limits or Limits()
         self.workers = workers or cores()
         self.processes = Processes()
-        self._folder = tempfile.TemporaryDirectory(prefix=FOLDER)
         self._logs: dict[str, str] = {}
 
     # ---- what a subclass gives -------------------------------------------------------------
@@ -162,7 +163,7 @@ class ScriptedEngine(ScriptSource):
     def run_batch(self, tasks: Sequence[Task]) -> list[Output | EngineError]:
         """Run tasks in one process; return what those left that it got to, one at least."""
         if self.processes.closed:
-            return [EngineCrashError(f"{self.title} ({self.program}) was closed") for _ in tasks]
+            return [self.closed_error() for _ in tasks]
         folder = self.new_folder()
         try:
             self.write(folder, tasks)
@@ -181,6 +182,7 @@ class ScriptedEngine(ScriptSource):
                 lambda log: self.error_of(ended, log),
                 ended,
                 self.title,
+                keeps_finished=self.keeps_finished,
             )
         finally:
             shutil.rmtree(folder, ignore_errors=True)
@@ -208,8 +210,9 @@ class ScriptedEngine(ScriptSource):
         return replace(self.ask_version(), integrator=self.traits.integrator)
 
     @classmethod
-    def fingerprint_of(cls, program: str | None = None, **_: Any) -> Mapping[str, Any] | None:
+    def fingerprint_of(cls, **options: Any) -> Mapping[str, Any] | None:
         """Return the contents of the program and its libraries, where they are all there is."""
+        program = options.get("program")
         files = program_files(Path(cls.find(program))) if cls.self_contained else []
         return facts(cls.name, "executable", files) if files else None
 
@@ -221,39 +224,39 @@ class ScriptedEngine(ScriptSource):
     def _fingerprint(self) -> Mapping[str, Any] | None:
         return self.fingerprint_of(program=self.program)
 
-    def ask(self, words: Sequence[str], seconds: float = ASK_SECONDS) -> tuple[str, Ended]:
-        """Run a command once; return what it says first and how it ended.
-
-        Raise EngineMissingError for one that cannot be started.
-        """
-        folder = self.new_folder()
-        try:
+    def ask(self, words: Sequence[str], files: Mapping[str, str] = NO_FILES) -> tuple[str, Ended]:
+        """Run a command once, beside these files; return what it says first and how it ended."""
+        with tempfile.TemporaryDirectory(prefix=FOLDER) as home:
+            folder = Path(home)
+            for name, text in files.items():
+                (folder / name).write_text(text, encoding="utf-8")
             ended = self.processes.run(
                 words,
                 folder,
-                seconds=seconds,
+                seconds=ASK_SECONDS,
                 memory=self.limits.memory,
                 environment=self.environment(folder),
             )
             return first_text(folder / "said", 100_000), ended
-        except OSError as error:
-            raise EngineMissingError(f"{words[0]} does not run: {error}") from None
-        finally:
-            shutil.rmtree(folder, ignore_errors=True)
 
     def run(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         """Run the scripts of jobs, and return their outputs in order."""
         self.check(jobs)
         if not jobs:
             return []
+        if self.processes.closed:
+            return [self.closed_error() for _ in jobs]
         self.identify()
         tasks = [self.task(job) for job in jobs]
-        outputs = self.execute(tasks)
-        for task, output in zip(tasks, outputs, strict=True):
+        outputs: list[Output | EngineError] = []
+        for task, output in zip(tasks, self.execute(tasks), strict=True):
+            log = self.headed(task, output.log)
             if isinstance(output, EngineError):
-                output.log = self.headed(task, output.log)
+                output.log = log
+                outputs.append(output)
             else:
-                self._logs.setdefault(task.script.name, self.headed(task, output.log))
+                self._logs.setdefault(task.script.name, log)
+                outputs.append(replace(output, log=log))
         return outputs
 
     def output(self, task: Task, log: str, series: str, seconds: float) -> Output:
@@ -267,6 +270,7 @@ class ScriptedEngine(ScriptSource):
             {SERIES: self.table(series)} if series else {},
             log,
             seconds if told is None else float(told),
+            self.title,
         )
 
     def headed(self, task: Task, log: str) -> str:
@@ -278,11 +282,20 @@ class ScriptedEngine(ScriptSource):
         """Return, for each script, the log of the first run of it that finished."""
         return dict(self._logs)
 
+    @cached_property
+    def _folder(self) -> tempfile.TemporaryDirectory[str]:
+        return tempfile.TemporaryDirectory(prefix=FOLDER)
+
     def new_folder(self) -> Path:
         """Return a fresh folder, removed with the engine at the latest."""
         return Path(tempfile.mkdtemp(dir=self._folder.name))
 
+    def closed_error(self) -> EngineError:
+        """Return the error of a job that is given after :meth:`close`."""
+        return EngineCrashError(f"{self.title} was closed")
+
     def close(self) -> None:
         """End what runs and remove the temporary files."""
         self.processes.close()
-        self._folder.cleanup()
+        if "_folder" in vars(self):
+            self._folder.cleanup()

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import io
 import re
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING
 
 from harness.engines.output import Table
-from harness.errors import EngineOutputError
+from harness.errors import EngineNaNError, EngineOutputError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 _PARTICLE = re.compile(r"(\w+)\[(\d+)\]")
 _HEADER = 9
@@ -36,8 +38,11 @@ def read_csv(text: str, who: str, *, rising: bool = False) -> Table:
     Columns ``x_m[1]``, ``x_m[2]``, ... of N particles are one, ``x_m`` (M, N). ``rising`` keeps
     only rows whose first column is greater than in the row before: some codes print a row
     twice where two stretches of a run meet. Raise EngineOutputError for a text without rows, cut
-    within its last row, or that cannot be read.
+    within its last row, or that cannot be read; with ``rising``, EngineNaNError for values that
+    are not finite.
     """
+    import numpy as np
+
     header, _, body = text.partition("\n")
     if not body.strip() or not text.endswith("\n"):
         raise EngineOutputError(f"{who} left a series without rows, or cut in its last row")
@@ -49,6 +54,8 @@ def read_csv(text: str, who: str, *, rising: bool = False) -> Table:
     except ValueError as error:
         raise EngineOutputError(f"{who} left an incomplete series ({error})") from None
     if rising:
+        if not np.isfinite(rows).all():
+            raise EngineNaNError(f"{who} wrote a series with values that are not numbers")
         rows = rows[np.diff(rows[:, 0], prepend=-np.inf) > 0.0]
     return _columns(names, rows, who)
 
@@ -66,7 +73,8 @@ def _columns(names: list[str], rows: NDArray[np.float64], who: str) -> Table:
     for name, places in particles.items():
         if sorted(places) != list(range(1, len(places) + 1)):
             raise EngineOutputError(f"{who} left a series that lacks columns of {name}")
-        table[name] = rows[:, [places[number] for number in sorted(places)]]
+        # particles of a row side by side in memory: sums over them then round alike
+        table[name] = rows[:, [places[number] for number in sorted(places)]].copy()
     return table
 
 
@@ -76,6 +84,7 @@ def read_dump(text: str, who: str) -> Table:
     ``x``, ``vx``, ``fx`` and so on are named with their SI units. Raise EngineOutputError for a
     dump that is cut, or whose frames hold different particles.
     """
+    import numpy as np
     import pandas as pd
 
     lines = text.splitlines()
@@ -101,5 +110,5 @@ def read_dump(text: str, who: str) -> Table:
     except ValueError as error:
         raise EngineOutputError(f"{who} wrote a dump that cannot be read ({error})") from None
     frames = np.take_along_axis(frames, order[:, :, None], axis=1)
-    table = {_UNITS.get(name, name): frames[:, :, i] for i, name in enumerate(names)}
+    table = {_UNITS.get(n, n): frames[:, :, i] for i, n in enumerate(names) if n != "id"}
     return {"step": steps, **table}

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any
 
-from harness.parameters.contact import Contact, EffectiveMass, Spring, Tail, contact_values
+if TYPE_CHECKING:
+    from harness.parameters.contact import Contact, EffectiveMass, Spring, Tail
 
 
 @dataclass(frozen=True)
@@ -18,9 +19,10 @@ class Traits:
     can be told; ``restitution_floor`` the least nominal restitution that
     it takes, ``most_damping`` its largest damping ratio. ``digits`` are those of its
     output. ``laws`` are those of several particles in a row. ``force_from_velocity`` says that
-    its forces are changes of velocity over a step, which round as such. ``lineage`` is the engine it grew out of: such a one is a regression partner, not
-    independent evidence. ``install_hint`` says in one line how to get it, ``versions`` with which
-    ones it was tried.
+    its forces are changes of velocity over a step, which round as such. ``lineage`` is the engine
+    it grew out of: such a one is a regression partner, not independent evidence. ``install_hint``
+    says in one line how to get it, ``versions`` with which ones it was tried. ``title`` is the
+    engine's name as its authors write it; empty where that is its name in capitals.
     """
 
     install_hint: str
@@ -35,6 +37,7 @@ class Traits:
     digits: int = 15
     force_from_velocity: bool = False
     lineage: str = ""
+    title: str = ""
     caveats: tuple[str, ...] = field(default=())
     """Traps that users fall into, a sentence each; the report shows them."""
 
@@ -67,10 +70,12 @@ class Traits:
 
     def refuses_contact(self, contact: Contact) -> str:
         """Return why the engine cannot state a contact, or nothing where it can."""
+        from harness.parameters.contact import contact_values
+
         return self.refuses(contact_values(contact))
 
     @property
     def fixed_values(self) -> dict[str, str]:
-        """Return the values that the rules leave no choice in: scripts need no variable for them."""
+        """Return the values that the rules leave no choice in: scripts need none of them."""
         rules = {"tail": self.tails, "effective_mass": self.effective_masses, "law": self.laws}
         return {name: known[0] for name, known in rules.items() if len(known) == 1}

@@ -9,8 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from harness.engines.fingerprints import fingerprint
-from harness.errors import RequestError
+from harness.engines.registry import chosen_options, fingerprint_of
 from harness.store.keys import key_of, machine, source_digest, versions
 
 PACKAGES = ("jinja2", "matplotlib", "numba", "numpy", "pandas", "pydantic", "scipy")
@@ -23,40 +22,30 @@ DECODE_ERRORS = (ValueError, KeyError, zipfile.BadZipFile)
 def verification_key(
     level: str,
     *,
-    engine: str = "lammps",
-    lmp: str | None = None,
-    launcher: str | None = None,
+    engine: str,
+    options: Mapping[str, Any] | None = None,
     beside: Mapping[str, Any] | None = None,
+    **more: str | None,
 ) -> str | None:
     """Return the key of a verification, or None where an engine cannot be told by its content.
 
-    ``beside`` is what else decides the verdicts, such as the digest of a
-    baseline. Raise RequestError for a program that is not there.
+    ``options`` and ``more`` open the engine; ``beside`` is what else decides the
+    verdicts, such as the digest of a baseline. Raise RequestError for a program that is
+    not there.
     """
-    who = fingerprint(engine, lmp=lmp, launcher=launcher)
-    in_process = lmp is None and launcher is None
-    other = _second_way(engine) if in_process else {}
-    if who is None or other is None:
+    who = fingerprint_of(engine, chosen_options(engine, options={**(options or {}), **more}))
+    if who is None:
         return None
     return key_of(
         {
             "verification": level,
-            "engine": who,
-            "second way": other,
+            "engine": dict(who),
             "machine": machine(),
             "packages": versions(*PACKAGES),
             "source": source_digest(),
             "beside": dict(beside or {}),
         }
     )
-
-
-def _second_way(engine: str) -> Mapping[str, Any] | None:
-    """Return the executable that an in-process run is held against; it may be missing."""
-    try:
-        return fingerprint(engine, lmp="lmp")
-    except RequestError:
-        return {"how": "missing"}
 
 
 def pack(folder: Path, record: Mapping[str, Any]) -> bytes:
@@ -80,6 +69,8 @@ def unpack(payload: bytes, folder: Path) -> dict[str, Any]:
         for name in archive.namelist():
             if name.startswith(REPORT):
                 path = folder / name.removeprefix(REPORT)
+                if not path.resolve().is_relative_to(folder.resolve()):
+                    raise ValueError(f"{name!r} lies outside of the report")
                 path.parent.mkdir(parents=True, exist_ok=True)
                 path.write_bytes(archive.read(name))
     return record

@@ -1,7 +1,10 @@
+import io
 import math
+import zipfile
 
 import pytest
 
+from harness.engines.lammps.engine import Lammps
 from harness.errors import RequestError
 from harness.store import verifications
 from harness.store.verifications import DECODE_ERRORS, pack, unpack, verification_key
@@ -39,39 +42,52 @@ def told(monkeypatch):
     """Stand in for the engines: each way to run has a digest that a test may change."""
     digests = {None: "a", "lmp": "b", "/mine/lmp": "c"}
 
-    def fingerprint(name, *, lmp=None, launcher=None):
-        digest = digests[lmp]
+    def fingerprint_of(**options):
+        digest = digests[options.get("lmp")]
         if isinstance(digest, Exception):
             raise digest
-        return digest and {"engine": name, "how": launcher, "files": [digest]}
+        return digest and {"how": options.get("launcher"), "files": [digest]}
 
-    monkeypatch.setattr(verifications, "fingerprint", fingerprint)
+    monkeypatch.setattr(Lammps, "fingerprint_of", fingerprint_of)
     return digests
 
 
 def test_everything_that_decides_the_verdicts_changes_the_key(told, monkeypatch):
+    def key(level="quick", **more):
+        return verification_key(level, engine="lammps", **more)
+
     found = [
-        verification_key("quick"),
-        verification_key("full"),
-        verification_key("quick", lmp="/mine/lmp"),
-        verification_key("quick", lmp="/mine/lmp", launcher="mpirun -np 2"),
-        verification_key("quick", beside={"baseline": "1"}),
+        key(),
+        key("full"),
+        key(lmp="/mine/lmp"),
+        key(options={"lmp": "/mine/lmp"}, launcher="mpirun -np 2"),
+        key(beside={"baseline": "1"}),
     ]
     told[None] = "another library"
-    found.append(verification_key("quick"))
+    found.append(key())
     told["lmp"] = "another executable to hold it against"
-    found.append(verification_key("quick"))
+    found.append(key())
     told["lmp"] = RequestError("no such executable")
-    found.append(verification_key("quick"))
+    found.append(key())
     for fact in ("machine", "versions", "source_digest"):
         monkeypatch.setattr(verifications, fact, lambda *_: {"other": "1"})
-        found.append(verification_key("quick"))
+        found.append(key())
     assert None not in found
     assert len(set(found)) == len(found)
 
 
 def test_an_engine_that_cannot_be_told_has_no_key(told):
     told["/mine/lmp"] = None
-    assert verification_key("quick", lmp="/mine/lmp") is None
+    assert verification_key("quick", engine="lammps", lmp="/mine/lmp") is None
     told["lmp"] = None
-    assert verification_key("quick") is None
+    assert verification_key("quick", engine="lammps") is None
+
+
+def test_an_entry_that_would_write_elsewhere_is_refused(tmp_path):
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as archive:
+        archive.writestr("record.json", "{}")
+        archive.writestr("report/../../escaped.txt", "out")
+    with pytest.raises(DECODE_ERRORS, match="outside of the report"):
+        unpack(stream.getvalue(), tmp_path / "copy")
+    assert not list(tmp_path.rglob("escaped.txt"))

@@ -23,6 +23,8 @@ from harness.parameters.hertz import hertz
 from harness.theory.dashpot import restitution_clipped, restitution_unclipped
 from harness.theory.hertz import impact
 
+HEAD_ON = "restitution head-on"
+
 HALF = 0.5
 """Restitution that tells every rule from every other."""
 
@@ -42,9 +44,13 @@ OVERLAP = 1e-4
 
 @dataclass(frozen=True)
 class DropTest:
-    """A drop, what is measured on its path, what is expected, and how close."""
+    """A drop, what is measured on its path, what is expected, and how close.
+
+    ``quantity`` is the name of what is measured, in the baseline.
+    """
 
     name: str
+    quantity: str
     case: Drop
     measure: Callable[[DropRun], float]
     expected: float
@@ -85,23 +91,11 @@ def _any_contact(traits: Traits) -> Contact:
 
 
 def _head_on(contact: Contact) -> DropTest:
-    """Return the collision whose restitution has a closed form, onset and end within a step.
-
-    An error of one step in the contact's begin is worth omega h of the speed, and so is
-    the first-order error of a scheme that meets damping explicitly.
-    """
+    """Return the collision whose restitution has a closed form, onset and end within a step."""
     zeta = contact.zeta_against_full_mass
     law = restitution_clipped if contact.tail == "clipped" else restitution_unclipped
     # a contact that ends late: at 15 contact times for the source's
-    case = _flying(contact, duration=25.0, every=1000)
-    width = math.pi / case.steps_per_contact * (1.0 + 2.0 * zeta)
-    return DropTest(
-        f"restitution head-on, {contact.name}",
-        case,
-        lambda run: float(run.path.vy_m_per_s[-1]) / SPEED,
-        law(zeta),
-        Tolerance("", width, 0.0, "omega h (1 + 2 zeta): a step's worth of spring and dashpot"),
-    )
+    return _collision(_flying(contact, duration=25.0, every=100), law(zeta))
 
 
 def _head_on_hertz(contact: Contact) -> DropTest:
@@ -110,17 +104,27 @@ def _head_on_hertz(contact: Contact) -> DropTest:
     At the speed of the drop the largest overlap without damping is that of the linear
     spring, so a step is worth as much of the speed as there.
     """
-    first = _flying(contact, duration=1.0, every=1)
-    law = hertz(first.contact, first.stiffness, first.mass, first.hertz_speed)
+    short = _flying(contact, duration=1.0, every=1)
+    law = hertz(short.contact, short.stiffness, short.mass, short.hertz_speed)
     expected = impact(law.relaxation * SPEED / law.overlap, clipped=contact.tail == "clipped")
     # the impact's own time, and as much again for the flight before it
-    case = _flying(contact, duration=1.0 + 2.0 * expected.duration / math.pi, every=100)
-    width = math.pi / case.steps_per_contact * (1.0 + 2.0 * contact.zeta_against_full_mass)
+    duration = 1.0 + 2.0 * expected.duration / math.pi
+    return _collision(_flying(contact, duration=duration, every=100), expected.restitution)
+
+
+def _collision(case: Drop, expected: float) -> DropTest:
+    """Return the test of a restitution.
+
+    An error of one step in the contact's begin is worth omega h of the speed, and so is
+    the first-order error of a scheme that meets damping explicitly.
+    """
+    width = math.pi / case.steps_per_contact * (1.0 + 2.0 * case.contact.zeta_against_full_mass)
     return DropTest(
-        f"restitution head-on, {contact.name}",
+        f"{HEAD_ON}, {case.contact.name}",
+        "restitution",
         case,
         lambda run: float(run.path.vy_m_per_s[-1]) / SPEED,
-        expected.restitution,
+        expected,
         Tolerance("", width, 0.0, "omega h (1 + 2 zeta): a step's worth of spring and dashpot"),
     )
 
@@ -136,6 +140,7 @@ def _onset(traits: Traits) -> DropTest:
     resolution = 10.0 ** (1 - traits.digits)
     return DropTest(
         "contact found within two steps",
+        "onset_steps",
         case,
         lambda run: _depth_of_onset(run, resolution) / (case.speed * case.step),
         0.0,
@@ -157,23 +162,8 @@ def _static(traits: Traits) -> DropTest:
     contact = _any_contact(traits)
     # soft, so that single precision can tell the overlap
     case = Drop(contact=contact, stiffness=1e4, gravity=9.81, duration=40.0, every=1000)
-    zeta = contact.zeta_against_full_mass
-    left = math.exp(-zeta * math.pi * case.duration)
-    digits = 10.0 ** (1 - traits.digits) * case.diameter * case.stiffness / case.mass / case.gravity
-    return DropTest(
-        "static contact, overlap over m g / k",
-        case,
-        lambda run: (
-            (case.diameter - float(run.path.y_m[-1])) * case.stiffness / (case.mass * case.gravity)
-        ),
-        1.0,
-        Tolerance(
-            "",
-            2.0 * left + 10.0 * digits + 1e-9,
-            0.0,
-            "what the dashpot has left of the motion, and the digits of the output",
-        ),
-    )
+    left = 2.0 * math.exp(-contact.zeta_against_full_mass * math.pi * case.duration)
+    return _rest("m g / k", case, case.mass * case.gravity / case.stiffness, left, traits)
 
 
 def _static_hertz(traits: Traits) -> DropTest:
@@ -189,15 +179,21 @@ def _static_hertz(traits: Traits) -> DropTest:
     slow = zeta - math.sqrt(zeta * zeta - 1.0) if zeta >= 1.0 else zeta
     rate = slow * math.sqrt(law.slope(overlap) / case.mass)
     case = case.replace(duration=TIMES_TO_REST / rate / case.contact_time)
+    return _rest("(m g / K)^(2/3)", case, overlap, math.exp(-0.5 * TIMES_TO_REST), traits)
+
+
+def _rest(name: str, case: Drop, overlap: float, left: float, traits: Traits) -> DropTest:
+    """Return the test of an overlap [m] at rest; ``left`` is the part of the motion left."""
     digits = 10.0 ** (1 - traits.digits) * case.diameter / overlap
     return DropTest(
-        "static contact, overlap over (m g / K)^(2/3)",
+        f"static contact, overlap over {name}",
+        "static_overlap_ratio",
         case,
         lambda run: (case.diameter - float(run.path.y_m[-1])) / overlap,
         1.0,
         Tolerance(
             "",
-            math.exp(-0.5 * TIMES_TO_REST) + 10.0 * digits + 1e-9,
+            left + 10.0 * digits + 1e-9,
             0.0,
             "what the dashpot has left of the motion, and the digits of the output",
         ),
@@ -219,6 +215,7 @@ def _fall(traits: Traits) -> DropTest:
     digits = 10.0 ** (1 - traits.digits) / case.gap
     return DropTest(
         "free fall over g t^2 / 2",
+        "fall_ratio",
         case,
         fallen,
         1.0,
@@ -238,6 +235,7 @@ def _oblique(traits: Traits) -> DropTest:
     width = max(1e-9, 10.0 * 10.0 ** (1 - traits.digits))
     return DropTest(
         "oblique contact, angular momentum kept",
+        "angular_momentum_ratio",
         case,
         kept,
         1.0,

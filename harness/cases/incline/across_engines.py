@@ -24,7 +24,9 @@ def across_engines(angles: Sequence[EngineAngle]) -> list[Check]:
     live = [a for a in angles if not a.recorded and a.engine != OWN]
     base = live[0].engine if live else ""
     for role in (PLASTIC_ROLE, SOURCE_ROLE):
-        stated = [a for a in live if a.role == role and STATED == (a.stiffness, a.steps_per_contact)]
+        stated = [
+            a for a in live if a.role == role and (a.stiffness, a.steps_per_contact) == STATED
+        ]
         for one, other in combinations(stated, 2):
             if _one_class(one, other) and one.rules.tail == "attractive":
                 rows.append(_agree(one, other))

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import ClassVar
 
-from harness.cases.contract import Case, Reference, Study, rows_of_parts, title_of
+from harness.cases.contract import Case, Reference, Study, rows_of_parts
 from harness.cases.incline.engine_angle import EngineAngle
 from harness.cases.incline.parameters import Incline
-from harness.cases.incline.records import NAME
 from harness.cases.incline.runs import read
-from harness.cases.incline.template import TEMPLATE, job_of
+from harness.cases.incline.template import NAME, TEMPLATE, job_of
 from harness.cases.incline.tolerances import REGRESSION
 from harness.comparison.findings import Findings
 from harness.comparison.tolerances import Tolerance
@@ -36,14 +35,14 @@ class InclineCase(Case[Incline]):
     quantities = (
         Observable(
             "margin_over_mgd",
-            "",
+            "1",
             "",
             "energy left after one well, less that of a grain at rest on the next crest, in m g d",
         ),
-        Observable("moves_on", "", "", "1 where the grain passes the well, 0 where it is trapped"),
-        Observable("touching", "", "", "1 where the grain is in contact at the end"),
+        Observable("moves_on", "1", "", "1 where the grain passes the well, 0 where it is trapped"),
+        Observable("touching", "1", "", "1 where the grain is in contact at the end"),
         Observable("time_s", "s", "", "duration of the motion"),
-        Observable("steps", "", "", "time steps that were taken"),
+        Observable("steps", "1", "", "time steps that were taken"),
     )
     template: ClassVar[Template] = TEMPLATE
     regression: ClassVar[Mapping[str, Tolerance]] = REGRESSION
@@ -88,7 +87,7 @@ class InclineCase(Case[Incline]):
         from harness.cases.incline.evidence import InclineEvidence, Verifying
         from harness.theory.critical_angle import critical_angle
 
-        evidence = InclineEvidence(title_of(engine), critical_angle())
+        evidence = InclineEvidence(engine.title, critical_angle())
         found = Findings(self.name, engine.name, evidence=evidence)
         found.checks += incline_checks(Verifying(engine, study, found, evidence))
         found.records[:] = {record.name: record for record in found.records}.values()
@@ -135,7 +134,10 @@ class InclineCase(Case[Incline]):
         return across_engines([angle for found in beside.values() for angle in found.evidence])
 
     def sections(
-        self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]  # noqa: ARG002
+        self,
+        main: Findings | None,
+        own: Findings,  # noqa: ARG002
+        beside: Mapping[str, Findings],
     ) -> Sequence[Section]:
         """Return the contacts with their angles, and the engines beside one another."""
         from harness.cases.incline.sections import contact_sections, engine_sections

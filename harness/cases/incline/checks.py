@@ -9,19 +9,20 @@ from harness.cases.incline.critical_angle import CriticalAngle
 from harness.cases.incline.critical_angles import complete, critical_angle, critical_angles
 from harness.cases.incline.evidence import Verifying
 from harness.cases.incline.extrapolation import extrapolate
+from harness.cases.incline.invariance import scales, two_ways
 from harness.cases.incline.levels import SOURCE_CASE, SOURCE_CLIPPED
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.passage import PHASES
 from harness.cases.incline.passages import passages
 from harness.cases.incline.records import angle_case, extrapolated_case, in_phases
 from harness.cases.incline.recursion import recursion
-from harness.cases.incline.reference_checks import against_the_reference
-from harness.cases.incline.runs import measured, run_inclines
-from harness.cases.incline.tolerances import EXTRAPOLATED, MOST_ROUTE_JITTER, SCALES, TWO_WAYS
+from harness.cases.incline.reference_checks import MOTION_EVERY, against_the_reference
+from harness.cases.incline.runs import run_inclines
+from harness.cases.incline.tolerances import EXTRAPOLATED, MOST_ROUTE_JITTER
 from harness.comparison.findings import Headline
 from harness.comparison.tolerances import Tolerance
 from harness.comparison.verdicts import Check, Kind, failed_run, finding, judge, not_tested
-from harness.errors import EngineError, EngineMissingError, RequestError
+from harness.errors import EngineError
 from harness.parameters.contact import PLASTIC
 
 NEAR_CRITICAL_DEG = (10.20, 10.22)
@@ -42,8 +43,8 @@ def incline_checks(verifying: Verifying) -> list[Check]:
         ("two routes", partial(_routes, verifying)),
         ("energy after each shock", partial(recursion, verifying)),
         ("motion near the critical angle", partial(_motions, verifying)),
-        ("scale invariance", partial(_scales, verifying)),
-        ("two ways to run it", partial(_two_ways, verifying)),
+        ("scale invariance", partial(scales, verifying)),
+        ("two ways to run it", partial(two_ways, verifying)),
         ("passages at a fixed angle", partial(passages, verifying)),
         ("against the reference DEM", partial(against_the_reference, verifying)),
     ]
@@ -201,62 +202,8 @@ def _motions(verifying: Verifying) -> list[Check]:
     if refused:
         return [not_tested(name, Kind.CROSS_CODE, refused)]
     cases = [SOURCE_CASE.replace(angle=angle, wells=20) for angle in NEAR_CRITICAL_DEG]
-    for run in run_inclines(verifying.engine, cases, "steady", every=100):
+    for run in run_inclines(verifying.engine, cases, "steady", every=MOTION_EVERY):
         if isinstance(run, EngineError):
             raise run
         verifying.evidence.motions.append(run)
     return []
-
-
-def _scales(verifying: Verifying) -> list[Check]:
-    base, engine = SOURCE_CASE, verifying.engine
-    glass = base.replace(diameter=3e-3, density=2500.0, stiffness=1.0e6)
-    others = {
-        "3 mm glass": _same_rigidity(glass, base),
-        "lunar gravity": _same_rigidity(base.replace(gravity=1.62), base),
-    }
-    refused = verifying.refusal(base)
-    if refused:
-        return [
-            not_tested(f"incline: scale invariance, {name}", Kind.CROSS_CODE, refused, "deg")
-            for name in others
-        ]
-    reference = critical_angle(base, engine=engine)
-    rows = []
-    for number, (name, case) in enumerate(others.items(), 1):
-        angle = critical_angle(case, engine=engine)
-        rows.append(
-            judge(
-                f"incline: scale invariance, {name}",
-                Kind.CROSS_CODE,
-                angle.value_deg,
-                reference.value_deg,
-                SCALES,
-                uncertainty=angle.uncertainty_deg,
-            )
-        )
-        verifying.study.progress("scale invariance", number, len(others))
-    return rows
-
-
-def _same_rigidity(case: Incline, base: Incline) -> Incline:
-    """Return a case with the stiffness that keeps k d / (m g) of the base."""
-    return case.replace(stiffness=case.mass * case.gravity / (base.static_overlap * case.diameter))
-
-
-def _two_ways(verifying: Verifying) -> list[Check]:
-    """Hold a run against the same installation run in its other way, where it has one."""
-    name = "incline: in-process against executable, energy margin"
-    case = SOURCE_CASE.replace(angle=10.0)
-    refused = verifying.refusal(case)
-    try:
-        twin = None if refused else verifying.engine.twin()
-        if twin is None:
-            reason = refused or f"{verifying.who} has no other way to be run here"
-            return [not_tested(name, Kind.CROSS_CODE, reason, "J")]
-        with twin:
-            other = measured(twin, [case], "passage")[0]
-    except (EngineMissingError, RequestError) as error:
-        return [not_tested(name, Kind.CROSS_CODE, str(error), "J")]
-    own = measured(verifying.engine, [case], "passage")[0]
-    return [judge(name, Kind.CROSS_CODE, own.margin_J, other.margin_J, TWO_WAYS)]

@@ -12,9 +12,9 @@ from harness.cases.incline.extrapolation import ExtrapolatedAngle, extrapolate
 from harness.cases.incline.ladder import Ladder
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.passage import PHASES, critical_angle_by_passage
-from harness.cases.incline.steady import critical_angle_by_steady_motion
 from harness.cases.incline.rebound import ONE_SHOCK, rebound
 from harness.cases.incline.runs import measured
+from harness.cases.incline.steady import critical_angle_by_steady_motion
 from harness.engines.contract import Engine
 from harness.engines.parallel import cores, parallel_map
 from harness.engines.registry import open_engine

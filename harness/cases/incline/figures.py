@@ -117,9 +117,7 @@ def extrapolation(found: ExtrapolatedAngle, closed_form: float, who: str) -> Fig
     return figure
 
 
-def _stiffness_panel(
-    axes: Axes, found: ExtrapolatedAngle, closed_form: float, who: str
-) -> None:
+def _stiffness_panel(axes: Axes, found: ExtrapolatedAngle, closed_form: float, who: str) -> None:
     rigid = found.rigid
     axes.errorbar(
         1 / rigid.h,

@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from harness.cases.incline.parameters import Incline
-from harness.cases.incline.springs import SpringLaw, spring_of
+from harness.cases.incline.springs import spring_of
 from harness.errors import RequestError
+from harness.parameters.contact import Spring as SpringLaw
 
 Number = TypeVar("Number", float, NDArray[np.float64])
 

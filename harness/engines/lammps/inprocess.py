@@ -11,16 +11,17 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from harness.engines.lammps.jobs import Job, Output
-from harness.engines.lammps.read import LAST_RESULT, error_from_text, version_in
-from harness.engines.lammps.scripts import names_to_forget
+from harness.engines.batches import finished
+from harness.engines.lammps.language import file_of
+from harness.engines.lammps.read import error_from_text, version_in
 from harness.engines.lammps.worker import FOLDER
 from harness.engines.parallel import parallel_map
-from harness.engines.process import Limits
+from harness.engines.process import Limits, text_of
+from harness.engines.script import Script
 from harness.errors import (
     EngineCrashError,
     EngineError,
@@ -31,6 +32,23 @@ from harness.errors import (
 from harness.observables.provenance import Provenance
 
 START_SECONDS = 60.0
+
+
+class Order(NamedTuple):
+    """One run: a script, its variables, those to delete before, whether it writes a series."""
+
+    script: Script
+    variables: Mapping[str, str]
+    forget: Sequence[str]
+    sampled: bool
+
+
+class Left(NamedTuple):
+    """What a finished run left: its log, its series (empty where none), its wall time [s]."""
+
+    log: str
+    series: str
+    seconds: float
 
 
 class InProcess:
@@ -58,7 +76,7 @@ class InProcess:
         finally:
             self._slots.put(worker)
 
-    def run(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
+    def run(self, jobs: Sequence[Order]) -> list[Left | EngineError]:
         """Run the jobs side by side; safe to call from several threads."""
         if len(jobs) == 1:
             return [self._run_one(jobs[0])]
@@ -97,7 +115,7 @@ class InProcess:
         worker.end()
         self._live.discard(worker)
 
-    def _run_one(self, job: Job) -> Output | EngineError:
+    def _run_one(self, job: Order) -> Left | EngineError:
         try:
             worker = self._take()
         except EngineError as error:
@@ -119,7 +137,6 @@ class _Worker:
     def __init__(self, folder: Path, limits: Limits) -> None:
         self._limits = limits
         self._folder = Path(tempfile.mkdtemp(dir=folder))
-        self._scripts: dict[str, Path] = {}
         self._errors = (self._folder / "stderr").open("w+", encoding="utf-8", errors="replace")
         self._process = subprocess.Popen(
             [sys.executable, "-m", "harness.engines.lammps.worker", str(limits.memory)],
@@ -155,34 +172,31 @@ class _Worker:
         """Return whether the process still runs."""
         return self._process.poll() is None
 
-    def run(self, job: Job) -> Output:
-        """Run one job; raise the EngineError that names what went wrong."""
+    def run(self, job: Order) -> Left:
+        """Run one script; raise the EngineError that names what went wrong."""
         log, series = self._folder / "log", self._folder / "series.csv"
         for path in (log, series):
             path.unlink(missing_ok=True)
-        variables = dict(job.variables)
-        if job.series:
-            variables |= {"series": str(series)}
+        # names without a folder, in which there may be a space: the worker stands there
         order = {
-            "script": str(self._script(job)),
-            "log": str(log),
-            "forget": names_to_forget(job.script),
-            "variables": variables,
-            "deformable": job.deformable,
+            "script": self._written(job.script),
+            "log": log.name,
+            "forget": job.forget,
+            "variables": {**job.variables, "series": series.name},
         }
         start = time.monotonic()
         try:
             answer = self._ask(order, start + self._limits.seconds)
             seconds = time.monotonic() - start
-            text = _text(log)
+            text = text_of(log)
             if "error" in answer:
                 raise error_from_text(answer["error"] if "ERROR" in answer["error"] else text)
-            if LAST_RESULT not in text:
+            if not finished(text):
                 raise error_from_text(text)
         except EngineError as error:
-            error.log = _text(log)
+            error.log = text_of(log)
             raise
-        return Output(text, series.read_text() if job.series else None, seconds)
+        return Left(text, text_of(series) if job.sampled else "", seconds)
 
     def kill(self) -> None:
         """Kill the process; whoever waits for its answer is told."""
@@ -198,14 +212,12 @@ class _Worker:
                 with contextlib.suppress(BrokenPipeError):
                     stream.close()
 
-    def _script(self, job: Job) -> Path:
-        """Return the script's file, written when first needed."""
-        path = self._scripts.get(job.script.sha256)
-        if path is None:
-            path = self._folder / f"{job.script.sha256[:16]}-{job.script.name}"
-            path.write_text(job.script.text, encoding="utf-8")
-            self._scripts[job.script.sha256] = path
-        return path
+    def _written(self, script: Script) -> str:
+        """Return the name of a script's file, written when first needed."""
+        name = file_of(script)
+        if not (self._folder / name).exists():
+            (self._folder / name).write_text(script.text, encoding="utf-8")
+        return name
 
     def _ask(self, order: dict[str, Any], deadline: float) -> dict[str, Any]:
         assert self._process.stdin is not None
@@ -243,10 +255,6 @@ class _Worker:
 def _environment() -> dict[str, str]:
     """Return the worker's environment: one thread each, since the workers share the cores."""
     return {**os.environ, "OMP_NUM_THREADS": "1", "PYTHONUNBUFFERED": "1"}
-
-
-def _text(path: Path) -> str:
-    return path.read_text(encoding="utf-8", errors="replace") if path.exists() else ""
 
 
 def _library() -> str:

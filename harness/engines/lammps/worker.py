@@ -17,13 +17,11 @@ import time
 from pathlib import Path
 from typing import Any, TextIO
 
+from harness.engines.lammps.external_forces import FORCES, run_with_force
 from harness.engines.lammps.library import open_lammps
 
 FOLDER = "dem-harness-"
 """How the name of a runner's temporary folder begins; each worker has a folder in it."""
-
-MOTION = "# ---- motion"
-"""The line of the tower's script before which the deformable law must be there."""
 
 
 def main() -> None:
@@ -61,26 +59,12 @@ def _execute(lammps: Any, order: dict[str, Any]) -> None:
         lammps.command(f"variable {name} delete")
     for name, value in order["variables"].items():
         lammps.command(f'variable {name} index "{value}"')
-    if order["deformable"]:
-        _run_deformable(lammps, Path(order["script"]).read_text(encoding="utf-8"), order)
+    if order["variables"].get("law") in FORCES:
+        script = Path(order["script"]).read_text(encoding="utf-8")
+        run_with_force(lammps, script, order["variables"])
     else:
         lammps.file(order["script"])
     lammps.command("log none")
-
-
-def _run_deformable(lammps: Any, script: str, order: dict[str, Any]) -> None:
-    """Run the tower's script, giving LAMMPS the law between its set-up and its motion."""
-    from harness.engines.lammps.deformable import DeformableLaw
-
-    setup, motion = script.split(MOTION)
-    lammps.commands_string(setup)
-    law = DeformableLaw(*order["deformable"])
-    lammps.set_fix_external_callback("deformable", law, None)
-    try:
-        lammps.commands_string(motion.partition("\n")[2])
-    finally:
-        if law.failure:
-            raise RuntimeError(f"ERROR: {law.failure}")
 
 
 def _answer(stream: TextIO, answer: dict[str, Any]) -> None:

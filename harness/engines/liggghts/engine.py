@@ -1,55 +1,53 @@
-"""LIGGGHTS as an engine of the harness: cases in, results out, through its executable."""
+"""LIGGGHTS as an engine of the harness: its command and its quirks.
+
+LIGGGHTS's language is that of LAMMPS of about 2011: no words in conditions, no formats, no
+``fix halt``. It is silent about an error where it has no log: every run writes its own.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
-from functools import cached_property
+import os
+import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
 
-from harness.cases.drop.parameters import Drop
-from harness.cases.drop.result import DropRun
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import InclineRun
-from harness.cases.tower.timing import Plan, plan
-from harness.engines.contract import Engine, Route
-from harness.engines.lammps.fingerprint import facts, program_files
-from harness.engines.lammps.jobs import Job, Output
-from harness.engines.lammps.read import read_drop, read_incline
-from harness.engines.lammps.read_tower import read_tower
-from harness.engines.liggghts.executable import Executable
-from harness.engines.liggghts.jobs import drop_job, incline_job, tower_job
-from harness.engines.liggghts.scripts import all_scripts
-from harness.engines.parallel import cores
-from harness.engines.process import Limits
-from harness.engines.programs import find_program
+from harness.engines.lammps.language import LammpsLanguage
+from harness.engines.process import first_words
+from harness.engines.script import Task
 from harness.engines.traits import Traits
-from harness.errors import EngineError, EngineMissingError, RequestError
+from harness.errors import EngineMissingError
 from harness.observables.provenance import Provenance
-from harness.observables.tower import TowerRun
-from harness.parameters.tower import Tower
 
-PROGRAM = "liggghts"
-INTEGRATOR = "velocity-verlet"
+MODEL = "hooke/stiffness"
+"""The one normal model whose spring and dashpot can be stated."""
 
-Case = TypeVar("Case")
-Run = TypeVar("Run")
+ALONE = {
+    "OMPI_MCA_ess_singleton_isolated": "1",
+    "OMPI_MCA_pml": "ob1",
+    "OMPI_MCA_btl": "self",
+}
+"""Open MPI for one process: no daemon that outlives it, no search for networks (0.3 s a start)."""
+
+_STRETCH = re.compile(r"\n? +Step \n +\d+ \n +\d+ \nLoop time of .*\n")
+"""What LIGGGHTS says of each of the short runs of a script, which cannot be turned off."""
 
 
-class Liggghts(Engine):
+class Liggghts(LammpsLanguage):
     """LIGGGHTS-PUBLIC's executable, ``liggghts`` on PATH unless ``program`` says otherwise.
 
-    ``workers`` processes run side by side, as many as there are cores unless told
-    otherwise. Raise RequestError for a program that is not there, EngineMissingError
-    where none was named and there is none.
+    It is started without an MPI launcher. ``workers`` processes run side by side, as many as
+    there are cores unless told otherwise. Raise RequestError for a program that is not there,
+    EngineMissingError where none was named and there is none.
     """
 
     name = "liggghts"
+    command_name = "liggghts"
+    programs = ("liggghts",)
+    self_contained = True
     traits = Traits(
-        install_hint="apt install liggghts (Debian, Ubuntu), or --liggghts PATH",
+        install_hint="apt install liggghts (Debian, Ubuntu), or --program liggghts=PATH",
         versions=("LIGGGHTS-PUBLIC 3.8.0",),
-        integrator=INTEGRATOR,
+        integrator="velocity-verlet",
         lineage="LAMMPS",
         caveats=(
             "In two dimensions (dimension 2) its particles are discs of unit height: 3/2 of the "
@@ -61,124 +59,35 @@ class Liggghts(Engine):
         ),
     )
 
-    def __init__(
-        self,
-        program: str | None = None,
-        workers: int | None = None,
-        limits: Limits | None = None,
-    ) -> None:
-        self._logs: dict[str, str] = {}
-        self._runner = Executable(self._found(program), workers or cores(), limits or Limits())
+    def ask_version(self) -> Provenance:
+        """Return the version that ``liggghts -help`` names.
 
-    def identify(self) -> Provenance:
-        """Return version and executable."""
-        return self._runner.identify()
-
-    def fingerprint(self) -> Mapping[str, Any] | None:
-        """Return the contents of LIGGGHTS and of the scripts it is given, read once."""
-        return self._fingerprint
-
-    @cached_property
-    def _fingerprint(self) -> dict[str, Any] | None:
-        files = program_files(Path(self.identify().executable))
-        scripts = {script.name: script.sha256 for script in all_scripts()}
-        return {**facts(self.name, "executable", files), "scripts": scripts} if files else None
-
-    def drops(self, cases: Sequence[Drop]) -> list[DropRun | EngineError]:
-        """Run the drop's generated script for each case, in order."""
-
-        def read(case: Drop, output: Output, who: Provenance) -> DropRun:
-            path = read_drop(case, output.series or "", "LIGGGHTS")
-            return DropRun(case, path, output.seconds, who)
-
-        return self._results(cases, [drop_job(case) for case in cases], read)
-
-    def inclines(
-        self, cases: Sequence[Incline], route: Route, *, every: int | None = None
-    ) -> list[InclineRun | EngineError]:
-        """Run the incline's generated script for each case, in order."""
-
-        def read(case: Incline, output: Output, who: Provenance) -> InclineRun:
-            return read_incline(case, output.log, output.series, output.seconds, who)
-
-        return self._results(cases, [incline_job(case, route, every) for case in cases], read)
-
-    def towers(
-        self,
-        cases: Sequence[Tower],
-        duration: float,
-        *,
-        steps_per_contact: float | None = None,
-        samples: int | None = None,
-        profiles: bool = False,
-    ) -> list[TowerRun | EngineError]:
-        """Run the tower's generated script for each case, in order."""
-        plans = [plan(case, duration, steps_per_contact, samples) for case in cases]
-        timed = list(zip(cases, plans, strict=True))
-
-        def read(planned: tuple[Tower, Plan], output: Output, who: Provenance) -> TowerRun:
-            case, timing = planned
-            return read_tower(case, timing.step, output.series or "", who, profiles)
-
-        return self._results(timed, [tower_job(*planned) for planned in timed], read)
-
-    def logs(self) -> dict[str, str]:
-        """Return, for each script, the log of the first run of it that finished."""
-        return dict(self._logs)
-
-    def close(self) -> None:
-        """End LIGGGHTS's processes."""
-        self._runner.close()
-
-    def _found(self, program: str | None) -> str:
-        if program is not None:
-            return find_program(self.name, program)
-        try:
-            return find_program(self.name, PROGRAM)
-        except RequestError:
+        Raise EngineMissingError when it is not LIGGGHTS, or lacks the contact model.
+        """
+        said, _ = self.ask([self.program, "-log", "none", "-help"])
+        version = re.search(r"^LIGGGHTS \(Version ([^,)\n]+)", said, re.MULTILINE)
+        program = f"--program liggghts={self.program}"
+        if version is None:
             raise EngineMissingError(
-                f"no {PROGRAM} on PATH; install it: {self.traits.install_hint}"
-            ) from None
+                f"{program} is not LIGGGHTS: its -help names no version{first_words(said)}"
+            )
+        if MODEL not in said.split():
+            raise EngineMissingError(
+                f"{program} ({version[1]}) was built without the contact model {MODEL}"
+            )
+        return Provenance("liggghts", version[1], (), self.program, "executable")
 
-    def _results(
-        self,
-        cases: Sequence[Case],
-        jobs: Sequence[Job],
-        read: Callable[[Case, Output, Provenance], Run],
-    ) -> list[Run | EngineError]:
-        """Run the jobs and read each; an error stands in the place of its result."""
-        results: list[Run | EngineError] = []
-        for case, job, output in zip(cases, jobs, self._runner.run(jobs), strict=True):
-            if isinstance(output, EngineError):
-                results.append(_with_log(output, job, output.log))
-                continue
-            try:
-                run = read(case, output, self._who(job))
-            except EngineError as error:
-                results.append(_with_log(error, job, output.log))
-            else:
-                self._logs.setdefault(job.script.name, _headed(job, output.log))
-                results.append(run)
-        return results
+    def command(self, folder: Path, tasks: Sequence[Task]) -> list[str]:  # noqa: ARG002
+        """Return the words that run ``batch.in``."""
+        return [self.program, "-in", "batch.in", "-log", "none", "-screen", "none"]
 
-    def _who(self, job: Job) -> Provenance:
-        """Return the engine's identity with the script that ran."""
-        return replace(
-            self.identify(),
-            script=job.script.name,
-            script_sha256=job.script.sha256,
-            integrator=INTEGRATOR,
-        )
+    def environment(self, folder: Path) -> Mapping[str, str]:
+        """Return the environment of a process.
 
+        Open MPI keeps its session files in TMPDIR, and leaves them when it is killed.
+        """
+        return {**os.environ, **ALONE, "TMPDIR": str(folder)}
 
-def _with_log(error: EngineError, job: Job, log: str) -> EngineError:
-    """Return the error with what the run left, headed by what was run."""
-    error.log = _headed(job, log)
-    return error
-
-
-def _headed(job: Job, log: str) -> str:
-    """Return a log below the command that runs the same again."""
-    variables = " ".join(f"-var {name} {value}" for name, value in job.variables.items())
-    head = f"# liggghts -in {job.script.name} {variables}\n# sha256 of the script: "
-    return f"{head}{job.script.sha256}\n{log or 'LIGGGHTS left no log.'}\n"
+    def log_of(self, folder: Path, index: int) -> str:
+        """Return the log of a task without what is said of each short run."""
+        return _STRETCH.sub("", super().log_of(folder, index))

@@ -71,11 +71,11 @@ class Reference(Engine):
     """
 
     name = "reference"
-    title = "reference DEM"
     traits = Traits(
         install_hint="comes with the harness",
         versions=(__version__,),
         integrator=DEFAULT_INTEGRATOR,
+        title="reference DEM",
     )
 
     def __init__(

@@ -2,7 +2,7 @@
 
 import pytest
 
-from harness.engines.lammps.scripts import Script
+from harness.engines.script import Script
 
 HEAD = """
 units si

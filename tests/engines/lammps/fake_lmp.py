@@ -48,16 +48,19 @@ def main(mode, recorded, options):
         return
     if mode == "killed after its work":
         mode = ""
+    ending = mode == "ends with 139"
     text = Path(recorded).read_text(encoding="utf-8")
     batch = Path("batch.in").read_text(encoding="utf-8")
     for job in re.split(r"^log ", batch, flags=re.MULTILINE)[1:]:
         log, angle = Path(job.split()[0]), float(re.search(r"angle index (\S+)", job)[1])
         if angle == 13.0:
             misbehave(mode, log, text)
-        if angle != 13.0 or mode == "":
+        if angle != 13.0 or mode == "" or ending:
             log.write_text(text, encoding="utf-8")
     if mode == "":
         os.kill(os.getpid(), signal.SIGKILL)
+    if ending:
+        sys.exit(139)
 
 
 if __name__ == "__main__":

@@ -4,10 +4,13 @@ import numpy as np
 import pytest
 
 from harness.cases.drop.parameters import Drop
+from harness.cases.drop.runs import read, run_drops
 from harness.engines.lammps.engine import Lammps
-from harness.engines.lammps.read import read_drop
+from harness.engines.output import Output
 from harness.engines.reference.engine import Reference
+from harness.engines.tables import read_csv
 from harness.errors import EngineInputError, EngineNaNError, EngineOutputError
+from harness.observables.provenance import Provenance
 from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE
 
 HEAD = "time_s,x_m,y_m,vx_m_per_s,vy_m_per_s\n"
@@ -15,31 +18,46 @@ ROWS = "0,0,1.1,0,-1\n0.1,0,1.0,0,-1\n0.2,0,0.9,0,-1\n"
 THREE = Drop(steps_per_contact=2.0, duration=1.0)
 
 
+WHO = Provenance("lammps", "1 Jan 2030")
+
+
+def drop(series, title="LAMMPS"):
+    """Return the drop that a series tells of."""
+    tables = {"series": read_csv(series, title, rising=True)}
+    return read(THREE, Output((), WHO, tables, title=title))
+
+
 def test_a_series_is_read_as_a_path():
-    path = read_drop(THREE, HEAD + ROWS)
+    path = drop(HEAD + ROWS).path
     assert path.y_m.tolist() == [1.1, 1.0, 0.9]
     assert path.vy_m_per_s.tolist() == [-1.0] * 3
+
+
+def test_rows_that_are_there_twice_are_read_once():
+    first, _ = ROWS.split("\n", 1)
+    assert drop(HEAD + first + "\n" + ROWS).path.y_m.tolist() == [1.1, 1.0, 0.9]
 
 
 @pytest.mark.parametrize(
     ("series", "error", "words"),
     [
-        ("", EngineOutputError, "incomplete series"),
-        (HEAD, EngineOutputError, "incomplete series"),
-        (HEAD + ROWS[:25], EngineOutputError, "incomplete series|2 rows of a series of 3"),
-        (HEAD + ROWS[:-5], EngineOutputError, "incomplete series"),
+        ("", EngineOutputError, "series without rows"),
+        (HEAD, EngineOutputError, "series without rows"),
+        (HEAD + ROWS[:25], EngineOutputError, "cut in its last row"),
+        (HEAD + ROWS[:-5], EngineOutputError, "cut in its last row"),
+        (HEAD + ROWS[:-5] + "\n", EngineOutputError, "incomplete series"),
         (HEAD + ROWS[:15] + "\n", EngineOutputError, "LAMMPS left"),
         (HEAD + ROWS.replace("1.1", "nan"), EngineNaNError, "not numbers"),
     ],
 )
 def test_a_series_that_is_cut_or_damaged_is_named(series, error, words):
     with pytest.raises(error, match=words):
-        read_drop(THREE, series)
+        drop(series)
 
 
 def test_a_series_that_is_cut_is_named_with_the_engine_that_left_it():
     with pytest.raises(EngineOutputError, match="LIGGGHTS left 2 rows of a series of 3"):
-        read_drop(THREE, HEAD + "\n".join(ROWS.splitlines()[:2]) + "\n", "LIGGGHTS")
+        drop(HEAD + "\n".join(ROWS.splitlines()[:2]) + "\n", "LIGGGHTS")
 
 
 def test_a_run_that_is_refused_costs_only_itself_and_keeps_its_log(script_file):
@@ -49,7 +67,7 @@ def test_a_run_that_is_refused_costs_only_itself_and_keeps_its_log(script_file):
         'echo "ERROR: Illegal model type" > 0.log; exit 1\n'
     )
     with Lammps(lmp=path, workers=1) as engine:
-        (found,) = engine.drops([THREE])
+        (found,) = run_drops(engine, [THREE])
     assert isinstance(found, EngineInputError)
     assert "drop.in" in found.log
     assert "Illegal model type" in found.log
@@ -68,7 +86,7 @@ def test_a_run_that_is_refused_costs_only_itself_and_keeps_its_log(script_file):
 )
 def test_lammps_goes_where_the_reference_goes(in_process, contact, case):
     case = case.replace(contact=contact)
-    (lammps,), (reference,) = in_process.drops([case]), Reference().drops([case])
+    (lammps,), (reference,) = run_drops(in_process, [case]), run_drops(Reference(), [case])
     scale = max(1.0, float(np.abs(reference.path.speed_m_per_s).max()))
     for name, unit in (("time_s", 1.0), ("y_m", case.diameter), ("vy_m_per_s", scale)):
         a, b = getattr(lammps.path, name), getattr(reference.path, name)

@@ -1,4 +1,5 @@
 import math
+from functools import partial
 
 import numpy as np
 import pytest
@@ -6,14 +7,15 @@ import pytest
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.passage import critical_angle_by_passage
 from harness.cases.incline.result import Motion
+from harness.cases.incline.runs import measured, read, run_inclines
 from harness.cases.incline.steady import critical_angle_by_steady_motion
+from harness.cases.incline.template import TEMPLATE, job_of, values_of
 from harness.engines.lammps.engine import Lammps
-from harness.engines.lammps.executable import Executable
-from harness.engines.lammps.jobs import Job
-from harness.engines.lammps.read import read_incline
-from harness.engines.lammps.scripts import incline_script, incline_variables
+from harness.engines.output import Output, results_in
 from harness.engines.process import Limits
+from harness.engines.script import Script, Task
 from harness.errors import EngineError, EngineMissingError
+from harness.observables.provenance import Provenance
 from harness.parameters.contact import CLIPPED, CONTACTS, PLASTIC, SOURCE
 from harness.theory.critical_angle import critical_angle
 from harness.theory.dashpot import restitution_clipped
@@ -58,7 +60,7 @@ def executable(lmp):
 
 @pytest.mark.parametrize("route", ["passage", "steady"])
 def test_in_process_and_executable_agree_bitwise(lammps, executable, route):
-    one, other = lammps.measured(CASES, route), executable.measured(CASES, route)
+    one, other = measured(lammps, CASES, route), measured(executable, CASES, route)
     assert [run.margin_J for run in one] == [run.margin_J for run in other]
     assert [run.motion for run in one] == [run.motion for run in other]
     assert [run.steps for run in one] == [run.steps for run in other]
@@ -68,7 +70,7 @@ def test_in_process_and_executable_agree_bitwise(lammps, executable, route):
 
 
 def test_grain_moves_on_above_the_critical_angle_and_is_trapped_below(lammps):
-    runs = lammps.measured(CASES, "steady")
+    runs = measured(lammps, CASES, "steady")
     assert [run.motion for run in runs] == [Motion.TRAPPED] * 3 + [Motion.MOVES_ON] * 3
     assert all(len(run.crests.time_s) == run.case.wells for run in runs[3:])
     assert all(0 < len(run.crests.time_s) < run.case.wells for run in runs[:3])
@@ -76,14 +78,14 @@ def test_grain_moves_on_above_the_critical_angle_and_is_trapped_below(lammps):
 
 
 def test_crest_energies_follow_the_recursion_of_the_theory(lammps):
-    (run,) = lammps.measured(
-        [Incline(angle=10.6, contact=PLASTIC, steps_per_contact=200)], "steady"
+    (run,) = measured(
+        lammps, [Incline(angle=10.6, contact=PLASTIC, steps_per_contact=200)], "steady"
     )
     start = run.crests.margin_J[0] / run.case.weight_energy + well_depth(10.6)
     expected = energies(start, run.case.wells - 1, 10.6, 0.25) - well_depth(10.6)
-    measured = run.crests.margin_J[1:] / run.case.weight_energy
+    found = run.crests.margin_J[1:] / run.case.weight_energy
     # the finite stiffness, mg / (k d) = 1e-5, and the work done in the contacts
-    assert measured == pytest.approx(expected, abs=2e-4)
+    assert found == pytest.approx(expected, abs=2e-4)
 
 
 def test_margin_over_one_well_is_that_of_the_theory(lammps):
@@ -91,15 +93,15 @@ def test_margin_over_one_well_is_that_of_the_theory(lammps):
         Incline(angle=a, contact=PLASTIC, stiffness=1e7, steps_per_contact=200.0)
         for a in (9.8, 10.2, 10.6)
     ]
-    for run in lammps.measured(cases, "passage"):
+    for run in measured(lammps, cases, "passage"):
         assert ratio(run) == pytest.approx(passage_margin(run.case.angle, 0.25), abs=1e-4)
 
 
 @pytest.mark.parametrize("contact", [SOURCE, PLASTIC], ids=lambda c: c.name)
 def test_both_routes_give_the_critical_angle_in_few_runs(lammps, contact):
     case = Incline(contact=contact)
-    one = critical_angle_by_passage(passage(lammps.measured), case)
-    other = critical_angle_by_steady_motion(lambda c: lammps.measured(c, "steady"), case)
+    one = critical_angle_by_passage(passage(partial(measured, lammps)), case)
+    other = critical_angle_by_steady_motion(lambda c: measured(lammps, c, "steady"), case)
     assert abs(one.value_deg - other.value_deg) <= one.uncertainty_deg + other.uncertainty_deg
     assert one.value_deg == pytest.approx(critical_angle(), abs=5e-3)
     assert len(one.samples) <= 14
@@ -107,18 +109,18 @@ def test_both_routes_give_the_critical_angle_in_few_runs(lammps, contact):
 
 
 def test_clipping_the_tail_of_the_source_contact_raises_the_angle(lammps):
-    kept = critical_angle_by_passage(passage(lammps.measured), Incline())
+    kept = critical_angle_by_passage(passage(partial(measured, lammps)), Incline())
     clipped = Incline(contact=SOURCE.replace(tail="clipped"))
-    raised = critical_angle_by_passage(passage(lammps.measured), clipped)
+    raised = critical_angle_by_passage(passage(partial(measured, lammps)), clipped)
     assert kept.value_deg == pytest.approx(10.206, abs=2e-3)
     assert raised.value_deg == pytest.approx(10.218, abs=2e-3)
 
 
 def test_restitution_zero_runs_as_critical_damping(lammps):
-    (run,) = lammps.measured([Incline(contact=CLIPPED)], "passage")
+    (run,) = measured(lammps, [Incline(contact=CLIPPED)], "passage")
     assert math.isfinite(run.margin_J)
     by_ratio = CLIPPED.replace(restitution=None, damping_ratio=1.0)
-    (same,) = lammps.measured([Incline(contact=by_ratio)], "passage")
+    (same,) = measured(lammps, [Incline(contact=by_ratio)], "passage")
     assert same.margin_J == pytest.approx(run.margin_J, rel=1e-12)
     assert restitution_clipped(CLIPPED.zeta) > 0
 
@@ -126,7 +128,7 @@ def test_restitution_zero_runs_as_critical_damping(lammps):
 def test_half_the_effective_mass_is_less_damping(lammps):
     half = SOURCE.replace(effective_mass="half")
     full = SOURCE.replace(restitution=None, damping_ratio=SOURCE.zeta / math.sqrt(2))
-    one, other = lammps.measured([Incline(contact=c) for c in (half, full)], "passage")
+    one, other = measured(lammps, [Incline(contact=c) for c in (half, full)], "passage")
     assert one.margin_J == pytest.approx(other.margin_J, rel=1e-9)
 
 
@@ -136,14 +138,14 @@ def test_half_the_effective_mass_is_less_damping(lammps):
     ids=["glass", "moon", "glass on the moon"],
 )
 def test_margin_does_not_depend_on_units(lammps, case):
-    here, there = lammps.measured([EARTH, case], "passage")
+    here, there = measured(lammps, [EARTH, case], "passage")
     assert there.case.stiffness != here.case.stiffness
     assert ratio(there) == pytest.approx(ratio(here), abs=1e-9)
     assert there.steps == here.steps
 
 
 def test_row_length_does_not_matter(lammps):
-    one, other = lammps.measured([EARTH, EARTH.replace(spheres=5)], "steady")
+    one, other = measured(lammps, [EARTH, EARTH.replace(spheres=5)], "steady")
     # positions are wrapped elsewhere: round-off decides in which step a contact breaks
     assert ratio(other) == pytest.approx(ratio(one), abs=5e-6)
     assert other.motion is one.motion
@@ -151,27 +153,27 @@ def test_row_length_does_not_matter(lammps):
 
 def test_phase_shifts_the_start_and_hardly_the_margin(lammps):
     shifted = [EARTH.replace(phase=phase) for phase in (0.0, 0.25, 0.5, 0.75)]
-    margins = [ratio(run) for run in lammps.measured(shifted, "passage")]
+    margins = [ratio(run) for run in measured(lammps, shifted, "passage")]
     assert len(set(margins)) == 4
     assert np.ptp(margins) < 1e-4
 
 
 def test_time_limit_leaves_a_run_undecided_not_trapped(lammps):
-    (run,) = lammps.measured([EARTH.replace(time_limit=0.5)], "steady")
+    (run,) = measured(lammps, [EARTH.replace(time_limit=0.5)], "steady")
     assert run.motion is Motion.UNDECIDED
     assert run.time_s == pytest.approx(0.5 / math.sqrt(9.81), rel=1e-3)
 
 
 def test_more_steps_than_lammps_runs_at_once(lammps):
-    (run,) = lammps.measured([EARTH.replace(time_limit=1e7)], "passage")
+    (run,) = measured(lammps, [EARTH.replace(time_limit=1e7)], "passage")
     assert 1e7 / math.sqrt(9.81) / run.case.step > 2**31
-    (usual,) = lammps.measured([EARTH], "passage")
+    (usual,) = measured(lammps, [EARTH], "passage")
     assert run.margin_J == usual.margin_J
 
 
 def test_trajectory_stays_on_the_row_and_keeps_its_energy(lammps):
     case = Incline(angle=10.5, contact=PLASTIC, steps_per_contact=100.0, wells=3)
-    (run,) = lammps.inclines([case], "steady", every=50)
+    (run,) = run_inclines(lammps, [case], "steady", every=50)
     path = run.trajectory
     assert (np.diff(path.time_s) > 0).all()
     assert np.diff(path.time_s)[:-1] == pytest.approx(50 * case.step, rel=1e-6)
@@ -189,17 +191,17 @@ def test_trajectory_stays_on_the_row_and_keeps_its_energy(lammps):
     energy = path.speed_m_per_s**2 / 2 + 9.81 * height
     assert np.diff(energy).max() < 1e-3
     assert energy[-1] < energy[0] - 0.5
-    (silent,) = lammps.inclines([case], "steady")
+    (silent,) = run_inclines(lammps, [case], "steady")
     assert silent.margin_J == run.margin_J
     assert silent.trajectory is None
 
 
 def test_result_names_release_packages_script_and_how(lammps, executable):
-    (one,), (other,) = (engine.measured([EARTH], "passage") for engine in (lammps, executable))
+    (one,), (other,) = (measured(engine, [EARTH], "passage") for engine in (lammps, executable))
     assert (one.provenance.how, other.provenance.how) == ("in-process", "executable")
     assert one.provenance.engine_version == other.provenance.engine_version
     assert "GRANULAR" in one.provenance.packages
-    assert one.provenance.script_sha256 == incline_script("source").sha256
+    assert one.provenance.script_sha256 == Lammps.script(TEMPLATE, "source").sha256
     assert one.case is EARTH
 
 
@@ -209,14 +211,14 @@ def test_variables_on_the_command_line_override_the_script(lmp, lammps, tmp_path
     case = Incline(angle=10.4, stiffness=2e6, contact=PLASTIC, steps_per_contact=80.0, spheres=7)
     options = [
         word
-        for name, value in {"route": "passage", **incline_variables(case)}.items()
-        for word in ("-var", name, value)
+        for name, value in values_of(case, "passage").items()
+        for word in ("-var", name, Lammps.literal(value))
     ]
     script = inputs / "incline-source.in"
     subprocess.run([lmp, "-in", str(script), "-screen", "none", *options], cwd=tmp_path, check=True)
     log = (tmp_path / "log.lammps").read_text(encoding="utf-8")
-    run = read_incline(case, log, None, 0.0, lammps.identify())
-    (expected,) = lammps.measured([case], "passage")
+    run = read(case, "passage", Output(results_in(log), Provenance("lammps", "1")), "linear")
+    (expected,) = measured(lammps, [case], "passage")
     assert run.margin_J == expected.margin_J
 
 
@@ -227,9 +229,9 @@ def test_two_ranks_give_the_same_verdict_and_margin(lmp, mpirun, lammps):
     except EngineMissingError as error:
         pytest.skip(f"mpirun does not fit this LAMMPS: {error}")
     with engine:
-        two = engine.inclines(cases, "passage")
+        two = run_inclines(engine, cases, "passage")
     assert not [run for run in two if isinstance(run, EngineError)]
-    for one, other in zip(lammps.measured(cases, "passage"), two, strict=True):
+    for one, other in zip(measured(lammps, cases, "passage"), two, strict=True):
         assert other.motion is one.motion
         assert other.margin_J == pytest.approx(one.margin_J, rel=1e-9)
         assert other.provenance.how == f"{mpirun} -np 2"
@@ -239,21 +241,20 @@ def test_two_ranks_give_the_same_verdict_and_margin(lmp, mpirun, lammps):
 def test_lammps_is_unstable_just_below_the_bound_on_the_step(lmp, factor, settles):
     case = Incline(angle=0.0, wells=1, time_limit=20.0)
     steps = factor * case.fewest_steps_per_contact
-    script = incline_script("source")
+    script = Lammps.script(TEMPLATE, "source")
     # let it rest in the well: no verdict is to stop it
     text = script.text.replace("(vcm(grain,x)<0)", "0").replace("v_margin<0", "v_margin>1e9")
-    variables = {
-        **incline_variables(case),
-        "steps_per_contact": repr(steps),
-        "speed": "0",
-        "record": "yes",
-    }
-    job = Job(type(script)("rest.in", text, script.variables), variables, series=True)
-    runner = Executable(lmp, "", 1, Limits(seconds=30))
-    (output,) = runner.run([job])
-    runner.close()
+    with Lammps(lmp=lmp, workers=1, limits=Limits(seconds=30)) as engine:
+        engine.identify()
+        values = {**engine.task(job_of(case, "steady", 100)).values, "speed": 0}
+        task = Task(
+            job_of(case, "steady", 100),
+            Script("rest.in", text, script.variables),
+            {**values, "steps_per_contact": steps},
+        )
+        (output,) = engine.execute([task])
     if isinstance(output, EngineError):
         assert not settles
         return
-    run = read_incline(case, output.log, output.series, 0.0, runner.identify())
+    run = read(case, "steady", output, "linear", every=100)
     assert bool(run.trajectory.speed_m_per_s[-1] < 1e-6) is settles

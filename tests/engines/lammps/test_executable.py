@@ -6,11 +6,11 @@ import pytest
 
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import InclineRun, Motion
+from harness.cases.incline.runs import measured, run_inclines
+from harness.cases.incline.template import TEMPLATE, job_of
 from harness.engines.lammps.engine import Lammps
-from harness.engines.lammps.executable import Executable
-from harness.engines.lammps.jobs import Job
-from harness.engines.lammps.scripts import Script, incline_script, incline_variables
 from harness.engines.process import Limits
+from harness.engines.script import Script, Task
 from harness.errors import (
     EngineCrashError,
     EngineInputError,
@@ -58,7 +58,7 @@ def fake(script_file, tmp_path, recorded):
     ],
 )
 def test_each_way_to_fail_has_its_error_and_costs_only_its_own_job(fake, mode, limits, error, said):
-    results = fake(mode, **limits).inclines([GOOD, BAD, GOOD, GOOD, BAD], "passage")
+    results = run_inclines(fake(mode, **limits), [GOOD, BAD, GOOD, GOOD, BAD], "passage")
     for result in (results[1], results[4]):
         assert type(result) is error
         assert said in str(result)
@@ -70,29 +70,36 @@ def test_each_way_to_fail_has_its_error_and_costs_only_its_own_job(fake, mode, l
 
 def test_the_log_of_a_run_that_failed_says_what_ran_and_where_it_ended(fake):
     engine = fake("segfault")
-    good, bad = engine.inclines([GOOD, BAD], "passage")
+    good, bad = run_inclines(engine, [GOOD, BAD], "passage")
     assert isinstance(good, InclineRun)
     head, digest, *rest = bad.log.splitlines()
     assert head.startswith(f"# lmp -in incline-{BAD.contact.name}.in -var route passage -var angle")
-    assert digest.endswith(incline_script(BAD.contact.name).sha256)
+    assert digest.endswith(Lammps.script(TEMPLATE, BAD.contact.name).sha256)
     assert rest
     (name,) = engine.logs()
     assert "RESULT verdict" in engine.logs()[name]
 
 
 def test_fake_that_fits_into_its_memory_is_not_stopped(fake):
-    (run,) = fake("exceed memory", memory=8 * GIGABYTE).inclines([BAD], "passage")
+    (run,) = run_inclines(fake("exceed memory", memory=8 * GIGABYTE), [BAD], "passage")
     assert isinstance(run, InclineRun)
 
 
-def test_process_killed_after_its_last_result_loses_nothing(fake):
-    results = fake("killed after its work").inclines([GOOD, BAD], "passage")
-    assert [type(result) for result in results] == [InclineRun, InclineRun]
+@pytest.mark.parametrize(
+    ("mode", "said"),
+    [("killed after its work", "signal SIGKILL"), ("ends with 139", "signal SIGSEGV")],
+)
+def test_process_that_fails_after_its_last_result_does_not_pass_for_success(fake, mode, said):
+    results = run_inclines(fake(mode), [GOOD, BAD], "passage")
+    for result in results:
+        assert type(result) is EngineCrashError
+        assert f"died: {said}, after its results were written" in str(result)
+        assert "RESULT verdict" in result.log
 
 
 def test_hang_ends_at_the_limit_and_leaves_no_process(fake, tmp_path):
     start = time.monotonic()
-    (error,) = fake("hang", seconds=0.3).inclines([BAD], "passage")
+    (error,) = run_inclines(fake("hang", seconds=0.3), [BAD], "passage")
     assert isinstance(error, EngineTimeoutError)
     assert time.monotonic() - start < 10.0
     commands = (path.read_bytes() for path in Path("/proc").glob("[0-9]*/cmdline"))
@@ -101,23 +108,23 @@ def test_hang_ends_at_the_limit_and_leaves_no_process(fake, tmp_path):
 
 def test_measured_raises_what_went_wrong(fake):
     with pytest.raises(EngineCrashError):
-        fake("segfault").measured([GOOD, BAD], "passage")
+        measured(fake("segfault"), [GOOD, BAD], "passage")
 
 
 def test_provenance_is_what_the_help_says(fake, tmp_path):
-    (run,) = fake("segfault").inclines([GOOD], "passage")
+    (run,) = run_inclines(fake("segfault"), [GOOD], "passage")
     who = run.provenance
     assert (who.engine, who.engine_version) == ("lammps", "22 Jul 2025 - Update 4")
     assert who.packages == ("GRANULAR", "MC")
     assert who.executable == str(tmp_path / "fake-lmp")
     assert who.how == "executable"
     assert who.script == "incline-source.in"
-    assert who.script_sha256 == incline_script("source").sha256
+    assert who.script_sha256 == Lammps.script(TEMPLATE, "source").sha256
 
 
 def test_lammps_without_granular_is_refused_with_the_package_named(fake):
     with pytest.raises(EngineMissingError, match=r"fake-lmp .* without the GRANULAR package"):
-        fake("without granular")
+        fake("without granular").identify()
 
 
 @pytest.mark.parametrize(
@@ -125,7 +132,7 @@ def test_lammps_without_granular_is_refused_with_the_package_named(fake):
 )
 def test_program_that_is_not_lammps_is_refused_by_name(script_file, text):
     with pytest.raises(EngineMissingError, match=r"^--lmp \S+fake-lmp is not LAMMPS") as caught:
-        Lammps(lmp=script_file(text))
+        Lammps(lmp=script_file(text)).identify()
     assert "\n" not in str(caught.value)
 
 
@@ -133,8 +140,8 @@ def test_file_that_cannot_run_is_refused_by_name(tmp_path):
     path = tmp_path / "lmp"
     path.write_bytes(b"\x7fELF nonsense")
     path.chmod(0o755)
-    with pytest.raises(EngineMissingError, match=r"^--lmp \S+lmp does not run"):
-        Lammps(lmp=str(path))
+    with pytest.raises(EngineMissingError, match=r"^--lmp \S+lmp does not run|is not LAMMPS"):
+        Lammps(lmp=str(path)).identify()
 
 
 def test_file_without_the_right_to_run_is_a_wrong_request(tmp_path):
@@ -152,24 +159,22 @@ def test_launcher_alone_runs_the_lmp_on_path_and_is_checked_first():
 @pytest.mark.live
 def test_lost_atom_and_refused_input_are_told_apart_and_cost_only_their_jobs(lmp, lost_atom):
     refused = Script("refused.in", "units furlongs\n", frozenset())
-    case = Incline(angle=10.2, contact=GOOD.contact)
-    good = Job(incline_script("source"), {"route": "passage", **incline_variables(case)})
-    runner = Executable(lmp, "", 1, Limits())
-    lost, fine, wrong, fine_too = runner.run([Job(lost_atom, {}), good, Job(refused, {}), good])
-    runner.close()
+    with Lammps(lmp=lmp, workers=1) as engine:
+        engine.identify()
+        good = engine.task(job_of(Incline(angle=10.2), "passage"))
+        bare = [Task(good.job, script, {}) for script in (lost_atom, refused)]
+        lost, fine, wrong, fine_too = engine.execute([bare[0], good, bare[1], good])
     assert isinstance(lost, EngineLostAtomsError)
     assert isinstance(wrong, EngineInputError)
     assert "units" in str(wrong)
-    assert "RESULT verdict = " in fine.log
-    margins = [line for line in fine.log.splitlines() if line.startswith("RESULT margin_J")]
-    assert margins == [x for x in fine_too.log.splitlines() if x.startswith("RESULT margin_J")]
+    assert fine.has("verdict")
+    assert fine.number("margin_J") == fine_too.number("margin_J")
 
 
 @pytest.mark.live
 def test_real_lammps_names_its_release_and_packages(lmp):
-    runner = Executable(lmp, "", 1, Limits())
-    who = runner.identify()
-    runner.close()
+    with Lammps(lmp=lmp) as engine:
+        who = engine.identify()
     assert "GRANULAR" in who.packages
     assert any(character.isdigit() for character in who.engine_version)
     assert who.executable == lmp

@@ -6,9 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from harness.engines.fingerprints import fingerprint as by_name
+from harness.engines.contract import Engine
+from harness.engines.fingerprints import digest
 from harness.engines.lammps.engine import Lammps
-from harness.engines.lammps.fingerprint import digest, fingerprint
+from harness.engines.lammps.fingerprint import fingerprint
+from harness.engines.registry import fingerprint_of
 from harness.errors import RequestError
 
 
@@ -58,19 +60,25 @@ def test_a_program_that_is_not_there_is_a_wrong_request():
         fingerprint("sh", "no-such-mpirun -np 2")
 
 
-def test_an_engine_that_is_not_known_has_none():
-    assert by_name("mfix") is None
+def test_an_engine_that_is_not_known_by_its_content_has_none():
+    assert Engine.fingerprint_of() is None
+
+
+def test_the_twin_of_the_library_counts_and_an_executable_has_none(program):
+    assert Lammps.twin_options() == {"lmp": "lmp"}
+    assert Lammps.twin_options(lmp=str(program)) is None
+    assert "twin" not in fingerprint_of("lammps", {"lmp": str(program)})
 
 
 @pytest.mark.usefixtures("lammps_here")
 def test_the_library_of_this_environment_is_told_without_loading_it():
-    found = by_name()
+    found = fingerprint_of("lammps", {})
     assert found["how"] == "in-process"
     assert any("liblammps" in name for name in found["files"])
     assert any("libmpi" in name for name in found["files"])
     script = (
         "import sys; from harness.store.verifications import verification_key\n"
-        "assert verification_key('quick')\n"
+        "assert verification_key('quick', engine='lammps')\n"
         "print(sorted({'lammps', 'numpy', 'scipy', 'pandas', 'matplotlib', 'numba', 'pydantic'}"
         " & set(sys.modules)))"
     )
@@ -87,8 +95,6 @@ def test_the_script_of_the_wheel_is_told_by_the_program_behind_it(lmp):
 
 
 @pytest.mark.usefixtures("lammps_here")
-def test_the_engine_adds_the_scripts_that_it_runs():
+def test_the_fingerprint_of_an_engine_is_that_of_its_class():
     with Lammps() as engine:
-        found = engine.fingerprint()
-    assert found["files"] == fingerprint()["files"]
-    assert {"tower.in", "incline-source.in"} <= found["scripts"].keys()
+        assert engine.fingerprint() == fingerprint() == Lammps.fingerprint_of()

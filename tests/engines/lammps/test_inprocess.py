@@ -10,10 +10,12 @@ from pathlib import Path
 import pytest
 
 from harness.cases.incline.parameters import Incline
-from harness.engines.lammps.inprocess import InProcess
-from harness.engines.lammps.jobs import Job, Output
-from harness.engines.lammps.scripts import Script, incline_script, incline_variables
+from harness.cases.incline.template import TEMPLATE, values_of
+from harness.engines.lammps.engine import Lammps
+from harness.engines.lammps.inprocess import InProcess, Left, Order
+from harness.engines.lammps.language import names_in
 from harness.engines.process import Limits
+from harness.engines.script import Script
 from harness.errors import (
     EngineCrashError,
     EngineInputError,
@@ -25,15 +27,23 @@ from harness.errors import (
 
 pytestmark = [pytest.mark.live, pytest.mark.usefixtures("lammps_here")]
 
-GOOD = Job(incline_script("source"), {"route": "passage", **incline_variables(Incline())})
-ENDLESS = Job(
-    incline_script("source"),
-    {
-        "route": "steady",
-        **incline_variables(
-            Incline(angle=14.0, wells=10_000, time_limit=1e6, steps_per_contact=1e4)
-        ),
-    },
+SCRIPT = Lammps.script(TEMPLATE, "source")
+
+
+def order(script, variables=()):
+    """Return a run of a script, without the variables of the run before."""
+    return Order(script, dict(variables), sorted(names_in(script.text) | {"angle"}), False)
+
+
+def incline(case, route):
+    """Return a run of an incline."""
+    values = {name: Lammps.literal(value) for name, value in values_of(case, route).items()}
+    return order(SCRIPT, values)
+
+
+GOOD = incline(Incline(), "passage")
+ENDLESS = incline(
+    Incline(angle=14.0, wells=10_000, time_limit=1e6, steps_per_contact=1e4), "steady"
 )
 
 
@@ -72,16 +82,16 @@ def children():
 
 @pytest.mark.parametrize("name", ["SEGV", "KILL", "ABRT"])
 def test_lammps_killed_by_a_signal_costs_its_job_only(shared, suicide, name):
-    before, dead, after = shared.run([GOOD, Job(suicide(name), {}), GOOD])
+    before, dead, after = shared.run([GOOD, order(suicide(name)), GOOD])
     assert type(dead) is EngineCrashError
     assert f"SIG{name}" in str(dead)
-    assert isinstance(before, Output)
-    assert isinstance(after, Output)
+    assert isinstance(before, Left)
+    assert isinstance(after, Left)
 
 
 def test_refused_script_leaves_its_log(shared):
     (refused,) = shared.run(
-        [Job(Script("wrong.in", "units si\nno_such_command 1\n", frozenset()), {})]
+        [order(Script("wrong.in", "units si\nno_such_command 1\n", frozenset()))]
     )
     assert "units si" in refused.log
     assert "no_such_command" in refused.log
@@ -103,7 +113,7 @@ def test_worker_killed_in_the_middle_of_a_run_costs_that_run_only(runner):
     thread.join(30)
     assert type(results[0]) is EngineCrashError
     assert "SIGKILL" in str(results[0])
-    assert isinstance(one.run([GOOD])[0], Output)
+    assert isinstance(one.run([GOOD])[0], Left)
 
 
 def test_run_out_of_time_is_ended_and_the_next_one_works(runner):
@@ -112,16 +122,16 @@ def test_run_out_of_time_is_ended_and_the_next_one_works(runner):
     late, good = one.run([ENDLESS, GOOD])
     assert type(late) is EngineTimeoutError
     assert "within 1 s" in str(late)
-    assert isinstance(good, Output)
+    assert isinstance(good, Left)
     assert time.monotonic() - start < 15
 
 
 def test_runaway_memory_is_stopped_at_the_limit_and_the_next_run_works(runner, runaway_memory):
     one = runner(memory=2 * 1024**3)
-    fat, good = one.run([Job(runaway_memory, {}), GOOD])
+    fat, good = one.run([order(runaway_memory), GOOD])
     assert type(fat) is EngineMemoryError
     assert "allocate" in str(fat)
-    assert isinstance(good, Output)
+    assert isinstance(good, Left)
 
 
 @pytest.mark.parametrize("megabytes", [32, 64])
@@ -132,21 +142,21 @@ def test_limit_too_small_to_start_is_out_of_memory(runner, megabytes):
 
 def test_lost_atom_and_refused_input_are_told_apart(shared, lost_atom):
     refused = Script("refused.in", "units furlongs\n", frozenset())
-    lost, wrong, good = shared.run([Job(lost_atom, {}), Job(refused, {}), GOOD])
+    lost, wrong, good = shared.run([order(lost_atom), order(refused), GOOD])
     assert type(lost) is EngineLostAtomsError
     assert type(wrong) is EngineInputError
     assert "units" in str(wrong)
-    assert isinstance(good, Output)
+    assert isinstance(good, Left)
 
 
 def test_script_that_ends_without_a_verdict_is_bad_output(shared):
-    (error,) = shared.run([Job(Script("silent.in", "print hello\n", frozenset()), {})])
+    (error,) = shared.run([order(Script("silent.in", "print hello\n", frozenset()))])
     assert type(error) is EngineOutputError
 
 
 def test_runs_do_not_see_the_variables_of_earlier_ones(runner):
     one = runner()
-    plain, steep, again = one.run([GOOD, Job(GOOD.script, {"angle": "12"}), GOOD])
+    plain, steep, again = one.run([GOOD, order(GOOD.script, {"angle": "12"}), GOOD])
     result = [
         [line for line in out.log.splitlines() if line.startswith("RESULT")]
         for out in (plain, steep, again)
@@ -186,8 +196,11 @@ def test_workers_leave_no_shared_memory(runner):
 
 OWNER = """
 import sys, threading, time
-from harness.engines.lammps.inprocess import InProcess
+from harness.engines.lammps.engine import Lammps
+from harness.engines.lammps.inprocess import InProcess, Left, Order
+from harness.engines.lammps.language import names_in
 from harness.engines.process import Limits
+from harness.engines.script import Script
 from tests.engines.lammps.test_inprocess import ENDLESS, GOOD
 runner = InProcess(2, Limits())
 runner.run([GOOD, GOOD])

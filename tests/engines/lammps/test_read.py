@@ -3,12 +3,10 @@ import pytest
 
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import Motion
-from harness.engines.lammps.read import (
-    error_from_text,
-    read_incline,
-    read_trajectory,
-    version_in,
-)
+from harness.cases.incline.runs import read as read_run
+from harness.engines.lammps.read import error_from_text, version_in
+from harness.engines.output import Output, results_in
+from harness.engines.tables import read_csv
 from harness.errors import (
     EngineCrashError,
     EngineInputError,
@@ -21,11 +19,13 @@ from harness.errors import (
 from harness.observables.provenance import Provenance
 
 WHO = Provenance("lammps", "22 Jul 2025 - Update 4")
-CASE = Incline(angle=10.2)
+CASE = Incline(angle=10.2, steps_per_contact=100.0)
 
 
-def read(log, series=None):
-    return read_incline(CASE, log, series, 0.5, WHO)
+def read(log, series=None, case=CASE):
+    tables = {} if series is None else {"series": read_csv(series, "LAMMPS", rising=True)}
+    output = Output(results_in(log), WHO, tables, log, 0.5)
+    return read_run(case, "steady", output, "linear", None if series is None else 1000)
 
 
 def changed(log, name, value):
@@ -51,7 +51,8 @@ def test_trapped_run_with_its_echo(recorded):
 
 
 def test_moving_run_with_its_path(recorded):
-    run = read(recorded("steady-moves-on.log"), recorded("grain.csv"))
+    case = CASE.replace(wells=3)
+    run = read(recorded("steady-moves-on.log"), recorded("grain.csv"), case)
     assert run.motion is Motion.MOVES_ON
     assert len(run.crests.time_s) == 3
     path = run.trajectory
@@ -64,14 +65,14 @@ def test_moving_run_with_its_path(recorded):
 
 
 def test_run_cut_off_by_time_is_undecided_and_passed_no_crest(recorded):
-    run = read(recorded("passage-undecided.log"))
+    run = read(recorded("passage-undecided.log"), case=Incline(angle=10.2))
     assert run.motion is Motion.UNDECIDED
     assert run.crests.time_s.size == 0
 
 
 @pytest.mark.parametrize("name", ["verdict", "margin_J", "touching", "time_s", "steps"])
 def test_missing_line_is_an_incomplete_result(recorded, name):
-    with pytest.raises(EngineOutputError, match="incomplete"):
+    with pytest.raises(EngineOutputError, match=r"incomplete|no table"):
         read(changed(recorded("steady-trapped.log"), name, None))
 
 
@@ -104,18 +105,18 @@ def test_crest_that_is_not_a_number_is_named(recorded):
 
 def test_series_with_a_value_that_is_not_a_number(recorded):
     with pytest.raises(EngineNaNError, match="series"):
-        read_trajectory(recorded("grain.csv") + "0.7,1,nan,0,0\n")
+        read(recorded("steady-moves-on.log"), recorded("grain.csv") + "0.7,1,nan,0,0\n")
 
 
-@pytest.mark.parametrize("tail", ["0.7,1,0.9\n", "0.7,1,0.9,"])
+@pytest.mark.parametrize("tail", ["0.7,1,0.9\n", "0.7,1,0.9,", "0.7,1,0.9,0,0"])
 def test_series_that_was_cut_is_an_incomplete_result(recorded, tail):
-    with pytest.raises(EngineOutputError, match="incomplete"):
+    with pytest.raises(EngineOutputError, match=r"incomplete|cut in its last row"):
         read(recorded("steady-moves-on.log"), recorded("grain.csv") + tail)
 
 
 def test_series_without_rows_is_an_incomplete_result(recorded):
     header = recorded("grain.csv").splitlines()[0] + "\n"
-    with pytest.raises(EngineOutputError, match="incomplete"):
+    with pytest.raises(EngineOutputError, match="without rows"):
         read(recorded("steady-moves-on.log"), header)
 
 

@@ -1,13 +1,24 @@
 import numpy as np
 import pytest
 
-from harness.engines.lammps.read_tower import read_tower
+from harness.cases.tower.engine_runs import read
+from harness.cases.tower.timing import Plan
+from harness.engines.lammps.engine import Lammps
+from harness.engines.output import Output
+from harness.engines.tables import read_dump
 from harness.errors import EngineNaNError, EngineOutputError
 from harness.observables.provenance import Provenance
 from harness.parameters.tower import Tower
 
 WHO = Provenance("lammps", "1 Jan 2030")
 CASE = Tower(height=2, law="overlap", stiffness=1000.0, gravity=10.0, mass=2.0)
+
+
+def read_tower(case, step, dump, who, profiles=False):
+    """Return the run that a dump tells of."""
+    table = read_dump(dump, "LAMMPS")
+    timing = Plan(1.0, step, 10 * (len(table["step"]) - 1), 10, 100.0)
+    return read(case, timing, Output((), who, {"series": table}), Lammps.traits, profiles)
 
 
 def _dump(*snapshots):
@@ -46,7 +57,8 @@ def test_every_observable_of_a_snapshot():
 def test_the_rounding_of_positions_is_no_contact():
     tiny = float(1000.0 * 2 * np.finfo(float).eps)
     row = [(0.0, 0.0, 20.0 - tiny), (1.0, 0.0, 20.0 + tiny), (2.0, 0.0, 0.0)]
-    assert read_tower(CASE, 1e-3, _dump(row, row), WHO).contacts.tolist() == [0, 0]
+    run = read_tower(CASE, 1e-3, _dump(row, PRESSED), WHO)
+    assert run.contacts.tolist() == [0, 2]
 
 
 @pytest.mark.parametrize("cut", [0, 1, 40, -1, -8, -30])

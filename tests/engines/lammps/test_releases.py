@@ -4,11 +4,11 @@ import sys
 import pytest
 
 from harness.cases.incline.parameters import Incline
-from harness.engines.lammps.executable import Executable
-from harness.engines.lammps.jobs import Job
-from harness.engines.lammps.read import read_incline
-from harness.engines.lammps.scripts import Script, incline_script
+from harness.cases.incline.runs import read
+from harness.cases.incline.template import job_of
+from harness.engines.lammps.engine import Lammps
 from harness.engines.process import Limits
+from harness.engines.script import Script, Task
 from harness.parameters.contact import CONTACTS
 
 pytestmark = [pytest.mark.live, pytest.mark.slow]
@@ -41,16 +41,13 @@ def release(request, tmp_path_factory):
 def run_committed(lmp, contact, inputs):
     """Run the committed input as it stands; return the release and the result."""
     name = f"incline-{contact}.in"
-    script = Script(
-        name, (inputs / name).read_text(encoding="utf-8"), incline_script(contact).variables
-    )
-    runner = Executable(lmp, "", 1, Limits(seconds=120))
-    try:
-        (output,) = runner.run([Job(script, {})])
-        case = Incline(contact=CONTACTS[contact], steps_per_contact=100.0)
-        return runner.identify(), read_incline(case, output.log, None, 0.0, runner.identify())
-    finally:
-        runner.close()
+    text = (inputs / name).read_text(encoding="utf-8")
+    case = Incline(contact=CONTACTS[contact], steps_per_contact=100.0)
+    with Lammps(lmp=lmp, workers=1, limits=Limits(seconds=120)) as engine:
+        who = engine.identify()
+        task = Task(job_of(case, "steady"), Script(name, text, frozenset()), {})
+        (output,) = engine.execute([task])
+    return who, read(case, "steady", output, "linear")
 
 
 @pytest.mark.parametrize("contact", ["source", "plastic", "clipped"])

@@ -1,21 +1,25 @@
 import math
 import re
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from harness.cases.drop.template import TEMPLATE as DROP
 from harness.cases.incline.parameters import Incline
-from harness.engines.lammps.read import LAST_RESULT
-from harness.engines.lammps.scripts import (
-    all_scripts,
-    check_variables,
-    incline_script,
-    incline_variables,
-)
+from harness.cases.incline.template import TEMPLATE, job_of, values_of
+from harness.cases.tower.template import TEMPLATE as TOWER
+from harness.engines.batches import finished
+from harness.engines.lammps.engine import Lammps
+from harness.errors import RequestError
 from harness.parameters.contact import CONTACTS, Contact
 
-SCRIPTS = all_scripts()
+SCRIPTS = [
+    Lammps.script(template, variant)
+    for template in (TEMPLATE, TOWER, DROP)
+    for variant in template.variants
+]
 BY_NAME = pytest.mark.parametrize("script", SCRIPTS, ids=lambda s: s.name)
 INCLINES = pytest.mark.parametrize(
     "script", [s for s in SCRIPTS if s.name.startswith("incline")], ids=lambda s: s.name
@@ -37,6 +41,11 @@ OVERRIDES = {
 def defaults(script):
     rows = (line.split() for line in script.text.splitlines())
     return {w[1]: w[3] for w in rows if len(w) > 3 and w[0] == "variable" and w[2] == "index"}
+
+
+def texts(case):
+    """Return what reaches LAMMPS of a case."""
+    return {name: Lammps.literal(value) for name, value in values_of(case, "passage").items()}
 
 
 def code(script):
@@ -76,7 +85,7 @@ def test_every_override_is_used(script):
 
 @BY_NAME
 def test_log_that_only_echoes_the_script_is_no_result(script):
-    assert LAST_RESULT not in script.text
+    assert not finished(script.text)
 
 
 @BY_NAME
@@ -106,19 +115,27 @@ def test_script_states_what_made_it_and_which_contact(script):
 
 @pytest.mark.parametrize("contact", CONTACTS.values(), ids=CONTACTS)
 def test_everything_a_case_sets_is_declared(contact):
-    check_variables(
-        incline_script(contact.name),
-        incline_variables(Incline(contact=contact, steps_per_contact=100)),
-    )
+    values = values_of(Incline(contact=contact, steps_per_contact=100), "passage", 10)
+    assert set(values) <= Lammps.script(TEMPLATE, contact.name).variables
 
 
 def test_variable_that_the_script_lacks_is_refused():
-    with pytest.raises(KeyError, match=r"incline-source\.in has no variable stifness"):
-        check_variables(incline_script("source"), {"angle": "10", "stifness": "1e6"})
+    job = job_of(Incline(), "passage")
+    wrong = replace(job, values={**job.values, "stifness": 1e6})
+    with (
+        Lammps() as engine,
+        pytest.raises(
+            RequestError,
+            match=r"'lammps' cannot run 'incline': its script incline-source\.in has no "
+            r"variable 'stifness'",
+        ),
+    ):
+        engine.run([job, wrong])
 
 
 def test_contact_without_a_script_of_its_own_runs_the_plastic_one():
-    assert incline_script("mine") == incline_script("plastic")
+    mine = job_of(Incline(contact=Contact(name="mine", restitution=0.3)), "passage")
+    assert Lammps.script(mine.template, mine.variant).name == "incline-plastic.in"
 
 
 def test_scripts_have_hashes_of_their_own():
@@ -127,7 +144,7 @@ def test_scripts_have_hashes_of_their_own():
 
 @given(st.floats(0.0, 30.0), st.floats(1e5, 1e12))
 def test_numbers_reach_lammps_at_full_precision(angle, stiffness):
-    variables = incline_variables(Incline(angle=angle, stiffness=stiffness))
+    variables = texts(Incline(angle=angle, stiffness=stiffness))
     assert float(variables["angle"]) == angle
     assert float(variables["stiffness"]) == stiffness
     assert " " not in "".join(variables.values())
@@ -135,7 +152,7 @@ def test_numbers_reach_lammps_at_full_precision(angle, stiffness):
 
 @pytest.mark.parametrize("e", [0.0, 1e-300, 0.3, 1.0])
 def test_zeta_of_the_script_is_that_of_the_contact(e):
-    variables = incline_variables(Incline(contact=Contact(restitution=e)))
+    variables = texts(Incline(contact=Contact(restitution=e)))
     assert variables["damping"] == "restitution"
     written = float(variables["restitution"])
     # as the script puts it, with its special case

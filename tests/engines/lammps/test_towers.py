@@ -2,6 +2,8 @@ import numpy as np
 import pytest
 
 from harness.cases.incline.parameters import Incline
+from harness.cases.incline.runs import measured
+from harness.cases.tower.engine_runs import run_towers
 from harness.chain import exact
 from harness.engines.lammps.engine import Lammps
 from harness.errors import RequestError
@@ -19,7 +21,7 @@ def lammps():
 
 
 def _run(engine, case, **options):
-    (run,) = engine.towers([case], 3.0, **options)
+    (run,) = run_towers(engine, [case], 3.0, **options)
     assert not isinstance(run, Exception), run
     return run
 
@@ -81,21 +83,21 @@ def test_the_bessel_limit_of_a_tall_tower(lammps):
 
 def test_unequal_particles_are_refused(lammps):
     with pytest.raises(RequestError, match="one number each"):
-        lammps.towers([Tower(height=1, mass=(1.0, 2.0))], 3.0)
+        run_towers(lammps, [Tower(height=1, mass=(1.0, 2.0))], 3.0)
 
 
 def test_an_executable_refuses_the_deformable_law(lmp):
     with Lammps(lmp=lmp) as engine:
         with pytest.raises(RequestError, match="in-process only"):
-            engine.towers([Tower()], 3.0)
-        (run,) = engine.towers([Tower(height=2, law="overlap")], 3.0)
+            run_towers(engine, [Tower()], 3.0)
+        (run,) = run_towers(engine, [Tower(height=2, law="overlap")], 3.0)
         assert run.provenance.how == "executable"
 
 
 def test_in_process_and_executable_give_the_same_series(lammps, lmp):
     case = Tower(height=5, law="overlap")
     with Lammps(lmp=lmp) as engine:
-        (other,) = engine.towers([case], 3.0)
+        (other,) = run_towers(engine, [case], 3.0)
     np.testing.assert_array_equal(_run(lammps, case).grain_force, other.grain_force)
 
 
@@ -104,6 +106,6 @@ def test_inclines_and_towers_take_turns_in_one_process(way, lmp):
     tower, incline = Tower(height=2, law="overlap"), Incline(angle=10.0)
     with Lammps(lmp=lmp if way == "executable" else None, workers=1) as engine:
         first = _run(engine, tower)
-        (run,) = engine.measured([incline], "passage")
+        (run,) = measured(engine, [incline], "passage")
         np.testing.assert_array_equal(_run(engine, tower).grain_force, first.grain_force)
-        assert engine.measured([incline], "passage")[0].margin_J == run.margin_J
+        assert measured(engine, [incline], "passage")[0].margin_J == run.margin_J

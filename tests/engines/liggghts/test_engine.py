@@ -7,6 +7,8 @@ import pytest
 
 from harness.cases.incline.critical_angles import critical_angle
 from harness.cases.incline.parameters import Incline
+from harness.cases.incline.runs import run_inclines
+from harness.cases.tower.engine_runs import run_towers
 from harness.chain import exact
 from harness.engines.lammps.engine import Lammps
 from harness.engines.liggghts.engine import Liggghts
@@ -42,7 +44,7 @@ def test_incline_is_lammps_bit_by_bit(liggghts, lammps, contact):
         for angle, phase in ((9.9, 0.0), (10.5, 0.3))
     ]
     for route in ("passage", "steady"):
-        runs = (engine.inclines(cases, route) for engine in (liggghts, lammps))
+        runs = (run_inclines(engine, cases, route) for engine in (liggghts, lammps))
         for own, theirs in zip(*runs, strict=True):
             assert_same_run(own, theirs, 0.0)
 
@@ -60,7 +62,7 @@ def test_incline_is_lammps_bit_by_bit(liggghts, lammps, contact):
 )
 def test_other_inclines_are_lammps_bit_by_bit(liggghts, lammps, case):
     (own,), (theirs,) = (
-        engine.inclines([case], "steady", every=20) for engine in (liggghts, lammps)
+        run_inclines(engine, [case], "steady", every=20) for engine in (liggghts, lammps)
     )
     assert_same_run(own, theirs, 0.0)
     for column, values in vars(theirs.trajectory).items():
@@ -71,7 +73,7 @@ def test_other_inclines_are_lammps_bit_by_bit(liggghts, lammps, case):
 def test_path_is_the_reference_dem_to_round_off(liggghts, contact):
     case = Incline(contact=contact, steps_per_contact=STEPS[contact], angle=10.3, phase=0.3)
     (own,), (theirs,) = (
-        engine.inclines([case], "passage", every=10)
+        run_inclines(engine, [case], "passage", every=10)
         for engine in (liggghts, Reference(liggghts.traits.integrator))
     )
     assert_same_run(own, theirs, 1e-12)
@@ -103,7 +105,7 @@ def test_tower_meets_the_exact_solution(liggghts, height):
     case = Tower(height=height, law="overlap", stiffness=1e5, mass=1.0, speed=2.0)
     errors = []
     for steps in (400.0, 1600.0):
-        (run,) = liggghts.towers([case], 3.0, steps_per_contact=steps, samples=1200)
+        (run,) = run_towers(liggghts, [case], 3.0, steps_per_contact=steps, samples=1200)
         reference = exact.run(case, run.time[-1], samples=len(run.time) - 1)
         rows = np.searchsorted(reference.time, run.time - 1e-9 * run.time[-1])
         force = reference.grain_force[rows]
@@ -127,30 +129,29 @@ def test_tower_meets_the_exact_solution(liggghts, height):
 )
 def test_every_kind_of_tower_is_lammps_bit_by_bit(liggghts, lammps, changes):
     case = Tower(height=5, law="overlap").replace(**changes)
-    (own,), (theirs,) = (e.towers([case], 3.0, profiles=True) for e in (liggghts, lammps))
+    (own,), (theirs,) = (run_towers(e, [case], 3.0, profiles=True) for e in (liggghts, lammps))
     for values, others in zip(own.profiles, theirs.profiles, strict=True):
         np.testing.assert_array_equal(values, others)
 
 
 def test_tower_of_the_deformable_law_is_refused(liggghts):
     with pytest.raises(RequestError, match="overlap law only"):
-        liggghts.towers([Tower()], 3.0)
+        run_towers(liggghts, [Tower()], 3.0)
 
 
 def test_run_that_leaves_its_box_costs_only_itself(liggghts):
     flung = Incline(angle=29.0, contact=PLASTIC, steps_per_contact=100.0)
     good = Incline(angle=10.3, contact=PLASTIC, steps_per_contact=100.0)
-    first, lost, last = liggghts.inclines([good, flung, good], "passage")
+    first, lost, last = run_inclines(liggghts, [good, flung, good], "passage")
     assert first.margin_J == last.margin_J
     assert isinstance(lost, EngineError)
     assert "ERROR" in lost.log
 
 
-def test_engine_is_told_by_the_contents_of_its_libraries_and_scripts(liggghts):
+def test_engine_is_told_by_the_contents_of_its_libraries(liggghts):
     who = liggghts.fingerprint()
     assert who["engine"] == "liggghts"
     assert any(name.endswith("libliggghts.so.3") for name in who["files"])
-    assert who["scripts"].keys() >= {"drop.in", "tower.in", "incline-plastic.in"}
 
 
 def test_asking_who_it_is_leaves_no_log_behind(program, tmp_path, monkeypatch):

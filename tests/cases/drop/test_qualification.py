@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from harness.cases.drop.qualification import qualify
+from harness.cases.drop.runs import COLUMNS
+from harness.cases.drop.template import case_of, scene_of, values_of
 from harness.comparison.verdicts import Verdict
 from harness.engines.reference.engine import INTEGRATORS, Reference
 from harness.engines.registry import open_engine
-from harness.errors import EngineCrashError, EngineError
+from harness.errors import EngineCrashError
 from harness.observables.trajectory import Trajectory
 from harness.parameters.contact import Contact
 
@@ -17,16 +19,28 @@ from harness.parameters.contact import Contact
 class Trapped(Reference):
     """The reference DEM with a fault: a change of the case, or of the path that it returns."""
 
+    name = "trapped"
+
     def __init__(self, case=lambda c: c, path=lambda _, p: p, spring="linear"):
         super().__init__(spring=spring)
         self._change_case, self._change_path = case, path
 
-    def drops(self, cases):
-        runs = super().drops([self._change_case(case) for case in cases])
+    def run(self, jobs):
+        cases = [case_of(job.values) for job in jobs]
+        changed = [values_of(self._change_case(case)) for case in cases]
+        outputs = self.run_scenes([scene_of(values, self._spring) for values in changed])
         return [
-            replace(run, case=case, path=self._change_path(case, run.path))
-            for case, run in zip(cases, runs, strict=True)
+            with_path(output, self._change_path(case, path_of(output)))
+            for case, output in zip(cases, outputs, strict=True)
         ]
+
+
+def path_of(output):
+    return Trajectory(*(np.asarray(output.tables["series"][name]) for name in COLUMNS))
+
+
+def with_path(output, path):
+    return replace(output, tables={"series": dict(zip(COLUMNS, vars(path).values(), strict=True))})
 
 
 def failed(engine):
@@ -105,8 +119,8 @@ def test_each_trap_is_caught(trap, shown, spring):
 @pytest.mark.parametrize(("declared", "real"), [("linear", "Hertz"), ("Hertz", "linear")])
 def test_a_spring_of_another_law_is_caught(declared, real):
     class Other(Trapped):
-        def drops(self, cases):
-            return Reference(spring=real).drops(cases)
+        def run(self, jobs):
+            return Reference(spring=real).run(jobs)
 
     assert "static contact" in failed(Other(spring=declared))
 
@@ -137,18 +151,18 @@ class Dying(Reference):
         super().__init__()
         self._how = how
 
-    def drops(self, cases):
+    def run(self, jobs):
         if self._how == "all":
             raise EngineCrashError("it fell over")
-        runs = super().drops(cases)
+        outputs = super().run(jobs)
         if self._how == "one":
-            return [EngineCrashError("it fell over"), *runs[1:]]
-        return [run if isinstance(run, EngineError) else self._through(run) for run in runs]
+            return [EngineCrashError("it fell over"), *outputs[1:]]
+        return [self._through(output) for output in outputs]
 
-    def _through(self, run):
-        path = run.path
+    def _through(self, output):
+        path = path_of(output)
         still = [np.full_like(v, v[0]) for v in (path.vx_m_per_s, path.vy_m_per_s)]
-        return replace(run, path=Trajectory(path.time_s, path.x_m, path.y_m, *still))
+        return with_path(output, Trajectory(path.time_s, path.x_m, path.y_m, *still))
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,181 @@
+"""A grain that meets one fixed sphere, as a case; engines qualify with it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from harness.cases.contract import Case, Reference, Study, failed_part
+from harness.cases.drop.expected import references_of
+from harness.cases.drop.parameters import Drop
+from harness.cases.drop.result import DropRun
+from harness.cases.drop.runs import read, run_drops
+from harness.cases.drop.template import HEAD_ON, TEMPLATE, job_of
+from harness.cases.drop.tolerances import REGRESSION
+from harness.comparison.baseline_record import BaselineRecord, Quantity, made_by
+from harness.comparison.findings import Findings
+from harness.comparison.tolerances import Tolerance
+from harness.comparison.verdicts import Check, Kind, failed_run, judge, not_tested
+from harness.engines.contract import Engine, Job, Output, Template
+from harness.engines.traits import Traits
+from harness.errors import EngineError
+from harness.observables.declared import Observable
+from harness.parameters.contact import PLASTIC, SOURCE
+from harness.report.sections import Section
+
+if TYPE_CHECKING:
+    from harness.cases.drop.checks import DropTest
+
+NAME = "drop"
+
+
+@dataclass(frozen=True)
+class DropEvidence:
+    """The runs of an engine's drops with the tests that they were made for."""
+
+    who: str
+    made: tuple[tuple[DropTest, DropRun], ...]
+
+
+class DropCase(Case[Drop]):
+    """Head-on and oblique collision, free fall and rest of a grain on one fixed sphere."""
+
+    name = NAME
+    group = "contacts"
+    summary = "A grain meets one fixed sphere: restitution, rest, free fall, oblique contact."
+    qualifies = True
+    parameters = Drop
+    quantities = (
+        Observable("restitution", "1", "", "speed after the collision over speed before, head-on"),
+        Observable("largest_overlap_m", "m", "", "largest overlap of the samples"),
+        Observable("end_overlap_m", "m", "", "overlap at the end; negative is a gap"),
+        Observable("end_speed_m_per_s", "m/s", "", "speed at the end"),
+        Observable("angular_momentum_ratio", "1", "", "about the sphere's centre, end over start"),
+    )
+    template: ClassVar[Template] = TEMPLATE
+    regression: ClassVar[Mapping[str, Tolerance]] = REGRESSION
+
+    @property
+    def presets(self) -> Mapping[str, Drop]:
+        """Return a collision, a rest, a fall and an oblique contact."""
+        fall = Drop(contact=HEAD_ON, gravity=9.81, gap=0.05)
+        longest = 0.9 * math.sqrt(2.0 * fall.gap / fall.gravity) / fall.contact_time
+        return {
+            "head-on": Drop(contact=HEAD_ON, gap=1e-3, speed=1.0),
+            "plastic": Drop(contact=PLASTIC, gap=1e-3, speed=1.0, duration=25.0, every=10),
+            "static": Drop(contact=HEAD_ON, stiffness=1e4, gravity=9.81, duration=40.0, every=100),
+            "fall": fall.replace(duration=longest, every=100),
+            "oblique": Drop(contact=HEAD_ON, sideways=1.0, gap=-1e-4, every=100),
+        }
+
+    def job(self, parameters: Drop) -> Job:
+        """Return the job of one drop."""
+        return job_of(parameters)
+
+    def read(self, parameters: Drop, output: Output, traits: Traits) -> Mapping[str, float]:  # noqa: ARG002
+        """Return what the path tells; raise EngineOutputError for one that is cut.
+
+        The restitution is that of a head-on collision that is over; the ratio of angular momenta
+        is there where the grain has one.
+        """
+        path = read(parameters, output).path
+        overlap = parameters.diameter - (path.x_m**2 + path.y_m**2) ** 0.5
+        found = {
+            "largest_overlap_m": float(overlap.max()),
+            "end_overlap_m": float(overlap[-1]),
+            "end_speed_m_per_s": float(path.speed_m_per_s[-1]),
+        }
+        momentum = path.x_m * path.vy_m_per_s - path.y_m * path.vx_m_per_s
+        if parameters.sideways != 0.0:
+            found["angular_momentum_ratio"] = float(momentum[-1] / momentum[0])
+        elif _collided(parameters, overlap):
+            found["restitution"] = float(path.vy_m_per_s[-1]) / parameters.speed
+        return found
+
+    def references(self, parameters: Drop, traits: Traits) -> Mapping[str, Reference]:
+        """Return what is expected under an engine's spring."""
+        return references_of(parameters, traits.spring)
+
+    def verify(self, engine: Engine, study: Study) -> Findings:  # noqa: ARG002
+        """Run the drops that an engine can state and judge each against what its rules ask for."""
+        from harness.cases.drop.checks import drop_tests
+
+        tests = list(drop_tests(engine.traits))
+        found = Findings(self.name, engine.name)
+        try:
+            runs = run_drops(engine, [test.case for test in tests])
+        except EngineError as error:
+            runs = [error] * len(tests)
+        made = []
+        for test, run in zip(tests, runs, strict=True):
+            check = _judged(f"{engine.name}: {test.name}", test, run)
+            found.checks.append(check)
+            if isinstance(run, EngineError):
+                found.errors[_key(engine.name, test)] = run
+            elif math.isfinite(check.value):
+                found.records.append(_record(test, run, check.value))
+                made.append((test, run))
+        for contact in (SOURCE, PLASTIC):
+            refused = engine.traits.refuses_contact(contact)
+            if refused:
+                name = f"{engine.name}: restitution head-on, {contact.name} contact"
+                found.checks.append(not_tested(name, Kind.ANALYTIC, refused))
+        found.evidence = DropEvidence(engine.title, tuple(made))
+        return found
+
+    def sections(
+        self,
+        main: Findings | None,
+        own: Findings,  # noqa: ARG002
+        beside: Mapping[str, Findings],
+    ) -> Sequence[Section]:
+        """Return the collisions of the engines, with a figure of the main one's."""
+        from harness.cases.drop.sections import sections_of
+
+        found = [*([main] if main is not None else []), *beside.values()]
+        return sections_of([one.evidence for one in found if one.evidence is not None])
+
+
+def _collided(case: Drop, overlap: NDArray[np.float64]) -> bool:
+    """Return whether a head-on collision without gravity is over."""
+    head_on = case.speed > 0.0 and case.gravity == 0.0
+    return head_on and bool(overlap.max() > 0.0 >= overlap[-1])
+
+
+def _judged(name: str, test: DropTest, run: DropRun | EngineError) -> Check:
+    """Return the row of a test; the failed row of a run that died or cannot be measured."""
+    unit = test.tolerance.unit
+    if isinstance(run, EngineError):
+        return failed_run(name, Kind.ANALYTIC, run, unit)
+    try:
+        value = test.measure(run)
+    except Exception as error:
+        return failed_part(name, error, unit, Kind.ANALYTIC)
+    return judge(name, Kind.ANALYTIC, value, test.expected, test.tolerance)
+
+
+def _key(engine: str, test: DropTest) -> str:
+    words = f"{test.quantity} {test.case.contact.name}".replace("_", " ")
+    kept = "".join(c if c.isalnum() or c == "." else " " for c in words)
+    return f"{engine}/drop-{'-'.join(kept.split())}"
+
+
+def _record(test: DropTest, run: DropRun, value: float) -> BaselineRecord:
+    """Return a drop as a record of the baseline."""
+    return BaselineRecord(
+        name=_key(run.provenance.engine, test),
+        parameters=test.case.model_dump(mode="json"),
+        quantities={test.quantity: Quantity(value, 0.0, test.tolerance.unit)},
+        case=NAME,
+        label=test.name,
+        family=(test.case.contact.name,),
+        **made_by(run.provenance, "", ""),
+    )
+
+
+CASE = DropCase()

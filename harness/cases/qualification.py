@@ -1,0 +1,54 @@
+"""Whether an engine passes the cases that it must pass before its other results are used."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from harness.cases.contract import Case, Study
+from harness.cases.registry import all_cases
+from harness.comparison.findings import Findings
+from harness.comparison.verdicts import Check, Verdict
+from harness.engines.contract import Engine
+
+
+@dataclass(frozen=True)
+class Qualification:
+    """What the qualifying cases found in an engine. Only one that ``holds`` is believed.
+
+    ``findings`` are those of each case, by name.
+    """
+
+    engine: str
+    checks: tuple[Check, ...]
+    findings: Mapping[str, Findings] = field(default_factory=dict, repr=False)
+
+    @property
+    def holds(self) -> bool:
+        """Return whether no check failed, and at least one was made."""
+        verdicts = [check.verdict for check in self.checks]
+        return Verdict.FAIL not in verdicts and Verdict.PASS in verdicts
+
+    @property
+    def failures(self) -> str:
+        """Return the names of the checks that failed, without the engine's."""
+        failed = [c.name for c in self.checks if c.verdict is Verdict.FAIL]
+        return ", ".join(name.partition(": ")[2] for name in failed)
+
+
+def qualify(
+    engine: Engine, cases: Iterable[Case[Any]] | None = None, study: Study | None = None
+) -> Qualification:
+    """Run the cases that qualify an engine, those given or all that there are, and judge them.
+
+    A case that the engine cannot state at all says nothing of it.
+    """
+    chosen = all_cases().values() if cases is None else cases
+    found = {
+        case.name: case.verify(engine, study or Study())
+        for case in chosen
+        if case.qualifies and engine.states(case.template)
+    }
+    checks = tuple(check for findings in found.values() for check in findings.checks)
+    return Qualification(engine.name, checks, found)

@@ -1,0 +1,147 @@
+"""The cases that the harness knows: by folder, and by entry points of other packages.
+
+A folder of this package with a module ``case`` is a case of the folder's name. Another package
+names its cases under the entry point ``dem_harness.cases``, each by its name. A case is imported
+when it is asked for, not to list names.
+"""
+
+from __future__ import annotations
+
+import pkgutil
+from collections.abc import Mapping
+from functools import cache
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
+from importlib.util import find_spec
+from typing import Any
+
+import harness.cases
+from harness.cases.contract import Case
+from harness.errors import RequestError
+
+GROUP = "dem_harness.cases"
+"""Entry point of other packages."""
+
+ALL = "all"
+
+
+@cache
+def built_in() -> tuple[str, ...]:
+    """Return the names of the cases of this package, in order."""
+    folders = pkgutil.iter_modules(harness.cases.__path__, "harness.cases.")
+    packages = [module.name for module in folders if module.ispkg]
+    cases = [name for name in packages if find_spec(f"{name}.case") is not None]
+    return tuple(name.rpartition(".")[2] for name in cases)
+
+
+def plugins() -> Mapping[str, EntryPoint]:
+    """Return the entry points of other packages by name; of two of one name the first."""
+    return {point.name: point for point in reversed(_points())}
+
+
+def _points() -> list[EntryPoint]:
+    return sorted(entry_points(group=GROUP), key=lambda point: (point.name, _package(point)))
+
+
+def case_names() -> tuple[str, ...]:
+    """Return the names of all cases: of this package, then of others."""
+    return (*built_in(), *(name for name in plugins() if name not in built_in()))
+
+
+def get_case(name: str) -> Case[Any]:
+    """Return a case by name.
+
+    Raise RequestError for a name that is not known, and, naming its package, for a case of
+    another package that cannot be used.
+    """
+    if name in built_in():
+        found: Case[Any] = import_module(f"harness.cases.{name}.case").CASE
+        return found
+    point = plugins().get(name)
+    if point is None:
+        raise RequestError(f"case {name!r} is not known: must be one of {', '.join(case_names())}")
+    return _loaded(point)
+
+
+def all_cases() -> dict[str, Case[Any]]:
+    """Return the cases that can be used, by name; what is wrong with others: :func:`faults`."""
+    return _usable()[0]
+
+
+def faults() -> tuple[str, ...]:
+    """Return one line for each case of another package that cannot be used."""
+    return tuple(_usable()[1])
+
+
+def cases_named(text: str = "") -> dict[str, Case[Any]]:
+    """Return the cases of a text such as ``incline,tower``: names, groups, or ``all``.
+
+    Without a text, those that ``verify`` runs by default. Raise RequestError for a word that is
+    neither a name nor a group, for no word at all, and for a named case that cannot be used.
+    """
+    words = [word.strip() for word in text.split(",") if word.strip()]
+    if text and not words:
+        raise RequestError(f"--cases {text!r}: names no case")
+    unknown = [word for word in words if word != ALL and word not in case_names()]
+    chosen = [word for word in words if word not in (ALL, *unknown)]
+    if len(chosen) == len(words) and words:
+        return {name: get_case(name) for name in dict.fromkeys(chosen)}
+    usable = all_cases()
+    groups = {case.group for case in usable.values()}
+    for word in unknown:
+        if word not in groups:
+            raise RequestError(
+                f"--cases {word!r} is not known: must be {ALL}, a group "
+                f"({', '.join(sorted(groups))}), or one or more of {', '.join(case_names())}"
+            )
+    wanted = {name: get_case(name) for name in chosen}
+    return {
+        name: case
+        for name, case in (usable | wanted).items()
+        if name in wanted
+        or (case.by_default if not words else ALL in words or case.group in unknown)
+    }
+
+
+def _usable() -> tuple[dict[str, Case[Any]], list[str]]:
+    usable, wrong = {name: get_case(name) for name in built_in()}, []
+    for point in _points():
+        first = plugins()[point.name]
+        try:
+            if point is not first and _package(point) != _package(first):
+                raise RequestError(
+                    f"package {_package(point)!r}, case {point.name!r}: package "
+                    f"{_package(first)!r} has a case of this name"
+                )
+            usable[point.name] = _loaded(first)
+        except RequestError as error:
+            wrong.append(str(error))
+    return usable, wrong
+
+
+def _loaded(point: EntryPoint) -> Case[Any]:
+    """Return the case of an entry point; raise RequestError that names its package."""
+    where = f"package {_package(point)!r}, case {point.name!r}"
+    if point.name in built_in():
+        raise RequestError(f"{where}: this is the name of a case of dem-harness itself")
+    try:
+        found = point.load()
+    except Exception as error:
+        told = " ".join(f"{type(error).__name__}: {error}".split())
+        raise RequestError(f"{where}: {point.value} does not import: {told}") from None
+    if not isinstance(found, Case):
+        raise RequestError(
+            f"{where}: {point.value} is no case but {type(found).__name__}: must be an instance "
+            "of harness.cases.contract.Case"
+        )
+    without = [quantity.name for quantity in found.quantities if not quantity.unit]
+    if without:
+        raise RequestError(f"{where}: quantity {without[0]!r} has no unit ('1' for a pure number)")
+    if getattr(found, "name", None) != point.name:
+        named = getattr(found, "name", None)
+        raise RequestError(f"{where}: its case has the name {named!r}: must be that of the entry")
+    return found
+
+
+def _package(point: EntryPoint) -> str:
+    return point.dist.name if point.dist is not None else point.value.partition(":")[0]

@@ -1,0 +1,132 @@
+"""The input language of LAMMPS, in which LIGGGHTS is scripted as well."""
+
+from __future__ import annotations
+
+import re
+import threading
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+from typing import ClassVar
+
+from harness.engines.contract import Value, Values
+from harness.engines.lammps.read import error_from_text
+from harness.engines.output import Table
+from harness.engines.parallel import dealt
+from harness.engines.process import Ended, Limits, text_of
+from harness.engines.script import Script, Task
+from harness.engines.scripted import ScriptedEngine
+from harness.engines.tables import read_csv, read_dump
+from harness.errors import EngineError, EngineTimeoutError
+
+
+class LammpsLanguage(ScriptedEngine):
+    """A code with LAMMPS's input language: ``-var`` sets variables, a batch includes scripts.
+
+    ``record`` and ``everyone`` are the switches of scripts that write a series on demand.
+    """
+
+    extension: ClassVar[str] = "in"
+    renders_variants: ClassVar[bool] = True
+    switches: ClassVar[Values] = {"record": "yes", "everyone": "yes"}
+    command_name: ClassVar[str]
+    """What the documentation calls the program."""
+
+    def __init__(
+        self,
+        program: str | None = None,
+        workers: int | None = None,
+        limits: Limits | None = None,
+    ) -> None:
+        super().__init__(program, workers, limits)
+        self._seen = _own_names(type(self))
+        self._lock = threading.Lock()
+
+    @classmethod
+    def literal(cls, value: Value) -> str:
+        """Return the shortest text that reads back as the same number."""
+        return repr(value).removesuffix(".0") if isinstance(value, float) else str(value)
+
+    @classmethod
+    def declared(cls, text: str) -> frozenset[str]:
+        """Return the names of the index variables, which ``-var`` may set."""
+        return frozenset(re.findall(r"^variable (\w+) +index ", text, re.MULTILINE))
+
+    def shares(self, tasks: Sequence[Task]) -> list[list[int]]:
+        """Return the indices of the tasks of each process, of whatever script, dealt out."""
+        return [list(hand) for hand in dealt(len(tasks), self.workers)]
+
+    def write(self, folder: Path, tasks: Sequence[Task]) -> None:
+        """Write the scripts and ``batch.in``, which runs the tasks, each from a clean slate."""
+        lines: list[str] = []
+        for index, task in enumerate(tasks):
+            name = file_of(task.script)
+            if not (folder / name).exists():
+                (folder / name).write_text(task.script.text, encoding="utf-8")
+            variables = {**self.variables(task), "series": f"{index}.csv"}
+            lines += [f"log {index}.log", "clear"]
+            lines += [f"variable {old} delete" for old in self.names_to_forget(task.script)]
+            lines += [f"variable {key} index {text}" for key, text in variables.items()]
+            lines.append(f"include {name}")
+        (folder / "batch.in").write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+    def variables(self, task: Task) -> dict[str, str]:
+        """Return what ``-var`` sets for a task, at full precision."""
+        return {name: self.literal(value) for name, value in task.values.items()}
+
+    def names_to_forget(self, script: Script) -> list[str]:
+        """Return the variables that may be left from an earlier run, of whatever script.
+
+        Those of the engine's own templates, and of scripts that it met before.
+        ``clear`` keeps variables: they would shadow defaults, or refuse another style.
+        """
+        with self._lock:
+            self._seen |= names_in(script.text)
+            return sorted(self._seen)
+
+    def command_line(self, task: Task) -> str:
+        """Return the command that runs a task again by hand."""
+        words = " ".join(f"-var {name} {text}" for name, text in self.variables(task).items())
+        return f"{self.command_name} -in {task.script.name} {words}"
+
+    def log_of(self, folder: Path, index: int) -> str:
+        """Return the log of a task."""
+        return text_of(folder / f"{index}.log")
+
+    def table(self, series: str) -> Table:
+        """Return the columns of a series: a dump, or a CSV with rows twice where stretches meet."""
+        if series.startswith("ITEM:"):
+            return read_dump(series, self.title)
+        return read_csv(series, self.title, rising=True)
+
+    def error_of(self, ended: Ended, log: str) -> EngineError | None:
+        """Return the error that the log or the last words of a process speak of."""
+        if ended.timed_out:
+            seconds = self.limits.seconds
+            return EngineTimeoutError(
+                f"{self.title} ({self.program}) did not finish within {seconds:g} s"
+            )
+        if ended.code == 0 and "ERROR" not in log:
+            return None
+        return error_from_text(log if "ERROR" in log else ended.said, ended.code, self.title)
+
+
+def file_of(script: Script) -> str:
+    """Return the name of a script's file beside others of the same name."""
+    return f"{script.sha256[:16]}-{script.name}"
+
+
+@cache
+def names_in(text: str) -> frozenset[str]:
+    """Return every variable that a text declares, of whatever style."""
+    return frozenset(re.findall(r"\bvariable (\w+)\s", text))
+
+
+@cache
+def _own_names(kind: type[LammpsLanguage]) -> frozenset[str]:
+    """Return every variable of the templates in an engine's folders."""
+    found: frozenset[str] = frozenset()
+    for folder in kind.own_folders():
+        for path in folder.glob(f"*.{kind.extension}.j2"):
+            found |= names_in(path.read_text(encoding="utf-8"))
+    return found

@@ -1,0 +1,65 @@
+"""Outputs of engines as bytes and back, exactly: arrays as npz without pickle, the rest as JSON."""
+
+from __future__ import annotations
+
+import io
+import json
+import zipfile
+import zlib
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from harness.engines.output import Output
+from harness.observables.provenance import Provenance
+
+FACTS = "facts"
+DECODE_ERRORS = (ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, zlib.error)
+"""What unpacking raises for bytes that are not those of an output."""
+
+
+def pack(output: Output) -> bytes:
+    """Return an output as bytes."""
+    arrays: dict[str, NDArray[Any]] = {}
+    tables: dict[str, dict[str, str]] = {}
+    for table, columns in output.tables.items():
+        tables[table] = {}
+        for column, values in columns.items():
+            tables[table][column] = f"array {len(arrays)}"
+            arrays[tables[table][column]] = values
+    facts = {
+        "results": output.results,
+        "provenance": asdict(output.provenance),
+        "tables": tables,
+        "log": output.log,
+        "seconds": output.seconds,
+        "title": output.title,
+    }
+    stream = io.BytesIO()
+    text = np.frombuffer(zlib.compress(json.dumps(facts).encode(), 1), dtype=np.uint8)
+    np.savez(stream, allow_pickle=False, **{FACTS: text}, **arrays)
+    return stream.getvalue()
+
+
+def unpack(data: bytes) -> Output:
+    """Return the output from its bytes; ``seconds`` are those of the run when it was made.
+
+    Raise one of :data:`DECODE_ERRORS` when the bytes are not those of an output.
+    """
+    with np.load(io.BytesIO(data), allow_pickle=False) as stored:
+        arrays = {name: stored[name] for name in stored.files}
+    facts: dict[str, Any] = json.loads(zlib.decompress(arrays[FACTS].tobytes()))
+    who = facts["provenance"]
+    return Output(
+        results=tuple((name, text) for name, text in facts["results"]),
+        provenance=Provenance(**{**who, "packages": tuple(who["packages"])}),
+        tables={
+            table: {column: arrays[place] for column, place in columns.items()}
+            for table, columns in facts["tables"].items()
+        },
+        log=facts["log"],
+        seconds=facts["seconds"],
+        title=facts["title"],
+    )
