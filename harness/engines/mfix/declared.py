@@ -24,6 +24,7 @@ TRAITS = Traits(
     restitution_floor=1e-20,
     most_damping=CONTACT.zeta,
     digits=7,
+    title="MFiX",
     caveats=(
         "The effective mass against a fixed sphere is m/2: a nominal restitution of 1e-20 "
         "is really about 0.044.",

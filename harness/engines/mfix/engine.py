@@ -111,7 +111,7 @@ class Mfix(Engine):
                 return error
             if scene.decided is None or scene.decided(table):
                 break
-        return Output((), self.identify(), {SERIES: table}, found.log, seconds)
+        return Output((), self.identify(), {SERIES: table}, found.log, seconds, self.title)
 
 
 def _read(system: System, scene: Scene, found: Run) -> Table:
