@@ -1,4 +1,4 @@
-"""What a solver writes down at a sample: one row of numbers, and whole profiles if asked."""
+"""Record of a run: one row of numbers for each sample, and whole profiles if asked."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""RK4 of the deformable law. A force is felt all along a chain of touching particles at once.
+"""RK4 under the deformable law, where a force acts all along a touching chain at once.
 
 Each stage solves the contact set of the stage before, factorised once and kept,
 and checks it; only when it is wrong the contact set is looked for anew. This

@@ -1,4 +1,4 @@
-"""RK4 of the deformable law in a long row, block by block.
+"""RK4 under the deformable law in a long row, block by block.
 
 The stages of a block stay in the cache, and a change of contacts is looked for
 among few: the cost of a particle hardly depends on how many there are. Blocks in

@@ -1,4 +1,4 @@
-"""RK4 of the overlap law. Forces reach one particle far, so a step is done block by block.
+"""RK4 under the overlap law, block by block: a force acts on neighbours only.
 
 A block takes four particles more on each side, one for each stage, and its
 stages stay in the cache: the cost of a particle does not depend on how many

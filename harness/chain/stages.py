@@ -1,4 +1,4 @@
-"""What the stages of RK4 are made of, deformable law.
+"""Stages of RK4 under the deformable law.
 
 They work on a block of a row: n contacts from ``low`` on and the n + 1 particles
 that they join, or the whole row. Arrays of the row are read from ``low`` on, its
