@@ -27,6 +27,7 @@ OPTIONS = {
     "lmp": "a LAMMPS executable of your own; without it, LAMMPS runs in-process",
     "mpirun": 'an MPI launcher with its options, as in "mpirun -np 4"',
     "level": "quick, default or full  [default: quick]",
+    "cases": "names or groups of cases, with commas, or all  [default: as dem-harness verify]",
 }
 """Each an option ``--dem-harness-NAME`` and an ini setting ``dem_harness_NAME``."""
 
@@ -40,7 +41,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption(
         "--dem-harness",
         action="store_true",
-        help="run a verification of LAMMPS and make each of its checks a test",
+        help="run a verification and make each of its checks a test",
     )
     for name, text in OPTIONS.items():
         group.addoption(f"--dem-harness-{name}", metavar=name.upper(), default=None, help=text)
@@ -60,11 +61,14 @@ def pytest_collection_modifyitems(
     if not config.getoption("dem_harness"):
         return
     parent = Verified.from_parent(session, name="dem-harness", nodeid="dem-harness")
-    if config.option.collectonly:
-        # what there is to check is known only after a run
-        items.append(Whole.from_parent(parent, name="verification"))
-    else:
-        items.extend(parent.collect())
+    # what there is to check is known only after a run
+    only_listed = config.option.collectonly
+    checks = [Whole.from_parent(parent, name="verification")] if only_listed else parent.collect()
+    found: list[pytest.Item | pytest.Collector] = [*checks]
+    items += (item for item in found if isinstance(item, pytest.Item))
+    # collection is over: who counts what was collected has not seen these
+    report = pytest.CollectReport(parent.nodeid, "passed", None, found)
+    config.hook.pytest_collectreport(report=report)
 
 
 @pytest.fixture(scope="session")
@@ -110,8 +114,11 @@ class _Placed(pytest.Item):
     """An item that stands in no file."""
 
     def reportinfo(self) -> tuple[Path, int | None, str]:
-        """Return a place that reads ``dem-harness`` in the terminal."""
-        return self.config.rootpath / "dem-harness", None, self.name
+        """Return a place that reads ``dem-harness`` in the terminal, and the name.
+
+        Not the bare name, in which pytest would take dots for those of modules and write ``::``.
+        """
+        return self.config.rootpath / "dem-harness", None, f"dem-harness: {self.name}"
 
 
 class Whole(_Placed):
@@ -195,7 +202,7 @@ def _run(config: pytest.Config) -> Verification:
 
     from harness.engines.registry import open_engine
     from harness.errors import HarnessError
-    from harness.workflows.verification import verify
+    from harness.workflows import verify
 
     asked = {
         n: config.getoption(f"dem_harness_{n}") or config.getini(f"dem_harness_{n}")
@@ -207,7 +214,8 @@ def _run(config: pytest.Config) -> Verification:
             warnings.simplefilter("ignore")
             lmp, launcher = asked["lmp"] or None, asked["mpirun"] or None
             with open_engine("lammps", lmp=lmp, launcher=launcher) as engine:
-                return verify(asked["level"] or "quick", engine=engine)
+                level, cases = asked["level"] or "quick", asked["cases"] or None
+                return verify(level, cases=cases, engine=engine)
     except HarnessError as error:
         raise CannotVerifyError(f"dem-harness: {error}") from None
 

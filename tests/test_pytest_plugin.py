@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 import pytest
 
 import harness.pytest_plugin
-from harness.comparison.evidence import InclineEvidence, TowerEvidence
+from harness.comparison.findings import Findings, Headline
 from harness.comparison.tolerances import Tolerance
 from harness.comparison.verdicts import Kind, failed_run, finding, judge, not_tested
 from harness.comparison.verification import Verification
@@ -21,7 +21,8 @@ ELSEWHERE = () if INSTALLED else ("-p", "harness.pytest_plugin")
 
 OWN = """
 def test_own(dem_verification):
-    assert dem_verification.incline.closed_form_deg == 10.2
+    (told,) = dem_verification.headlines
+    assert told.expected == 10.2
 """
 
 STAND_IN = """
@@ -45,6 +46,7 @@ def made_up():
     hung.log = "the last line of the log"
     return Verification(
         level="quick",
+        cases=("slope",),
         started="2030-01-01",
         seconds=1.0,
         platform="here",
@@ -52,15 +54,16 @@ def made_up():
         provenance=None,
         checks=(
             judge("angle", Kind.ANALYTIC, 10.2, 10.2, width),
+            judge("decimal, k = 1.5e6 N/m", Kind.ANALYTIC, 10.2, 10.2, width),
             judge("angle", Kind.CROSS_CODE, 10.5, 10.2, width),
             failed_run("hung", Kind.CROSS_CODE, hung),
             failed_run("hung", Kind.CROSS_CODE, hung),
             not_tested("away", Kind.REGRESSION, "no baseline"),
             finding("laws", 1.0, 2.0, "deg", "as they should"),
         ),
-        incline=InclineEvidence(closed_form_deg=10.2),
-        tower=TowerEvidence(),
-        scripts={},
+        own={
+            "slope": Findings("slope", headlines=[Headline("angle", "deg", 10.2, 10.2, 0.1, "x")])
+        },
     )
 
 
@@ -95,7 +98,7 @@ def runs(pytester):
 
 def test_each_check_is_an_item_with_its_verdict(suite, pytester):
     result = suite("--dem-harness", "-v")
-    result.assert_outcomes(passed=3, failed=3, skipped=1)
+    result.assert_outcomes(passed=4, failed=3, skipped=1)
     result.stdout.fnmatch_lines(
         [
             "dem-harness::analytic: angle PASSED*",
@@ -134,19 +137,32 @@ def test_without_the_option_nothing_runs(suite, pytester):
 def test_the_fixture_needs_no_option_and_shares_the_run(suite, pytester):
     suite(test_own=OWN).assert_outcomes(passed=1)
     assert runs(pytester) == 1
-    suite("--dem-harness", test_own=OWN).assert_outcomes(passed=3, failed=3, skipped=1)
+    suite("--dem-harness", test_own=OWN).assert_outcomes(passed=4, failed=3, skipped=1)
     assert runs(pytester) == 2
 
 
 def test_under_xdist_one_worker_runs_it(suite, pytester):
     result = suite("--dem-harness", "-n", "2", test_own=OWN)
-    result.assert_outcomes(passed=3, failed=3, skipped=1)
+    result.assert_outcomes(passed=4, failed=3, skipped=1)
     assert runs(pytester) == 1
 
 
 def test_checks_can_be_chosen_by_name_and_mark(suite):
-    suite("--dem-harness", "-k", "angle").assert_outcomes(passed=1, failed=1, deselected=5)
-    suite("--dem-harness", "-m", "not dem_harness").assert_outcomes(passed=1, deselected=6)
+    suite("--dem-harness", "-k", "angle").assert_outcomes(passed=1, failed=1, deselected=6)
+    suite("--dem-harness", "-m", "not dem_harness").assert_outcomes(passed=1, deselected=7)
+
+
+def test_the_counts_of_a_choice_add_up(suite):
+    result = suite("--dem-harness", "-k", "angle")
+    result.stdout.fnmatch_lines(["collected 8 items / 6 deselected / 2 selected"])
+    listed = suite("--dem-harness", "--collect-only", "-k", "plain")
+    listed.stdout.fnmatch_lines(["*1/2 tests collected (1 deselected)*"])
+
+
+def test_a_name_with_a_dot_stays_as_it_is(suite):
+    result = suite("--dem-harness", "-v", "-k", "decimal")
+    result.stdout.fnmatch_lines(["dem-harness::analytic: decimal, k = 1.5e6 N/m PASSED*"])
+    result.stdout.no_fnmatch_line("*1::5e6*")
 
 
 def test_a_list_of_what_is_collected_runs_nothing(suite, pytester):
@@ -195,8 +211,8 @@ def test_loading_imports_nothing_heavy():
 def test_a_real_verification(pytester, lammps_here):  # noqa: ARG001
     pytester.makepyfile(
         "def test_angle(dem_verification):\n"
-        "    found = dem_verification.incline.extrapolated\n"
-        "    assert abs(found.value_deg - 10.2078187) < found.uncertainty_deg\n"
+        "    found = dem_verification.headlines[0]\n"
+        "    assert abs(found.value - 10.2078187) < found.uncertainty\n"
     )
     result = pytester.runpytest_subprocess(*ELSEWHERE, "--dem-harness", "-W", "error")
     counts = result.parseoutcomes()

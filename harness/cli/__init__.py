@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import itertools
 import os
 import sys
+from pathlib import Path
 from typing import Any
 
 INTERRUPTED = 130
@@ -43,7 +45,9 @@ def _status() -> int:
     from harness.errors import HarnessError
 
     # the base of all errors of parsing; typer exports one below it
-    usage = next(k for k in typer.BadParameter.__mro__ if k.__name__ == "ClickException")
+    usage: type[Exception] = next(
+        kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException"
+    )
     try:
         return app(standalone_mode=False) or 0
     except HarnessError as error:
@@ -55,7 +59,9 @@ def _status() -> int:
     except usage as error:
         return _usage(error)
     except SystemExit as ending:
-        return ending.code if isinstance(ending.code, int) else int(bool(ending.code))
+        if isinstance(ending.__context__, BrokenPipeError):
+            return 0  # as rich and typer end then
+        return _told(f"internal error: a library ended the process ({ending})", INTERNAL)
     except Exception as error:  # whatever it is, it is told in a line
         if os.environ.get(TRACEBACK):
             raise
@@ -69,7 +75,21 @@ def _usage(error: Any) -> int:
         return int(error.exit_code)
     command = error.ctx.command_path if getattr(error, "ctx", None) else "dem-harness"
     message = " ".join(error.format_message().split())
+    options = getattr(getattr(error, "param", None), "opts", ())
+    if options and error.message:  # a value that is refused: say which
+        reason = error.message.replace("Input should be", "must be").replace("Value error, ", "")
+        message = f"{options[-1]}{_given(options[-1])}: {' '.join(reason.split())}"
     return _told(f"{message}\nsee {command} --help", int(error.exit_code))
+
+
+def _given(option: str) -> str:
+    """Return the value of an option as it was given, with a blank before it; empty without one."""
+    for word, following in itertools.zip_longest(sys.argv, sys.argv[1:], fillvalue=""):
+        if word == option and following:
+            return f" {following!r}"
+        if word.startswith(f"{option}="):
+            return f" {word.partition('=')[2]!r}"
+    return ""
 
 
 def _internal(error: Exception) -> str:
@@ -80,7 +100,7 @@ def _internal(error: Exception) -> str:
     if isinstance(error, MemoryError):
         return "there is not enough memory for this"
     try:
-        os.getcwd()
+        Path.cwd()
     except OSError:
         return "the working directory does not exist any more"
     name = f"{type(error).__name__}: {error}".strip(": ")

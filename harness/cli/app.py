@@ -7,6 +7,8 @@ from typing import Annotated
 import typer
 
 from harness.cli.baseline import baseline
+from harness.cli.cases import cases
+from harness.cli.command import add_command
 from harness.cli.critical_angle import critical_angle
 from harness.cli.diff import diff
 from harness.cli.engines import engines
@@ -15,6 +17,7 @@ from harness.cli.impulse import impulse
 from harness.cli.inputs import inputs
 from harness.cli.releases import releases
 from harness.cli.reproduce import reproduce
+from harness.cli.run import run
 from harness.cli.theory import theory
 from harness.cli.tower import tower
 from harness.cli.verify import verify
@@ -45,25 +48,73 @@ def root(
     """Check discrete element (DEM) codes against theory.
 
     Two systems, the frictionless incline (critical angle 10.2078 deg) and the
-    tower hit by a dropped grain, in closed form, in our own solvers and in LAMMPS.
+    tower hit by a dropped grain, in closed form, in solvers of this package and in DEM codes.
 
     Exit status: 0 all verdicts hold; 1 a verdict failed; 2 the request was
-    wrong; 3 an engine could not be run or died.
+    wrong; 3 an engine could not be run or died; 4 internal error.
     """
 
 
-for command in (
+add_command(
+    app,
     verify,
+    "dem-harness verify --quick --output mine",
+    "dem-harness verify --engines all --cases incline,tower",
+)
+add_command(
+    app,
     reproduce,
-    theory,
+    "dem-harness reproduce --output mine",
+    "dem-harness reproduce --check",
+)
+add_command(
+    app, theory, "dem-harness theory --restitution 0.5", "dem-harness theory --shock 0.1 --json"
+)
+add_command(
+    app,
     critical_angle,
+    "dem-harness critical-angle --extrapolate",
+    "dem-harness critical-angle --engine yade --program yade=/opt/yade/bin/yade --contact clipped",
+)
+add_command(
+    app,
     tower,
+    "dem-harness tower --height 4 --law overlap --solver lammps",
+    "dem-harness tower --height 2 --window first-contact --series tower.csv",
+)
+add_command(
+    app,
     impulse,
-    inputs,
-    engines,
+    "dem-harness impulse --heights 1-4 --stiffness 1e6 --speed 2",
+    "dem-harness impulse --law overlap --figure angles.svg --reference measured.csv",
+)
+add_command(app, cases, "dem-harness cases", "dem-harness cases --json")
+add_command(
+    app,
+    run,
+    "dem-harness run tower --set height=2 --set speed=4",
+    "dem-harness run incline --engine reference --json",
+)
+add_command(app, inputs, "dem-harness inputs --check", "dem-harness inputs --folder mine")
+add_command(
+    app, engines, "dem-harness engines", "dem-harness engines --program yade=/opt/yade/bin/yade"
+)
+add_command(
+    app,
     releases,
+    "dem-harness releases 2024.8.29.3.0 2025.7.22.4.0",
+    "dem-harness releases ./lmp-old ./lmp-new --level default --output mine",
+)
+add_command(
+    app,
     diff,
+    "dem-harness diff reports/runs/monday reports/runs/tuesday",
+    "dem-harness diff before after --output page",
+)
+add_command(
+    app,
     history,
-):
-    app.command()(command)
+    "dem-harness history --command verify --limit 5",
+    "dem-harness history --quantity 'critical angle*' --plot angle.svg --against version",
+)
 app.add_typer(baseline)

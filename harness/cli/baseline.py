@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from harness.cli.cached_engines import Cache, Chosen, Fresh
-from harness.cli.options import EngineName, Json, Lmp, Mpirun, Tolerances
+from harness.cli.command import add_command
+from harness.cli.engine_options import EngineOptions
+from harness.cli.options import Json, Tolerances
 
 if TYPE_CHECKING:
     from harness.workflows.baseline import BaselineComparison
@@ -43,16 +44,11 @@ Folder = Annotated[
 ]
 
 
-@baseline.command()
 def compare(
+    engine: EngineOptions,
     level: Level = LevelName.DEFAULT,
     folder: Folder = None,
     tolerances: Tolerances = None,
-    engine: EngineName = "lammps",
-    lmp: Lmp = None,
-    mpirun: Mpirun = None,
-    cache: Cache = None,
-    fresh: Fresh = False,
     json: Json = False,
 ) -> None:
     """Run the cases and hold each quantity against the baseline.
@@ -60,78 +56,83 @@ def compare(
     A failed row says of what class it is: diverged from the first step, diverged
     late (and when), wrong input, engine error, NaN, out of time, out of memory.
     """
+    from harness.cli.files import check_source
     from harness.cli.output import print_json
-    from harness.errors import RequestError
+    from harness.cli.verdicts import print_regression
 
-    if folder is not None and not folder.is_dir():
-        raise RequestError(f"--baseline {folder}: no such folder")
-    how = _How(level, Chosen(engine, lmp, mpirun), cache, fresh)
-    compared = _run(how, folder, tolerances)
+    check_source(folder, "--baseline", folder=True)
+    check_source(tolerances, "--tolerances")
+    compared = _run(level, engine, folder, tolerances)
     if json:
         print_json(compared.record())
     else:
-        _print_rows(compared)
+        rows = [check.record() for check in compared.checks]
+        print_regression(rows, compared.found.baseline)
     raise typer.Exit(compared.status)
 
 
-@baseline.command()
 def accept(
+    engine: EngineOptions,
     level: Level = LevelName.DEFAULT,
     folder: Folder = None,
     yes: Annotated[bool, typer.Option("--yes", help="Write without asking.")] = False,
-    engine: EngineName = "lammps",
-    lmp: Lmp = None,
-    mpirun: Mpirun = None,
-    cache: Cache = None,
-    fresh: Fresh = False,
     json: Json = False,
 ) -> None:
     """Run the cases, show what would change in the baseline, and write it if told to.
 
     Asks on a terminal; without one, and without --yes, nothing is written.
     """
-    import sys
-
     from harness.cli.output import print_json
     from harness.workflows.baseline import accept_baseline, where_to_accept
 
     target = where_to_accept(folder)
-    compared = _run(_How(level, Chosen(engine, lmp, mpirun), cache, fresh), folder, None)
+    compared = _run(level, engine, folder, None)
     if not json:
         _print_changes(compared)
-    agreed = yes
-    if compared.changes and not yes and not json and sys.stdin.isatty():
-        agreed = typer.confirm(f"Write {len(compared.changes)} cases into {target}?")
-    written = agreed and bool(compared.changes)
+    written = bool(compared.changes) and (yes or (not json and _agreed(compared, target)))
     if written:
         accept_baseline(compared, target)
     if json:
         print_json({**compared.record(), "written": written, "folder": str(target)})
     elif written:
-        print(f"{target}: {len(compared.changes)} cases written")
+        print(f"{target}: {len(compared.changes)} records written")
     elif compared.changes:
         print(f"{target}: nothing written; --yes writes it")
 
 
-class _How(NamedTuple):
-    """What is run, in which engine, and what of it may be taken from the cache."""
+add_command(
+    baseline,
+    compare,
+    "dem-harness baseline compare --level quick",
+    "dem-harness baseline compare --baseline mine --json",
+)
+add_command(
+    baseline,
+    accept,
+    "dem-harness baseline accept --baseline mine",
+    "dem-harness baseline accept --level full --yes",
+)
 
-    level: LevelName
-    chosen: Chosen
-    cache: Path | None
-    fresh: bool
+
+def _agreed(compared: BaselineComparison, target: Path) -> bool:
+    """Ask on a terminal; no where there is nobody to ask."""
+    import sys
+
+    if sys.stdin is None or not sys.stdin.isatty():
+        return False
+    return typer.confirm(f"Write {len(compared.changes)} records into {target}?")
 
 
-def _run(how: _How, folder: Path | None, tolerances: Path | None) -> BaselineComparison:
-    from harness.cli.cached_engines import open_cached_engine, open_entries
+def _run(
+    level: LevelName, engine: EngineOptions, folder: Path | None, tolerances: Path | None
+) -> BaselineComparison:
     from harness.cli.progress import progress_bars
     from harness.cli.recording import recorded, verdicts
     from harness.workflows.baseline import compare_with_baseline
 
-    remembered = open_cached_engine(how.chosen, open_entries(how.cache), how.fresh)
-    with recorded("baseline") as told, progress_bars() as progress, remembered as opened:
+    with recorded("baseline") as told, progress_bars() as progress, engine.run() as opened:
         compared = compare_with_baseline(
-            how.level.value,
+            level.value,
             baseline=folder,
             tolerances=tolerances,
             engine=opened,
@@ -143,17 +144,10 @@ def _run(how: _How, folder: Path | None, tolerances: Path | None) -> BaselineCom
     return compared
 
 
-def _print_rows(compared: BaselineComparison) -> None:
-    from harness.cli.tables import print_regression
-
-    rows = [check.record() for check in compared.checks]
-    print_regression(rows, compared.found.baseline)
-
-
 def _print_changes(compared: BaselineComparison) -> None:
     if not compared.changes:
         print("the baseline is what would be written")
     for change in compared.changes:
-        print(f"{change.kind}: {change.case.name}")
+        print(f"{change.kind}: {change.measured.name}")
         for line in change.lines:
             print(f"    {line}")

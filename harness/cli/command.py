@@ -27,7 +27,7 @@ def add_command(
 def expanded(function: Callable[..., None]) -> Callable[..., None]:
     """Return a function with a parameter for each field of the dataclasses that it takes."""
     hints = get_type_hints(function, include_extras=True)
-    groups = {name: hint for name, hint in hints.items() if is_dataclass(hint)}
+    groups: dict[str, Any] = {n: hint for n, hint in hints.items() if is_dataclass(hint)}
     parameters: list[inspect.Parameter] = []
     for parameter in inspect.signature(function).parameters.values():
         if parameter.name in groups:
@@ -48,7 +48,7 @@ def expanded(function: Callable[..., None]) -> Callable[..., None]:
     signature = inspect.Signature(parameters)
     command.__signature__ = signature  # type: ignore[attr-defined]
     command.__annotations__ = {one.name: one.annotation for one in parameters}
-    del command.__wrapped__  # type: ignore[attr-defined]
+    del command.__wrapped__
     return command
 
 
@@ -62,6 +62,9 @@ def _default(field: Field[Any]) -> Any:
 
 
 def _keyword(name: str, annotation: Any, default: Any) -> inspect.Parameter:
+    if annotation.__origin__ is bool:
+        (option,) = annotation.__metadata__
+        option.metavar = option.metavar or " "  # a flag takes no value
     return inspect.Parameter(
         name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation
     )

@@ -41,7 +41,7 @@ def diff(
     2 a folder is not a run.
     """
     from harness.cli.output import print_json
-    from harness.workflows.diff import diff as hold
+    from harness.workflows import diff as hold
 
     if output is not None:
         from harness.report.target import check_folder

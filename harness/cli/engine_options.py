@@ -49,8 +49,7 @@ Programs = Annotated[
     typer.Option(
         "--program",
         metavar="NAME=PATH",
-        help="The executable of an engine (of Kratos a Python that has it); repeat it for "
-        "several.",
+        help="The executable of an engine (of Kratos a Python that has it); repeat it for several.",
         rich_help_panel=_ENGINE,
     ),
 ]
@@ -154,9 +153,11 @@ class ProgramOptions(CacheOptions):
     @contextlib.contextmanager
     def open(self, name: str, integrator: str | None = None) -> Iterator[Engine]:
         """Yield an engine, keeping its runs where there is a cache; close it after use."""
+        from harness.engines.registry import open_engine
+
         entries = self.entries()
         with (
-            open_chosen(self.chosen(name, integrator)) as opened,
+            open_engine(name, **self.chosen(name, integrator).arguments()) as opened,
             cached(opened, entries, self.fresh) as engine,
         ):
             yield engine
@@ -168,6 +169,10 @@ class EngineOptions(ProgramOptions):
 
     engine: EngineName = "lammps"
     integrator: Integrator = None
+
+    def main(self) -> Chosen:
+        """Return how the engine is opened."""
+        return self.chosen(self.engine, self.integrator)
 
     def run(self) -> contextlib.AbstractContextManager[Engine]:
         """Return the engine to be entered, after a look at the options that go with it."""
@@ -188,22 +193,17 @@ class Chosen:
     launcher: str | None = None
     integrator: str | None = None
     programs: Mapping[str, str] | None = None
-    settings: Mapping[str, Any] | None = None
+    settings: Mapping[str, str] | None = None
 
-
-def open_chosen(chosen: Chosen) -> Engine:
-    """Open an engine as the options ask for it."""
-    from harness.engines.registry import open_engine
-
-    others: dict[str, Any] = {"options": chosen.settings} if chosen.settings else {}
-    return open_engine(
-        chosen.name,
-        lmp=chosen.lmp,
-        launcher=chosen.launcher,
-        integrator=chosen.integrator,
-        programs=chosen.programs,
-        **others,
-    )
+    def arguments(self) -> dict[str, Any]:
+        """Return the arguments of the registry's functions beside the name."""
+        return {
+            "program": (self.programs or {}).get(self.name),
+            "options": self.settings,
+            "lmp": self.lmp,
+            "launcher": self.launcher,
+            "integrator": self.integrator,
+        }
 
 
 @contextlib.contextmanager
@@ -241,27 +241,17 @@ def named_values(texts: Iterable[str], option: str) -> dict[str, str]:
     return found
 
 
-def _settings(texts: Iterable[str]) -> dict[str, dict[str, Any]]:
+def _settings(texts: Iterable[str]) -> dict[str, dict[str, str]]:
     """Return the options of each engine's class, by its name and theirs."""
     from harness.errors import RequestError
 
-    found: dict[str, dict[str, Any]] = {}
+    found: dict[str, dict[str, str]] = {}
     for name, value in named_values(texts, "--engine-option").items():
         engine, dot, key = name.rpartition(".")
         if not (engine and dot and key.isidentifier()):
             raise RequestError(f"--engine-option '{name}={value}': must be NAME.KEY=VALUE")
-        found.setdefault(engine, {})[key] = value_of(value)
+        found.setdefault(engine, {})[key] = value
     return found
-
-
-def value_of(text: str) -> str | int | float | bool:
-    """Return a number or truth value where a text is one, else the text."""
-    if text.lower() in ("true", "false"):
-        return text.lower() == "true"
-    for kind in (int, float):
-        with contextlib.suppress(ValueError):
-            return kind(text)
-    return text
 
 
 def _check_launcher(command: str | None) -> None:

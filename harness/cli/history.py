@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -14,7 +15,7 @@ from harness.cli.options import Json
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from harness.workflows.history import Recorded
+    from harness.workflows.history_search import Recorded
 
 SHOWN = 30
 LONGEST = 56
@@ -31,17 +32,20 @@ class Against(StrEnum):
     VERSION = "version"
 
 
-def history(
+@dataclass(frozen=True)
+class SearchOptions:
+    """Which runs are looked for, and whether their quantities are listed."""
+
     command: Annotated[
         str | None, typer.Option(help="Runs of this command.", rich_help_panel=_LOOK)
-    ] = None,
+    ] = None
     engine: Annotated[
         str | None, typer.Option(help="Runs of this engine or solver.", rich_help_panel=_LOOK)
-    ] = None,
+    ] = None
     engine_version: Annotated[
         str | None,
         typer.Option(help='A release, or how it begins: "22 Jul 2025".', rich_help_panel=_LOOK),
-    ] = None,
+    ] = None
     quantity: Annotated[
         str | None,
         typer.Option(
@@ -49,30 +53,60 @@ def history(
             help="List these quantities of the runs, as `incline*`; `*` is all of them.",
             rich_help_panel=_LOOK,
         ),
-    ] = None,
+    ] = None
     since: Annotated[
         str | None,
         typer.Option(
             metavar="DATE", help="From this date or time on, as 2025-07-22.", rich_help_panel=_LOOK
         ),
-    ] = None,
+    ] = None
     verdict: Annotated[
         str | None,
         typer.Option(help="`pass`, `fail`, `not tested` or `finding`.", rich_help_panel=_LOOK),
-    ] = None,
+    ] = None
     status: Annotated[
         str | None,
         typer.Option(
             help="Exit status, or `unfinished`: still running, or killed.", rich_help_panel=_LOOK
         ),
-    ] = None,
+    ] = None
     limit: Annotated[
         int | None,
         typer.Option(
             help=f"The newest so many.  [default: {SHOWN} in the list, all elsewhere]",
             rich_help_panel=_LOOK,
         ),
-    ] = None,
+    ] = None
+
+    def find(self, limit: int | None) -> Recorded:
+        """Return what the history holds; ``limit`` counts where none was given.
+
+        Raise RequestError for a date that no clock shows.
+        """
+        from harness.errors import RequestError
+        from harness.workflows import history as ask
+
+        try:
+            return ask(
+                command=self.command,
+                engine=self.engine,
+                engine_version=self.engine_version,
+                quantity=self.quantity,
+                since=self.since,
+                verdict=self.verdict,
+                status=self.status,
+                limit=limit if self.limit is None else self.limit,
+            )
+        except RequestError:
+            raise
+        except (OverflowError, ValueError):
+            raise RequestError(f"--since {self.since!r}: is beyond the calendar in UTC") from None
+
+
+@dataclass(frozen=True)
+class FileOptions:
+    """Where what was found is drawn and written."""
+
     plot: Annotated[
         Path | None,
         typer.Option(
@@ -80,16 +114,17 @@ def history(
             help="Draw the one --quantity: .svg, .png or .pdf.",
             rich_help_panel=_OUT,
         ),
-    ] = None,
+    ] = None
     against: Annotated[
         Against, typer.Option(help="What to draw it against.", rich_help_panel=_OUT)
-    ] = Against.DATE,
+    ] = Against.DATE
     csv: Annotated[
         Path | None,
         typer.Option("--csv", metavar="FILE", help="Write the rows here.", rich_help_panel=_OUT),
-    ] = None,
-    json: Json = False,
-) -> None:
+    ] = None
+
+
+def history(search: SearchOptions, files: FileOptions, json: Json = False) -> None:
     """List the recorded runs, or how a quantity went over date or release.
 
     Every verify, critical-angle, tower and impulse is recorded when it starts
@@ -99,30 +134,21 @@ def history(
     from harness.cli.files import FORMATS, check_target, save_figure, write_all
     from harness.cli.output import print_json
     from harness.errors import RequestError
-    from harness.workflows.history import history as ask
 
+    plot, csv, quantity = files.plot, files.csv, search.quantity
     check_target(plot, "--plot", FORMATS)
     check_target(csv, "--csv")
     if plot is not None and quantity is None:
         raise RequestError("--plot: needs --quantity, the name of what to draw")
     listed = plot is None and csv is None and not json
-    found = ask(
-        command=command,
-        engine=engine,
-        engine_version=engine_version,
-        quantity=quantity,
-        since=since,
-        verdict=verdict,
-        status=status,
-        limit=limit if limit is not None or not listed else SHOWN,
-    )
-    files: dict[tuple[str, Path], Any] = {}
+    found = search.find(SHOWN if listed else None)
+    writers: dict[tuple[str, Path], Any] = {}
     if csv is not None:
-        files["--csv", csv] = lambda path: found.frame().to_csv(path, index=False)
+        writers["--csv", csv] = lambda path: found.frame().to_csv(path, index=False)
     if plot is not None:
         _check_one(found, str(quantity))
-        files["--plot", plot] = save_figure(lambda: _draw(found, against), plot.suffix)
-    write_all(files)
+        writers["--plot", plot] = save_figure(lambda: _draw(found, files.against), plot.suffix)
+    write_all(writers)
     if json:
         rows = {"runs": found.runs} if found.quantities is None else {"quantities": found.rows}
         print_json({"history": str(found.file), **rows})
@@ -172,11 +198,13 @@ def _nothing(file: Path) -> str:
 
 
 def _print_columns(lines: Sequence[Sequence[str]], right: set[str]) -> None:
+    from harness.report.plain import printable
+
     head = lines[0]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     turns = [">" if name in right else "<" for name in head]
     form = "  ".join(f"{{:{turn}{width}}}" for turn, width in zip(turns, widths, strict=True))
-    print("\n".join(form.format(*line).rstrip() for line in lines))
+    print("\n".join(printable(form.format(*line).rstrip()) for line in lines))
 
 
 def _run(row: Mapping[str, Any]) -> tuple[str, ...]:

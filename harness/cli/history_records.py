@@ -22,7 +22,13 @@ _INCLINE_DEFAULTS = {
     "gravity_m_per_s2": 9.81,
 }
 _TOWER_DEFAULTS = {"mass_kg": 1.0, "gravity_m_per_s2": 9.81, "base": "fixed"}
-_TOWER_UNITS = {"impulse_Ns": "N s", "peak_force_N": "N", "turnaround_s": "s", "energy_drift": ""}
+_TOWER = (
+    ("impulse_Ns", "impulse, {window} window", "N s"),
+    ("peak_force_N", "peak force", "N"),
+    ("turnaround_s", "turnaround", "s"),
+    ("energy_drift", "energy drift", ""),
+)
+"""Key, name and unit of what ``tower`` measures."""
 
 
 def angle_quantities(record: Mapping[str, Any]) -> list[Quantity]:
@@ -67,11 +73,25 @@ def tower_quantities(record: Mapping[str, Any]) -> list[Quantity]:
         + _step(record)
         + _others(record, _TOWER_DEFAULTS)
     )
-    names = {key: key.rsplit("_", 1)[0].replace("_", " ") for key in _TOWER_UNITS}
-    names |= {"impulse_Ns": f"impulse, {record['window']} window", "energy_drift": "energy drift"}
+    window = record["window"]
     return [
-        Quantity(f"tower: {names[key]}: {case}", MEASURED, unit, float(record[key]))
-        for key, unit in _TOWER_UNITS.items()
+        Quantity(f"tower: {name.format(window=window)}: {case}", MEASURED, unit, float(record[key]))
+        for key, name, unit in _TOWER
+    ]
+
+
+def run_quantities(record: Mapping[str, Any], given: Mapping[str, Any]) -> list[Quantity]:
+    """Return the quantities of ``run`` beside their references; ``given`` are values set."""
+    values = "".join(f", {name} = {value}" for name, value in sorted(given.items()))
+    return [
+        Quantity(
+            f"{record['case']}: {name}: {record['engine']}{values}",
+            MEASURED,
+            quantity["unit"],
+            quantity["value"],
+            expected=math.nan if quantity["reference"] is None else quantity["reference"],
+        )
+        for name, quantity in record["quantities"].items()
     ]
 
 

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
-from harness.cli.cached_engines import Cache, Fresh
-from harness.cli.options import Json, Lmp, Mpirun, Reading
-from harness.cli.tower import Solver, engine_of, own_solver
+from harness.cli.options import Json, Reading
+from harness.cli.solvers import OWN, SolverOptions
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
+    from harness.engines.contract import Engine
     from harness.observables.reference import ReferencePoints
     from harness.observables.windows import Window
     from harness.parameters.tower import Law
@@ -38,19 +39,27 @@ class Windows(StrEnum):
     all = "all"
 
 
-def impulse(
-    heights: Annotated[str, typer.Option(help="Heights, as `1-19` or `1,2,5`.")] = "1-19",
+@dataclass(frozen=True)
+class TableOptions:
+    """The rows of the table, and how an impulse ratio becomes an angle."""
+
+    heights: Annotated[str, typer.Option(help="Heights, as `1-19` or `1,2,5`.")] = "1-19"
     stiffness: Annotated[
         list[str] | None,
-        typer.Option(help="Normal stiffnesses [N/m], commas or repeated.  [default: 1e5,1e6,1e7]"),
-    ] = None,
+        typer.Option(
+            metavar="NUMBERS",
+            help="Normal stiffnesses [N/m], commas or repeated.  [default: 1e5,1e6,1e7]",
+        ),
+    ] = None
     speed: Annotated[
         list[str] | None,
-        typer.Option(help="Speeds of the grain [m/s], commas or repeated.  [default: 2,4]"),
-    ] = None,
+        typer.Option(
+            metavar="NUMBERS", help="Speeds of the grain [m/s], commas or repeated.  [default: 2,4]"
+        ),
+    ] = None
     law: Annotated[
         Laws, typer.Option(help="Contact law: what DEM codes do, the source's, or both.")
-    ] = Laws.both,
+    ] = Laws.both
     window: Annotated[
         Windows,
         typer.Option(
@@ -58,10 +67,9 @@ def impulse(
             "`structure`, the grain's chain swings from all contacts to one; `first-contact`, the "
             "grain first detaches."
         ),
-    ] = Windows.turnaround,
-    solver: Annotated[Solver, typer.Option(help="What runs the towers.")] = Solver.rk4,
-    gravity: Annotated[float, typer.Option(help="Gravity along the motion [m/s2].")] = 9.81,
-    mass: Annotated[float, typer.Option(help="Mass of each particle [kg].")] = 1.0,
+    ] = Windows.turnaround
+    gravity: Annotated[float, typer.Option(help="Gravity along the motion [m/s2].")] = 9.81
+    mass: Annotated[float, typer.Option(help="Mass of each particle [kg].")] = 1.0
     reading: Annotated[
         Reading,
         typer.Option(
@@ -69,28 +77,68 @@ def impulse(
             "sqrt(shock) = 1 - alpha/2, and falls with height; `kept` the velocity kept, alpha/2, "
             "and rises. The source prints both."
         ),
-    ] = Reading.LOST,
+    ] = Reading.LOST
+
+    def rows(self, solver: str | None, engine: Engine | None) -> pd.DataFrame:
+        """Return the table; raise RequestError for lists that cannot be read."""
+        from harness.cases.tower.impulse_angles import impulse_angles
+        from harness.cases.tower.impulse_table import SPEEDS, STIFFNESSES
+        from harness.cli.lists import heights, numbers
+        from harness.observables.windows import WINDOWS
+        from harness.parameters.tower import LAWS, Tower
+
+        law, window = self.law, self.window
+        return impulse_angles(
+            heights=heights(self.heights),
+            stiffnesses=numbers(self.stiffness, "--stiffness") if self.stiffness else STIFFNESSES,
+            speeds=numbers(self.speed, "--speed") if self.speed else SPEEDS,
+            laws=LAWS if law is Laws.both else (cast("Law", law.value),),
+            windows=WINDOWS if window is Windows.all else (cast("Window", window.value),),
+            solver=solver,
+            case=Tower(mass=self.mass, gravity=self.gravity),
+            reading=self.reading.value,
+            engine=engine,
+        )
+
+
+@dataclass(frozen=True)
+class FileOptions:
+    """Files that are read and written."""
+
     reference: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE",
             help="Measured angles for the figure: CSV with the columns h_over_d and theta_deg.",
         ),
-    ] = None,
+    ] = None
     figure: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE", help="Draw critical angle against height: .svg, .png or .pdf."
         ),
-    ] = None,
+    ] = None
     csv: Annotated[
         Path | None, typer.Option("--csv", metavar="FILE", help="Write the table to this file.")
-    ] = None,
-    lmp: Lmp = None,
-    mpirun: Mpirun = None,
-    cache: Cache = None,
-    fresh: Fresh = False,
-    json: Json = False,
+    ] = None
+
+    def check(self) -> None:
+        """Raise RequestError for files that cannot be written, and points that nothing shows."""
+        from harness.cli.files import FORMATS, check_target
+        from harness.errors import RequestError
+
+        check_target(self.figure, "--figure", FORMATS)
+        check_target(self.csv, "--csv")
+        if self.figure and self.csv and self.figure.resolve() == self.csv.resolve():
+            raise RequestError(f"--figure and --csv {self.csv}: must be two files")
+        if self.reference is not None and self.figure is None:
+            raise RequestError(
+                f"--reference {self.reference}: is drawn in a figure only; add --figure FILE"
+            )
+
+
+def impulse(
+    table: TableOptions, files: FileOptions, solver: SolverOptions, json: Json = False
 ) -> None:
     """Impulse on the grain and critical angle against the height of the tower.
 
@@ -98,49 +146,30 @@ def impulse(
     over that on a rigid base. It rescales the shock in the well of the incline,
     hence the critical angle. Without options: the source's six runs, both laws.
     """
-    from harness.cases.tower.impulse_angles import impulse_angles
-    from harness.cases.tower.impulse_table import SPEEDS, STIFFNESSES
-    from harness.cli.files import FORMATS, check_target, read_reference, save_figure, write_all
+    from harness.cli.files import read_reference, save_figure, write_all
     from harness.cli.history_records import impulse_quantities
-    from harness.cli.lists import heights as height_list
-    from harness.cli.lists import numbers
     from harness.cli.recording import recorded
-    from harness.errors import RequestError
-    from harness.observables.windows import WINDOWS
-    from harness.parameters.tower import LAWS, Tower
 
-    check_target(figure, "--figure", FORMATS)
-    check_target(csv, "--csv")
-    if figure is not None and csv is not None and figure.resolve() == csv.resolve():
-        raise RequestError(f"--figure and --csv {csv}: must be two files")
-    points = read_reference(reference) if reference is not None else None
-    with recorded("impulse") as told, engine_of(solver, lmp, mpirun, cache, fresh) as engine:
-        found = impulse_angles(
-            heights=height_list(heights),
-            stiffnesses=numbers(stiffness, "--stiffness") if stiffness else STIFFNESSES,
-            speeds=numbers(speed, "--speed") if speed else SPEEDS,
-            laws=LAWS if law is Laws.both else (cast("Law", law.value),),
-            windows=WINDOWS if window is Windows.all else (cast("Window", window.value),),
-            solver=solver.value,
-            case=Tower(mass=mass, gravity=gravity),
-            reading=reading.value,
-            engine=engine,
-        )
-        told.engine = engine.identify().record() if engine else own_solver(solver)
+    files.check()
+    points = read_reference(files.reference) if files.reference is not None else None
+    name, reading = solver.solver, table.reading.value
+    with recorded("impulse") as told, solver.run() as engine:
+        found = table.rows(name if name in OWN else None, engine)
+        told.engine = engine.identify().record() if engine else solver.own_record
         told.quantities = impulse_quantities(
             found.to_dict(orient="records"),
-            solver.value,
-            {"mass_kg": mass, "gravity_m_per_s2": gravity},
+            name,
+            {"mass_kg": table.mass, "gravity_m_per_s2": table.gravity},
         )
-    files: dict[tuple[str, Path], Any] = {}
-    if csv is not None:
-        files["--csv", csv] = lambda path: found.to_csv(path, index=False)
-    if figure is not None:
-        files["--figure", figure] = save_figure(
-            lambda: _draw(found, points, reading.value, solver.value), figure.suffix
+    writers: dict[tuple[str, Path], Any] = {}
+    if files.csv is not None:
+        writers["--csv", files.csv] = lambda path: found.to_csv(path, index=False)
+    if files.figure is not None:
+        writers["--figure", files.figure] = save_figure(
+            lambda: _draw(found, points, reading, name), files.figure.suffix
         )
-    write_all(files)
-    _print(found, points, reading.value, solver.value, json)
+    write_all(writers)
+    _print(found, points, reading, name, json)
 
 
 def _draw(found: pd.DataFrame, points: ReferencePoints | None, reading: str, solver: str) -> Figure:
@@ -176,7 +205,7 @@ def _print_tables(found: pd.DataFrame, reading: str, solver: str) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    console = Console(width=None if Console().is_terminal else 120)
+    console = Console(width=None if Console().is_terminal else 120, markup=False)
     for (law, window), part in found.groupby(["law", "window"], sort=False):
         title = f"{law} law, {window} window, {solver}; alpha and critical angle (deg) of each run"
         console.print(f"{title}, reading: velocity {reading}", soft_wrap=True, highlight=False)

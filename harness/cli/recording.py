@@ -131,6 +131,8 @@ def _finish(history: History, run: int, told: Recording, seconds: float, note: s
 
 
 def _given(command: str) -> list[str]:
-    """Return the words after the command, as the shell handed them over."""
+    """Return the words after the command as text, as the shell handed them over."""
     words = sys.argv[1:]
-    return words[words.index(command) + 1 :] if command in words else []
+    given = words[words.index(command) + 1 :] if command in words else []
+    # what is not UTF-8 on the command line cannot be stored as it is
+    return [word.encode("utf-8", "backslashreplace").decode() for word in given]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from harness.cli.baseline import Level, LevelName
-from harness.cli.cached_engines import Cache, Fresh
+from harness.cli.engine_options import CacheOptions
 from harness.cli.options import Json
 
 if TYPE_CHECKING:
@@ -24,6 +24,7 @@ def releases(
             "The first that runs is the reference.",
         ),
     ],
+    kept: CacheOptions,
     level: Level = LevelName.QUICK,
     output: Annotated[
         Path | None,
@@ -34,8 +35,6 @@ def releases(
             "anything yet.",
         ),
     ] = None,
-    cache: Cache = None,
-    fresh: Fresh = False,
     json: Json = False,
 ) -> None:
     """Run the same cases in several LAMMPS releases and say what moved.
@@ -47,16 +46,16 @@ def releases(
     """
     from functools import partial
 
-    from harness.cli.cached_engines import open_entries, remembered
+    from harness.cli.engine_options import cached
     from harness.cli.output import print_json
     from harness.cli.progress import progress_bars
     from harness.cli.recording import recorded
     from harness.report.target import check_folder
-    from harness.workflows.releases import releases as compare
+    from harness.workflows import releases as compare
 
     if output is not None:
         check_folder(output)
-    remember = partial(remembered, entries=open_entries(cache), fresh=fresh)
+    remember = partial(cached, entries=kept.entries(), fresh=kept.fresh)
     with recorded("releases") as told, progress_bars() as progress:
         found = compare(names, level=level.value, remember=remember, progress=progress)
         told.status, told.folder = found.status, output

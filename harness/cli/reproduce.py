@@ -7,26 +7,29 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from harness.cli.cached_engines import Cache, Chosen, Fresh
-from harness.cli.options import EngineName, Json, Lmp, Mpirun
+from harness.cli.engine_options import EngineOptions
+from harness.cli.options import Json
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from harness.reproduction.claims import Ledger
+    from harness.reproduction.result import Reproduction
 
-DEFAULT = Path("reports") / "reproduction"
+COMMITTED = Path("reports") / "reproduction"
 
 
 def reproduce(
+    engine: EngineOptions,
     output: Annotated[
-        Path,
+        Path | None,
         typer.Option(
             "--output",
             metavar="DIR",
-            help="Folder for the report; an older reproduction there is replaced.",
+            help="Folder for the report; an older reproduction there is replaced.  "
+            "[default: reports/runs/ and the date; with --check reports/reproduction]",
         ),
-    ] = DEFAULT,
+    ] = None,
     check: Annotated[
         bool,
         typer.Option(
@@ -35,11 +38,6 @@ def reproduce(
             "Exit status 1 if a standing, or a number beyond round-off, has changed.",
         ),
     ] = False,
-    engine: EngineName = "lammps",
-    lmp: Lmp = None,
-    mpirun: Mpirun = None,
-    cache: Cache = None,
-    fresh: Fresh = False,
     json: Json = False,
 ) -> None:
     """Recompute the source: every equation, number and figure, and whether it holds.
@@ -48,27 +46,21 @@ def reproduce(
     source from our own runs, movies, and dump files for OVITO. A statement that
     does not hold is a finding, not a failure: exit status 0.
     """
-    from harness.cli.cached_engines import open_cached_engine, open_entries
+    from harness.cli.files import output_folder
     from harness.cli.output import print_json
-    from harness.cli.progress import progress_bars
-    from harness.cli.recording import recorded
-    from harness.reproduction.ledger_differences import ledger_differences
-    from harness.reproduction.pages.folder import check_folder, write
-    from harness.reproduction.run import reproduce as reproduce_with
 
-    committed = _committed(output) if check else None
-    if not check:
-        check_folder(output)
-    remembered = open_cached_engine(Chosen(engine, lmp, mpirun), open_entries(cache), fresh)
-    with recorded("reproduce") as told, progress_bars() as progress, remembered as opened:
-        found = reproduce_with(engine=opened, progress=progress)
-        told.engine, told.folder = found.provenance.record(), None if check else output
-        if not check:
-            progress("figures, movies and report", 0, 1)
-            write(found, output)
-            progress("figures, movies and report", 1, 1)
-    differences = [] if committed is None else ledger_differences(committed, found.ledger.frame())
-    record = {**_counts(found.ledger), "folder": str(output)}
+    if check:
+        folder = output or COMMITTED
+        committed = _committed(folder)
+        found = _reproduced(engine, None)
+        differences = _differences(committed, found)
+    elif output is not None:
+        folder, differences = output, []
+        found = _reproduced(engine, folder)
+    else:
+        with output_folder(None) as folder:
+            found, differences = _reproduced(engine, folder), []
+    record = {**_counts(found.ledger), "folder": str(folder)}
     if check:
         record["differences"] = differences
     if json:
@@ -76,6 +68,31 @@ def reproduce(
     else:
         _print(record)
     raise typer.Exit(1 if differences else 0)
+
+
+def _reproduced(engine: EngineOptions, folder: Path | None) -> Reproduction:
+    """Recompute the source and write the report, where a folder is given for it."""
+    from harness.cli.progress import progress_bars
+    from harness.cli.recording import recorded
+    from harness.reproduction.pages.folder import check_folder, write
+    from harness.reproduction.run import reproduce as reproduce_with
+
+    if folder is not None:
+        check_folder(folder)
+    with recorded("reproduce") as told, progress_bars() as progress, engine.run() as opened:
+        found = reproduce_with(engine=opened, progress=progress)
+        told.engine, told.folder = found.provenance.record(), folder
+        if folder is not None:
+            progress("figures, movies and report", 0, 1)
+            write(found, folder)
+            progress("figures, movies and report", 1, 1)
+    return found
+
+
+def _differences(committed: pd.DataFrame, found: Reproduction) -> list[str]:
+    from harness.reproduction.ledger_differences import ledger_differences
+
+    return ledger_differences(committed, found.ledger.frame())
 
 
 def _committed(folder: Path) -> pd.DataFrame:

@@ -36,7 +36,7 @@ def theory(
     10.2078 deg without rebound.
     """
     from harness.cli.output import print_json, print_record
-    from harness.cases.incline.closed_forms import theory as closed_forms
+    from harness.workflows import theory as closed_forms
 
     found = closed_forms(
         shock=shock,

@@ -84,9 +84,9 @@ class Printer:
     def brief(self, checks: Sequence[Record], folder: Path) -> None:
         """Print what failed, what was not tested, and the findings, some of each."""
         for verdict, most in (
-            ("finding", MOST_FINDINGS),
-            ("not tested", MOST_UNTESTED),
             ("fail", MOST_FAILED),
+            ("not tested", MOST_UNTESTED),
+            ("finding", MOST_FINDINGS),
         ):
             self.rows([c for c in checks if c["verdict"] == verdict], most, folder)
 
@@ -94,9 +94,7 @@ class Printer:
         """Print a line for each kind: how many hold, how many were not tested."""
         for kind in dict.fromkeys(check["kind"] for check in checks):
             verdicts = [check["verdict"] for check in checks if check["kind"] == kind]
-            held, failed, untested = (
-                verdicts.count(v) for v in ("pass", "fail", "not tested")
-            )
+            held, failed, untested = (verdicts.count(v) for v in ("pass", "fail", "not tested"))
             text = f"{held} of {held + failed} hold" if held + failed else ""
             reported = verdicts.count("finding")
             parts = [text, f"{untested} not tested" if untested else ""]

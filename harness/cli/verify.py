@@ -107,7 +107,7 @@ def verify(asked: VerifyOptions, engine: EngineOptions, json: Json = False) -> N
     verify goes on where it stopped.
     """
     from harness.cli.files import output_folder
-    from harness.cli.output import print_json
+    from harness.cli.output import closed_pipe_allowed, print_json
     from harness.cli.recording import recorded, verdicts
     from harness.cli.verdicts import print_verification
 
@@ -119,10 +119,11 @@ def verify(asked: VerifyOptions, engine: EngineOptions, json: Json = False) -> N
         told.cached = record["cached"]
         told.status, told.folder = record["status"], folder
         told.engine, told.quantities = record["engine"] or {}, verdicts(record["checks"])
-    if json:
-        print_json({**record, "folder": str(folder)})
-    else:
-        print_verification(record, folder, verbose=asked.verbose)
+    with closed_pipe_allowed():
+        if json:
+            print_json({**record, "folder": str(folder)})
+        else:
+            print_verification(record, folder, verbose=asked.verbose)
     for error in record["engine_errors"] if record["status"] == 3 else ():
         print(f"dem-harness: {error}", file=sys.stderr)
     raise typer.Exit(record["status"])
@@ -132,7 +133,7 @@ def engines_of(wanted: str | None) -> tuple[str, ...]:
     """Return the engines that are asked for; raise RequestError for one that is not known."""
     if wanted is None:
         return ()
-    from harness.workflows.verification.other_engines import asked_engines
+    from harness.workflows.engine_selection import asked_engines
 
     return asked_engines(wanted).engines
 
@@ -142,29 +143,24 @@ def _record(asked: VerifyOptions, engine: EngineOptions, folder: Path) -> dict[s
     entries = engine.entries()
     key = _key(asked, engine) if entries else None
     record = None if engine.fresh else _kept(entries, key, folder)
-    record = record or _measured(asked, engine, entries, key, folder)
-    untested = sum(check["verdict"] == "not tested" for check in record["checks"])
-    if asked.strict and untested and record["status"] == 0:
-        print(f"dem-harness: --strict: {untested} checks were not tested", file=sys.stderr)
-        return {**record, "status": 1}
-    return record
+    return record or _measured(asked, engine, entries, key, folder)
 
 
 def _key(asked: VerifyOptions, engine: EngineOptions) -> str | None:
     """Return the key of a verification; None with other engines, not all of which have a digest."""
     from harness.store.baseline import digest
     from harness.store.verifications import verification_key
+    from harness.workflows.request import chosen_cases
 
-    others = (engine.program, engine.engine_option, engine.integrator)
-    if asked.engines is not None or any(others):
+    if asked.engines is not None:
         return None
     against = {} if asked.no_baseline else digest(asked.baseline, asked.tolerances)
     return verification_key(
         asked.level,
+        cases=[case.name for case in chosen_cases(asked.cases)],
         engine=engine.engine,
-        lmp=engine.lmp,
-        launcher=engine.mpirun,
-        beside={"baseline": against, "cases": asked.cases},
+        beside={"baseline": against, "strict": asked.strict},
+        **engine.main().arguments(),
     )
 
 
@@ -197,28 +193,30 @@ def _measured(
     from harness.cli.progress import progress_bars
     from harness.report.folder import write
     from harness.store.verifications import pack
-    from harness.workflows.verification import verify as verify_with
-    from harness.workflows.verification.run import chosen_baseline
+    from harness.workflows import sections
+    from harness.workflows import verify as verify_with
+    from harness.workflows.request import chosen_baseline
 
     beside = engine.without_launcher()
 
     def open_one(name: str) -> AbstractContextManager[Engine]:
         return beside.open(name)
 
-    known = None if asked.no_baseline else chosen_baseline(asked.baseline, asked.tolerances)
+    known = not asked.no_baseline and chosen_baseline(asked.baseline, asked.tolerances)
     with progress_bars() as progress, engine.open(engine.engine, engine.integrator) as opened:
         found = verify_with(
             asked.level,
+            cases=asked.cases,
             engine=opened,
-            progress=progress,
-            baseline=known,
-            compare=not asked.no_baseline,
             engines=asked.engines or (),
             open_one=open_one,
+            baseline=known,
+            progress=progress,
+            strict=asked.strict,
         )
         progress("figures and report", 0, 1)
         record = found.record()
-        write(found, folder)
+        write(found, folder, sections(found))
         if entries is not None and key is not None and not found.engine_errors:
             entries.put(key, pack(folder, record))
         progress("figures and report", 1, 1)

@@ -12,6 +12,10 @@ from harness.report.templating import number
 from harness.report.verdict_summary import headline, summaries
 
 
+ROUND_OFF = 14
+"""Decimals beyond which an uncertainty says nothing."""
+
+
 def summary(found: Verification) -> list[str]:
     """Return the sentences that open the report: the outcome kind by kind, and the headlines."""
     counts = "; ".join(f"{s.kind} {s.text}" for s in summaries(found.checks))
@@ -25,7 +29,8 @@ def headline_lines(headlines: Sequence[Headline]) -> list[str]:
 
 def expected(told: Headline) -> str:
     """Return the expected value with its unit, to the digits of the measured one."""
-    return f"{told.expected:.{_decimals(told.uncertainty)}f} {told.unit}".rstrip()
+    decimals = min(ROUND_OFF, _decimals(told.uncertainty))
+    return f"{told.expected:.{decimals}f} {told.unit}".rstrip()
 
 
 def measured(told: Headline) -> str:
@@ -43,6 +48,8 @@ def value_text(value: float, uncertainty: float, unit: str = "") -> str:
     if not math.isfinite(value) or not math.isfinite(uncertainty) or uncertainty <= 0.0:
         return f"{number(value)} {unit}".rstrip()
     decimals = _decimals(uncertainty)
+    if decimals > ROUND_OFF:
+        return f"{number(value)} {unit}".rstrip()
     return f"{value:.{decimals}f} ± {uncertainty:.{decimals}f} {unit}".rstrip()
 
 
@@ -52,7 +59,7 @@ def _decimals(uncertainty: float) -> int:
         return 6
     exponent = math.floor(math.log10(uncertainty))
     leading = round(uncertainty / 10.0**exponent)
-    return min(15, max(0, 1 - exponent if leading == 1 else -exponent))
+    return max(0, 1 - exponent if leading == 1 else -exponent)
 
 
 def engine_name(engine: Provenance) -> str:

@@ -8,9 +8,9 @@ import sys
 from types import SimpleNamespace
 
 import pytest
+from harness.cli.cached_engines import Chosen
 
 from harness.cli import cached_engines, verify
-from harness.cli.cached_engines import Chosen
 from harness.errors import RequestError
 from harness.report import folder as report_folder
 from harness.store.entries import Entries

@@ -4,9 +4,9 @@ import json
 import sys
 
 import pytest
+from harness.cli.cached_engines import Chosen
 
 from harness.cli import main, verify
-from harness.cli.cached_engines import Chosen
 from harness.cli.options import programs_of
 from harness.cli.tower import Solver
 from harness.engines import registry

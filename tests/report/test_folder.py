@@ -1,7 +1,7 @@
 import html
 import json
 import re
-from itertools import islice
+from dataclasses import replace
 
 import pandas as pd
 import pytest
@@ -9,14 +9,18 @@ import pytest
 from harness.errors import RequestError
 from harness.report import folder as report_folder
 from harness.report.folder import write
-from harness.report.gallery import pictures
+from harness.report.gallery import draw_sections
+from harness.report.sections import Drawing, Section
 from harness.report.target import check_folder
+from tests.report.conftest import DIVERGED, draw
+
+FIGURES = {"one", "two", "broad", "four-rows", "extra"}
 
 
 @pytest.fixture(scope="module")
-def target(verification, tmp_path_factory):
+def target(verification, sections, tmp_path_factory):
     folder = tmp_path_factory.mktemp("reports") / "run"
-    write(verification, folder)
+    write(verification, folder, sections)
     return folder
 
 
@@ -27,11 +31,10 @@ def test_the_folder_is_complete(verification, target):
     assert len(pd.read_csv(target / "results.csv")) == len(verification.checks)
     for name in verification.scripts:
         assert (target / "scripts" / name).read_text() == verification.scripts[name]
-    figures = {path.stem for path in (target / "figures").glob("*.svg")}
-    assert "critical-angle-extrapolation" in figures
-    assert figures == {path.stem for path in (target / "figures").glob("*.png")}
+    for suffix in ("svg", "png"):
+        assert {path.stem for path in (target / "figures").glob(f"*.{suffix}")} == FIGURES
     linked = re.findall(r"\(figures/(.+?)\.svg\)", (target / "report.md").read_text())
-    assert set(linked) == figures
+    assert set(linked) == FIGURES
 
 
 def test_the_page_is_self_contained(verification, target):
@@ -42,15 +45,37 @@ def test_the_page_is_self_contained(verification, target):
         assert html.escape(check.name) in page
 
 
+def links_of(folder):
+    page = (folder / "report.html").read_text()
+    return page, set(re.findall(r'href="(?!data:)([^"]+)"', page))
+
+
 def test_every_link_of_the_page_leads_to_a_file_or_a_place_in_it(target):
-    page = (target / "report.html").read_text()
-    links = set(re.findall(r'href="(?!data:)([^"]+)"', page))
+    page, links = links_of(target)
     assert {"figures", "scripts", "logs"} <= {link.partition("/")[0] for link in links}
     for link in links:
         if link.startswith("#"):
-            assert f'id="{link[1:]}"' in page
+            assert page.count(f'id="{link[1:]}"') == 1
         else:
             assert (target / link).is_file()
+
+
+def test_sections_come_in_order_and_their_figures_with_them(target):
+    page, text = ((target / name).read_text() for name in ("report.html", "report.md"))
+    places = [page.index(f">{title}</h2>") for title in ("The slope", "The ball", "Figures")]
+    assert places == sorted(places)
+    for name in FIGURES - {"extra"}:
+        assert places[0] < page.index(f'id="{name}"') < places[1]
+    assert page.index('id="extra"') > places[2]
+    assert text.index("## The slope") < text.index("figures/four-rows.svg")
+    assert (
+        text.index("figures/four-rows.svg") < text.index("## The ball") < text.index("## Figures")
+    )
+    for said in ("an item", "Angles of every contact.", "10.2070"):
+        assert said in page
+        assert said in text
+    assert "| source \\| kept | 10.2060 | &lt;b>not&lt;/b> bold |" in text
+    assert "&lt;b&gt;not&lt;/b&gt; bold" in page
 
 
 def test_the_log_of_a_failed_run_is_found_from_its_row(verification, target):
@@ -61,13 +86,69 @@ def test_the_log_of_a_failed_run_is_found_from_its_row(verification, target):
     page = (target / "report.html").read_text()
     assert f'href="logs/{died.log_name}"' in page
     assert html.escape("Step 1 <&> 2") in page
-    assert (target / "logs" / "incline-plastic.in.log").is_file()
+    assert (target / "logs" / "slope.in.log").is_file()
 
 
-def test_figures_are_the_same_file_twice(verification, target):
-    for picture in islice(pictures(verification), 5):
+def test_figures_are_the_same_file_twice(sections, target):
+    drawn = draw_sections(sections)
+    assert len(drawn[0].pictures) == 4
+    for picture in drawn[0].pictures:
         assert picture.svg == (target / "figures" / f"{picture.name}.svg").read_text()
         assert picture.png == (target / "figures" / f"{picture.name}.png").read_bytes()
+
+
+def test_figures_of_one_name_are_told_apart_and_a_broken_one_is_named():
+    section = Section(
+        "Two",
+        drawings=(
+            Drawing("../same", "A", "a", draw()),
+            Drawing("same", "B", "b", draw()),
+            Drawing("broken", "Broken", "c", lambda: 1 / 0),
+        ),
+    )
+    (drawn,) = draw_sections([section])
+    assert [picture.name for picture in drawn.pictures] == ["same", "same-2"]
+    assert drawn.failures == (
+        "Figure 'Broken' could not be drawn: ZeroDivisionError: division by zero",
+    )
+
+
+def test_series_that_diverged_and_other_engines_have_their_sections(
+    verification, declared, tmp_path
+):
+    found = replace(verification, divergences=(DIVERGED,), engines=declared)
+    write(found, tmp_path / "run")
+    page, text = ((tmp_path / "run" / n).read_text() for n in ("report.html", "report.md"))
+    assert (tmp_path / "run" / "figures" / "divergence-1.svg").is_file()
+    for title in ("Where series diverge", "Engines beside one another"):
+        assert f">{title}</h2>" in page
+        assert f"## {title}" in text
+    for said in ("missing: no three here", "did not qualify: free fall"):
+        assert said in page
+        assert said in text
+    assert "It &lt;always&gt; clips. It counts m/2." in page
+
+
+def test_without_them_there_is_no_such_section(target):
+    page = (target / "report.html").read_text()
+    assert "Where series diverge" not in page
+    assert "Engines beside one another" not in page
+
+
+def test_hostile_names_stay_text_and_files_stay_below_the_folder(hostile, tmp_path):
+    write(hostile, tmp_path / "run", [Section("<script>x</script>", ("<script>y</script>",))])
+    assert [path.name for path in tmp_path.iterdir()] == ["run"]
+    assert (tmp_path / "run" / "scripts" / "up" / "s-.in").is_file()
+    page, links = links_of(tmp_path / "run")
+    own = page.count("<script>")
+    assert own == 1  # the page's own
+    for link in links:
+        assert link.startswith("#") or (tmp_path / "run" / link).is_file()
+    for name in ("report.md", "summary.md"):
+        text = (tmp_path / "run" / name).read_text()
+        assert "alert(1)" in text
+        for dangerous in ("<script", "![x]", "\x1b", "\x07", "@you", " `a`"):
+            assert dangerous not in text, (name, dangerous)
 
 
 def test_a_folder_that_holds_something_is_refused_and_kept(verification, tmp_path):
@@ -94,7 +175,6 @@ def test_nothing_half_written_is_left(verification, tmp_path, monkeypatch, stop)
     def interrupted(*_):
         raise stop
 
-    monkeypatch.setattr(report_folder, "pictures", lambda _: [])
     monkeypatch.setattr(report_folder, "html_page", interrupted)
     with pytest.raises(stop):
         write(verification, tmp_path / "run")

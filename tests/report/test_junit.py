@@ -53,7 +53,7 @@ def test_a_failure_tells_all_its_numbers_and_why(verification):
     failure = parsed(verification).find(".//failure")
     for said in ("value 10.2 deg", "expected 10.3 deg", "difference -0.1", "tolerance 0.0003"):
         assert said in failure.get("message")
-    assert "plastic contact, step to zero" in failure.text
+    assert "tolerance: a reason" in failure.text
 
 
 def test_an_engine_that_died_is_an_error_with_its_log(verification):

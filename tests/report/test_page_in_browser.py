@@ -3,21 +3,24 @@
 import json
 import shutil
 from dataclasses import replace
-from itertools import islice
 
 import pytest
 
-from harness.comparison.results import Results
+from harness.comparison.results import read_published
 from harness.comparison.run_diff import diff_runs
 from harness.report.diff_folder import write_diff
+from harness.report.engines import engines_section
 from harness.report.finite import finite
-from harness.report.gallery import pictures
+from harness.report.gallery import draw_sections
 from harness.report.page import html_page
 
 DESK, PHONE = (1280, 800), (390, 844)
 SIZES = pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
 SCHEMES = pytest.mark.parametrize("scheme", ["light", "dark"])
-FIGURES = 4
+FIGURES = 5
+A4_WIDTH = 710
+"""Pixels of CSS between the margins of a sheet."""
+
 READABLE = 4.5
 """Contrast that WCAG 2 asks of text at level AA."""
 
@@ -64,25 +67,26 @@ def browser():
 
 
 @pytest.fixture(scope="module")
-def pages(verification, engine_evidence, tmp_path_factory):
+def pages(verification, declared, sections, tmp_path_factory):
     """Write a report with many rows, one that holds, one of engines, and two runs side by side."""
     folder = tmp_path_factory.mktemp("pages")
     many = [replace(verification.checks[0], name=f"row {n}", value=10.2 - n) for n in range(60)]
     found = replace(verification, checks=(*verification.checks, *many))
     holding = [check for check in verification.checks if check.verdict in ("pass", "finding")]
-    shown = list(islice(pictures(verification), FIGURES))
+    shown = draw_sections(sections)
+    engines = draw_sections([engines_section(declared)])
     runs = {
-        "report": found,
-        "holds": replace(found, checks=tuple(holding * 3)),
-        "engines": replace(found, engines=engine_evidence),
+        "report": (found, shown),
+        "holds": (replace(found, checks=tuple(holding * 3)), shown),
+        "engines": (replace(found, engines=declared), [*engines, *shown]),
     }
-    for name, run in runs.items():
-        (folder / f"{name}.html").write_text(html_page(run, shown))
+    for name, (run, drawn) in runs.items():
+        (folder / f"{name}.html").write_text(html_page(run, drawn))
     (folder / "run" / "figures").mkdir(parents=True)
-    for picture in shown:
+    for picture in shown[0].pictures:
         (folder / "run" / "figures" / f"{picture.name}.svg").write_text(picture.svg)
     before, after = (
-        Results.model_validate(json.loads(json.dumps(finite(run.record()))))
+        read_published(json.loads(json.dumps(finite(run.record()))))
         for run in (found, verification)
     )
     write_diff(diff_runs(before, after), folder / "run", folder / "run", folder / "two")
@@ -152,12 +156,12 @@ def test_no_page_is_wider_than_the_screen(look, name, size, scripts):
 
 
 @SIZES
-def test_the_first_screen_has_outcome_angles_failures_and_where_they_are(look, size):
+def test_the_first_screen_has_outcome_headlines_failures_and_where_they_are(look, size):
     page = look(size=size)
-    for selector in (".outcome b", ".kinds", ".angle", ".failures li"):
+    for selector in (".outcome b", ".kinds", ".told", ".failures li"):
         assert bottom(page, selector) <= size[1]
     said = page.locator(".hero").inner_text()
-    for text in ("Failed: 1 analytic, 1 cross-code", "61 of 62 hold", "10.20000°", "LAMMPS"):
+    for text in ("Failed: 1 analytic, 1 cross-code", "61 of 62 hold", "toy 10.2070 ± 0.0004 deg"):
         assert text in said
     listed = page.locator(".failures").inner_text()
     assert "angle | fails" in listed
@@ -294,3 +298,45 @@ def test_every_figure_is_drawn(look, size):
     )
     assert len(drawn) == FIGURES
     assert all(drawn)
+
+
+def test_figures_stand_two_to_a_row_but_for_wide_and_tall_ones(look):
+    page = look()
+    places = {
+        name: page.locator(f"#{name} img").bounding_box()
+        for name in ("one", "two", "broad", "four-rows")
+    }
+    main = page.locator("main").bounding_box()["width"]
+    assert places["one"]["y"] == places["two"]["y"]
+    assert places["one"]["width"] < 0.5 * main < places["broad"]["width"]
+    # a panel of a figure with four rows is as large as one that stands alone
+    assert places["four-rows"]["width"] / 2 > 0.7 * places["one"]["width"]
+    assert places["four-rows"]["height"] / 4 > 0.6 * places["one"]["height"]
+
+
+def test_a_large_figure_is_scrolled_on_a_phone_not_shrunk(look):
+    page = look(size=PHONE)
+    for name in ("broad", "four-rows"):
+        assert page.locator(f"#{name} img").bounding_box()["width"] >= 600
+        assert page.locator(f"#{name} a").bounding_box()["width"] <= PHONE[0]
+
+
+@SCHEMES
+@pytest.mark.parametrize("name", ["report", "engines"])
+def test_print_shows_every_column_dark_on_white(look, name, scheme):
+    page = look(name, (A4_WIDTH, 1000), scheme)
+    page.emulate_media(media="print", color_scheme=scheme)
+    for head in page.locator(".checks thead th").all():
+        place = head.bounding_box()
+        assert place["width"] > 10
+        assert place["x"] + place["width"] <= A4_WIDTH
+    assert page.locator(".checks tbody tr:visible").count() >= 65
+    assert page.evaluate("document.documentElement.scrollWidth") <= A4_WIDTH
+    paper, ink = page.evaluate(
+        "() => { const body = getComputedStyle(document.body);"
+        " return [body.backgroundColor, body.color]; }"
+    )
+    assert paper == "rgb(255, 255, 255)"
+    assert sum(map(int, ink.strip("rgb()").split(","))) < 120
+    worst = page.evaluate(CONTRAST)
+    assert worst[0][0] >= READABLE, worst

@@ -30,8 +30,13 @@ def test_however_many_rows_it_fits_into_a_comment(verification):
 
 
 def test_text_opens_no_tag_and_mentions_nobody(verification):
-    check = replace(verification.checks[1], name="<script> @somebody\nnew | row")
+    check = replace(verification.checks[1], name="<script> @somebody\nnew | row \x1b[31mred")
     text = short_markdown(replace(verification, checks=(check,)))
     assert "<script>" not in text
     assert "@somebody" not in text
-    assert "&lt;script> @\u200bsomebody new \\| row" in text
+    assert "&lt;script> @\u200bsomebody new \\| row red |" in text
+
+
+def test_the_headlines_are_told_with_who_measured_them(verification):
+    told = "- critical angle: expected 10.2078 deg; toy 10.2070 ± 0.0004 deg (step to 0)"
+    assert told in short_markdown(verification).splitlines()

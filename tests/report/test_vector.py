@@ -5,8 +5,9 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from harness.report.gallery import pictures
+from harness.report.gallery import picture as draw_picture
 from harness.report.vector import compact, data_uri, size
+from tests.report.conftest import draw
 
 FIGURE = """<?xml version="1.0"?>
 <svg width="72pt" height="36pt" viewBox="0 0 72 36" xmlns="http://www.w3.org/2000/svg">
@@ -30,8 +31,8 @@ def test_paths_keep_a_hundredth_of_a_point_and_the_rest_its_value():
 
 
 @pytest.fixture(scope="module")
-def picture(verification):
-    return next(pictures(verification))
+def picture():
+    return draw_picture("sine", "Sine", "A sine.", draw())
 
 
 def test_a_figure_is_valid_and_shows_the_same_to_a_hundredth_of_a_point(picture):

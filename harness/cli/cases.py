@@ -1,0 +1,22 @@
+"""``dem-harness cases``."""
+
+from __future__ import annotations
+
+from harness.cli.options import Json
+
+
+def cases(json: Json = False) -> None:
+    """List the cases: what each simulates, its quantities, and the engines that state it."""
+    from harness.cli.output import print_json, print_wrapped
+    from harness.workflows import cases as ask
+
+    found = [case.record() for case in ask()]
+    if json:
+        print_json({"cases": found})
+        return
+    for case in found:
+        print_wrapped(f"{case['name']} ({case['group']}): {case['summary']}")
+        quantities = (f"{name} ({unit or '-'})" for name, unit in case["quantities"].items())
+        print_wrapped(f"quantities: {', '.join(quantities)}", indent=4)
+        print_wrapped(f"parameters: {', '.join(case['parameters'])}", indent=4)
+        print_wrapped(f"engines: {', '.join(case['engines']) or 'none'}", indent=4)
