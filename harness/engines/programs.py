@@ -1,12 +1,129 @@
-"""Find the programs that a user names: on PATH, or beside this Python."""
+"""Find the programs of engines, ask them who they are, and run them."""
 
 from __future__ import annotations
 
 import shutil
 import sys
+import tempfile
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
+from typing import Any, ClassVar
 
-from harness.errors import RequestError
+from harness.engines.fingerprints import facts, program_files
+from harness.engines.parallel import cores
+from harness.engines.process import Ended, Limits, Processes, first_text
+from harness.engines.script import ScriptSource
+from harness.errors import EngineCrashError, EngineError, EngineMissingError, RequestError
+from harness.observables.provenance import Provenance
+
+ASK_SECONDS = 60.0
+NO_FILES: Mapping[str, str] = {}
+FOLDER = "dem-harness-"
+"""How the names of temporary folders begin."""
+
+
+class ProgramEngine(ScriptSource):
+    """The part of an engine that is its ``program``, by default the first of ``programs`` on PATH.
+
+    ``workers`` processes run side by side, as many as there are cores unless told otherwise.
+    ``self_contained`` says that the program with its libraries is all that decides a result: runs
+    of such a one are cached. Raise RequestError for a named program that is not there,
+    EngineMissingError where none is named and there is none.
+    """
+
+    programs: ClassVar[tuple[str, ...]] = ()
+    self_contained: ClassVar[bool] = False
+
+    def __init__(
+        self,
+        program: str | None = None,
+        workers: int | None = None,
+        limits: Limits | None = None,
+    ) -> None:
+        self.program = self.find(program)
+        self.limits = limits or Limits()
+        self.workers = workers or cores()
+        self.processes = Processes()
+        self._logs: dict[str, str] = {}
+
+    @abstractmethod
+    def ask_version(self) -> Provenance:
+        """Return who the program is; raise EngineMissingError where it is another, or broken."""
+
+    @classmethod
+    def find(cls, program: str | None) -> str:
+        """Return the absolute path of the program that is named, or of a known one."""
+        if program is not None:
+            return find_program(f"program {cls.name}=", program)
+        for name in cls.programs:
+            try:
+                return find_program("program", name)
+            except RequestError:
+                continue
+        raise EngineMissingError(cls.traits.missing(f"no {' or '.join(cls.programs)} on PATH"))
+
+    def environment(self, folder: Path) -> Mapping[str, str] | None:  # noqa: ARG002
+        """Return the environment of a process that works in a folder; None: the harness's own."""
+        return None
+
+    def identify(self) -> Provenance:
+        """Return version and executable, asked once."""
+        return self._identity
+
+    @cached_property
+    def _identity(self) -> Provenance:
+        return replace(self.ask_version(), integrator=self.traits.integrator)
+
+    @classmethod
+    def fingerprint_of(cls, **options: Any) -> Mapping[str, Any] | None:
+        """Return the contents of the program and its libraries, where they are all there is."""
+        program = options.get("program")
+        files = program_files(Path(cls.find(program))) if cls.self_contained else []
+        return facts(cls.name, "executable", files) if files else None
+
+    def fingerprint(self) -> Mapping[str, Any] | None:
+        """Return :meth:`fingerprint_of` this program, read once."""
+        return self._fingerprint
+
+    @cached_property
+    def _fingerprint(self) -> Mapping[str, Any] | None:
+        return self.fingerprint_of(program=self.program)
+
+    def ask(self, words: Sequence[str], files: Mapping[str, str] = NO_FILES) -> tuple[str, Ended]:
+        """Run a command once, beside these files; return what it says first and how it ended."""
+        with fresh_folder() as home:
+            folder = Path(home)
+            for name, text in files.items():
+                (folder / name).write_text(text, encoding="utf-8")
+            ended = self.start(words, folder, ASK_SECONDS)
+            return first_text(folder / "said", 100_000), ended
+
+    def closed_error(self) -> EngineError:
+        """Return the error of a job that is given after :meth:`close`."""
+        return EngineCrashError(f"{self.title} was closed")
+
+    def close(self) -> None:
+        """End what runs; whoever waits for it removes its files."""
+        self.processes.close()
+
+    def start(self, words: Sequence[str], folder: Path, seconds: float) -> Ended:
+        """Run a command in a folder; a new file there is progress."""
+        return self.processes.run(
+            words,
+            folder,
+            seconds=seconds,
+            memory=self.limits.memory,
+            environment=self.environment(folder),
+            progress=lambda: len(list(folder.iterdir())),
+        )
+
+
+def fresh_folder() -> tempfile.TemporaryDirectory[str]:
+    """Return a temporary folder, removed when its context ends."""
+    return tempfile.TemporaryDirectory(prefix=FOLDER, ignore_cleanup_errors=True)
 
 
 def find_program(option: str, name: str) -> str:

@@ -115,6 +115,12 @@ class ScriptSource(Engine):
             return kept[1]
 
     @classmethod
+    def rendered(cls) -> list[Script]:
+        """Return the scripts of this engine that were rendered so far."""
+        with _LOCK:
+            return [script for (kind, *_), (_, script) in _RENDERED.items() if kind is cls]
+
+    @classmethod
     def inputs(cls, templates: Iterable[Template]) -> dict[str, str]:
         """Return the scripts of all variants that the engine renders, by names below ``inputs``."""
         folder = cls.name if cls.inputs_folder is None else cls.inputs_folder

@@ -5,92 +5,50 @@ To make one, subclass :class:`ScriptedEngine` beside a folder ``templates`` with
 
 - ``name``, ``traits`` (whose ``title`` messages write), ``programs`` (names on PATH, the first
   that is there is taken), ``extension`` of script files;
-- :meth:`~ScriptedEngine.ask_version`: who the program is, from :meth:`~ScriptedEngine.ask`;
-- :meth:`~ScriptedEngine.command`: the words that run a batch of tasks in a folder;
-- :meth:`~ScriptedEngine.write`: the files of the batch beside its scripts.
+- ``ask_version``: who the program is, from :meth:`~ScriptedEngine.ask`;
+- ``command``: the words that run a batch of tasks in a folder;
+- ``write``: the files of the batch beside its scripts.
 
 A script declares the values it takes and prints ``RESULT name = value``, ``RESULT verdict = ...``
 last. The rest has defaults, for a script that has a dictionary ``PARAMETERS`` and writes the lines
-of job i of a batch to ``<i>.txt`` when the job is over and its series to ``<i>.csv``. Override
+of job i of a batch to ``<i>.txt`` when the job is over, and its series to ``<i>.csv``. Override
 
-- ``renders_variants``: whether each variant of a template is a script of its own, or all run the
-  main one with other values;
-- ``unused_values``: values that no script of the engine has a use for;
-- ``switches``: variables that a sampled job sets where the script declares them;
-- ``jinja``, :meth:`~ScriptedEngine.context`: Jinja's options, and further names for templates;
-- :meth:`~ScriptedEngine.literal`: how the code writes a value; :meth:`~ScriptedEngine.declared`:
-  which variables a script's text declares;
-- :meth:`~ScriptedEngine.settings`: values that the engine adds to those of a job;
-- :meth:`~ScriptedEngine.shares`: which tasks run in one process, and side by side;
-- :meth:`~ScriptedEngine.environment`, :meth:`~ScriptedEngine.error_of`: of the process;
-- :meth:`~ScriptedEngine.log_of`, :meth:`~ScriptedEngine.read_job`, :meth:`~ScriptedEngine.table`:
-  what a task left;
-- :meth:`~ScriptedEngine.run_batch` or :meth:`~ScriptedEngine.execute` for another way to run.
+- of the scripts (:class:`~harness.engines.script.ScriptSource`): ``renders_variants``,
+  ``unused_values``, ``switches``, ``jinja``, ``context``, ``literal``, ``declared``, ``settings``;
+- of the program (:class:`~harness.engines.programs.ProgramEngine`): ``find``, ``self_contained``,
+  ``environment``;
+- of the runs: ``shares``, ``error_of``, ``log_of``, ``read_job``, ``table``, ``command_line``,
+  ``keeps_finished``; ``run_batch`` and ``execute`` for another way to run.
 """
 
 from __future__ import annotations
 
-import shutil
-import tempfile
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from harness.engines.batches import collect, run_in_turn
 from harness.engines.contract import Job
-from harness.engines.fingerprints import facts, program_files
 from harness.engines.output import SERIES, Output, Table, results_in
-from harness.engines.parallel import cores, dealt, parallel_map
-from harness.engines.process import Ended, Limits, Processes, first_text, text_of
-from harness.engines.programs import find_program
-from harness.engines.script import ScriptSource, Task
+from harness.engines.parallel import dealt, parallel_map
+from harness.engines.process import Ended, text_of
+from harness.engines.programs import ProgramEngine, fresh_folder
+from harness.engines.script import Task
 from harness.engines.tables import read_csv
-from harness.errors import (
-    EngineCrashError,
-    EngineError,
-    EngineMissingError,
-    RequestError,
-)
-from harness.observables.provenance import Provenance
-
-ASK_SECONDS = 60.0
-NO_FILES: Mapping[str, str] = {}
-FOLDER = "dem-harness-"
-"""How the name of an engine's temporary folder begins."""
+from harness.errors import EngineError
 
 
-class ScriptedEngine(ScriptSource):
-    """A code that runs scripts through ``program``, by default the first of ``programs`` on PATH.
+class ScriptedEngine(ProgramEngine):
+    """A code that runs scripts through its program, in as many processes as it has workers.
 
-    ``workers`` processes run side by side, as many as there are cores unless told otherwise.
-    ``self_contained`` says that the program with its libraries is all that decides a result: runs
-    of such a one are cached. Raise RequestError for a named program that is not there,
-    EngineMissingError where none is named and there is none.
+    ``keeps_finished`` says that a finished run counts though its process fails at its end.
     """
 
-    programs: ClassVar[tuple[str, ...]] = ()
-    self_contained: ClassVar[bool] = False
-
-    def __init__(
-        self,
-        program: str | None = None,
-        workers: int | None = None,
-        limits: Limits | None = None,
-    ) -> None:
-        self.program = self.find(program)
-        self.limits = limits or Limits()
-        self.workers = workers or cores()
-        self.processes = Processes()
-        self._logs: dict[str, str] = {}
+    keeps_finished: ClassVar[bool] = False
 
     # ---- what a subclass gives -------------------------------------------------------------
-
-    @abstractmethod
-    def ask_version(self) -> Provenance:
-        """Return who the program is; raise EngineMissingError where it is another, or broken."""
 
     @abstractmethod
     def command(self, folder: Path, tasks: Sequence[Task]) -> list[str]:
@@ -103,18 +61,6 @@ class ScriptedEngine(ScriptSource):
 
     # ---- what it may override --------------------------------------------------------------
 
-    @classmethod
-    def find(cls, program: str | None) -> str:
-        """Return the absolute path of the program that is named, or of a known one."""
-        if program is not None:
-            return find_program(f"program {cls.name}=", program)
-        for name in cls.programs:
-            try:
-                return find_program("program", name)
-            except RequestError:
-                continue
-        raise EngineMissingError(cls.traits.missing(f"no {' or '.join(cls.programs)} on PATH"))
-
     def shares(self, tasks: Sequence[Task]) -> list[list[int]]:
         """Return the indices of the tasks of each process: those of one script, dealt out."""
         scripts: dict[str, list[int]] = {}
@@ -125,10 +71,6 @@ class ScriptedEngine(ScriptSource):
             for same in scripts.values()
             for hand in dealt(len(same), self.workers)
         ]
-
-    def environment(self, folder: Path) -> Mapping[str, str] | None:  # noqa: ARG002
-        """Return the environment of a process that works in a folder; None: the harness's own."""
-        return None
 
     def command_line(self, task: Task) -> str:
         """Return the command that runs a task again by hand."""
@@ -161,18 +103,11 @@ class ScriptedEngine(ScriptSource):
     def run_batch(self, tasks: Sequence[Task]) -> list[Output | EngineError]:
         """Run tasks in one process; return what those left that it got to, one at least."""
         if self.processes.closed:
-            return [EngineCrashError(f"{self.title} ({self.program}) was closed") for _ in tasks]
-        folder = self.new_folder()
-        try:
+            return [self.closed_error() for _ in tasks]
+        with fresh_folder() as home:
+            folder = Path(home)
             self.write(folder, tasks)
-            ended = self.processes.run(
-                self.command(folder, tasks),
-                folder,
-                seconds=self.limits.seconds,
-                memory=self.limits.memory,
-                environment=self.environment(folder),
-                progress=lambda: len(list(folder.iterdir())),
-            )
+            ended = self.start(self.command(folder, tasks), folder, self.limits.seconds)
             share = ended.seconds / len(tasks)
             return collect(
                 [self.log_of(folder, index) for index in range(len(tasks))],
@@ -180,9 +115,8 @@ class ScriptedEngine(ScriptSource):
                 lambda log: self.error_of(ended, log),
                 ended,
                 self.title,
+                keeps_finished=self.keeps_finished,
             )
-        finally:
-            shutil.rmtree(folder, ignore_errors=True)
 
     def execute(self, tasks: Sequence[Task]) -> list[Output | EngineError]:
         """Run tasks, shared out over processes, and return their outputs in order."""
@@ -198,49 +132,13 @@ class ScriptedEngine(ScriptSource):
 
     # ---- what every one does ---------------------------------------------------------------
 
-    def identify(self) -> Provenance:
-        """Return version and executable, asked once."""
-        return self._identity
-
-    @cached_property
-    def _identity(self) -> Provenance:
-        return replace(self.ask_version(), integrator=self.traits.integrator)
-
-    @classmethod
-    def fingerprint_of(cls, **options: Any) -> Mapping[str, Any] | None:
-        """Return the contents of the program and its libraries, where they are all there is."""
-        program = options.get("program")
-        files = program_files(Path(cls.find(program))) if cls.self_contained else []
-        return facts(cls.name, "executable", files) if files else None
-
-    def fingerprint(self) -> Mapping[str, Any] | None:
-        """Return :meth:`fingerprint_of` this program, read once."""
-        return self._fingerprint
-
-    @cached_property
-    def _fingerprint(self) -> Mapping[str, Any] | None:
-        return self.fingerprint_of(program=self.program)
-
-    def ask(self, words: Sequence[str], files: Mapping[str, str] = NO_FILES) -> tuple[str, Ended]:
-        """Run a command once, beside these files; return what it says first and how it ended."""
-        with tempfile.TemporaryDirectory(prefix=FOLDER) as home:
-            folder = Path(home)
-            for name, text in files.items():
-                (folder / name).write_text(text, encoding="utf-8")
-            ended = self.processes.run(
-                words,
-                folder,
-                seconds=ASK_SECONDS,
-                memory=self.limits.memory,
-                environment=self.environment(folder),
-            )
-            return first_text(folder / "said", 100_000), ended
-
     def run(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         """Run the scripts of jobs, and return their outputs in order."""
         self.check(jobs)
         if not jobs:
             return []
+        if self.processes.closed:
+            return [self.closed_error() for _ in jobs]
         self.identify()
         tasks = [self.task(job) for job in jobs]
         outputs: list[Output | EngineError] = []
@@ -256,16 +154,12 @@ class ScriptedEngine(ScriptSource):
 
     def output(self, task: Task, log: str, series: str, seconds: float) -> Output:
         """Return the output of a task from its log and its series."""
-        results = results_in(log)
-        told = dict(results).get("seconds")
         script = task.script
-        return Output(
-            results,
-            replace(self.identify(), script=script.name, script_sha256=script.sha256),
-            {SERIES: self.table(series)} if series else {},
-            log,
-            seconds if told is None else float(told),
-            self.title,
+        who = replace(self.identify(), script=script.name, script_sha256=script.sha256)
+        tables = {SERIES: self.table(series)} if series else {}
+        output = Output(results_in(log), who, tables, log, seconds, self.title)
+        return (
+            replace(output, seconds=output.number("seconds")) if output.has("seconds") else output
         )
 
     def headed(self, task: Task, log: str) -> str:
@@ -276,17 +170,3 @@ class ScriptedEngine(ScriptSource):
     def logs(self) -> dict[str, str]:
         """Return, for each script, the log of the first run of it that finished."""
         return dict(self._logs)
-
-    @cached_property
-    def _folder(self) -> tempfile.TemporaryDirectory[str]:
-        return tempfile.TemporaryDirectory(prefix=FOLDER)
-
-    def new_folder(self) -> Path:
-        """Return a fresh folder, removed with the engine at the latest."""
-        return Path(tempfile.mkdtemp(dir=self._folder.name))
-
-    def close(self) -> None:
-        """End what runs and remove the temporary files."""
-        self.processes.close()
-        if "_folder" in vars(self):
-            self._folder.cleanup()

@@ -17,7 +17,7 @@ class Twin(Reference):
     name = "twin"
     traits = replace(TRAITS, lineage="LAMMPS", title="Twin")
 
-    def __init__(self, change_values=dict, change_output=lambda job, output: output):
+    def __init__(self, change_values=dict, change_output=lambda _, output: output):
         super().__init__(self.traits.integrator or "velocity-verlet", spring=self.traits.spring)
         self.change_values, self.change_output = change_values, change_output
         self.jobs = []

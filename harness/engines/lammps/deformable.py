@@ -8,7 +8,7 @@ same law is the integration. The compressions c of the contacts solve
 This shares no code with the chain solvers: dense algebra, and Murty's least
 index method (Math. Programming 7, 1974), which ends for a positive definite T
 whatever set of contacts it starts from. (SciPy's NNLS, tried first, returns
-wrong forces where an overlap is exactly zero, as in a tower that falls freely.)
+wrong forces where an overlap is exactly zero, as in a row that falls freely.)
 """
 
 from __future__ import annotations

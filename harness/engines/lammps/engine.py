@@ -11,10 +11,11 @@ from typing import Any
 from harness.engines.contract import Job
 from harness.engines.lammps.external_forces import FORCES
 from harness.engines.lammps.fingerprint import fingerprint
-from harness.engines.lammps.inprocess import InProcess, Order
+from harness.engines.lammps.inprocess import InProcess
 from harness.engines.lammps.language import LammpsLanguage
 from harness.engines.lammps.read import version_in
 from harness.engines.lammps.releases import executable_of, is_release
+from harness.engines.lammps.worker_process import Order
 from harness.engines.output import Output
 from harness.engines.process import Limits, first_words
 from harness.engines.programs import find_program
@@ -157,10 +158,8 @@ class Lammps(LammpsLanguage):
         """Run tasks in the workers, or through the executable."""
         if self._inprocess is None:
             return super().execute(tasks)
-        orders = [
-            Order(t.script, self.variables(t), self.names_to_forget(t.script), t.job.sampled)
-            for t in tasks
-        ]
+        forget = self.names_to_forget(tasks)
+        orders = [Order(t.script, self.variables(t), forget, t.job.sampled) for t in tasks]
         results: list[Output | EngineError] = []
         for task, left in zip(tasks, self._inprocess.run(orders), strict=True):
             try:

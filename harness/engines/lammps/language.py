@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import threading
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
@@ -13,7 +12,7 @@ from harness.engines.contract import Value, Values
 from harness.engines.lammps.read import error_from_text
 from harness.engines.output import Table
 from harness.engines.parallel import dealt
-from harness.engines.process import Ended, Limits, text_of
+from harness.engines.process import Ended, text_of
 from harness.engines.script import Script, Task
 from harness.engines.scripted import ScriptedEngine
 from harness.engines.tables import read_csv, read_dump
@@ -32,16 +31,6 @@ class LammpsLanguage(ScriptedEngine):
     command_name: ClassVar[str]
     """What the documentation calls the program."""
 
-    def __init__(
-        self,
-        program: str | None = None,
-        workers: int | None = None,
-        limits: Limits | None = None,
-    ) -> None:
-        super().__init__(program, workers, limits)
-        self._seen = _own_names(type(self))
-        self._lock = threading.Lock()
-
     @classmethod
     def literal(cls, value: Value) -> str:
         """Return the shortest text that reads back as the same number."""
@@ -59,13 +48,13 @@ class LammpsLanguage(ScriptedEngine):
     def write(self, folder: Path, tasks: Sequence[Task]) -> None:
         """Write the scripts and ``batch.in``, which runs the tasks, each from a clean slate."""
         lines: list[str] = []
+        forget = [f"variable {name} delete" for name in self.names_to_forget(tasks)]
         for index, task in enumerate(tasks):
             name = file_of(task.script)
             if not (folder / name).exists():
                 (folder / name).write_text(task.script.text, encoding="utf-8")
             variables = {**self.variables(task), "series": f"{index}.csv"}
-            lines += [f"log {index}.log", "clear"]
-            lines += [f"variable {old} delete" for old in self.names_to_forget(task.script)]
+            lines += [f"log {index}.log", "clear", *forget]
             lines += [f"variable {key} index {text}" for key, text in variables.items()]
             lines.append(f"include {name}")
         (folder / "batch.in").write_text("\n".join(lines) + "\n", encoding="utf-8")
@@ -74,15 +63,15 @@ class LammpsLanguage(ScriptedEngine):
         """Return what ``-var`` sets for a task, at full precision."""
         return {name: self.literal(value) for name, value in task.values.items()}
 
-    def names_to_forget(self, script: Script) -> list[str]:
+    def names_to_forget(self, tasks: Sequence[Task]) -> list[str]:
         """Return the variables that may be left from an earlier run, of whatever script.
 
-        Those of the engine's own templates, and of scripts that it met before.
+        Those of these tasks, of the engine's own templates, and of all scripts rendered before.
         ``clear`` keeps variables: they would shadow defaults, or refuse another style.
         """
-        with self._lock:
-            self._seen |= names_in(script.text)
-            return sorted(self._seen)
+        scripts = {task.script for task in tasks} | set(self.rendered())
+        found = _own_names(type(self)).union(*(names_in(script.text) for script in scripts))
+        return sorted(found)
 
     def command_line(self, task: Task) -> str:
         """Return the command that runs a task again by hand."""

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from harness.cases.drop.case import CASE
 from harness.cases.drop.qualification import qualify
 from harness.cases.drop.runs import COLUMNS
 from harness.cases.drop.template import case_of, scene_of, values_of

@@ -139,7 +139,7 @@ def test_the_reference_is_run_once_for_engines_of_the_same_rules(monkeypatch):
 
 
 def test_what_a_step_costs_leaves_out_what_a_run_costs():
-    def slow(job, output):
+    def slow(_, output):
         steps = float(output.tables["stages"]["step"][-1])
         return replace(output, seconds=2.0 + 5e-6 * steps)
 

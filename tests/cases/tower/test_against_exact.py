@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-from harness.comparison.evidence import TowerEvidence
 
 from harness.cases.tower.against_exact import against_exact
 from harness.cases.tower.evidence import CodeEvidence

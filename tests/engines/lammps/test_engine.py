@@ -256,5 +256,7 @@ def test_lammps_is_unstable_just_below_the_bound_on_the_step(lmp, factor, settle
     if isinstance(output, EngineError):
         assert not settles
         return
-    run = read(case, "steady", output, "linear", every=100)
-    assert bool(run.trajectory.speed_m_per_s[-1] < 1e-6) is settles
+    # the clock is that of other steps than the case's: the table is read as it is
+    path = output.table(("time_s", "vx_m_per_s", "vy_m_per_s"))
+    speed = math.hypot(path["vx_m_per_s"][-1], path["vy_m_per_s"][-1])
+    assert bool(speed < 1e-6) is settles

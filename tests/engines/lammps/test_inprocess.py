@@ -12,8 +12,9 @@ import pytest
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.template import TEMPLATE, values_of
 from harness.engines.lammps.engine import Lammps
-from harness.engines.lammps.inprocess import InProcess, Left, Order
+from harness.engines.lammps.inprocess import InProcess
 from harness.engines.lammps.language import names_in
+from harness.engines.lammps.worker_process import Left, Order
 from harness.engines.process import Limits
 from harness.engines.script import Script
 from harness.errors import (
@@ -106,7 +107,7 @@ def test_worker_killed_in_the_middle_of_a_run_costs_that_run_only(runner):
     while not (born := children() - others) and time.monotonic() < deadline:
         time.sleep(0.02)
     log = Path(f"/proc/{min(born)}/cwd").readlink() / "log"
-    while not (log.exists() and "RESULT crest = 2" in log.read_text()):
+    while not (log.exists() and "RESULT step_s" in log.read_text()):
         assert time.monotonic() < deadline
         time.sleep(0.02)
     os.kill(min(born), signal.SIGKILL)
@@ -123,6 +124,14 @@ def test_run_out_of_time_is_ended_and_the_next_one_works(runner):
     assert type(late) is EngineTimeoutError
     assert "within 1 s" in str(late)
     assert isinstance(good, Left)
+    assert time.monotonic() - start < 15
+
+
+def test_many_hangs_do_not_cost_the_limit_each(runner):
+    start = time.monotonic()
+    results = runner(seconds=1.0).run([ENDLESS] * 20)
+    assert {type(result) for result in results} == {EngineTimeoutError}
+    assert "not run after 2 in a row that hung" in str(results[-1])
     assert time.monotonic() - start < 15
 
 
@@ -174,6 +183,16 @@ def test_provenance_names_release_packages_and_library(shared):
     assert who.engine_version.split()[2].isdigit()
 
 
+def test_a_temporary_folder_may_have_a_space_a_quote_and_other_letters(
+    runner, tmp_path, monkeypatch
+):
+    odd = tmp_path / "a b'c µ"
+    odd.mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(odd))
+    (good,) = runner().run([GOOD])
+    assert isinstance(good, Left)
+
+
 def test_close_ends_the_workers_and_removes_their_files(runner):
     others = children()
     one = runner(workers=2)
@@ -197,7 +216,8 @@ def test_workers_leave_no_shared_memory(runner):
 OWNER = """
 import sys, threading, time
 from harness.engines.lammps.engine import Lammps
-from harness.engines.lammps.inprocess import InProcess, Left, Order
+from harness.engines.lammps.inprocess import InProcess
+from harness.engines.lammps.worker_process import Left, Order
 from harness.engines.lammps.language import names_in
 from harness.engines.process import Limits
 from harness.engines.script import Script
