@@ -61,8 +61,10 @@ def check_source(path: Path | None, option: str, *, folder: bool = False) -> Non
 
 
 @contextlib.contextmanager
-def output_folder(given: Path | None) -> Iterator[Path]:
+def output_folder(given: Path | None, kind: str = "") -> Iterator[Path]:
     """Yield the folder of a report: the one given, or one for now that no other run takes.
+
+    ``kind`` ends the name of the second.
 
     The second is made at once, so that a run that starts in the same second takes another; it is
     removed again where nothing is written into it. Raise RequestError for one that holds
@@ -74,7 +76,7 @@ def output_folder(given: Path | None) -> Iterator[Path]:
         check_folder(given)
         yield given
         return
-    folder, made = _new_folder(Path("reports") / "runs", f"{datetime.now():%Y-%m-%d-%H%M%S}")
+    folder, made = _new_folder(Path("reports") / "runs", f"{datetime.now():%Y-%m-%d-%H%M%S}{kind}")
     try:
         yield folder
     finally:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from harness.reproduction.claims import Ledger
-    from harness.reproduction.result import Reproduction
+    from harness.reproduction.run import Reproduction
 
 COMMITTED = Path("reports") / "reproduction"
 
@@ -26,8 +26,8 @@ def reproduce(
         typer.Option(
             "--output",
             metavar="DIR",
-            help="Folder for the report; an older reproduction there is replaced.  "
-            "[default: reports/runs/ and the date; with --check reports/reproduction]",
+            help="Folder for the report, replaced where it holds an older reproduction.  "
+            "[default: reports/runs/<date>-reproduction; with --check reports/reproduction]",
         ),
     ] = None,
     check: Annotated[
@@ -35,7 +35,7 @@ def reproduce(
         typer.Option(
             "--check",
             help="Write nothing: hold the ledger in the folder against what is computed now. "
-            "Exit status 1 if a standing, or a number beyond round-off, has changed.",
+            "Exit status 1 if a status, or a number beyond round-off, has changed.",
         ),
     ] = False,
     json: Json = False,
@@ -48,17 +48,18 @@ def reproduce(
     """
     from harness.cli.files import output_folder
     from harness.cli.output import print_json
+    from harness.reproduction.ledger_differences import ledger_differences
 
     if check:
         folder = output or COMMITTED
         committed = _committed(folder)
         found = _reproduced(engine, None)
-        differences = _differences(committed, found)
+        differences = ledger_differences(committed, found.ledger.frame())
     elif output is not None:
         folder, differences = output, []
         found = _reproduced(engine, folder)
     else:
-        with output_folder(None) as folder:
+        with output_folder(None, "-reproduction") as folder:
             found, differences = _reproduced(engine, folder), []
     record = {**_counts(found.ledger), "folder": str(folder)}
     if check:
@@ -89,12 +90,6 @@ def _reproduced(engine: EngineOptions, folder: Path | None) -> Reproduction:
     return found
 
 
-def _differences(committed: pd.DataFrame, found: Reproduction) -> list[str]:
-    from harness.reproduction.ledger_differences import ledger_differences
-
-    return ledger_differences(committed, found.ledger.frame())
-
-
 def _committed(folder: Path) -> pd.DataFrame:
     """Return the ledger of a folder; raise RequestError if there is none that can be read."""
     import pandas as pd
@@ -104,7 +99,7 @@ def _committed(folder: Path) -> pd.DataFrame:
     path = folder / "ledger.csv"
     try:
         frame = pd.read_csv(path)
-        frame[["key", "standing", "printed", "found", "corrected", "tolerance"]]
+        frame[["key", "status", "printed", "found", "corrected", "tolerance"]]
     except OSError as error:
         raise RequestError(f"--output {folder}: no ledger.csv in it ({error.strerror})") from None
     except (ValueError, KeyError):
@@ -113,9 +108,9 @@ def _committed(folder: Path) -> pd.DataFrame:
 
 
 def _counts(ledger: Ledger) -> dict[str, Any]:
-    from harness.reproduction.claims import Standing
+    from harness.reproduction.claims import ClaimStatus
 
-    counts = {standing.name.lower(): ledger.count(standing) for standing in Standing}
+    counts = {status.name.lower(): ledger.count(status) for status in ClaimStatus}
     return {"statements": len(ledger.statements), **counts}
 
 

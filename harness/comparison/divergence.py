@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.comparison.alignment import Aligned, Samples, align, missing
+from harness.comparison.alignment import Samples, align, missing
 from harness.errors import RequestError
 
 Floats = NDArray[np.float64]
@@ -73,8 +73,6 @@ class Comparison:
     """A column of a series against the same of its reference, at common times (T,).
 
     ``band`` is the tolerance and what interpolation adds, in the unit of the column.
-    ``incomplete`` says what the run lacks of its reference; such a run never holds, and has no
-    times at all (T = 0) where the whole column is missing.
     """
 
     case: str
@@ -85,7 +83,6 @@ class Comparison:
     band: float
     run_label: str = "run"
     reference_label: str = "baseline"
-    incomplete: str = ""
 
     @property
     def difference(self) -> Floats:
@@ -94,13 +91,13 @@ class Comparison:
 
     @property
     def largest(self) -> float:
-        """Return the largest difference, NaN if the run holds one or has no sample."""
-        return float(np.max(np.abs(self.difference))) if self.time.size else math.nan
+        """Return the largest difference, NaN if the run holds one."""
+        return float(np.max(np.abs(self.difference)))
 
     @property
     def holds(self) -> bool:
-        """Return whether the run is complete and inside the band throughout; NaN is not."""
-        return not self.incomplete and self.largest <= self.band
+        """Return whether every sample is inside the band; NaN is not."""
+        return self.largest <= self.band
 
     @property
     def divergence(self) -> Divergence | None:
@@ -115,7 +112,6 @@ class Comparison:
             "column": self.column,
             "largest_difference": self.largest,
             "band": self.band,
-            "incomplete": self.incomplete,
             "divergence_time_s": found.time if found else None,
             "from_first_step": found.from_first_step if found else None,
             "stays": found.stays if found else None,
@@ -157,33 +153,30 @@ def compare_series(
 
     The band is ``relative`` times the largest value of the reference's column, and
     ``absolute``, and what interpolation adds where the times are others
-    (:func:`harness.comparison.alignment.align`). A run that lacks a column, a time or the end of
-    its reference is incomplete: it never holds, and says what is missing.
+    (:func:`harness.comparison.alignment.align`). Raise RequestError for a run that lacks a
+    column, a time or the end of its reference, unless what it has leaves the band already.
     """
     same = SAME_TIME * float(reference.time[-1] - reference.time[0])
-    lacking = missing(run.time, reference.time, same, thinned=True)
     common = [name for name in reference.columns if name in run.columns]
-    aligned: Aligned | None = None
+    lost = [name for name in reference.columns if name not in run.columns]
+    lacking = f"no column {', '.join(lost)}" if lost else ""
+    lacking = lacking or missing(run.time, reference.time, same, thinned=True)
+    found = []
     if common:
         try:
             aligned = align(_samples(run, common), _samples(reference, common), same)
         except RequestError as error:
-            lacking = lacking or str(error)
-    found = []
-    for name in reference.columns:
-        if aligned is None or name not in common:
-            nothing = np.zeros(0)
-            why = lacking if name in common else f"no column {name}"
-            found.append(Comparison(case, name, nothing, nothing, nothing, 0.0, incomplete=why))
-            continue
-        i = common.index(name)
-        wanted = aligned.reference[:, i]
-        band = absolute + relative * float(np.max(np.abs(wanted))) + float(aligned.error[i])
-        found.append(
-            Comparison(
-                case, name, aligned.time, aligned.value[:, i], wanted, band, incomplete=lacking
+            raise RequestError(f"{case}: series incomplete: {lacking or error}") from None
+        largest = np.max(np.abs(aligned.reference), axis=0)
+        bands = absolute + relative * largest + aligned.error
+        found = [
+            Comparison(case, name, aligned.time, value, wanted, float(band))
+            for name, value, wanted, band in zip(
+                common, aligned.value.T, aligned.reference.T, bands, strict=True
             )
-        )
+        ]
+    if lacking and all(column.holds for column in found):
+        raise RequestError(f"{case}: series incomplete: {lacking}")
     return found
 
 

@@ -187,9 +187,7 @@ def _series(record: BaselineRecord, known: BaselineRecord, note: str, rows: _Row
     diverged = [column for column in columns if not column.holds]
     rows.divergences += diverged
     worst = max(columns, key=_over_band)
-    lacking = [f"{Triage.MISSING}: {c.incomplete}" for c in columns if c.incomplete]
-    note = "; ".join(filter(None, [note, *dict.fromkeys(lacking)]))
-    triage = earliest(diverged) or "".join(lacking[:1])
+    triage = earliest(diverged)
     rows.add(
         Check(
             f"{name}, largest difference of {worst.column}",

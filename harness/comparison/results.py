@@ -27,7 +27,7 @@ class DivergenceRow:
 
     ``largest_difference`` is over the whole series, ``band`` the largest that passes;
     ``divergence_time_s`` is the first time outside for good [s], ``stays`` whether it is outside
-    up to the end, ``incomplete`` what the run lacks of its reference.
+    up to the end.
     """
 
     case: str
@@ -37,7 +37,6 @@ class DivergenceRow:
     divergence_time_s: Number
     from_first_step: bool | None = None
     stays: bool | None = None
-    incomplete: str = ""
 
 
 @dataclass(frozen=True)

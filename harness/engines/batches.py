@@ -49,13 +49,15 @@ def collect(
     error_of: Callable[[str], EngineError | None],
     ended: Ended,
     who: str,
+    *,
+    keeps_finished: bool = False,
 ) -> list[Outcome]:
     """Return the outputs of finished runs of a process, and an error for the one it died at.
 
     ``read`` returns the output of a run, ``error_of`` the error that the process's end and the log
     of the run it was at (empty: of none) speak of. That a run ended cleanly is known by the
     beginning of the next, or by the end of the process: where that failed after all runs had
-    finished, none of them counts.
+    finished, none of them counts, unless ``keeps_finished`` says so.
     """
     done: list[Outcome] = []
     for index, log in enumerate(logs):
@@ -70,7 +72,7 @@ def collect(
         except EngineError as error:
             error.log = log
             done.append(error)
-    death = error_of("")
+    death = None if keeps_finished else error_of("")
     return done if death is None else [_late(death, log) for log in logs]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
@@ -31,29 +31,6 @@ def parallel_map(
         return list(pool.map(function, items))
     finally:
         pool.shutdown(wait=sys.exc_info()[0] is not KeyboardInterrupt, cancel_futures=True)
-
-
-def in_batches(
-    items: Sequence[Item],
-    shares: Sequence[Sequence[int]],
-    run: Callable[[Sequence[Item]], Sequence[Result]],
-) -> list[Result]:
-    """Return the result of each item, in order, each share of indices run as one batch.
-
-    ``run`` may return fewer results than it was given items, as a process that dies
-    does, but one at least: it is called again with the rest.
-    """
-    results: dict[int, Result] = {}
-
-    def serve(share: Sequence[int]) -> None:
-        left = list(share)
-        while left:
-            done = run([items[index] for index in left])
-            results.update(zip(left, done, strict=False))
-            del left[: len(done)]
-
-    parallel_map(serve, shares, len(shares))
-    return [results[index] for index in range(len(items))]
 
 
 def dealt(count: int, hands: int) -> list[range]:

@@ -67,12 +67,14 @@ class ScriptedEngine(ScriptSource):
 
     ``workers`` processes run side by side, as many as there are cores unless told otherwise.
     ``self_contained`` says that the program with its libraries is all that decides a result: runs
-    of such a one are cached. Raise RequestError for a named program that is not there,
+    of such a one are cached; ``keeps_finished``, that a finished run counts though its process
+    fails at its end. Raise RequestError for a named program that is not there,
     EngineMissingError where none is named and there is none.
     """
 
     programs: ClassVar[tuple[str, ...]] = ()
     self_contained: ClassVar[bool] = False
+    keeps_finished: ClassVar[bool] = False
 
     def __init__(
         self,
@@ -161,7 +163,7 @@ class ScriptedEngine(ScriptSource):
     def run_batch(self, tasks: Sequence[Task]) -> list[Output | EngineError]:
         """Run tasks in one process; return what those left that it got to, one at least."""
         if self.processes.closed:
-            return [EngineCrashError(f"{self.title} ({self.program}) was closed") for _ in tasks]
+            return [self.closed_error() for _ in tasks]
         folder = self.new_folder()
         try:
             self.write(folder, tasks)
@@ -180,6 +182,7 @@ class ScriptedEngine(ScriptSource):
                 lambda log: self.error_of(ended, log),
                 ended,
                 self.title,
+                keeps_finished=self.keeps_finished,
             )
         finally:
             shutil.rmtree(folder, ignore_errors=True)
@@ -241,6 +244,8 @@ class ScriptedEngine(ScriptSource):
         self.check(jobs)
         if not jobs:
             return []
+        if self.processes.closed:
+            return [self.closed_error() for _ in jobs]
         self.identify()
         tasks = [self.task(job) for job in jobs]
         outputs: list[Output | EngineError] = []
@@ -284,6 +289,10 @@ class ScriptedEngine(ScriptSource):
     def new_folder(self) -> Path:
         """Return a fresh folder, removed with the engine at the latest."""
         return Path(tempfile.mkdtemp(dir=self._folder.name))
+
+    def closed_error(self) -> EngineError:
+        """Return the error of a job that is given after :meth:`close`."""
+        return EngineCrashError(f"{self.title} was closed")
 
     def close(self) -> None:
         """End what runs and remove the temporary files."""

@@ -73,7 +73,8 @@ def _columns(names: list[str], rows: NDArray[np.float64], who: str) -> Table:
     for name, places in particles.items():
         if sorted(places) != list(range(1, len(places) + 1)):
             raise EngineOutputError(f"{who} left a series that lacks columns of {name}")
-        table[name] = rows[:, [places[number] for number in sorted(places)]]
+        # particles of a row side by side in memory: sums over them then round alike
+        table[name] = rows[:, [places[number] for number in sorted(places)]].copy()
     return table
 
 

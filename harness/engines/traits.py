@@ -57,7 +57,8 @@ class Traits:
         )
         for name, known, text in rules:
             if name in values and values[name] not in known:
-                return f"{text.format(known[0])} ({name} = {values[name]!r})"
+                told = f"{text.format(known[0])} ({name} = {values[name]!r})"
+                return f"{told}; --half-mass states it" if known[0] == "half" else told
         nominal = values.get("restitution") if values.get("damping") == "restitution" else None
         if nominal is not None and nominal < self.restitution_floor:
             return f"its restitution is at least {self.restitution_floor:g}"

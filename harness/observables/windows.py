@@ -53,19 +53,24 @@ def turnaround(run: TowerRun) -> float:
     The source's choice (its second appendix, on picking a time scale); the
     window is twice as long. Under strong gravity a tall tower may still sink at
     3 t0, which is then the answer. Of peaks that no sampling tells apart, as those
-    of a grain that bounces on a rigid base, the first counts. Raise RequestError
-    for a run that ends before.
+    of a grain that bounces on a rigid base, the first counts. It is where the rate falls through
+    zero next to the highest sample, which positions in single precision may put some samples
+    away. Raise RequestError for a run that ends before.
     """
     bound = touch_time(run) + SEARCH * run.tower.contact_time
     if run.time[-1] < bound * (1 - 1e-9):
         raise _too_short(run, f"the closest approach is looked for up to {SEARCH:g} t0")
     inside = int(np.count_nonzero(run.time <= bound * (1 + 1e-12)))
     best = _first_of_the_highest(run.compression[:inside])
-    rate, acceleration = run.compression_rate, _compression_acceleration(run)
-    for i in (best - 1, best):
-        if 0 <= i < run.time.size - 1 and rate[i] > 0 >= rate[i + 1]:
-            return min(bound, _falls_through_zero(run.time, rate, acceleration, i))
+    rate = run.compression_rate
+    turns = np.flatnonzero((rate[:-1] > 0) & (rate[1:] <= 0))
+    turns = turns[turns < inside]
+    away = np.abs(turns + 0.5 - best)
     sinking = best == inside - 1 and rate[best] > 0
+    if away.size and (away.min() < 1.0 or not sinking):
+        acceleration = _compression_acceleration(run)
+        i = int(turns[away.argmin()])
+        return min(bound, _falls_through_zero(run.time, rate, acceleration, i))
     return bound if sinking else float(run.time[best])
 
 

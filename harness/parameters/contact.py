@@ -11,7 +11,7 @@ import math
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from harness.parameters.base import Parameters
 
@@ -80,6 +80,18 @@ PLASTIC = Contact(name="plastic", restitution=None, damping_ratio=5.0, tail="cli
 """Overdamped and clipped: no tail, no rebound; the contact to extrapolate."""
 
 CONTACTS = {contact.name: contact for contact in (SOURCE, CLIPPED, PLASTIC)}
+
+
+def _by_name(value: Any) -> Any:
+    if not isinstance(value, str):
+        return value
+    if value not in CONTACTS:
+        raise ValueError(f"must be one of {', '.join(CONTACTS)}")
+    return CONTACTS[value]
+
+
+NamedContact = Annotated[Contact, BeforeValidator(_by_name)]
+"""A contact, or the name of one in ``CONTACTS``."""
 
 Spring = Literal["linear", "Hertz"]
 """The elastic law of a contact's normal force."""

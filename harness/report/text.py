@@ -11,7 +11,6 @@ from harness.observables.provenance import Provenance
 from harness.report.templating import number
 from harness.report.verdict_summary import headline, summaries
 
-
 ROUND_OFF = 14
 """Decimals beyond which an uncertainty says nothing."""
 

@@ -1,6 +1,6 @@
 """The ledger: what a publication states, what we compute, and whether it holds.
 
-Every standing follows from numbers of the run. Three of them meet in a row:
+Every status follows from numbers of the run. Three of them meet in a row:
 *printed*, what the statement gives when taken as it stands; *found*, the same
 quantity by an independent route; *corrected*, the statement with one named
 correction.
@@ -9,20 +9,27 @@ correction.
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from harness.reproduction.source import Source
+
 if TYPE_CHECKING:
     import pandas as pd
 
 Floats = NDArray[np.float64]
+DIGITS = 7
+"""Significant digits of a recorded number: round-off of other machines stays below them."""
+
+ROUND_OFF = 1e-12
+"""Of numbers of about 1: a difference below it is told as a bound, not as a number."""
 
 
-class Standing(StrEnum):
+class ClaimStatus(StrEnum):
     """What became of a statement."""
 
     REPRODUCED = "reproduced"
@@ -32,33 +39,17 @@ class Standing(StrEnum):
 
 
 @dataclass(frozen=True)
-class Source:
-    """A place in the publication, and what stands there.
-
-    ``key`` is unique in a ledger (``eq-6``, ``table-1-well``, ``text-t-c``,
-    ``fig-4``, ``erratum-3``); ``where`` names section and number; ``says`` is one
-    sentence or formula.
-    """
-
-    key: str
-    where: str
-    says: str
-
-
-@dataclass(frozen=True)
 class Statement:
     """One row of the ledger.
 
     ``computed`` says in words what this run found, with its numbers;
-    ``correction`` names what has to be changed for the statement to hold;
-    ``evidence`` are links, relative to the report's folder or the repository
-    (``figures/x.svg``, ``tests/theory/test_shock.py``). Numbers are NaN where
-    the statement has none; ``tolerance`` is absolute, in ``unit``, and ``why``
-    says where it comes from, or why a statement cannot be tested.
+    ``correction`` names what has to be changed for the statement to hold. Numbers are
+    NaN where the statement has none; ``tolerance`` is absolute, in the source's unit, and
+    ``why`` says where it comes from, or why a statement cannot be tested.
     """
 
     source: Source
-    standing: Standing
+    status: ClaimStatus
     computed: str
     correction: str = ""
     evidence: tuple[str, ...] = ()
@@ -66,105 +57,111 @@ class Statement:
     found: float = math.nan
     corrected: float = math.nan
     tolerance: float = math.nan
-    unit: str = ""
     why: str = ""
 
     def record(self) -> dict[str, Any]:
-        """Return the row as a flat JSON-ready mapping."""
-        row = asdict(self)
-        row |= row.pop("source") | {"standing": str(self.standing)}
-        row["evidence"] = " ".join(self.evidence)
-        first = ("key", "where", "says", "standing")
-        return {key: row[key] for key in (*first, *(k for k in row if k not in first))}
+        """Return the row as a flat JSON-ready mapping, its numbers as :func:`rounded` has them."""
+        return {
+            "key": self.source.key,
+            "where": self.source.where,
+            "says": self.source.says,
+            "status": str(self.status),
+            "computed": self.computed,
+            "correction": self.correction,
+            "evidence": " ".join(self.evidence),
+            "printed": rounded(self.printed),
+            "found": rounded(self.found, self.tolerance),
+            "corrected": rounded(self.corrected, self.tolerance),
+            "tolerance": self.tolerance,
+            "unit": "" if math.isnan(self.printed) else self.source.unit,
+            "why": self.why,
+        }
 
 
-@dataclass(frozen=True)
-class Width:
-    """How far printed and found may lie apart [unit], and why."""
+def rounded(value: float, tolerance: float = 0.0) -> float:
+    """Return a number to :data:`DIGITS` digits, 0 for one below a hundredth of a tolerance.
 
-    absolute: float
-    unit: str
-    why: str
+    A residual of round-off thus becomes 0, and other machines record the same number.
+    """
+    if abs(value) < 0.01 * tolerance:
+        return 0.0
+    return float(f"{value:.{DIGITS}g}") + 0.0  # no minus before a zero
+
+
+def bounded(value: float, bound: float = ROUND_OFF) -> str:
+    """Return the size of a difference in words: ``less than 1e-12`` where it is round-off."""
+    return f"less than {bound:.0e}" if abs(value) < bound else f"{value:.0e}"
 
 
 def compare(
     source: Source,
     *,
-    printed: float,
-    found: float,
-    width: Width,
-    computed: str,
-    corrected: float = math.nan,
-    correction: str = "",
-    evidence: tuple[str, ...] = (),
-) -> Statement:
-    """Return the row of a statement that gives a number; NaN is never reproduced.
-
-    Reproduced if ``printed`` is ``found`` within ``width``; with a correction if
-    only ``corrected`` is; else not reproduced. A correction that was not needed
-    is left out of the row.
-    """
-    if abs(printed - found) <= width.absolute:
-        standing = Standing.REPRODUCED
-    elif abs(corrected - found) <= width.absolute:
-        standing = Standing.CORRECTED
-    else:
-        standing = Standing.NOT_REPRODUCED
-    return Statement(
-        source,
-        standing,
-        computed,
-        correction if standing is not Standing.REPRODUCED else "",
-        evidence,
-        printed,
-        found,
-        corrected,
-        width.absolute,
-        width.unit,
-        width.why,
-    )
-
-
-def compare_everywhere(
-    source: Source,
-    *,
     printed: ArrayLike,
     found: ArrayLike,
-    width: Width,
     computed: str,
-    corrected: ArrayLike | None = None,
-    correction: str = "",
-    evidence: tuple[str, ...] = (),
+    corrected: ArrayLike = math.nan,
+    tolerance: float | None = None,
+    correction: str | None = None,
 ) -> Statement:
-    """Return the row of a formula that was tried at many samples and must hold at each.
+    """Return the row of a statement that gives a number, or of a formula tried at many samples.
 
-    ``printed``, ``found`` and ``corrected`` have one length; the row shows the sample at
-    which ``printed`` lies furthest off, and ``computed`` is given the largest differences.
-    A correction that fails anywhere is none.
+    Reproduced if ``printed`` is ``found`` within the tolerance, at every sample; with a
+    correction if only ``corrected`` is; else not reproduced. NaN is never reproduced. Of
+    samples, which have one length, the row shows that at which ``printed`` lies furthest off
+    (the middle one where all agree), and ``computed`` is given the largest differences. A
+    correction that was not needed, or fails anywhere, is left out of the row. Tolerance and
+    correction are the source's unless given.
     """
-    printed, found = np.ravel(printed).astype(float), np.ravel(found).astype(float)
-    other = np.full_like(found, math.nan) if corrected is None else np.ravel(corrected)
-    off = np.nan_to_num(np.abs(printed - found), nan=math.inf)
-    repaired = bool(np.all(np.abs(other - found) <= width.absolute))
-    at = int(np.argmax(off))
-    return compare(
+    width = source.tolerance if tolerance is None else tolerance
+    right = np.ravel(np.asarray(found, float))
+    stated, other = (
+        np.broadcast_to(np.ravel(np.asarray(values, float)), right.shape)
+        for values in (printed, corrected)
+    )
+    off = np.nan_to_num(np.abs(stated - right), nan=math.inf)
+    repaired = bool(np.all(np.abs(other - right) <= width))
+    at = int(np.argmax(off >= off.max() * (1 - ROUND_OFF)))
+    if off.max() <= width:
+        at = right.size // 2
+    if np.ndim(found):
+        computed = f"{computed}; {_largest(off, other - right, width, source.unit)}"
+        stated = np.where(np.abs(stated) < 1e-14 * np.abs(right).max(), 0.0, stated)
+        other = other if repaired else np.full_like(right, math.nan)
+    if off.max() <= width:
+        status = ClaimStatus.REPRODUCED
+    else:
+        status = ClaimStatus.CORRECTED if repaired else ClaimStatus.NOT_REPRODUCED
+    return Statement(
         source,
-        printed=float(printed[at]),
-        found=float(found[at]),
-        width=width,
-        computed=f"{computed}; {_largest(off, other - found, width.unit)}",
-        corrected=float(other[at]) if repaired else math.nan,
-        correction=correction,
-        evidence=evidence,
+        status,
+        computed,
+        _correction(source, status, correction),
+        source.evidence,
+        float(stated[at]),
+        float(right[at]),
+        float(other[at]),
+        width,
+        source.why,
     )
 
 
-def _largest(printed: Floats, corrected: Floats, unit: str) -> str:
+def _largest(printed: Floats, corrected: Floats, width: float, unit: str) -> str:
     """Say how far off a formula is at most, as printed and, if there is one, corrected."""
-    said = f"off by at most {printed.max():.1e}" + ("" if unit == "1" else f" {unit}")
+    bound = f"less than {width:.0e}"
+    most = float(printed.max())
+    # rounded first: what lies between two digits would be told this way here, that way there
+    said = f"off by {bound}" if most <= width else f"off by at most {rounded(most):.1e}"
+    said += "" if unit == "1" else f" {unit}"
     if not np.isfinite(corrected).all():
         return said
-    return f"{said} as printed, {np.abs(corrected).max():.1e} corrected"
+    most = float(np.abs(corrected).max())
+    return f"{said} as printed, {bound if most <= width else f'{rounded(most):.1e}'} corrected"
+
+
+def _correction(source: Source, status: ClaimStatus, given: str | None) -> str:
+    if status is ClaimStatus.REPRODUCED:
+        return ""
+    return source.correction if given is None else given
 
 
 def claim(
@@ -173,28 +170,34 @@ def claim(
     holds: bool,
     computed: str,
     corrected_holds: bool = False,
-    correction: str = "",
-    evidence: tuple[str, ...] = (),
-    why: str = "",
+    correction: str | None = None,
+    evidence: tuple[str, ...] | None = None,
 ) -> Statement:
     """Return the row of a statement in words, judged by a condition on this run's numbers."""
+    status = ClaimStatus.CORRECTED if corrected_holds else ClaimStatus.NOT_REPRODUCED
     if holds:
-        standing = Standing.REPRODUCED
-    else:
-        standing = Standing.CORRECTED if corrected_holds else Standing.NOT_REPRODUCED
-    return Statement(source, standing, computed, "" if holds else correction, evidence, why=why)
+        status = ClaimStatus.REPRODUCED
+    return Statement(
+        source,
+        status,
+        computed,
+        _correction(source, status, correction),
+        source.evidence if evidence is None else evidence,
+        why=source.why,
+    )
 
 
-def untestable(source: Source, why: str, *, computed: str = "not computed") -> Statement:
+def untestable(source: Source, why: str = "", *, computed: str = "not computed") -> Statement:
     """Return the row of a statement that needs what is not here, with the reason."""
-    return Statement(source, Standing.UNTESTABLE, computed, why=why)
+    reason = why or source.untestable or source.why
+    return Statement(source, ClaimStatus.UNTESTABLE, computed, why=reason)
 
 
 @dataclass(frozen=True)
 class Ledger:
     """All statements, in the order of the publication."""
 
-    statements: tuple[Statement, ...] = field(default=())
+    statements: tuple[Statement, ...] = ()
 
     def __post_init__(self) -> None:
         keys = [s.source.key for s in self.statements]
@@ -209,9 +212,9 @@ class Ledger:
                 return statement
         raise KeyError(key)
 
-    def count(self, standing: Standing) -> int:
-        """Return how many statements have a standing."""
-        return sum(s.standing is standing for s in self.statements)
+    def count(self, status: ClaimStatus) -> int:
+        """Return how many statements have a status."""
+        return sum(s.status is status for s in self.statements)
 
     def frame(self) -> pd.DataFrame:
         """Return the ledger as a table, one row a statement."""

@@ -1,4 +1,4 @@
-"""Where two ledgers differ: standings exactly, numbers up to round-off."""
+"""Where two ledgers differ: statuses exactly, numbers up to round-off."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ def _by_key(frame: pd.DataFrame) -> dict[str, Mapping[str, object]]:
 
 def _row(key: str, first: Mapping[str, object], second: Mapping[str, object]) -> list[str]:
     lines = []
-    if first["standing"] != second["standing"]:
-        lines.append(f"{key}: was {first['standing']}, is {second['standing']}")
+    if first["status"] != second["status"]:
+        lines.append(f"{key}: was {first['status']}, is {second['status']}")
     room = _number(first["tolerance"])
     for name in NUMBERS:
         one, other = _number(first[name]), _number(second[name])

@@ -3,17 +3,33 @@
 from __future__ import annotations
 
 import platform
+from dataclasses import dataclass
 
 from harness import __version__
 from harness.engines.contract import Engine
 from harness.engines.registry import open_engine
-from harness.reproduction.claims import Ledger, Statement
-from harness.reproduction.compute_figure_data import exhibits
+from harness.observables.provenance import Provenance
+from harness.reproduction.claims import Ledger
+from harness.reproduction.figure_data.compute import FigureData, figure_data
 from harness.reproduction.findings import findings
-from harness.reproduction.ledger import statements
-from harness.reproduction.motions import motions
-from harness.reproduction.result import Reproduction
+from harness.reproduction.findings.tables import Findings
+from harness.reproduction.ledger import in_order, statements
+from harness.reproduction.movies.compute import motions
+from harness.reproduction.movies.frames import Motions
 from harness.workflows.progress import Progress, silent
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """All that a reproduction found; the same code and engine give the same."""
+
+    ledger: Ledger
+    figure_data: FigureData
+    motions: Motions
+    findings: Findings
+    provenance: Provenance
+    platform: str
+    harness_version: str
 
 
 def reproduce(*, engine: Engine | None = None, progress: Progress = silent) -> Reproduction:
@@ -26,22 +42,14 @@ def reproduce(*, engine: Engine | None = None, progress: Progress = silent) -> R
     if engine is None:
         with open_engine() as opened:
             return reproduce(engine=opened, progress=progress)
-    shown = exhibits(engine, progress)
+    shown = figure_data(engine, progress)
     rows = statements(engine=engine, progress=progress)
     return Reproduction(
-        ledger=Ledger(in_order(rows, shown.statements)),
-        exhibits=shown,
+        ledger=Ledger(tuple(in_order([*rows, *shown.statements]))),
+        figure_data=shown,
         motions=motions(engine, progress),
         findings=findings(engine, progress),
         provenance=engine.identify(),
         platform=f"{platform.system()} {platform.machine()}",
         harness_version=__version__,
     )
-
-
-def in_order(rows: list[Statement], figures: tuple[Statement, ...]) -> tuple[Statement, ...]:
-    """Return equations and text, then the figures, then the errata."""
-    after = ("erratum", "beyond")
-    text = [row for row in rows if not row.source.key.startswith(after)]
-    errata = [row for row in rows if row.source.key.startswith(after)]
-    return (*text, *figures, *errata)

@@ -269,8 +269,9 @@ def main(p):
     watches = [Watch(p, rules) for _ in starts]
     sim, steps = build(p, rules, starts)
     with open(p["series"], "w") as series:
-        names = "x_m,y_m,vx_m_per_s,vy_m_per_s"
-        series.write("time_s," + ",".join([names] * len(starts)) + "\n")
+        names = ("x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
+        columns = [f"{name}[{i + 1}]" for i in range(len(starts)) for name in names]
+        series.write(",".join(["time_s", *columns]) + "\n")
         series.write(row(0.0, *(value for start in starts for value in start)))
         for count in range(1, steps + 1):
             sim.runTimeStep()

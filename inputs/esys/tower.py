@@ -11,8 +11,8 @@
 # a step before the positions. So they start (v - h a / 2), and so they are read.
 #
 # The grain is particle 0; the motion is along x, and so is gravity; particle `height` is the
-# base. It writes the motion of all particles to a file and ends with lines
-# "RESULT name = value". SI units. For ESyS-Particle 2.3.
+# base. It writes the motion of all particles to a file, the grain's in the columns [1], and ends
+# with lines "RESULT name = value". SI units. For ESyS-Particle 2.3.
 
 import math
 import sys
@@ -127,7 +127,9 @@ def main(p):
     sim.createInteractionGroup(NRotElasticPrms(name="contact", normalK=k, scaling=False))
     sim.createInteractionGroup(GravityPrms(name="weight", acceleration=Vec3(g, 0.0, 0.0)))
     with open(p["series"], "w") as series:
-        series.write("step,id,x_m,vx_m_per_s,fx_N\n")
+        names = ("x_m", "vx_m_per_s", "fx_N")
+        columns = [f"{name}[{i + 1}]" for name in names for i in range(n + 1)]
+        series.write(",".join(["step", *columns]) + "\n")
         before = start  # ESyS-Particle crashes when it is asked before the first step
         for count in range(1, steps + 2):
             sim.runTimeStep()
@@ -136,8 +138,11 @@ def main(p):
                 continue
             after = state(sim)
             if sampled:
-                for i, ((x, v), (_, then)) in enumerate(zip(before, after)):
-                    series.write(row(count - 1, i, x, 0.5 * (v + then), m * (then - v) / step))
+                changes = [(v, then) for (_, v), (_, then) in zip(before, after)]
+                places = [x for x, _ in before]
+                middle = [0.5 * (v + then) for v, then in changes]
+                forces = [m * (then - v) / step for v, then in changes]
+                series.write(row(count - 1, *places, *middle, *forces))
             before = after
     sim.exit()
     result("contact_time_s", t0)

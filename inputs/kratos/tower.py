@@ -80,7 +80,8 @@ def run(p: SimpleNamespace) -> None:
                 *(node.GetSolutionStepValue(forces) for node in spheres.nodes),
             ]
         )
-    names = (f"{what}_{i}" for what in ("x_m", "v_m_per_s", "force_N") for i in range(1, count + 1))
+    columns = ("x_m", "vx_m_per_s", "contacts_fx_N")
+    names = (f"{column}[{i}]" for column in columns for i in range(1, count + 1))
     write_series(p, ",".join(["time_s", *names]), rows)
     final = rows[-1][count + 1]
     results = [

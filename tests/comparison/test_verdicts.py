@@ -2,17 +2,18 @@ import math
 
 import pytest
 
-from harness.comparison.tolerances import TOLERANCES, Tolerance
+from harness.comparison.tolerances import Tolerance
 from harness.comparison.verdicts import (
     Kind,
     Verdict,
     failed_run,
     finding,
     judge,
+    judge_count,
     judge_within_uncertainty,
     not_tested,
 )
-from harness.errors import EngineTimeoutError
+from harness.errors import EngineCrashError, EngineTimeoutError
 
 ABSOLUTE = Tolerance("deg", 1e-3, 0.0, "a test")
 
@@ -59,7 +60,20 @@ def test_rows_that_are_no_judgement_are_never_a_pass():
     assert finding("x", 1.0, 2.0, "deg", "differs").verdict is Verdict.FINDING
 
 
-def test_every_tolerance_says_why():
-    for name, tolerance in TOLERANCES.items():
-        assert len(tolerance.reason) > 20, name
-        assert tolerance.absolute >= 0.0 <= tolerance.relative, name
+def test_rows_of_a_plan_are_counted():
+    assert judge_count("rows", 3, 3).verdict is Verdict.PASS
+    assert judge_count("rows", 4, 3).verdict is Verdict.PASS
+    missing = judge_count("rows", 1, 3)
+    assert (missing.verdict, missing.note) == (Verdict.FAIL, "2 rows are missing")
+
+
+def test_a_check_is_published_with_its_difference_and_the_name_of_its_log():
+    error = EngineCrashError("signal")
+    error.log = "last words"
+    row = failed_run("a run", Kind.ANALYTIC, error, "deg")
+    record = row.record()
+    assert record["log"] == row.log_name
+    assert record["log"].startswith("a-run-")
+    assert math.isnan(record["difference"])
+    told = judge("x", Kind.ANALYTIC, 3.0, 1.0, Tolerance("", 0.0, 0.0, "")).record()
+    assert (told["difference"], told["verdict"], told["kind"]) == (2.0, "fail", "analytic")

@@ -1,12 +1,12 @@
-"""Batches that are run in processes: each item has its result, whatever becomes of the others."""
+"""Functions over items side by side, and the shares that are dealt out."""
 
-import threading
+import time
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from harness.engines.parallel import dealt, in_batches
+from harness.engines.parallel import dealt, parallel_map
 
 
 @given(st.integers(1, 50), st.integers(1, 8))
@@ -17,30 +17,17 @@ def test_every_index_is_dealt_once_and_hands_differ_by_one_at_most(count, hands)
     assert len(shares) == min(count, hands)
 
 
-@given(st.lists(st.booleans(), min_size=1, max_size=20), st.integers(1, 4))
-def test_a_batch_that_ends_early_costs_only_the_item_it_was_at(deadly, hands):
-    started, lock = [], threading.Lock()
-
-    def run(batch):
-        """Return results up to the first item that kills the process, and its error."""
-        with lock:
-            started.append(len(batch))
-        done = []
-        for number, dies in batch:
-            done.append(f"died at {number}" if dies else f"did {number}")
-            if dies:
-                break
-        return done
-
-    items = list(enumerate(deadly))
-    results = in_batches(items, dealt(len(items), hands), run)
-    assert results == [f"died at {n}" if dies else f"did {n}" for n, dies in items]
-    assert len(started) <= len(dealt(len(items), hands)) + sum(deadly)
-
-
-def test_an_exception_of_the_runner_is_not_lost():
-    def run(_):
+def test_an_exception_of_the_function_is_not_lost():
+    def fail(_):
         raise RuntimeError("no folder")
 
     with pytest.raises(RuntimeError, match="no folder"):
-        in_batches([1, 2], dealt(2, 2), run)
+        parallel_map(fail, [1, 2], 2)
+
+
+def test_results_are_in_order_whoever_is_first():
+    def slow(item):
+        time.sleep(0.05 if item == 0 else 0.0)
+        return item
+
+    assert parallel_map(slow, range(4), 4) == [0, 1, 2, 3]

@@ -57,6 +57,23 @@ def test_one_that_hangs_is_killed_with_its_children(python, tmp_path):
     assert _gone(int((tmp_path / "said").read_text()))
 
 
+def test_a_program_that_goes_on_has_its_time_for_each_step(tmp_path):
+    processes = Processes()
+    steps = "import time\nfor i in range(4):\n open(str(i), 'w').close()\n time.sleep(0.9)"
+    options = {"seconds": 2.0, "memory": MEMORY, "progress": lambda: len(list(tmp_path.iterdir()))}
+    assert not processes.run([sys.executable, "-c", steps], tmp_path, **options).timed_out
+    start = time.monotonic()
+    stuck = steps.replace("range(4)", "range(1)").replace("0.9", "60")
+    assert processes.run([sys.executable, "-c", stuck], tmp_path, **options).timed_out
+    assert time.monotonic() - start < 10.0
+
+
+def test_of_a_flood_of_words_the_last_are_kept(python):
+    ended = python("print('x' * 10_000_000); print('the end')")
+    assert len(ended.said) == 4000
+    assert ended.said.endswith("the end\n")
+
+
 def _gone(pid):
     for _ in range(100):
         try:

@@ -1,9 +1,76 @@
+import sys
+from importlib.metadata import EntryPoint
+
 import pytest
 
-from harness.cases.incline.parameters import Incline
+from harness.engines import registry
+from harness.engines.contract import Engine, Template
+from harness.engines.lammps.engine import Lammps
+from harness.engines.process import Limits
+from harness.engines.registry import (
+    ENGINES,
+    chosen_options,
+    engine_class,
+    engine_names,
+    input_files,
+    open_engine,
+    refused_plugins,
+)
+from harness.errors import RequestError
+
+PLUGIN = """
+from typing import Literal
 from harness.engines.contract import Engine
-from harness.engines.registry import ENGINES, open_engine
-from harness.errors import EngineCrashError, RequestError
+from harness.engines.traits import Traits
+
+class Mine(Engine):
+    name = "mine"
+    traits = Traits("pip install mine", ("1",), "")
+
+    def __init__(self, program: str | None = None, scheme: Literal["euler", "verlet"] = "euler",
+                 order: int = 2, gap: float | None = None):
+        self.options = (program, scheme, order, gap)
+
+    def identify(self):
+        raise NotImplementedError
+
+    def run(self, jobs):
+        return []
+
+class Half(Engine):
+    name = "half"
+
+    def identify(self):
+        raise NotImplementedError
+
+NOT_A_CLASS = 1
+"""
+
+
+class Point(EntryPoint):
+    """An entry point of a package that is not installed."""
+
+    def __init__(self, name, value, package):
+        super().__init__(name, value, registry.GROUP)
+        vars(self)["dist"] = type("Dist", (), {"name": package})()
+
+
+@pytest.fixture
+def plugins(tmp_path, monkeypatch):
+    """Return a function that installs entry points of engines."""
+    (tmp_path / "mine.py").write_text(PLUGIN)
+    (tmp_path / "broken.py").write_text("import no_such_library\n")
+    (tmp_path / "leaves.py").write_text("raise SystemExit('bye\\nbye')\n")
+    monkeypatch.syspath_prepend(tmp_path)
+
+    def install(*points):
+        monkeypatch.setattr(registry, "entry_points", lambda group: points)  # noqa: ARG005
+        registry._plugins.cache_clear()
+
+    yield install
+    registry._plugins.cache_clear()
+    for name in ("mine", "broken", "leaves"):
+        sys.modules.pop(name, None)
 
 
 def test_unknown_engine_is_named_with_those_that_exist():
@@ -23,7 +90,9 @@ def test_lammps_is_known_and_opens_without_starting_anything():
     ("options", "message"),
     [
         ({"lmp": "/no/such/lmp"}, r"--lmp '/no/such/lmp': no such executable"),
+        ({"program": "/no/such/lmp"}, r"--lmp '/no/such/lmp': no such executable"),
         ({"lmp": "sh", "launcher": "no-such-mpirun -np 2"}, r"--mpirun 'no-such-mpirun': no such"),
+        ({"lmp": "sh", "launcher": '"'}, r"--mpirun '\"' cannot be read"),
     ],
 )
 def test_program_that_is_missing_is_a_wrong_request(options, message):
@@ -31,30 +100,97 @@ def test_program_that_is_missing_is_a_wrong_request(options, message):
         open_engine("lammps", **options)
 
 
-class HalfBroken(Engine):
-    name = "half-broken"
-    closed = False
+@pytest.mark.parametrize(
+    ("name", "options", "message"),
+    [
+        ("liggghts", {"lmp": "lmp"}, r"--lmp 'lmp': engine 'liggghts' takes the options: limits, "),
+        ("reference", {"program": "sh"}, r"--program 'sh': engine 'reference' takes the options: "),
+        (
+            "liggghts",
+            {"options": {"launcher": "x", "walls": "3"}},
+            r"--mpirun 'x': engine 'liggghts'",
+        ),
+        ("lammps", {"options": {"colour": "red"}}, r"option 'colour' 'red': engine 'lammps' takes"),
+        ("lammps", {"options": {"workers": "two"}}, "lammps.workers=two: must be a whole number"),
+        ("lammps", {"options": {"limits": "soon"}}, "lammps.limits=soon: must be a number"),
+    ],
+)
+def test_an_option_that_the_engine_does_not_take_is_refused(name, options, message):
+    with pytest.raises(RequestError, match=message):
+        open_engine(name, **options)
 
-    def identify(self):
-        raise NotImplementedError
 
-    def drops(self, cases):
-        raise NotImplementedError
-
-    def inclines(self, cases, route, *, every=None):
-        return [EngineCrashError(f"{route}, {every}") if c.angle > 10 else c for c in cases]
-
-    def towers(self, cases, duration, **options):
-        raise NotImplementedError
-
-    def close(self):
-        self.closed = True
+def test_options_are_read_as_the_engine_declares_them():
+    given = {"workers": "2", "limits": "7.5", "lmp": None}
+    assert chosen_options("lammps", options=given) == {"workers": 2, "limits": Limits(seconds=7.5)}
+    with open_engine("lammps", options=given) as engine:
+        assert (engine.workers, engine.limits.seconds) == (2, 7.5)
 
 
-def test_measured_raises_the_first_error_and_passes_results_through():
-    low, high = Incline(angle=5.0), Incline(angle=15.0)
-    with HalfBroken() as engine:
-        assert engine.measured([low, low], "steady") == [low, low]
-        with pytest.raises(EngineCrashError, match="steady, None"):
-            engine.measured([low, high], "steady")
-    assert engine.closed
+def test_programs_of_other_engines_are_left_to_them():
+    with open_engine("lammps", programs={"yade": "/no/such/yade"}) as engine:
+        assert isinstance(engine, Lammps)
+
+
+def test_an_engine_of_another_package_opens_by_its_name_with_its_options(plugins):
+    plugins(Point("mine", "mine:Mine", "mine-dem"))
+    assert engine_names() == [*ENGINES, "mine"]
+    options = {"scheme": "verlet", "order": "3", "gap": "1e-3"}
+    with open_engine("mine", program="sh", options=options) as engine:
+        assert engine.options == ("sh", "verlet", 3, 1e-3)
+    with pytest.raises(RequestError, match=r"mine.scheme=rk4: must be one of euler, verlet"):
+        open_engine("mine", options={"scheme": "rk4"})
+
+
+@pytest.mark.parametrize(
+    ("point", "said"),
+    [
+        (("bad", "broken:X", "bad-dem"), "ModuleNotFoundError: No module named 'no_such_library'"),
+        (("bad", "leaves:X", "bad-dem"), r"\(SystemExit: bye\)"),
+        (("bad", "mine:Nothing", "bad-dem"), "AttributeError: module 'mine' has no attribute"),
+        (("bad", "mine:NOT_A_CLASS", "bad-dem"), "is no subclass of harness.engines.contract"),
+        (("bad", "mine:Half", "bad-dem"), "class Half has no run, traits"),
+    ],
+)
+def test_an_engine_that_is_broken_is_named_with_its_package_and_harms_no_other(
+    plugins, point, said
+):
+    plugins(Point(*point), Point("mine", "mine:Mine", "mine-dem"))
+    assert engine_names() == [*ENGINES, "bad", "mine"]
+    with pytest.raises(RequestError, match=rf"^engine 'bad' of package 'bad-dem'.*{said}") as found:
+        engine_class("bad")
+    assert "\n" not in str(found.value)
+    assert engine_class("mine").name == "mine"
+    assert engine_class("lammps") is Lammps
+
+
+def test_an_engine_with_the_name_of_another_is_left_out_and_named(plugins):
+    plugins(
+        Point("yade", "mine:Mine", "thief"),
+        Point("mine", "mine:Mine", "first"),
+        Point("mine", "mine:Mine", "second"),
+    )
+    assert engine_names() == [*ENGINES, "mine"]
+    assert [package.partition(":")[0] for package in refused_plugins()] == ["thief", "second"]
+    for text in refused_plugins().values():
+        assert "is left out" in text
+        assert "\n" not in text
+
+
+def test_a_class_is_an_engine_for_a_try(plugins, tmp_path, monkeypatch):
+    plugins()
+    assert engine_class("mine:Mine").name == "mine"
+    with pytest.raises(RequestError, match=r"^--engine 'mine:Half': class Half has no run, traits"):
+        open_engine("mine:Half")
+    (tmp_path / "here").mkdir()
+    (tmp_path / "here" / "own_engine.py").write_text(PLUGIN)
+    monkeypatch.chdir(tmp_path / "here")
+    monkeypatch.setattr(sys, "path", [p for p in sys.path if p not in ("", str(tmp_path))])
+    assert engine_class("own_engine:Mine").__module__ == "own_engine"
+
+
+def test_inputs_of_templates_need_no_engine_here():
+    template = Template("drop", {"": {}})
+    assert issubclass(engine_class("lammps"), Engine)
+    assert input_files([Template("no such case", {"": {}})], "lammps", "liggghts") == {}
+    assert Lammps.states(template)

@@ -20,13 +20,20 @@ def traits(**rules):
     ],
 )
 def test_what_an_engine_cannot_state_is_refused_with_the_reason(rules, contact, words):
-    assert words in traits(**rules).refuses(contact)
-    assert traits().refuses(contact) == ""
+    assert words in traits(**rules).refuses_contact(contact)
+    assert traits().refuses_contact(contact) == ""
 
 
 def test_a_damping_ratio_that_is_given_leaves_the_restitution_aside():
     contact = Contact(restitution=1e-20, damping_ratio=0.5)
-    assert traits(restitution_floor=0.001).refuses(contact) == ""
+    assert traits(restitution_floor=0.001).refuses_contact(contact) == ""
+
+
+def test_rules_that_leave_no_choice_are_values_that_no_script_need_have():
+    only = traits(tails=("clipped",), effective_masses=("half",))
+    assert only.fixed_values == {"tail": "clipped", "effective_mass": "half", "law": "overlap"}
+    assert traits(laws=("overlap", "deformable")).fixed_values == {}
+    assert "overlap law only" in only.refuses({"law": "deformable"})
 
 
 @pytest.mark.parametrize("name", ENGINES)

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -105,6 +107,19 @@ def test_a_tower_that_sinks_at_the_bound_turns_there_whatever_the_samples(solver
     case = Tower(height=9, stiffness=1e5)
     run = solver.run(case, 3.1 * case.contact_time, samples=samples)
     assert windows.turnaround(run) == pytest.approx(3 * case.contact_time, rel=1e-12)
+
+
+@pytest.mark.parametrize("height", [1, 2, 4, 10])
+@pytest.mark.parametrize("law", ["overlap", "deformable"])
+def test_positions_in_single_precision_turn_where_the_rate_does(height, law):
+    """The highest sample of a rounded peak lies some samples beside it."""
+    case = Tower(height=height, law=law, stiffness=1e7)
+    run = exact.run(case, 3 * case.contact_time, samples=3000)
+    place = height + 2.0 - run.compression
+    rounded = height + 2.0 - place.astype(np.float32).astype(float)
+    assert np.argmax(rounded) != np.argmax(run.compression)
+    again = windows.turnaround(replace(run, compression=rounded))
+    assert again == windows.turnaround(run)
 
 
 @pytest.mark.parametrize("samples", range(2990, 3010, 4))

@@ -17,11 +17,14 @@ from harness.parameters.hertz import (
     STIFFEST,
     fewest_steps_per_contact,
     hertz,
-    hertz_of_drop,
-    hertz_of_incline,
 )
 
 POSITIVE = st.floats(1e-6, 1e6)
+
+
+def of(case):
+    """Return the Hertz contact of a drop or an incline."""
+    return hertz(case.contact, case.stiffness, case.mass, case.hertz_speed)
 
 
 @given(POSITIVE, POSITIVE, POSITIVE)
@@ -60,7 +63,7 @@ def test_the_dashpot_has_the_linear_coefficient_at_that_overlap(mass):
 
 @given(st.floats(1e-3, 1e6))
 def test_rest_slope_and_damping_ratio_are_those_of_the_force(force):
-    law = hertz_of_incline(Incline(contact=SOURCE))
+    law = of(Incline(contact=SOURCE))
     rest = law.rest(force)
     assert law.coefficient * rest**1.5 == pytest.approx(force, rel=1e-12)
     around = rest * (1.0 + np.array([-1e-5, 1e-5]))
@@ -78,17 +81,17 @@ def test_the_spring_is_at_most_so_much_stiffer_than_the_linear_one():
 
 def test_a_drop_and_an_incline_of_one_weight_have_one_contact():
     incline, drop = Incline(contact=PLASTIC, steps_per_contact=100.0), Drop(gravity=9.81)
-    assert hertz_of_drop(drop.replace(contact=PLASTIC)) == hertz_of_incline(incline)
+    assert of(drop.replace(contact=PLASTIC)) == of(incline)
 
 
 def test_a_drop_without_gravity_is_measured_by_its_speed():
-    law = hertz_of_drop(Drop(speed=3.0, sideways=4.0))
+    law = of(Drop(speed=3.0, sideways=4.0))
     assert law.overlap == pytest.approx(5.0 * math.sqrt(1.0 / 1e6))
 
 
 def test_nothing_that_moves_is_no_scale():
     with pytest.raises(RequestError, match=r"speed = 0\.0 m/s: a Hertz contact needs a speed"):
-        hertz_of_drop(Drop())
+        of(Drop())
 
 
 @given(st.floats(0.0, 20.0))

@@ -7,14 +7,15 @@ runs the real LAMMPS.
 
 from pathlib import Path
 
+from harness.comparison.evidence import InclineEvidence
+from harness.workflows.verification.baseline_rows import here
+
 from harness.cases.incline.passages import passages
 from harness.cases.tower.records import tower_case, tower_name
-from harness.comparison.evidence import InclineEvidence
 from harness.comparison.regression import Baseline, against_baseline
 from harness.errors import EngineError
 from harness.parameters.tower import Tower
 from harness.store.baseline import read_baseline
-from harness.workflows.verification.baseline_rows import here
 
 COMMITTED = Path(__file__).parents[2] / "reports" / "baseline"
 TOWER_CASES = [Tower(height=height, law="overlap") for height in (2, 19)]

@@ -12,9 +12,9 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 
+from harness.cases.tower.recorded import recorded_tower
 from harness.chain import exact
 from harness.comparison.convergence import slope_order
-from harness.engines.mfix.recorded import recorded_tower
 from harness.parameters.tower import Tower
 
 STIFFNESS, MASS, SPEED, GRAVITY = 1e5, 1.0, 2.0, 9.81

@@ -3,16 +3,16 @@ import math
 import pandas as pd
 import pytest
 
-from harness.reproduction.claims import Ledger, Source, Width, claim, compare
+from harness.reproduction.claims import Ledger, claim, compare
 from harness.reproduction.ledger_differences import ledger_differences
+from harness.reproduction.source import Source
 
 
 def ledger(printed=10.21, found=10.2078, key="eq-6", holds=True, width=0.005):
     number = compare(
-        Source(key, "eq. (6)", "theta"),
+        Source(key, "eq. (6)", "theta", tolerance=width, unit="deg", why="half the last digit"),
         printed=printed,
         found=found,
-        width=Width(width, "deg", "half the last digit"),
         computed=f"{found:.4f} deg",
     )
     words = claim(Source("text-1", "text", "it falls"), holds=holds, computed="it does")

@@ -1,14 +1,17 @@
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from harness.cases.incline.critical_angles import critical_angle
 from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import InclineRun
-from harness.chain import exact
-from harness.engines.contract import Engine
+from harness.cases.incline.result import InclineRun, Motion
+from harness.cases.incline.runs import COLUMNS, run_inclines
+from harness.cases.incline.template import case_of, job_of
+from harness.engines.contract import Engine, Output
 from harness.engines.traits import Traits
-from harness.errors import EngineCrashError
+from harness.errors import EngineCrashError, RequestError
 from harness.observables.provenance import Provenance
-from harness.parameters.tower import Tower
 from harness.store.cached_engine import CachedEngine
 from harness.store.entries import Entries
 
@@ -16,7 +19,7 @@ WHO = {"engine": "synthetic", "files": ["1"]}
 
 
 class Synthetic(Engine):
-    """The theory's map and the exact propagator as an engine that counts what it runs."""
+    """The theory's map as an engine that counts what it runs."""
 
     name = "synthetic"
     traits = Traits(install_hint="comes with the tests", versions=("1",), integrator="")
@@ -24,39 +27,54 @@ class Synthetic(Engine):
     def __init__(self, incline, who=WHO):
         self._incline = incline
         self.who = who
+        self.script = "one"
         self.ran = 0
         self.broken = set()
         self.stops_after = 10**9
         self.closed = False
 
     def identify(self):
-        return Provenance("synthetic", "1")
+        return Provenance("synthetic", "1", ("A", "B"))
 
     def fingerprint(self):
         return self.who
 
-    def drops(self, cases):
-        raise NotImplementedError
+    def script_digest(self, job):  # noqa: ARG002
+        return self.script
 
-    def inclines(self, cases, route, *, every=None):  # noqa: ARG002
+    def run(self, jobs):
         results = []
-        for case in cases:
+        for job in jobs:
             if self.ran == self.stops_after:
                 raise KeyboardInterrupt
             self.ran += 1
-            (run,) = self._incline.passage([case])
-            results.append(EngineCrashError("boom") if case.angle in self.broken else run)
+            (run,) = self._incline.passage([case_of(job.values)])
+            broken = run.case.angle in self.broken
+            results.append(EngineCrashError("boom") if broken else self._output(run, job))
         return results
-
-    def towers(self, cases, duration, *, steps_per_contact=None, samples=None, profiles=False):  # noqa: ARG002
-        self.ran += len(cases)
-        return [
-            exact.run(case, duration * case.contact_time, samples=samples, profiles=profiles)
-            for case in cases
-        ]
 
     def close(self):
         self.closed = True
+
+    def _output(self, run, job):
+        results = {
+            "verdict": run.motion.value,
+            "margin_J": repr(run.margin_J),
+            "touching": "1",
+            "time_s": repr(100 * run.case.step),
+            "steps": "100",
+        }
+        if run.motion is Motion.MOVES_ON:
+            results["crest"] = f"1 {50 * run.case.step!r} {run.margin_J!r} 1"
+        table = {name: np.linspace(0.1, 0.3, 7) ** 0.5 for name in COLUMNS}
+        table["force"] = np.arange(6.0).reshape(3, 2) / 7.0
+        tables = {"series": table, "of all / things": table} if job.sampled else {}
+        return Output(tuple(results.items()), self.identify(), tables, "a log: ±\n", 0.1 + 0.2, "S")
+
+
+def inclines(engine, *angles):
+    """Run passages at some angles, 10.2 deg unless told otherwise."""
+    return run_inclines(engine, [Incline(angle=angle) for angle in angles or (10.2,)], "passage")
 
 
 @pytest.fixture
@@ -75,8 +93,8 @@ def angles(results):
 
 def test_only_what_is_missing_is_run_and_the_order_is_kept(engine, entries):
     cached = CachedEngine(engine, entries)
-    first = cached.inclines([Incline(angle=a) for a in (9.0, 11.0)], "passage")
-    again = cached.inclines([Incline(angle=a) for a in (11.0, 10.0, 9.0)], "passage")
+    first = inclines(cached, 9.0, 11.0)
+    again = inclines(cached, 11.0, 10.0, 9.0)
     assert angles(again) == [11.0, 10.0, 9.0]
     assert (again[0].margin_J, again[2].margin_J) == (first[1].margin_J, first[0].margin_J)
     assert engine.ran == 3
@@ -84,53 +102,93 @@ def test_only_what_is_missing_is_run_and_the_order_is_kept(engine, entries):
 
 
 def test_another_process_reads_what_one_has_kept(engine, entries, synthetic):
-    CachedEngine(engine, entries).inclines([Incline()], "passage")
+    inclines(CachedEngine(engine, entries))
     other = Synthetic(synthetic())
-    CachedEngine(other, Entries(entries.folder)).inclines([Incline()], "passage")
+    inclines(CachedEngine(other, Entries(entries.folder)))
     assert other.ran == 0
 
 
-@pytest.mark.parametrize("options", [{"every": 10}, {"route": "steady"}])
-def test_another_request_is_another_run(engine, entries, options):
+JOB = job_of(Incline(), "passage")
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        replace(JOB, values={**JOB.values, "route": "steady"}),
+        replace(JOB, values={**JOB.values, "angle": 10.2000001}),
+        replace(JOB, sampled=True),
+        replace(JOB, variant="plastic"),
+        replace(JOB, template=replace(JOB.template, name="another")),
+        replace(JOB, template=replace(JOB.template, package="another")),
+        replace(JOB, template=replace(JOB.template, variants={"source": {"angle": 1.0}})),
+    ],
+)
+def test_another_job_is_another_run(engine, entries, other):
     cached = CachedEngine(engine, entries)
-    cached.inclines([Incline()], "passage")
-    cached.inclines([Incline()], **{"route": "passage", **options})
+    cached.run([JOB])
+    cached.run([other])
     assert engine.ran == 2
+    cached.run([JOB, other])
+    assert engine.ran == 2
+
+
+def test_another_script_is_another_run(engine, entries):
+    cached = CachedEngine(engine, entries)
+    inclines(cached)
+    engine.script = "two"
+    inclines(cached)
+    assert engine.ran == 2
+
+
+def test_a_kept_output_is_the_fresh_one_to_the_last_bit(engine, entries):
+    job = replace(JOB, sampled=True)
+    (fresh,) = CachedEngine(engine, entries).run([job])
+    (kept,) = CachedEngine(engine, entries).run([job])
+    assert engine.ran == 1
+    assert kept.results == fresh.results
+    assert (kept.provenance, kept.log, kept.title) == (fresh.provenance, fresh.log, "S")
+    assert kept.seconds == fresh.seconds == 0.1 + 0.2
+    assert list(kept.tables) == list(fresh.tables)
+    for name, table in fresh.tables.items():
+        assert list(kept.tables[name]) == list(table)
+        for column, values in table.items():
+            assert kept.tables[name][column].dtype == values.dtype
+            np.testing.assert_array_equal(kept.tables[name][column], values)
 
 
 def test_another_engine_is_another_run(engine, entries):
     cached = CachedEngine(engine, entries)
-    cached.inclines([Incline()], "passage")
+    inclines(cached)
     engine.who = WHO | {"files": ["2"]}
-    cached.inclines([Incline()], "passage")
+    inclines(cached)
     assert engine.ran == 2
 
 
 def test_errors_are_not_kept(engine, entries):
     cached = CachedEngine(engine, entries)
     engine.broken = {10.0}
-    good, bad = cached.inclines([Incline(angle=9.0), Incline(angle=10.0)], "passage")
+    good, bad = inclines(cached, 9.0, 10.0)
     assert isinstance(good, InclineRun)
     assert isinstance(bad, EngineCrashError)
     engine.broken = set()
-    results = cached.inclines([Incline(angle=9.0), Incline(angle=10.0)], "passage")
+    results = inclines(cached, 9.0, 10.0)
     assert all(isinstance(run, InclineRun) for run in results)
     assert engine.ran == 3
 
 
 def test_fresh_reads_nothing_and_keeps_all_the_same(engine, entries):
-    CachedEngine(engine, entries).inclines([Incline()], "passage")
-    CachedEngine(engine, entries, fresh=True).inclines([Incline()], "passage")
+    inclines(CachedEngine(engine, entries))
+    inclines(CachedEngine(engine, entries, fresh=True))
     assert engine.ran == 2
-    CachedEngine(engine, entries).inclines([Incline()], "passage")
+    inclines(CachedEngine(engine, entries))
     assert engine.ran == 2
 
 
 def test_an_engine_that_cannot_be_told_is_not_remembered(engine, entries):
     engine.who = None
     cached = CachedEngine(engine, entries)
-    cached.inclines([Incline()], "passage")
-    cached.inclines([Incline()], "passage")
+    inclines(cached)
+    inclines(cached)
     assert engine.ran == 2
     assert list(entries.folder.glob("??/*")) == []
 
@@ -140,29 +198,21 @@ def test_an_entry_that_is_no_run_is_dropped_and_run_again(engine, tmp_path, payl
     said = []
     entries = Entries(tmp_path, tell=said.append)
     cached = CachedEngine(engine, entries)
-    cached.inclines([Incline()], "passage")
+    inclines(cached)
     (path,) = tmp_path.glob("??/*")
     entries.put(path.name, payload)
-    (run,) = cached.inclines([Incline()], "passage")
+    (run,) = inclines(cached)
     assert isinstance(run, InclineRun)
     assert engine.ran == 2
     assert "not a run" in said[0]
 
 
-def test_towers_with_all_their_options(engine, entries):
+def test_a_job_that_is_refused_is_refused_whatever_is_kept(engine, entries):
     cached = CachedEngine(engine, entries)
-    requests = [
-        {"duration": 1.0},
-        {"duration": 2.0},
-        {"duration": 1.0, "samples": 50},
-        {"duration": 1.0, "profiles": True},
-        {"duration": 1.0, "steps_per_contact": 500.0},
-    ]
-    for _ in range(2):
-        for options in requests:
-            (run,) = cached.towers([Tower(height=2)], **options)
-            assert (run.profiles is not None) == options.get("profiles", False)
-    assert engine.ran == len(requests)
+    inclines(cached)
+    engine.traits = replace(engine.traits, tails=("clipped",))
+    with pytest.raises(RequestError, match="always have the clipped tail"):
+        inclines(cached)
 
 
 def test_a_search_that_was_interrupted_goes_on_where_it_stopped(engine, entries, synthetic):
@@ -184,4 +234,7 @@ def test_it_is_the_engine_in_all_else(engine, entries):
         assert cached.name == "synthetic"
         assert cached.identify() == engine.identify()
         assert cached.fingerprint() == WHO
+        assert cached.states(JOB.template)
+        assert cached.refuses(JOB) == ""
+        assert cached.title == engine.title
     assert engine.closed

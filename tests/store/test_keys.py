@@ -3,14 +3,35 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from harness.cases.incline.parameters import Incline
+from harness.cases.incline.template import job_of as incline_job
+from harness.cases.tower.template import job_of as tower_job
+from harness.cases.tower.timing import plan
 from harness.parameters.contact import CLIPPED, SOURCE, Contact
 from harness.parameters.tower import Tower
 from harness.store import keys
-from harness.store.cached_engine import ROOMS, run_key
+from harness.store.cached_engine import SOURCES, run_key
 from harness.store.keys import digest_of_tree, key_of, source_digest, versions
 
-ENGINE = {"engine": "lammps", "how": "in-process", "files": ["abc liblammps.so"], "scripts": {}}
-OPTIONS = {"route": "passage", "every": None}
+ENGINE = {"engine": "lammps", "how": "in-process", "files": ["abc liblammps.so"]}
+
+
+def key(case, route="passage", every=None, who=ENGINE):
+    """Return the key of a run of an incline."""
+    return run_key(Lammps, incline_job(case, route, every), who)
+
+
+def tower_key(case, samples=100):
+    """Return the key of a run of a tower."""
+    return run_key(Lammps, tower_job(case, plan(case, 1.0, None, samples)), ENGINE)
+
+
+class Lammps:
+    """Stands in for an engine: its scripts are known by their names."""
+
+    @staticmethod
+    def script_digest(job):
+        return job.variant or "main"
+
 
 CHANGED_INCLINE = {
     "angle": 10.3,
@@ -34,7 +55,7 @@ CHANGED_CONTACT = {
 }
 CHANGED_TOWER = {
     "height": 4,
-    "stiffness": (1e6, 1e6, 1e6, 2e6),
+    "stiffness": 2e6,
     "mass": 2.0,
     "diameter": 2.0,
     "speed": 3.0,
@@ -55,14 +76,14 @@ def test_the_tables_of_changes_name_every_parameter():
 @pytest.mark.parametrize("name", CHANGED_INCLINE)
 def test_every_parameter_of_the_incline_changes_the_key(name):
     changed = Incline().replace(**{name: CHANGED_INCLINE[name]})
-    assert run_key(changed, OPTIONS, ENGINE) != run_key(Incline(), OPTIONS, ENGINE)
+    assert key(changed) != key(Incline())
 
 
 @pytest.mark.parametrize("name", CHANGED_CONTACT)
 def test_every_parameter_of_the_contact_changes_the_key(name):
     contact = SOURCE.replace(**{name: CHANGED_CONTACT[name]})
     changed = Incline(contact=contact)
-    assert run_key(changed, OPTIONS, ENGINE) != run_key(Incline(), OPTIONS, ENGINE)
+    assert key(changed) != key(Incline())
 
 
 @pytest.mark.parametrize("name", CHANGED_TOWER)
@@ -71,7 +92,7 @@ def test_every_parameter_of_the_tower_changes_the_key(name):
     more = {"start": "gapped"} if name == "gap" else {}
     reference = base.replace(start="gapped", gap=2e-3) if name == "gap" else base
     changed = base.replace(**{name: CHANGED_TOWER[name]}, **more)
-    assert run_key(changed, OPTIONS, ENGINE) != run_key(reference, OPTIONS, ENGINE)
+    assert tower_key(changed) != tower_key(reference)
 
 
 @pytest.mark.parametrize(
@@ -80,25 +101,35 @@ def test_every_parameter_of_the_tower_changes_the_key(name):
         {"engine": "another"},
         {"how": "mpirun -np 2"},
         {"files": ["abd liblammps.so"]},
-        {"scripts": {"tower.in": "f00"}},
         {"environment": {"LD_PRELOAD": "x.so"}},
     ],
 )
 def test_every_fact_of_the_engine_changes_the_key(change):
-    key = run_key(Incline(), OPTIONS, ENGINE)
-    assert run_key(Incline(), OPTIONS, ENGINE | change) != key
+    assert key(Incline(), who=ENGINE | change) != key(Incline())
 
 
-@pytest.mark.parametrize("change", [{"route": "steady"}, {"every": 100}, {"samples": 10}])
+@pytest.mark.parametrize("change", [{"route": "steady"}, {"every": 100}])
 def test_every_option_of_a_run_changes_the_key(change):
-    assert run_key(Incline(), OPTIONS | change, ENGINE) != run_key(Incline(), OPTIONS, ENGINE)
+    assert key(Incline(), **change) != key(Incline())
+    assert tower_key(Tower(), samples=50) != tower_key(Tower())
+
+
+def test_a_scene_is_known_by_the_source_that_makes_it(monkeypatch):
+    monkeypatch.setattr(Lammps, "script_digest", staticmethod(lambda _: ""))
+    first = key(Incline())
+    monkeypatch.setattr("harness.store.cached_engine.source_digest", lambda *rooms: str(rooms))
+    assert key(Incline()) != first
+    seen = []
+    monkeypatch.setattr("harness.store.cached_engine.source_digest", lambda *r: seen.append(r))
+    key(Incline())
+    assert ("cases",) in seen
 
 
 @pytest.mark.parametrize("fact", ["machine", "versions", "source_digest"])
 def test_platform_packages_and_source_change_the_key(monkeypatch, fact):
-    key = run_key(Incline(), OPTIONS, ENGINE)
+    first = key(Incline())
     monkeypatch.setattr(f"harness.store.cached_engine.{fact}", lambda *_: {"other": "1"})
-    assert run_key(Incline(), OPTIONS, ENGINE) != key
+    assert key(Incline()) != first
 
 
 numbers = st.floats(1e4, 1e9) | st.integers(10_000, 1_000_000_000).map(float)
@@ -106,7 +137,7 @@ numbers = st.floats(1e4, 1e9) | st.integers(10_000, 1_000_000_000).map(float)
 
 @given(numbers, numbers)
 def test_stiffnesses_share_a_key_only_when_they_are_the_same_double(one, other):
-    first, second = (run_key(Incline(stiffness=k), OPTIONS, ENGINE) for k in (one, other))
+    first, second = (key(Incline(stiffness=k)) for k in (one, other))
     assert (first == second) == (one == other)
 
 
@@ -142,7 +173,7 @@ def test_the_digest_of_a_folder_sees_contents_names_and_no_caches(tmp_path):
 
 
 def test_an_edit_of_the_source_changes_its_digest(tmp_path, monkeypatch):
-    for room in (*ROOMS, "report"):
+    for room in (*SOURCES, "report"):
         (tmp_path / room).mkdir()
         (tmp_path / room / "law.py").write_text("force = k * overlap")
     monkeypatch.setattr(keys, "ROOT", tmp_path)
@@ -150,7 +181,7 @@ def test_an_edit_of_the_source_changes_its_digest(tmp_path, monkeypatch):
     for text in ("force = k * overlap", "force = 2 * k * overlap"):
         (tmp_path / "engines" / "law.py").write_text(text)
         source_digest.cache_clear()
-        digests.append((source_digest(), source_digest(*ROOMS), source_digest("report")))
+        digests.append((source_digest(), source_digest(*SOURCES), source_digest("report")))
     source_digest.cache_clear()
     whole, rooms, report = zip(*digests, strict=True)
     assert whole[0] != whole[1]

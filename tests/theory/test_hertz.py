@@ -6,10 +6,11 @@ import pytest
 from scipy.special import gamma
 
 from harness.cases.drop.parameters import Drop
+from harness.cases.drop.runs import run_drops
 from harness.engines.reference.engine import Reference
 from harness.errors import RequestError
 from harness.parameters.contact import Contact
-from harness.parameters.hertz import hertz_of_drop
+from harness.parameters.hertz import hertz
 from harness.theory.hertz import first_order_loss, impact, strongly_damped
 
 
@@ -59,5 +60,5 @@ def test_the_reference_dem_rebounds_with_it(tail, zeta):
     case = Drop(contact=contact, speed=1.0, gap=1e-4, every=100, duration=60.0)
     law = hertz(case.contact, case.stiffness, case.mass, case.hertz_speed)
     expected = impact(law.relaxation / law.overlap, clipped=tail == "clipped").restitution
-    (run,) = Reference("rk4", spring="Hertz").drops([case])
+    (run,) = run_drops(Reference("rk4", spring="Hertz"), [case])
     assert run.path.vy_m_per_s[-1] == pytest.approx(expected, abs=1e-5)

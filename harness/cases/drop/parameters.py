@@ -8,7 +8,7 @@ from pydantic import Field
 
 from harness.cases.incline.parameters import UNIT_MASS_DENSITY
 from harness.parameters.base import Parameters
-from harness.parameters.contact import SOURCE, Contact
+from harness.parameters.contact import SOURCE, NamedContact
 
 
 class Drop(Parameters):
@@ -19,7 +19,7 @@ class Drop(Parameters):
     collision, free fall, static contact and oblique contact are cases of it.
     """
 
-    contact: Contact = Field(SOURCE, description="[-] dissipation of the contact")
+    contact: NamedContact = Field(SOURCE, description="[-] dissipation of the contact")
     stiffness: float = Field(1e6, gt=0.0, description="[N/m] normal stiffness")
     steps_per_contact: float = Field(
         2000.0, gt=0.0, le=1e5, description="[-] steps per contact time pi sqrt(m/k)"

@@ -16,7 +16,7 @@ from harness.cases.incline.passage import PHASES
 from harness.cases.incline.passages import passages
 from harness.cases.incline.records import angle_case, extrapolated_case, in_phases
 from harness.cases.incline.recursion import recursion
-from harness.cases.incline.reference_checks import against_the_reference
+from harness.cases.incline.reference_checks import MOTION_EVERY, against_the_reference
 from harness.cases.incline.runs import run_inclines
 from harness.cases.incline.tolerances import EXTRAPOLATED, MOST_ROUTE_JITTER
 from harness.comparison.findings import Headline
@@ -202,7 +202,7 @@ def _motions(verifying: Verifying) -> list[Check]:
     if refused:
         return [not_tested(name, Kind.CROSS_CODE, refused)]
     cases = [SOURCE_CASE.replace(angle=angle, wells=20) for angle in NEAR_CRITICAL_DEG]
-    for run in run_inclines(verifying.engine, cases, "steady", every=100):
+    for run in run_inclines(verifying.engine, cases, "steady", every=MOTION_EVERY):
         if isinstance(run, EngineError):
             raise run
         verifying.evidence.motions.append(run)

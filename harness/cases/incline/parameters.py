@@ -7,7 +7,7 @@ import math
 from pydantic import Field, model_validator
 
 from harness.parameters.base import Parameters
-from harness.parameters.contact import SOURCE, Contact
+from harness.parameters.contact import SOURCE, NamedContact
 
 UNIT_MASS_DENSITY = 6.0 / math.pi
 """[kg/m3] gives a sphere of 1 m the mass of 1 kg, as in the source."""
@@ -21,7 +21,7 @@ class Incline(Parameters):
 
     angle: float = Field(10.2, ge=0.0, le=30.0, description="[deg] tilt of the row")
     stiffness: float = Field(1e6, gt=0.0, description="[N/m] normal stiffness")
-    contact: Contact = Field(SOURCE, description="[-] dissipation of the contact")
+    contact: NamedContact = Field(SOURCE, description="[-] dissipation of the contact")
     steps_per_contact: float = Field(
         50.0, gt=0.0, le=1e5, description="[-] steps per contact time pi sqrt(m/k)"
     )

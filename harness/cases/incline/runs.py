@@ -66,7 +66,8 @@ def read(
     Raise EngineOutputError for what is missing, out of order or cut short, EngineNaNError for
     values that are not finite.
     """
-    judged = output.has("margin_J")
+    # a script that judges by its own looks also tells whether the grain touches there
+    judged = output.has("touching") or not output.tables
     path = path_in(output.table(COLUMNS)) if every is not None or not judged else None
     if judged:
         return _told(case, route, output, path, every)
@@ -81,6 +82,9 @@ def read(
         )
     if path is not None and STAGES not in output.tables:
         path = Trajectory(*(column[: found.row + 1] for column in vars(path).values()))
+    steps = round(found.time_s / case.step)
+    if path is not None and every is not None:
+        _complete(path, steps // every + 1, output.who)
     return InclineRun(
         case=case,
         motion=found.motion,

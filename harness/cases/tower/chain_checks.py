@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import jn_zeros
 
-from harness.cases.tower.chain_evidence import chain_evidence
+from harness.cases.tower import tolerances
 from harness.cases.tower.run import tower
-from harness.comparison.evidence import TowerEvidence
-from harness.comparison.tolerances import TOLERANCES, Tolerance
+from harness.comparison.tolerances import Tolerance
 from harness.comparison.verdicts import Check, Kind, judge
 from harness.engines.contract import Engine
 from harness.observables.impulse import impulse_until
@@ -17,9 +16,7 @@ from harness.parameters.tower import Law, Tower
 from harness.theory.free_chain import final_velocities
 from harness.theory.semi_infinite_chain import grain_velocity
 from harness.theory.two_spheres import contact_time_on_fixed, impulse_on_fixed
-from harness.workflows.verification.levels import Level
 
-WIDTH = TOLERANCES["chain, closed form"]
 FREE: tuple[tuple[int, Law], ...] = (
     (2, "overlap"),
     (3, "overlap"),
@@ -28,11 +25,10 @@ FREE: tuple[tuple[int, Law], ...] = (
 )
 
 
-def chain_checks(level: Level, evidence: TowerEvidence) -> list[Check]:
-    """Return the checks of the exact propagator against closed forms; fill in the evidence."""
-    if level.chain_figures:
-        chain_evidence(evidence)
-    return [*_grain_on_one(), *(_free_chain(n, law) for n, law in FREE), bessel("exact", WIDTH)]
+def chain_checks() -> list[Check]:
+    """Return the checks of the exact propagator against closed forms."""
+    free = (_free_chain(n, law) for n, law in FREE)
+    return [*_grain_on_one(), *free, bessel(tolerances.CLOSED_FORM)]
 
 
 def _grain_on_one() -> list[Check]:
@@ -40,11 +36,15 @@ def _grain_on_one() -> list[Check]:
     own = (1.0, 1e6, case.speed, case.gravity)
     run = tower(case, solver="exact")
     end = first_contact_end(run)
-    pairs = [
-        ("chain: contact time of a grain on one particle, s", end, contact_time_on_fixed(*own)),
-        ("chain: its impulse, N s", impulse_until(run, end), impulse_on_fixed(*own)),
+    rows = [
+        ("contact time of a grain on one particle, s", end, contact_time_on_fixed(*own)),
+        ("its impulse, N s", impulse_until(run, end), impulse_on_fixed(*own)),
     ]
-    return [judge(name, Kind.ANALYTIC, value, expected, WIDTH) for name, value, expected in pairs]
+    width = tolerances.CLOSED_FORM
+    return [
+        judge(f"chain: {name}", Kind.ANALYTIC, value, expected, width)
+        for name, value, expected in rows
+    ]
 
 
 def _free_chain(particles: int, law: Law) -> Check:
@@ -58,17 +58,18 @@ def _free_chain(particles: int, law: Law) -> Check:
         Kind.ANALYTIC,
         float(run.final_velocity[worst]),
         float(expected[worst]),
-        TOLERANCES["chain, final velocity"],
+        tolerances.FINAL_VELOCITY,
     )
 
 
-def bessel(solver: str, width: Tolerance, engine: Engine | None = None) -> Check:
-    """Return the check of the first-contact impulse ratio against the semi-infinite chain.
+def bessel(width: Tolerance, engine: Engine | None = None) -> Check:
+    """Hold the first-contact impulse ratio of a tall tower against the semi-infinite chain.
 
-    The wave takes about a contact to pass one particle, so that a base forty
-    particles away is not felt before the grain leaves.
+    By the exact propagator unless an engine is given. The wave takes about a contact to pass one
+    particle, so that a base forty particles away is not felt before the grain leaves.
     """
     case = Tower(height=40, law="overlap", gravity=0.0)
+    solver = "exact" if engine is None else engine.name
     run = tower(case, solver=solver, samples=6000, engine=engine)
     ratio = impulse_until(run, first_contact_end(run)) / (2.0 * case.speed)
     leaves = float(jn_zeros(2, 1)[0])

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from harness.cases.tower.evidence import Curve, OwnEvidence
 from harness.cases.tower.run import tower
-from harness.comparison.evidence import Curve, TowerEvidence
 from harness.observables.tower import TowerRun
 from harness.parameters.tower import LAWS, Tower
 from harness.theory.two_spheres import contact_time, peak_overlap
@@ -20,7 +20,7 @@ PAIR = Tower(height=1, base="free", gravity=0.0)
 PARTED = 1.6  # [t0] by then two and three free particles have parted for good
 
 
-def chain_evidence(evidence: TowerEvidence) -> None:
+def chain_evidence(evidence: OwnEvidence) -> None:
     """Fill in what the chain solvers alone can show."""
     evidence.collisions = [
         tower(PAIR.replace(height=n), solver="exact", duration=PARTED, profiles=True)
@@ -41,7 +41,7 @@ def chain_evidence(evidence: TowerEvidence) -> None:
     _peak_errors(evidence)
 
 
-def _peak_errors(evidence: TowerEvidence) -> None:
+def _peak_errors(evidence: OwnEvidence) -> None:
     """Measure the peak deformation of two particles by RK4, at its time and off the samples."""
     counts = [20.0 * 2.0 ** (i / 2) for i in range(9)]
     evidence.peak_by_step = {

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from functools import partial
 
-from harness.cases.contract import Study
+from harness.cases.contract import Part, Study, rows_of_parts, title_of
 from harness.cases.tower import tolerances
 from harness.cases.tower.against_exact import against_exact, order
 from harness.cases.tower.chain_checks import bessel
@@ -12,7 +13,6 @@ from harness.cases.tower.engine_runs import run_towers
 from harness.cases.tower.evidence import CodeEvidence
 from harness.cases.tower.impulse_angles import impulse_angles
 from harness.cases.tower.levels import LADDER, LEVELS
-from harness.cases.tower.parts import Part, failed_part, run_parts
 from harness.cases.tower.records import NAME, ratio_records, record_name, tower_record
 from harness.cases.tower.run import DURATION, tower
 from harness.cases.tower.template import job_of
@@ -20,7 +20,7 @@ from harness.cases.tower.timing import plan
 from harness.comparison.findings import Findings
 from harness.comparison.verdicts import Check, Kind, judge, not_tested
 from harness.engines.contract import Engine
-from harness.errors import EngineError
+from harness.errors import EngineError, EngineOutputError, RequestError
 from harness.observables.tower import TowerRun
 from harness.parameters.tower import LAWS, Law, Tower
 
@@ -31,8 +31,8 @@ def engine_findings(engine: Engine, study: Study) -> Findings:
     A part that goes wrong becomes a failed row; the other parts go on. A law that the engine
     refuses is not tested, with its reason.
     """
-    found = Findings(NAME, engine.name, evidence=CodeEvidence())
-    parts: dict[str, Part] = {}
+    found = Findings(NAME, engine.name, evidence=CodeEvidence(title_of(engine)))
+    parts: list[Part] = []
     for law in LAWS:
         reason = refusal(engine, Tower(height=2, law=law))
         if reason:
@@ -40,17 +40,34 @@ def engine_findings(engine: Engine, study: Study) -> Findings:
             found.checks.append(not_tested(name, Kind.CROSS_CODE, reason))
             found.untested[f"{engine.name}/*-{law}-*"] = reason
         else:
-            parts[f"tower: {law} law"] = partial(_same_law, law, engine, study, found)
-    if "tower: overlap law" in parts:
-        parts["tower: tall tower"] = lambda: [bessel(tolerances.TALL_TOWER, engine)]
-        parts["tower: impulse table"] = partial(_impulses, engine, study, found)
-    found.checks += run_parts(parts)
+            parts.append((f"{law} law", partial(_same_law, law, engine, study, found)))
+    if any(name == "overlap law" for name, _ in parts):
+        parts += [
+            ("tall tower", lambda: [bessel(tolerances.TALL_TOWER, engine)]),
+            ("impulse table", partial(_impulses, engine, study, found)),
+        ]
+    found.checks += rows_of_parts(NAME, [(name, asked(part)) for name, part in parts])
     return found
 
 
 def refusal(engine: Engine, case: Tower) -> str:
     """Return why an engine cannot run a tower, or nothing where it can."""
     return engine.refuses(job_of(case, plan(case, DURATION, None, None)))
+
+
+def asked(part: Callable[[], Sequence[Check]]) -> Callable[[], Sequence[Check]]:
+    """Return a part whose RequestError is the engine's failure.
+
+    The towers are ours: a run that does not show its window is the engine's doing.
+    """
+
+    def run() -> Sequence[Check]:
+        try:
+            return part()
+        except RequestError as error:
+            raise EngineOutputError(str(error)) from error
+
+    return run
 
 
 def _same_law(law: Law, engine: Engine, study: Study, found: Findings) -> list[Check]:
@@ -60,13 +77,10 @@ def _same_law(law: Law, engine: Engine, study: Study, found: Findings) -> list[C
     rows: list[Check] = []
     runs = run_towers(engine, cases, DURATION, profiles=True)
     for number, (case, run) in enumerate(zip(cases, runs, strict=True), 1):
-        try:
-            rows += _one(case, run, found)
-        except Exception as error:
-            name = f"tower: {engine.name}, {law} law, n = {case.height}"
-            rows.append(failed_part(name, Kind.CROSS_CODE, error))
-            if isinstance(error, EngineError):
-                found.errors[record_name(case, engine.name)] = error
+        part = partial(_one, case, run, found)
+        rows += rows_of_parts(NAME, [(f"{engine.name}, {law} law, n = {case.height}", asked(part))])
+        if isinstance(run, EngineError):
+            found.errors[record_name(case, engine.name)] = run
         study.progress(stage, number, len(heights) + 1)
 
     def stepped(case: Tower, steps: float) -> TowerRun:

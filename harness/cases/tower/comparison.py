@@ -233,11 +233,8 @@ def _usable(run: TowerRun) -> None:
 
 
 def _named(prefix: str, run: TowerRun) -> dict[str, Any]:
-    return {
-        f"{prefix}law": run.tower.law,
-        f"{prefix}solver": run.solver,
-        f"{prefix}step_s": run.step,
-    }
+    named = {"law": run.tower.law, "solver": run.solver, "step_s": run.step}
+    return {f"{prefix}{name}": value for name, value in named.items()}
 
 
 def _event_row(pair: EventPair) -> dict[str, Any]:

@@ -35,10 +35,9 @@ NEAR = 0.1
 class ContactEvent:
     """A contact that joins or leaves the grain's chain; contact 1 is the grain's.
 
-    ``time`` is that of the first sample with the new chain, number ``row``, ``resolution`` the
-    distance of the sample before; ``cause`` is the contact whose own change it was, this one or
-    one before it in the chain. ``grazing`` says that its counterpart, the
-    break after an onset or the onset after a break, is no farther than a usual
+    ``time`` is that of the first sample with the new chain, or located before it where a least
+    force is given; ``resolution`` is the distance of the sample before. ``grazing`` says that its
+    counterpart, the break after an onset or the onset after a break, is no farther than a usual
     sample away: a touch or a parting that another sampling may well not see.
     """
 
@@ -47,8 +46,6 @@ class ContactEvent:
     time: float  # [s]
     resolution: float  # [s]
     grazing: bool = False
-    row: int = 0
-    cause: int = 1
 
 
 @dataclass(frozen=True)
@@ -91,8 +88,8 @@ class EventPair:
 def contact_events(run: TowerRun, least_force: float = 0.0) -> list[ContactEvent]:
     """Return all events of ``run`` in time order.
 
-    A contact counts as closed above ``least_force`` [N]; more than 0 needs a run
-    with profiles, else RequestError.
+    A contact counts as closed above ``least_force`` [N]; more than 0 needs a run with profiles,
+    else RequestError, and locates the events between samples, where the force is that.
 
     What is closed at the start has no onset. A row that just touches has one
     contact then, the grain's: the others close as soon as they feel it, and a run
@@ -113,43 +110,37 @@ def contact_events(run: TowerRun, least_force: float = 0.0) -> list[ContactEvent
         ContactEvent(
             contact,
             kind,
-            float(run.time[at]),
+            _moment(run, at, kind, cause, least_force),
             float(run.time[at] - run.time[at - 1]),
             _closest(run, rows_of[contact], at) <= usual * (1 + 1e-9),
-            at,
-            first,
         )
-        for contact, kind, at, first in found
+        for contact, kind, at, cause in found
     ]
 
 
-def located(run: TowerRun, event: ContactEvent, least_force: float) -> float:
-    """Return when the force of the contact behind an event is ``least_force`` [s].
+def _moment(run: TowerRun, row: int, kind: Kind, cause: int, least_force: float) -> float:
+    """Return when the force of contact ``cause`` is ``least_force`` [s], at most a sample early.
 
-    Between the samples about the event: the parabola through the three samples at which the
-    contact is closed, before a break or after an onset. The time of the sample where those are
-    missing, or where the parabola has no such root there. The run needs profiles.
+    By the parabola through the three samples at which that contact is closed, before a break or
+    after an onset. The time of ``row``, the first sample with the new chain, where there is no
+    least force, a sample is missing, or the parabola has no such root.
     """
-    assert run.profiles is not None
-    force = run.profiles.forces[:, event.cause - 1]
-    rows = event.row - 1 - np.arange(3) if event.kind == "break" else event.row + np.arange(3)
+    event = float(run.time[row])
+    if run.profiles is None or least_force == 0.0:
+        return event
+    force = run.profiles.forces[:, cause - 1]
+    rows = row - 1 - np.arange(3) if kind == "break" else row + np.arange(3)
     if rows.min() < 0 or rows.max() >= run.time.size or (force[rows] <= least_force).any():
-        return event.time
+        return event
     start = float(run.time[rows[0]])
     since = run.time[rows] - start
     if np.unique(since).size < 3:
-        return event.time
-    bend, slope, here = np.polyfit(since, force[rows] - least_force, 2)
-    roots = np.roots([bend, slope, here])
-    reach = 1.01 * event.resolution
-    inside = [
-        float(root.real)
-        for root in roots
-        if abs(root.imag) < 1e-9 * reach and abs(root.real) <= reach
-    ]
-    sense = -1 if event.kind == "onset" else 1
-    ahead = [root for root in inside if sense * root >= 0]
-    return start + min(ahead, key=abs) if ahead else event.time
+        return event
+    roots = np.roots(np.polyfit(since, force[rows] - least_force, 2))
+    reach = 1.01 * float(run.time[row] - run.time[row - 1])
+    sense = 1 if kind == "break" else -1
+    ahead = [root for root in roots.real[roots.imag == 0.0] if 0.0 <= sense * root <= reach]
+    return start + float(min(ahead, key=abs)) if ahead else event
 
 
 def _chain_lengths(run: TowerRun, least_force: float) -> NDArray[np.int64]:

@@ -1,33 +1,32 @@
-"""The towers of one engine against the exact propagator, and the order of its error."""
+"""The towers of an engine beside the main one: finest steps against exact, order of the error."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from harness.cases.tower.run import covering, tower
+from harness.cases.contract import Study, rows_of_parts, title_of
+from harness.cases.tower import tolerances
+from harness.cases.tower.checks import asked, refusal
+from harness.cases.tower.engine_runs import run_towers
+from harness.cases.tower.evidence import CodeEvidence, EngineTower
+from harness.cases.tower.levels import FINEST, LADDER, LEVELS, ORDER_HEIGHT
+from harness.cases.tower.records import NAME
+from harness.cases.tower.run import MARGIN, covering, tower
 from harness.cases.tower.step_convergence import step_convergence
-from harness.comparison.engine_evidence import EngineEvidence, EngineTower
-from harness.comparison.tolerances import TOLERANCES, Tolerance
-from harness.comparison.verdicts import (
-    Check,
-    Kind,
-    failed_run,
-    finding,
-    judge,
-    judge_within_uncertainty,
-    not_tested,
-)
+from harness.comparison.findings import Findings
+from harness.comparison.tolerances import Tolerance
+from harness.comparison.verdicts import Check, Kind, finding, judge, not_tested
 from harness.engines.contract import Engine
-from harness.errors import EngineError, EngineOutputError, RequestError
+from harness.errors import EngineError
 from harness.observables.impulse import impulse
 from harness.observables.summary import peak_force
 from harness.observables.tower import TowerRun
 from harness.observables.windows import SEARCH, window_end
 from harness.parameters.tower import Tower
-from harness.workflows.verification.other_engines.extent import FINEST, ORDER_HEIGHT, Extent
 
 CASE = Tower(law="overlap", stiffness=1e5, speed=2.0)
 
@@ -49,66 +48,77 @@ ENOUGH_DIGITS = 12
 WIDEST = 0.5
 """Half of the widest interval that tells first order from second."""
 
-_MARGIN = 1.001  # the window's end is known to a step
 
+def beside_findings(engine: Engine, study: Study) -> Findings:
+    """Run the towers of an engine and return their rows and evidence.
 
-def tower_checks(engine: Engine, extent: Extent, evidence: EngineEvidence) -> list[Check]:
-    """Run the towers of an engine and return their rows; fill in the evidence."""
-    if not engine.states_towers:
-        reason = "it states the incline only"
-        return [not_tested(f"{engine.name}: towers", Kind.CROSS_CODE, reason)]
-    order = _order(engine, extent, evidence)
-    first_order = order.expected == 1.0
-    return [*_finest(engine, extent, evidence, first_order=first_order), order]
+    A part that goes wrong becomes a failed row; the other parts go on.
+    """
+    evidence = CodeEvidence(title_of(engine))
+    found = Findings(NAME, engine.name, evidence=evidence)
+    reason = refusal(engine, CASE)
+    if reason:
+        found.checks.append(not_tested(f"{engine.name}: towers", Kind.CROSS_CODE, reason))
+        return found
+    named = f"tower, n = {ORDER_HEIGHT}: order of the force error in the step"
+    order = rows_of_parts(engine.name, [(named, asked(lambda: [_order(engine, found)]))])
+    first_order = order[0].expected == 1.0
+    finest = partial(_finest, engine, study, evidence, first_order=first_order)
+    found.checks += [*rows_of_parts(engine.name, [("towers", asked(finest))]), *order]
+    found.published = {
+        "towers": [one.record() for one in evidence.towers],
+        "orders": [one.record() for one in evidence.convergence],
+    }
+    return found
 
 
 def _finest(
-    engine: Engine, extent: Extent, evidence: EngineEvidence, *, first_order: bool
+    engine: Engine, study: Study, evidence: CodeEvidence, *, first_order: bool
 ) -> list[Check]:
     """Hold peak force and impulse at the finest step against the exact ones, in one batch."""
-    cases = [CASE.replace(height=height) for height in extent.heights]
-    exact = [covering(tower(case, solver="exact"), "turnaround") for case in cases]
+    cases = [CASE.replace(height=height) for height in LEVELS[study.level].beside]
+    exact = [_exact(case, study) for case in cases]
     ends = [window_end(run, "turnaround") / run.tower.contact_time for run in exact]
-    duration = max(SEARCH, *ends) * _MARGIN
-    runs: list[TowerRun | EngineError]
-    try:
-        runs = engine.towers(cases, duration, steps_per_contact=FINEST)
-    except EngineError as error:
-        runs = [error] * len(cases)
-    except RequestError as error:
-        return [not_tested(f"{engine.name}: towers", Kind.CROSS_CODE, str(error))]
+    runs = run_towers(engine, cases, max(SEARCH, *ends) * MARGIN, steps_per_contact=FINEST)
     rows: list[Check] = []
     for run, own in zip(runs, exact, strict=True):
-        rows += _against_exact(engine.name, run, own, evidence, first_order=first_order)
+        part = partial(_against_exact, engine.name, run, own, evidence, first_order=first_order)
+        name = f"tower, n = {own.tower.height}, {FINEST:g} steps per contact"
+        rows += rows_of_parts(engine.name, [(name, asked(part))])
     return rows
+
+
+def _exact(case: Tower, study: Study) -> TowerRun:
+    """Return the exact run that covers the turnaround window, made once for all engines."""
+    key = NAME, case
+    if key not in study.memo:
+        study.memo[key] = covering(tower(case, solver="exact"), "turnaround")
+    run: TowerRun = study.memo[key]
+    return run
 
 
 def _against_exact(
     engine: str,
     run: TowerRun | EngineError,
     exact: TowerRun,
-    evidence: EngineEvidence,
+    evidence: CodeEvidence,
     *,
     first_order: bool,
 ) -> list[Check]:
-    name = f"{engine}: tower, n = {exact.tower.height}, {FINEST:g} steps per contact"
     if isinstance(run, EngineError):
-        return [failed_run(name, Kind.CROSS_CODE, run)]
-    try:
-        found = EngineTower(
-            engine,
-            exact.tower.height,
-            FINEST,
-            peak_force(run),
-            peak_force(exact),
-            impulse(run),
-            impulse(exact),
-        )
-    except RequestError as error:
-        # the cases are ours: a run that does not show its window is the engine's doing
-        return [failed_run(name, Kind.CROSS_CODE, EngineOutputError(str(error)))]
+        raise run
+    name = f"{engine}: tower, n = {exact.tower.height}, {FINEST:g} steps per contact"
+    found = EngineTower(
+        engine,
+        exact.tower.height,
+        FINEST,
+        peak_force(run),
+        peak_force(exact),
+        impulse(run),
+        impulse(exact),
+    )
     evidence.towers.append(found)
-    force = replace(TOLERANCES["tower, engines"], unit="N")
+    force = replace(tolerances.FINEST, unit="N")
     return [
         judge(
             f"{name}: peak force", Kind.CROSS_CODE, found.peak_force, found.exact_peak_force, force
@@ -129,7 +139,7 @@ def _impulse_tolerance(exact: TowerRun, *, first_order: bool) -> Tolerance:
     Such a scheme has its velocities half a step early: at the window's end, and where the
     compression turns, which counts twice in the window.
     """
-    known = replace(TOLERANCES["tower, engines"], unit="N s")
+    known = replace(tolerances.FINEST, unit="N s")
     if not first_order:
         return known
     end = window_end(exact, "turnaround")
@@ -139,19 +149,17 @@ def _impulse_tolerance(exact: TowerRun, *, first_order: bool) -> Tolerance:
     return replace(known, absolute=late, reason=f"{known.reason}; {why}")
 
 
-def _order(engine: Engine, extent: Extent, evidence: EngineEvidence) -> Check:
+def _order(engine: Engine, found: Findings) -> Check:
     """Measure how the force error falls with the step."""
     case = CASE.replace(height=ORDER_HEIGHT)
-    name = f"{engine.name}: tower, n = {case.height}: order of the force error in the step"
     exact = tower(case, solver="exact", samples=12_000)
-    try:
-        found = step_convergence(lambda steps: _one(engine, case, steps), exact, extent.ladder)
-    except EngineError as error:
-        return failed_run(name, Kind.CROSS_CODE, error)
-    except RequestError as error:
-        return not_tested(name, Kind.CROSS_CODE, str(error))
-    evidence.convergence.append(replace(found, solver=engine.name))
-    order, (low, high) = found.l2_order.value, found.l2_order.interval
+    convergence = replace(
+        step_convergence(lambda steps: _one(engine, case, steps), exact, LADDER),
+        solver=engine.name,
+    )
+    found.evidence.convergence.append(convergence)
+    name = f"{engine.name}: tower, n = {case.height}: order of the force error in the step"
+    order, (low, high) = convergence.l2_order.value, convergence.l2_order.interval
     half = (high - low) / 2
     orders = ORDERS.get(engine.traits.integrator, (math.nan,))
     expected = min(orders, key=lambda known: abs(known - order))
@@ -161,19 +169,11 @@ def _order(engine: Engine, extent: Extent, evidence: EngineEvidence) -> Check:
             f"called {engine.traits.integrator or 'its own'}: too little to be judged"
         )
         return finding(name, order, expected, "", note, half)
-    return judge_within_uncertainty(
-        name,
-        Kind.CROSS_CODE,
-        order,
-        expected,
-        half,
-        "",
-        "an order of its scheme must lie in the 95 % interval of the measured slope",
-    )
+    return judge(name, Kind.CROSS_CODE, order, expected, tolerances.ORDER, uncertainty=half)
 
 
 def _one(engine: Engine, case: Tower, steps: float) -> TowerRun:
-    (run,) = engine.towers([case], SEARCH, steps_per_contact=steps)
+    (run,) = run_towers(engine, [case], SEARCH, steps_per_contact=steps)
     if isinstance(run, EngineError):
         raise run
     return run

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from harness.cases.tower.motion import forces_of_contacts, tower_run
 from harness.cases.tower.template import job_of
 from harness.cases.tower.timing import Plan, plan
 from harness.engines.contract import Engine, Output
+from harness.engines.output import SERIES
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineOutputError
 from harness.observables.tower import TowerRun
@@ -22,6 +24,11 @@ MOTION = ("x_m", "vx_m_per_s")
 TOTAL_FORCE, CONTACTS_ON_PARTICLE, CONTACT_FORCE = "fx_N", "contacts_fx_N", "contact_force_N"
 """The force columns of which a table has one: on each particle with its weight, on each particle
 by its contacts alone, of each contact."""
+
+FORCES = (CONTACT_FORCE, TOTAL_FORCE, CONTACTS_ON_PARTICLE)
+
+LATE = 0.75
+"""Sampling intervals that a sample may be off its time: some codes are half a step early."""
 
 
 def run_towers(
@@ -58,48 +65,47 @@ def read(
 ) -> TowerRun:
     """Return the run that a table of positions, velocities and forces tells of.
 
-    Raise EngineOutputError for what is missing or cut, and for a tower in which nothing ever
-    touches; EngineNaNError for values that are not finite.
+    Raise EngineOutputError for what is missing or cut, for samples at other times than were asked
+    for, and for a tower in which nothing ever touches; EngineNaNError for values that are not
+    finite.
     """
     rows, count = timing.steps // timing.every + 1, case.particles
-    clock = "step" if "step" in output.tables.get("series", {}) else "time_s"
-    table = output.table((clock, *MOTION), rows)
-    x, v = (np.asarray(table[name]) for name in MOTION)
-    if x.shape != (rows, count) or v.shape != (rows, count):
-        raise EngineOutputError(f"{output.who} left {x.shape[-1]} particles of {count}")
-    time = table[clock] * timing.step if clock == "step" else table[clock]
-    displacement = x - case.each("diameter")[0] * np.arange(count)
-    force = _contact_forces(case, timing, output, traits, x, v)
+    written = output.tables.get(SERIES, {})
+    clock = "step" if "step" in written else "time_s"
+    forces = next((name for name in FORCES if name in written), TOTAL_FORCE)
+    table = output.table((clock, *MOTION, forces), rows)
+    x, v, f = (np.asarray(table[name]) for name in (*MOTION, forces))
+    for name, values, width in zip(
+        (*MOTION, forces), (x, v, f), (count, count, count - (forces == CONTACT_FORCE)), strict=True
+    ):
+        if values.shape != (rows, width):
+            raise EngineOutputError(f"{output.who} left {name} of {values.shape[-1]}, not {width}")
+    time = np.asarray(table[clock] * timing.step if clock == "step" else table[clock])
+    interval = timing.step * timing.every
+    if np.abs(time - interval * np.arange(rows)).max() > LATE * interval:
+        raise EngineOutputError(f"{output.who} wrote samples at other times than were asked for")
+    smallest = _rounding(case, timing.step, traits, x, v)
+    if forces == CONTACT_FORCE:
+        force = np.where(f > smallest, f, 0.0)
+    else:
+        weight = case.each("mass")[0] * case.gravity if forces == TOTAL_FORCE else 0.0
+        force = forces_of_contacts(f, weight, smallest)
     if not (force > 0.0).any():
         raise EngineOutputError(f"{output.who}: no contact of the tower ever presses")
+    displacement = x - case.each("diameter")[0] * np.arange(count)
     return tower_run(
         case, timing.step, time, displacement, v, force, output.provenance, profiles=profiles
     )
 
 
-def _contact_forces(
-    case: Tower,
-    timing: Plan,
-    output: Output,
-    traits: Traits,
-    x: np.ndarray,
-    v: np.ndarray,
-) -> np.ndarray:
-    """Return the force [N] of each contact (M, n), 0 below what rounding leaves."""
+def _rounding(
+    case: Tower, step: float, traits: Traits, x: NDArray[np.float64], v: NDArray[np.float64]
+) -> float:
+    """Return the least force [N] that can be told from rounding."""
     mass, stiffness = case.each("mass")[0], case.each("stiffness")[0]
-    smallest = ROUNDINGS * np.finfo(float).eps * float(np.abs(x).max()) * stiffness
+    rounding = ROUNDINGS * float(np.finfo(float).eps)
+    pressed = stiffness * float(np.abs(x).max())
     if traits.force_from_velocity:
-        moved = mass / timing.step * float(np.abs(v).max())
-        smallest = ROUNDINGS * case.particles * np.finfo(float).eps * moved
-        smallest += (
-            ROUNDINGS * case.particles * np.finfo(float).eps * stiffness * float(np.abs(x).max())
-        )
-    table = output.tables["series"]
-    if CONTACT_FORCE in table:
-        force = np.array(output.table((CONTACT_FORCE,))[CONTACT_FORCE])
-        force[force <= smallest] = 0.0
-        return force
-    weight, name = mass * case.gravity, TOTAL_FORCE
-    if TOTAL_FORCE not in table:
-        weight, name = 0.0, CONTACTS_ON_PARTICLE
-    return forces_of_contacts(np.asarray(output.table((name,))[name]), weight, smallest)
+        moved = mass / step * float(np.abs(v).max())
+        return rounding * case.particles * (moved + pressed)
+    return rounding * pressed

@@ -59,10 +59,12 @@ class EngineTower:
 class CodeEvidence:
     """Runs of one code held against the exact propagator.
 
-    ``same_law`` maps a law to comparisons of forces; ``convergence`` are errors over a ladder of
-    steps; ``towers`` are peak forces and impulses of an engine beside the main one.
+    ``who`` is the code as reports write it. ``same_law`` maps a law to comparisons of forces;
+    ``convergence`` are errors over a ladder of steps; ``towers`` are peak forces and impulses of an
+    engine beside the main one.
     """
 
+    who: str = ""
     same_law: dict[str, list[SeriesComparison]] = field(default_factory=dict)
     convergence: list[StepConvergence] = field(default_factory=list)
     towers: list[EngineTower] = field(default_factory=list)
@@ -77,7 +79,7 @@ class OwnEvidence(CodeEvidence):
     steps. The peak errors are relative, over the step [1/omega] and over the stiffness [N/m].
     ``different_law`` holds the laws against each other; ``impulses``, ``by_gamma``, ``ways`` (the
     same Gamma reached in different ways) and ``scaling`` are the tables of alpha(n) and the
-    critical angle. Its ``towers`` are recorded ones of engines that are missing.
+    critical angle.
     """
 
     collisions: list[TowerRun] = field(default_factory=list)

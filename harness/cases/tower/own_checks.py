@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from harness.cases.contract import Study
+from harness.cases.contract import Part, Study, rows_of_parts
 from harness.cases.tower.against_exact import against_exact, order
 from harness.cases.tower.chain_checks import chain_checks
 from harness.cases.tower.chain_evidence import chain_evidence
@@ -18,13 +18,11 @@ from harness.cases.tower.impulse_angles import (
     impulse_by_gamma,
 )
 from harness.cases.tower.levels import LEVELS, OWN_LADDER, Level
-from harness.cases.tower.parts import Part, run_parts
 from harness.cases.tower.records import NAME, RATIO, ratio_records, tower_record
-from harness.cases.tower.recorded import recorded_checks
 from harness.cases.tower.run import DURATION, tower
 from harness.cases.tower.timing import plan
 from harness.comparison.findings import Findings
-from harness.comparison.verdicts import Check, Kind, finding
+from harness.comparison.verdicts import Check, finding
 from harness.observables.tower import TowerRun
 from harness.parameters.tower import LAWS, Law, Tower
 
@@ -43,18 +41,16 @@ def own_findings(study: Study) -> Findings:
 
     A part that goes wrong becomes a failed row; the other parts go on.
     """
-    level, found = LEVELS[study.level], Findings(NAME, evidence=OwnEvidence())
-    analytic: dict[str, Part] = {"tower: chain solvers": chain_checks}
+    level, found = LEVELS[study.level], Findings(NAME, evidence=OwnEvidence("RK4"))
+    parts: list[Part] = [("chain solvers", chain_checks)]
     if level.chain_figures:
-        analytic["tower: chain figures"] = partial(_chain_figures, found.evidence)
-    parts: dict[str, Part] = {
-        f"tower: rk4, {law} law": partial(_same_law, law, level, found) for law in LAWS
-    }
-    parts["tower: laws apart"] = partial(_laws_apart, found.evidence)
-    parts["tower: impulse table, exact"] = partial(_impulses, level, found)
-    for engine in sorted(study.missing):
-        parts[f"{engine} (recorded): towers"] = partial(recorded_checks, engine, found.evidence)
-    found.checks += [*run_parts(analytic, Kind.ANALYTIC), *run_parts(parts)]
+        parts.append(("chain figures", partial(_chain_figures, found.evidence)))
+    parts += [(f"rk4, {law} law", partial(_same_law, law, level, found)) for law in LAWS]
+    parts += [
+        ("laws apart", partial(_laws_apart, found.evidence)),
+        ("impulse table, exact", partial(_impulses, level, found)),
+    ]
+    found.checks += rows_of_parts(NAME, parts)
     return found
 
 

@@ -1,49 +1,103 @@
-"""Towers that were recorded with an engine, for where that engine is not: against the exact ones."""
+"""Towers recorded with MFiX-DEM 21.3.2, for where that is not: against the exact propagator.
+
+The tables lie in the engine's folder ``recorded``, which says where they come from.
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
-from importlib import import_module
-from importlib.util import find_spec
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from importlib import resources
 
 import numpy as np
+from numpy.typing import NDArray
 
 from harness.cases.tower import tolerances
-from harness.cases.tower.evidence import EngineTower, OwnEvidence
+from harness.cases.tower.evidence import EngineTower
 from harness.cases.tower.run import tower
 from harness.comparison.verdicts import Check, Kind, judge
+from harness.engines.mfix.step import steps_per_contact
+from harness.errors import RequestError
+from harness.parameters.contact import Contact
+from harness.parameters.tower import Tower
 
-if TYPE_CHECKING:
-    from harness.engines.mfix.recorded import RecordedTower
+MFIX = "mfix"
+NAME = "mfix (recorded)"
 
-FINE = 100.0
-"""Steps per contact from which recorded towers are judged; at fewer the step decides."""
+UNDAMPED = Contact(name="undamped", restitution=1.0, damping_ratio=None, effective_mass="half")
+
+STIFFNESS, SPEED = 1e5, 2.0
+"""[N/m] and [m/s] of the recorded towers: 1 kg, 1 m, undamped, all just touching."""
+
+FACTORS = (50, 5000)
+"""``DTSOLID_FACTOR`` of the recorded towers."""
+
+FINE = 5000
+"""Factor of those that are judged."""
 
 
-def recorded_checks(engine: str, evidence: OwnEvidence) -> list[Check]:
+@dataclass(frozen=True)
+class RecordedTower:
+    """A recorded tower: its case, the factor and step [s], and the force on the grain in time.
+
+    ``time`` (M,) [s] and ``force`` (M,) [N], at the positions of that time, eight digits;
+    every step at f = 50, every 100th at f = 5000.
+    """
+
+    case: Tower
+    factor: int
+    step: float
+    time: NDArray[np.float64]
+    force: NDArray[np.float64]
+
+
+def recorded_tower(factor: int) -> NDArray[np.void]:
+    """Return the recorded force on a tower's grain: ``t_s`` [s], ``F_top_N2`` ... [N].
+
+    Raise RequestError for a factor other than 50 and 5000.
+    """
+    if factor not in FACTORS:
+        raise RequestError(f"f = {factor}: no tower was recorded, must be 50 or 5000")
+    folder = resources.files("harness.engines.mfix").joinpath("recorded")
+    text = folder.joinpath(f"tower_k1e5_euler_f{factor}.csv").read_text(encoding="utf-8")
+    table: NDArray[np.void] = np.genfromtxt(text.splitlines(), delimiter=",", names=True)
+    return table
+
+
+def recorded_towers() -> list[RecordedTower]:
+    """Return the recorded towers, one for each factor and number of particles."""
+    found = []
+    for factor in FACTORS:
+        table, steps = recorded_tower(factor), steps_per_contact(factor, UNDAMPED)
+        for column in (table.dtype.names or ())[1:]:
+            height = int(column.removeprefix("F_top_N")) - 1
+            case = Tower(height=height, stiffness=STIFFNESS, speed=SPEED, law="overlap")
+            step = case.contact_period / steps
+            found.append(RecordedTower(case, factor, step, table["t_s"], table[column]))
+    return found
+
+
+def recorded_checks(towers: list[EngineTower]) -> list[Check]:
     """Hold the largest recorded force on the grain against the exact one at the same times.
 
-    Return no row for an engine of which no tower was recorded.
+    What was found is added to ``towers``.
     """
     rows = []
-    for recorded in _recorded(engine):
-        case, who = recorded.case, f"{engine} (recorded)"
-        steps = case.contact_period / recorded.step
-        if steps < FINE:
+    for recorded in recorded_towers():
+        if recorded.factor != FINE:
             continue
+        case = recorded.case
         found = EngineTower(
-            who,
+            NAME,
             case.height,
-            steps,
+            case.contact_period / recorded.step,
             float(recorded.force.max()),
             _exact_peak(recorded),
             recorded=True,
         )
-        evidence.towers.append(found)
+        towers.append(found)
         rows.append(
             judge(
-                f"{who}: tower, n = {case.height}: peak force",
+                f"{NAME}: tower, n = {case.height}: peak force",
                 Kind.CROSS_CODE,
                 found.peak_force,
                 found.exact_peak_force,
@@ -54,15 +108,6 @@ def recorded_checks(engine: str, evidence: OwnEvidence) -> list[Check]:
     return rows
 
 
-def _recorded(engine: str) -> list[RecordedTower]:
-    """Return the recorded towers in an engine's folder, none where it keeps none."""
-    name = f"harness.engines.{engine}"
-    if not engine.isidentifier() or not find_spec(name) or not find_spec(f"{name}.recorded"):
-        return []
-    towers: list[RecordedTower] = import_module(f"{name}.recorded").recorded_towers()
-    return towers
-
-
 def _exact_peak(recorded: RecordedTower) -> float:
     times, case = recorded.time, recorded.case
     run = tower(
@@ -71,6 +116,6 @@ def _exact_peak(recorded: RecordedTower) -> float:
         duration=float(times[-1]) / case.contact_time,
         samples=times.size - 1,
     )
-    # the exact run adds samples where contacts change; those are not the recorded ones
+    # the exact run adds samples where contacts change; those are not MFiX's
     at = np.abs(run.time[:, None] - times).argmin(axis=0)
     return float(run.grain_force[at].max())

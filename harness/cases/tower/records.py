@@ -10,7 +10,7 @@ import pandas as pd
 
 from harness import __version__
 from harness.cases.tower.comparison import SeriesComparison
-from harness.cases.tower.contact_events import contact_events, located
+from harness.cases.tower.contact_events import contact_events
 from harness.comparison.baseline_record import BaselineRecord, Quantity, made_by
 from harness.comparison.divergence import Comparison, Series
 from harness.errors import RequestError
@@ -61,7 +61,7 @@ def tower_record(run: TowerRun) -> BaselineRecord:
         "contact_changes": Quantity(float(len(events)), 0.0, ""),
     }
     if events:
-        quantities["last_change_s"] = Quantity(located(run, events[-1], least), 0.0, "s")
+        quantities["last_change_s"] = Quantity(events[-1].time, 0.0, "s")
     return BaselineRecord(
         name=record_name(run.tower, run.solver),
         parameters={

@@ -1,62 +1,86 @@
-"""ESyS-Particle as an engine of the harness: a process for each model, read from its files."""
+"""ESyS-Particle as an engine of the harness: a process for each model, under an MPI launcher.
+
+One rank, the master, reads the script; the other one computes. A second model in the same process
+waits for ever.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import os
+import re
+import shlex
+import shutil
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import replace
-from functools import cached_property
-from typing import TypeVar
+from pathlib import Path
+from typing import ClassVar
 
-from harness.cases.drop.parameters import Drop
-from harness.cases.drop.result import DropRun
-from harness.cases.incline.judge import run_of_path
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import InclineRun
-from harness.cases.tower.timing import Plan, plan
-from harness.engines.contract import Engine, Route
-from harness.engines.esys.launch import Finished, Launcher
-from harness.engines.esys.read import WHO, error_of, read_drop, read_paths, read_tower
-from harness.engines.esys.scripts import (
-    Script,
-    drop_script,
-    incline_parameters,
-    incline_script,
-    tower_parameters,
-    tower_script,
-)
-from harness.engines.input_values import Value, drop_values
-from harness.engines.parallel import cores, parallel_map
-from harness.engines.process import Limits
+from harness.engines.batches import finished
+from harness.engines.contract import Job, Value, Values
+from harness.engines.output import SERIES, Output
+from harness.engines.process import Ended, Limits, last_words, text_of
+from harness.engines.programs import find_program
+from harness.engines.script import Task
+from harness.engines.scripted import ScriptedEngine
 from harness.engines.traits import Traits
-from harness.errors import EngineError, EngineTimeoutError, RequestError
+from harness.errors import (
+    EngineError,
+    EngineInputError,
+    EngineMissingError,
+    EngineOutputError,
+    EngineTimeoutError,
+)
 from harness.observables.provenance import Provenance
-from harness.observables.tower import TowerRun
-from harness.observables.trajectory import Trajectory
-from harness.parameters.contact import Contact
+from harness.parameters.contact import contact_of
 from harness.parameters.hertz import fewest_steps_per_contact
-from harness.parameters.tower import Tower
 
-Result = TypeVar("Result")
+LAUNCHERS = ("mpirun.openmpi", "mpirun")
+"""Debian's ESyS-Particle belongs to Open MPI, whose launcher has this name there."""
 
-WATCH = 50
-"""Steps between two looks at a grain, as many as the reference DEM takes."""
+RANKS = ("-np", "2")
+
+OPEN_MPI = {
+    "OMPI_MCA_rmaps_base_oversubscribe": "1",
+    "OMPI_MCA_mpi_yield_when_idle": "1",
+    "OMPI_MCA_hwloc_base_binding_policy": "none",
+}
+"""Runs go side by side on few cores: a rank that waits gives way, and none is bound to a core."""
+
+TEMPORARY = ("OMPI_MCA_orte_tmpdir_base", "OMPI_MCA_btl_vader_backing_directory")
+"""Where Open MPI keeps its files; a process that is killed leaves them, in its folder here."""
+
+AS_ROOT = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+"""In a container there is nobody else."""
+
+GREETING = """from esys.lsm import LsmMpi
+sim = LsmMpi(numWorkerProcesses=1, mpiDimList=[1, 1, 1])
+print("RESULT version =", sim.getLsmVersion())
+sim.exit()
+"""
+
+SHARED = "phases"
+"""The variable of a script that takes several values of ``phase`` and runs them in one model."""
 
 
-class Esys(Engine):
-    """ESyS-Particle with Hertz's contact on the incline and linear springs in towers.
+class Esys(ScriptedEngine):
+    """ESyS-Particle with Hertz's contact where it is damped, linear springs where it is not.
 
-    ``program`` is the executable, ``launcher`` the command that starts it on two ranks
-    (Open MPI's ``mpirun.openmpi``, or ``mpirun``, unless told otherwise). ``workers``
-    runs go side by side, as many as there are cores unless told otherwise.
+    ``launcher`` is the command that starts ``program`` on two ranks (Open MPI's
+    ``mpirun.openmpi``, or ``mpirun``, unless told otherwise). Jobs that differ by ``phase`` only
+    share a model where their script can.
     """
 
     name = "esys"
     traits = Traits(
-        install_hint="apt install esys-particle (Debian), or --esys PATH",
+        install_hint="apt install esys-particle (Debian), or --program esys=PATH",
         versions=("2.3.4",),
         integrator="mfix-euler",
         tails=("clipped",),
         spring="Hertz",
+        force_from_velocity=True,
+        title="ESyS-Particle",
         caveats=(
             "LinearDashpot brakes along the tangent too: it cannot state a frictionless contact.",
             "setParticleNonDynamic takes a tag, and says nothing when it is given an id.",
@@ -65,6 +89,10 @@ class Esys(Engine):
             "Field savers append to the files of an earlier run, and write six digits.",
         ),
     )
+    programs = ("esysparticle",)
+    unused_values = frozenset({"spheres", "phase"})
+    """A row without an end has no number of spheres; phases are told together."""
+    jinja: ClassVar[Mapping[str, bool]] = {"lstrip_blocks": True}
 
     def __init__(
         self,
@@ -73,170 +101,164 @@ class Esys(Engine):
         workers: int | None = None,
         limits: Limits | None = None,
     ) -> None:
-        self._launcher = Launcher(program, launcher, limits or Limits(), self.traits.install_hint)
-        self._workers = workers or cores()
-        self._logs: dict[str, str] = {}
+        found = self.find(program)
+        self._launcher = _launcher(launcher)
+        super().__init__(found, workers, limits)
 
-    def identify(self) -> Provenance:
-        """Return version, executable and launcher, which a short run tells."""
-        return self._provenance
+    def ask_version(self) -> Provenance:
+        """Return the version that a short run names.
 
-    @cached_property
-    def _provenance(self) -> Provenance:
-        return replace(self._launcher.identify(), integrator=self.traits.integrator)
-
-    def drops(self, cases: Sequence[Drop]) -> list[DropRun | EngineError]:
-        """Run the drop's generated script for each case, in order."""
-        for case in cases:
-            self._check(case.contact)
-        script = drop_script()
-        who = self._who(script)
-
-        def one(case: Drop) -> DropRun | EngineError:
-            def read(left: Finished) -> DropRun:
-                return DropRun(case, read_drop(case, left.series), left.ended.seconds, who)
-
-            return self._result(script, drop_values(case), read)
-
-        return parallel_map(one, cases, self._workers)
-
-    def inclines(
-        self, cases: Sequence[Incline], route: Route, *, every: int | None = None
-    ) -> list[InclineRun | EngineError]:
-        """Run the incline's generated script, once for cases that differ by their phases only."""
-        for case in cases:
-            self._check(case.contact)
-            _check_step(case)
-        groups: dict[Incline, list[int]] = {}
-        for index, case in enumerate(cases):
-            key = case.replace(phase=0.0) if route == "passage" else case
-            groups.setdefault(key, []).append(index)
-        results: dict[int, InclineRun | EngineError] = {}
-
-        def serve(indices: list[int]) -> None:
-            done = self._rows([cases[index] for index in indices], route, every)
-            results.update(zip(indices, done, strict=True))
-
-        parallel_map(serve, groups.values(), self._workers)
-        return [results[index] for index in range(len(cases))]
-
-    def towers(
-        self,
-        cases: Sequence[Tower],
-        duration: float,
-        *,
-        steps_per_contact: float | None = None,
-        samples: int | None = None,
-        profiles: bool = False,
-    ) -> list[TowerRun | EngineError]:
-        """Run the tower's generated script for each case, in order."""
-        plans = [plan(case, duration, steps_per_contact, samples) for case in cases]
-        parameters = [tower_parameters(*job) for job in zip(cases, plans, strict=True)]
-        script = tower_script()
-        who = self._who(script)
-
-        def one(job: tuple[Tower, Plan, Mapping[str, Value]]) -> TowerRun | EngineError:
-            case, timing, values = job
-
-            def read(left: Finished) -> TowerRun:
-                rows = timing.steps // timing.every
-                return read_tower(case, timing.step, rows, left.series, who, profiles)
-
-            return self._result(script, values, read)
-
-        jobs = list(zip(cases, plans, parameters, strict=True))
-        return parallel_map(one, jobs, self._workers)
-
-    def logs(self) -> dict[str, str]:
-        """Return, for each script, what the first run of it that finished said."""
-        return dict(self._logs)
-
-    def close(self) -> None:
-        """End what runs and remove the temporary files."""
-        self._launcher.close()
-
-    def _rows(
-        self, cases: Sequence[Incline], route: Route, every: int | None
-    ) -> list[InclineRun | EngineError]:
-        """Run cases that share all but their phases, in rows side by side in one model.
-
-        Where that dies, each runs in a model of its own.
+        Raise EngineMissingError when there is none, as with another MPI's launcher.
         """
-        script = incline_script()
-        who = self._who(script)
-        values = incline_parameters(cases, route, every or WATCH)
+        words = [*self._launcher, *RANKS, self.program, "version.py"]
+        said, ended = self.ask(words, {"version.py": GREETING})
+        found = re.findall(r"^RESULT version = (.*)$", said, re.MULTILINE)
+        if len(found) != 1:
+            reason = "it gave no answer" if ended.timed_out else f"exit status {ended.code}"
+            raise EngineMissingError(
+                f"{shlex.join(self._launcher)} does not run {self.program}: {reason}"
+                f"{last_words(_without_frame(ended.said))}; it needs the launcher of the Open MPI "
+                "that it was built with"
+            )
+        how = Path(self._launcher[0]).name
+        return Provenance(self.name, found[0], (), self.program, how)
 
-        def read(left: Finished) -> tuple[Finished, list[Trajectory]]:
-            return left, read_paths(left.series, len(cases))
-
-        found = self._result(script, values, read)
-        if isinstance(found, EngineTimeoutError) or (
-            isinstance(found, EngineError) and len(cases) == 1
-        ):
-            return [found] * len(cases)
-        if isinstance(found, EngineError):
-            return [run for case in cases for run in self._rows([case], route, every)]
-        left, paths = found
-        results: list[InclineRun | EngineError] = []
-        for case, path in zip(cases, paths, strict=True):
-            try:
-                run = run_of_path(
-                    case,
-                    route,
-                    path,
-                    who,
-                    seconds=left.ended.seconds / len(cases),
-                    keep=every is not None,
-                    law="Hertz",
-                )
-            except EngineError as error:
-                error.log = _log(script, values, left)
-                results.append(error)
-            else:
-                results.append(run)
-        return results
-
-    def _result(
-        self, script: Script, values: Mapping[str, Value], read: Callable[[Finished], Result]
-    ) -> Result | EngineError:
-        """Return what is read of a run, or the error of a run that went wrong, with its log."""
-        left: Finished | None = None
-        try:
-            left = self._launcher.run(script, values)
-            error = error_of(left.ended, self._launcher.limits.seconds)
-            if error is not None:
-                raise error
-            result = read(left)
-        except EngineError as error:
-            error.log = _log(script, values, left)
-            return error
-        self._logs.setdefault(script.name, _log(script, values, left))
-        return result
-
-    def _check(self, contact: Contact) -> None:
-        """Raise RequestError for a contact that ESyS-Particle cannot state."""
-        reason = self.traits.refuses(contact)
-        if reason:
-            raise RequestError(f"contact {contact.name!r} cannot be stated in {WHO}: {reason}")
-
-    def _who(self, script: Script) -> Provenance:
-        """Return the engine's identity with the script that ran."""
-        return replace(self.identify(), script=script.name, script_sha256=script.sha256)
-
-
-def _check_step(case: Incline) -> None:
-    """Raise RequestError for a step that the integrator may not take."""
-    fewest = fewest_steps_per_contact(case.contact)
-    if case.steps_per_contact <= fewest:
-        raise RequestError(
-            f"steps_per_contact = {case.steps_per_contact:g} is unstable in {WHO} at damping "
-            f"ratio {case.contact.zeta:.4g}: must be greater than {fewest:.3f}"
+    def refuses(self, job: Job) -> str:
+        """Return why it cannot run a job: besides the rules, a step that is not stable."""
+        reason = super().refuses(job)
+        if reason or not {"damping", "tail", "steps_per_contact"} <= set(job.values):
+            return reason
+        contact, steps = contact_of(job.values), float(job.values["steps_per_contact"])
+        fewest = fewest_steps_per_contact(contact)
+        if steps > fewest:
+            return ""
+        return (
+            f"steps_per_contact = {steps:g} is unstable in {self.title} at damping ratio "
+            f"{contact.zeta:.4g}: must be greater than {fewest:.3f}"
         )
 
+    def settings(self, job: Job) -> Values:
+        """Return the one phase of a job, for a script that takes several."""
+        script = self.script(job.template, job.variant)
+        if "phase" not in job.values or "phase" in script.variables:
+            return {}
+        return {SHARED: str(job.values["phase"])}
 
-def _log(script: Script, values: Mapping[str, Value], left: Finished | None) -> str:
-    """Return what a run said below the command that runs the same again."""
-    words = " ".join(script.arguments(values))
-    head = f"# mpirun -np 2 esysparticle {script.name} {words}\n# sha256 of the script: "
-    said = left.ended.said if left else ""
-    return f"{head}{script.sha256}\n{said or 'ESyS-Particle said nothing.'}\n"
+    def shares(self, tasks: Sequence[Task]) -> list[list[int]]:
+        """Return the indices of the tasks of each model: those that share all but their phase."""
+        models: dict[tuple[object, ...], list[int]] = {}
+        for index, task in enumerate(tasks):
+            alone = () if SHARED in task.values else (index,)
+            rest = tuple((name, value) for name, value in task.values.items() if name != SHARED)
+            models.setdefault((task.script.sha256, rest, *alone), []).append(index)
+        return list(models.values())
+
+    def run_batch(self, tasks: Sequence[Task]) -> list[Output | EngineError]:
+        """Run tasks in one model; where that dies, each runs in a model of its own."""
+        (found,) = super().run_batch([_together(tasks)])
+        if isinstance(found, Output):
+            try:
+                return apart(found, len(tasks))
+            except EngineError as error:
+                found = error
+        if len(tasks) == 1 or isinstance(found, EngineTimeoutError):
+            return [copy(found) for _ in tasks]
+        return [one for task in tasks for one in self.run_batch([task])]
+
+    def command(self, folder: Path, tasks: Sequence[Task]) -> list[str]:  # noqa: ARG002
+        """Return the words that run one model."""
+        (task,) = tasks
+        words = (f"{name}={value}" for name, value in task.values.items())
+        run = (*RANKS, self.program, task.script.name)
+        return [*self._launcher, *run, *words, "series=0.csv"]
+
+    def command_line(self, task: Task) -> str:
+        """Return the command that runs a task again by hand."""
+        return f"mpirun {shlex.join(RANKS)} {super().command_line(task)}"
+
+    def environment(self, folder: Path) -> Mapping[str, str]:
+        """Return the environment of an Open MPI that keeps its files in the folder."""
+        root = hasattr(os, "geteuid") and os.geteuid() == 0
+        temporary = dict.fromkeys(TEMPORARY, str(folder))
+        return {**os.environ, **OPEN_MPI, **temporary, **(AS_ROOT if root else {})}
+
+    def log_of(self, folder: Path, index: int) -> str:  # noqa: ARG002
+        """Return what the one model of a process said."""
+        return _without_frame(text_of(folder / "said"))
+
+    def error_of(self, ended: Ended, log: str) -> EngineError | None:  # noqa: ARG002
+        """Return the error that the end of a process speaks of, or None where it ended well."""
+        ended = replace(ended, said=_without_frame(ended.said))
+        raised = re.findall(r"^(\w*(?:Error|Exception)\b.*)$", ended.said, re.MULTILINE)
+        if raised and not ended.timed_out and "MemoryError" not in ended.said:
+            return EngineInputError(f"{self.title} refused its input: {raised[-1][:160]}")
+        died = ended.error(self.title, self.limits.seconds)
+        if died is None and not finished(ended.said):
+            return EngineOutputError(f"{self.title} ended without a result{last_words(ended.said)}")
+        return died
+
+
+def _together(tasks: Sequence[Task]) -> Task:
+    """Return one task with the phases of all, which share the rest."""
+    first = tasks[0]
+    if len(tasks) == 1:
+        return first
+    phases: Value = ",".join(str(task.values[SHARED]) for task in tasks)
+    return replace(first, values={**first.values, SHARED: phases})
+
+
+def apart(output: Output, count: int) -> list[Output | EngineError]:
+    """Return the output of each of the systems that ran side by side in one model.
+
+    A result that is there once for each is theirs in order, and so are the columns of a table.
+    Raise EngineOutputError for a table with another number of columns.
+    """
+    if count == 1:
+        return [output]
+    table = output.tables.get(SERIES, {})
+    for systems in {column.shape[1] for column in table.values() if column.ndim == 2} - {count}:
+        raise EngineOutputError(
+            f"{output.who} left columns of {systems} systems in one model of {count}"
+        )
+    return [
+        replace(
+            output,
+            results=_results_apart(output.results, index, count),
+            tables={SERIES: {n: c if c.ndim == 1 else c[:, index] for n, c in table.items()}},
+            seconds=output.seconds / count,
+        )
+        for index in range(count)
+    ]
+
+
+def _results_apart(
+    results: Sequence[tuple[str, str]], index: int, count: int
+) -> tuple[tuple[str, str], ...]:
+    """Return the results without those of other systems than the one of this index."""
+    times = Counter(name for name, _ in results)
+    seen: Counter[str] = Counter()
+    kept = []
+    for name, value in results:
+        if times[name] != count or seen[name] == index:
+            kept.append((name, value))
+        seen[name] += 1
+    return tuple(kept)
+
+
+def _without_frame(said: str) -> str:
+    """Return what a process said without the lines of dashes that the launcher frames it in."""
+    return "".join(f"{line}\n" for line in said.splitlines() if line.strip("-"))
+
+
+def _launcher(words: str | None) -> list[str]:
+    """Return the launcher's words, its program as a path."""
+    if words is not None:
+        first, *options = shlex.split(words) or [""]
+        return [find_program("mpirun", first), *options]
+    for name in LAUNCHERS:
+        path = shutil.which(name)
+        if path is not None:
+            return [path]
+    raise EngineMissingError(
+        "ESyS-Particle needs the launcher of Open MPI, mpirun.openmpi: apt install openmpi-bin"
+    )

@@ -1,41 +1,33 @@
-"""Kratos DEM as an engine of the harness: cases in, results out."""
+"""Kratos DEM as an engine of the harness: generated scripts that any Python with Kratos runs.
+
+Kratos is never imported into the harness's own process: it prints, and it may crash.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import re
+import sys
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TypeVar
+from pathlib import Path
+from typing import Any, ClassVar, Literal
 
-from harness.cases.drop.parameters import Drop
-from harness.cases.drop.result import DropRun
-from harness.cases.incline.judge import run_of_path
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import InclineRun
-from harness.cases.tower.timing import plan
-from harness.engines.contract import Engine, Route
-from harness.engines.input_values import Values, drop_values
-from harness.engines.kratos.batches import Batches
-from harness.engines.kratos.jobs import Job, Output
-from harness.engines.kratos.read import read_path, read_tower
-from harness.engines.kratos.scripts import (
-    RELEASES,
-    Scheme,
-    Script,
-    drop_script,
-    incline_script,
-    incline_values,
-    tower_script,
-    tower_values,
-)
-from harness.engines.parallel import cores
-from harness.engines.process import Limits
+from harness.engines.contract import Job, Template, Values
+from harness.engines.process import Ended, Limits, last_words
+from harness.engines.script import Task
+from harness.engines.scripted import ScriptedEngine
 from harness.engines.traits import Traits
-from harness.errors import EngineError, RequestError
+from harness.errors import (
+    EngineError,
+    EngineInputError,
+    EngineMissingError,
+    EngineNaNError,
+    EngineOutputError,
+)
 from harness.observables.provenance import Provenance
-from harness.observables.tower import TowerRun
-from harness.parameters.tower import Tower
 
-Result = TypeVar("Result")
+Scheme = Literal["Velocity_Verlet", "Symplectic_Euler"]
+"""Kratos's names of its integrators."""
 
 REFERENCE: dict[Scheme, str] = {
     "Velocity_Verlet": "velocity-verlet",
@@ -43,25 +35,39 @@ REFERENCE: dict[Scheme, str] = {
 }
 """The reference DEM's names of Kratos's integrators."""
 
-LOOK = 50
-"""Steps between two samples, unless told otherwise: as often as the others look."""
+RELEASES = ("10.2.3", "10.4.3", "10.4.4")
+"""With which the scripts were tried."""
+
+FAREWELL = "Deregistering "
+"""How the lines begin that Kratos prints at its end, whatever it was."""
+
+HELLO = """
+from importlib.metadata import PackageNotFoundError, version
+import KratosMultiphysics, KratosMultiphysics.DEMApplication
+try:
+    release = version("KratosMultiphysics")
+except PackageNotFoundError:
+    release = KratosMultiphysics.KratosGlobals.Kernel.Version()
+print("\\nKRATOS", release)
+"""
 
 
-class Kratos(Engine):
+class Kratos(ScriptedEngine):
     """Kratos DEM in worker processes of the Python ``program``, this one unless given.
 
-    ``scheme`` is Kratos's integrator. ``workers`` processes run side by side, as many as
-    there are cores unless told otherwise.
+    ``scheme`` is Kratos's integrator.
     """
 
     name = "kratos"
     traits = Traits(
-        install_hint="pip install KratosDEMApplication (extra 'kratos'), or --kratos PYTHON",
+        install_hint="pip install KratosDEMApplication (extra 'kratos'), or --program "
+        "kratos=PYTHON",
         versions=RELEASES,
         integrator=REFERENCE["Velocity_Verlet"],
         tails=("clipped",),
         effective_masses=("full", "half"),
         digits=15,
+        title="Kratos",
         caveats=(
             "Only the first search for contacts goes by SearchTolerance: every later one goes by "
             "search_tolerance_against_walls, also where there is no wall, and with 0 there and "
@@ -72,6 +78,10 @@ class Kratos(Engine):
             "behind positions; Velocity_Verlet does not.",
         ),
     )
+    keeps_finished = True
+    unused_values = frozenset({"spheres"})
+    """A row without an end has no number of spheres."""
+    jinja: ClassVar[Mapping[str, bool]] = {"trim_blocks": False, "keep_trailing_newline": False}
 
     def __init__(
         self,
@@ -80,109 +90,75 @@ class Kratos(Engine):
         limits: Limits | None = None,
         scheme: Scheme = "Velocity_Verlet",
     ) -> None:
+        super().__init__(program, workers, limits)
         self._scheme: Scheme = scheme
         self.traits = replace(type(self).traits, integrator=REFERENCE[scheme])
-        self._logs: dict[str, str] = {}
-        self._batches = Batches(
-            program, self.traits.install_hint, workers or cores(), limits or Limits()
-        )
 
-    def identify(self) -> Provenance:
-        """Return the version and the Python that has it."""
-        return self._batches.identify()
+    @classmethod
+    def find(cls, program: str | None) -> str:
+        """Return the path of the Python that is named, or of this one."""
+        return sys.executable if program is None else super().find(program)
 
-    def drops(self, cases: Sequence[Drop]) -> list[DropRun | EngineError]:
-        """Run the drop's generated script for each case, in order."""
-        self._check(cases)
-        jobs = [self._job(drop_script(), drop_values(case)) for case in cases]
+    @classmethod
+    def context(cls, template: Template, variant: str) -> Mapping[str, Any]:  # noqa: ARG003
+        """Return the releases that scripts were tried with."""
+        return {"releases": ", ".join(RELEASES)}
 
-        def read(index: int, output: Output, who: Provenance) -> DropRun:
-            case = cases[index]
-            path = read_path(output.series, rows=case.steps // case.every + 1)
-            return DropRun(case, path, output.seconds, who)
+    def settings(self, job: Job) -> Values:  # noqa: ARG002
+        """Return the integrator, which every script is told."""
+        return {"scheme": self._scheme}
 
-        return self._run(jobs, read)
+    def ask_version(self) -> Provenance:
+        """Return Kratos's version; raise EngineMissingError where this Python has none."""
+        _, ended = self.ask([self.program, "-c", HELLO])
+        words = [line.split(maxsplit=1) for line in ended.said.splitlines()]
+        releases = [word[1] for word in words if len(word) == 2 and word[0] == "KRATOS"]
+        if not releases or ended.code != 0:
+            said = last_words(_without_farewell(ended.said))
+            raise EngineMissingError(
+                self.traits.missing(f"{self.program} has no Kratos with its DEM application{said}")
+            )
+        return Provenance(self.name, releases[-1], ("DEMApplication",), self.program, "worker")
 
-    def inclines(
-        self, cases: Sequence[Incline], route: Route, *, every: int | None = None
-    ) -> list[InclineRun | EngineError]:
-        """Run the incline's generated script for each case, in order."""
-        self._check(cases)
-        if every is not None and every < 1:
-            raise RequestError(f"every = {every}: must be at least 1 step")
-        rest = {"route": route, "series_every": every or LOOK}
-        jobs = [self._job(incline_script(), {**incline_values(case), **rest}) for case in cases]
+    def command(self, folder: Path, tasks: Sequence[Task]) -> list[str]:  # noqa: ARG002
+        """Return the words that run a file of runs."""
+        return [self.program, "-u", tasks[0].script.name, "--cases", "runs"]
 
-        def read(index: int, output: Output, who: Provenance) -> InclineRun:
-            path = read_path(output.series)
-            keep = every is not None
-            return run_of_path(cases[index], route, path, who, seconds=output.seconds, keep=keep)
+    def command_line(self, task: Task) -> str:
+        """Return the command that runs a task again by hand."""
+        return f"python {task.script.name} {_words(task.values)}"
 
-        return self._run(jobs, read)
+    def write(self, folder: Path, tasks: Sequence[Task]) -> None:
+        """Write the script and the file of runs, a line each with the files that it writes."""
+        super().write(folder, tasks)
+        lines = [
+            f"{_words(task.values)} series={index}.csv results={index}.txt\n"
+            for index, task in enumerate(tasks)
+        ]
+        (folder / "runs").write_text("".join(lines), encoding="utf-8")
 
-    def towers(
-        self,
-        cases: Sequence[Tower],
-        duration: float,
-        *,
-        steps_per_contact: float | None = None,
-        samples: int | None = None,
-        profiles: bool = False,
-    ) -> list[TowerRun | EngineError]:
-        """Run the tower's generated script for each case, in order."""
-        plans = [plan(case, duration, steps_per_contact, samples) for case in cases]
-        jobs = []
-        for case, timing in zip(cases, plans, strict=True):
-            values = tower_values(case, timing.duration, timing.steps_per_contact)
-            jobs.append(self._job(tower_script(), {**values, "series_every": timing.every}))
+    def error_of(self, ended: Ended, log: str) -> EngineError:  # noqa: ARG002
+        """Return the error that the end of a process speaks of, which left a run unfinished."""
+        said = _without_farewell(ended.said)
+        if not ended.timed_out:
+            if re.search(r"^(?:ModuleNotFound|Import)Error: ", said, re.MULTILINE):
+                missing = f"no Kratos{last_words(said)}"
+                return EngineMissingError(self.traits.missing(missing))
+            if "is not a number" in said:
+                return EngineNaNError(f"Kratos met a value that is not a number{last_words(said)}")
+            # Kratos's own message of an error is long, and starts the same
+            refusal = re.search(r"^RuntimeError: (?:Error: )?(.*)$", said, re.MULTILINE)
+            if refusal is not None:
+                return EngineInputError(f"Kratos refused its input: {refusal[1].strip()[:160]}")
+        died = replace(ended, said=said).error(self.title, self.limits.seconds)
+        return died or EngineOutputError(f"Kratos ended without a result{last_words(said)}")
 
-        def read(index: int, output: Output, who: Provenance) -> TowerRun:
-            return read_tower(cases[index], plans[index], output.series, who, profiles)
 
-        return self._run(jobs, read)
+def _words(values: Values) -> str:
+    """Return values as a script takes them, numbers at full digits."""
+    return " ".join(f"{name}={value}" for name, value in values.items())
 
-    def logs(self) -> dict[str, str]:
-        """Return, for each script, the RESULT lines of the first run of it that finished."""
-        return dict(self._logs)
 
-    def close(self) -> None:
-        """End the worker processes."""
-        self._batches.close()
-
-    def _check(self, cases: Sequence[Drop] | Sequence[Incline]) -> None:
-        """Raise RequestError for a contact that Kratos does not have."""
-        for case in cases:
-            refused = self.traits.refuses(case.contact)
-            if refused:
-                raise RequestError(f"contact {case.contact.name!r} is not for kratos: {refused}")
-
-    def _job(self, script: Script, values: Values) -> Job:
-        return Job(script, {**values, "scheme": self._scheme})
-
-    def _run(
-        self, jobs: Sequence[Job], read: Callable[[int, Output, Provenance], Result]
-    ) -> list[Result | EngineError]:
-        """Run the jobs and read what they left; an error takes the place of its run's result."""
-        who = self.identify()
-        results: list[Result | EngineError] = []
-        for index, output in enumerate(self._batches.run(jobs)):
-            job = jobs[index]
-            try:
-                if isinstance(output, EngineError):
-                    raise output
-                results.append(read(index, output, self._signed(who, job)))
-            except EngineError as error:
-                error.log = job.headed(error.log)
-                results.append(error)
-            else:
-                self._logs.setdefault(job.script.name, job.headed(output.log))
-        return results
-
-    def _signed(self, who: Provenance, job: Job) -> Provenance:
-        """Return the engine's identity with the script that ran and its integrator."""
-        return replace(
-            who,
-            script=job.script.name,
-            script_sha256=job.script.sha256,
-            integrator=self.traits.integrator,
-        )
+def _without_farewell(said: str) -> str:
+    """Return what a process said without the lines that Kratos ends with."""
+    return "\n".join(line for line in said.splitlines() if not line.startswith(FAREWELL))

@@ -5,7 +5,10 @@ from __future__ import annotations
 from harness.engines.mfix.recorded import CONTACT
 from harness.engines.traits import Traits
 
-OBTAIN = "build it (mfix.netl.doe.gov, MFiX 21.3.2, batch solver) and give --mfix PATH"
+OBTAIN = (
+    "build it (mfix.netl.doe.gov, MFiX 21.3.2, batch solver, cmake -DVERSION=21.3.2) "
+    "and give --mfix PATH"
+)
 
 TRAITS = Traits(
     install_hint=OBTAIN,
@@ -26,6 +29,8 @@ TRAITS = Traits(
         "A restart file left in the folder makes a new run stop.",
         "A particle's place in the arrays changes as it crosses a boundary: its global id "
         "does not.",
+        "The search for neighbours loses contacts where its cells are less than two diameters "
+        "wide: the inputs set DESGRIDSEARCH_IMAX and _JMAX.",
         "Paths are written in single precision.",
     ),
 )

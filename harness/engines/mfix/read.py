@@ -1,18 +1,15 @@
-"""Read what MFiX wrote of a run: the grain's path, or a tower in time."""
+"""Read what MFiX wrote of a run: where its particles were, and the forces between them."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.cases.tower.motion import tower_run
-from harness.engines.mfix.system import System, start_displacements
+from harness.engines.mfix.system import System
 from harness.engines.mfix.vtp import Frame
+from harness.engines.output import Table
+from harness.engines.scene import Scene
 from harness.errors import EngineNaNError, EngineOutputError
-from harness.observables.provenance import Provenance
-from harness.observables.tower import TowerRun
-from harness.observables.trajectory import Trajectory
-from harness.parameters.tower import Tower
 
 Floats = NDArray[np.float64]
 
@@ -20,69 +17,79 @@ SINGLE = float(np.finfo(np.float32).eps)
 """MFiX writes single precision."""
 
 
-def read_path(system: System, frames: list[Frame]) -> Trajectory:
-    """Return the grain's path, from the harness's origin.
+def path_table(system: System, scene: Scene, frames: list[Frame]) -> Table:
+    """Return the motion of the mobile particles, in the scene's coordinates; fixed ones rest.
 
-    The grain is the particle with the global id 1. The path ends where it left the box.
+    A particle is known by its global id. The path ends where one left the box.
     Raise EngineOutputError for frames that are missing or out of order, or where a held sphere
     moved; EngineNaNError for values that are not finite.
     """
-    _check(system, frames)
-    rows = [(frame.time, *_particle(frame, 1)) for frame in frames if 1 in _ids(frame)]
-    t, x, y, vx, vy = np.array(rows).T
-    return Trajectory(t, x - system.origin[0], y - system.origin[1], vx, vy)
+    frames = _checked(system, frames)
+    numbers = range(1, len(system.mobile) + 1)
+    inside = [frame for frame in frames if set(numbers) <= set(_ids(frame))]
+    states = np.array([[_particle(frame, number) for number in numbers] for frame in inside])
+    step = np.array([round(frame.time / system.step) for frame in inside], dtype=np.float64)
+    return _table(system, scene, step, states[..., :2], states[..., 2:])
+
+
+def forced_table(system: System, scene: Scene, frames: list[Frame], forces: list[Frame]) -> Table:
+    """Return the motion of particles in a line, with the force of each contact.
+
+    MFiX writes a step's positions with the forces that led to them. In its scheme, v' = v + h a,
+    x' = x + h v', the state in which the forces acted is x = x' - h v', v = v' - h a: so
+    every sample is of the step before its frame, and the first frame, of the start, has none.
+    Errors as for :func:`path_table`.
+    """
+    frames = _checked(system, frames)[1:]
+    h, mobile = system.step, len(system.mobile)
+    step = np.array([round(frame.time / h) - 1 - system.first for frame in frames])
+    states = np.array([[_particle(frame, i + 1) for i in range(mobile)] for frame in frames])
+    states = states.reshape(len(frames), mobile, 4)
+    place, velocity = states[..., :2] - h * states[..., 2:], states[..., 2:]
+    heights = np.tile([sphere.y for sphere in system.spheres], (len(frames), 1))
+    heights[:, :mobile] = place[..., 1]
+    acting = {round(frame.time / h): frame for frame in forces}
+    force = np.zeros((len(frames), heights.shape[1] - 1))
+    for row, frame in enumerate(frames):
+        found = acting.get(round(frame.time / h))
+        if found is not None:
+            force[row] = _of_contacts(found, heights[row])
+    push = np.diff(np.pad(force, ((0, 0), (1, 1))), axis=1) / system.mass
+    velocity = velocity - h * np.array(system.gravity)
+    velocity[..., 1] -= h * push[:, :mobile]
+    table = dict(_table(system, scene, step.astype(np.float64), place, velocity))
+    table["contact_force_N"] = force
+    return table
+
+
+def _table(
+    system: System, scene: Scene, step: Floats, place: Floats, velocity: Floats
+) -> dict[str, Floats]:
+    """Return the table of places and velocities in the box, (M, mobile, 2) each."""
+    place = place - np.array(system.origin)
+    if system.upright:
+        place, velocity = (
+            np.stack([0.0 - value[..., 1], value[..., 0]], axis=-1) for value in (place, velocity)
+        )
+    rest = np.broadcast_to(scene.position[scene.fixed], (len(step), int(scene.fixed.sum()), 2))
+    place = np.concatenate([place, rest], axis=1)
+    velocity = np.concatenate([velocity, np.zeros_like(rest)], axis=1)
+    return {
+        "step": step,
+        "time_s": step * system.step,
+        "x_m": place[..., 0],
+        "y_m": place[..., 1],
+        "vx_m_per_s": velocity[..., 0],
+        "vy_m_per_s": velocity[..., 1],
+    }
 
 
 def check_end(system: System, frames: list[Frame]) -> None:
     """Raise EngineOutputError unless the frames reach the last step."""
     last = frames[-1].time if frames else 0.0
-    if last < (system.steps - 0.5) * system.step:
-        raise EngineOutputError(
-            f"MFiX ended at {last:g} s, before the {system.steps * system.step:g} s asked for"
-        )
-
-
-def read_tower(
-    case: Tower,
-    system: System,
-    frames: list[Frame],
-    forces: list[Frame],
-    who: Provenance,
-    profiles: bool = False,
-) -> TowerRun:
-    """Return the run of a tower from the frames of its particles and of its contact forces.
-
-    MFiX writes a step's positions with the forces that led to them. In its scheme, v' = v + h a,
-    x' = x + h v', the state in which the forces acted is x = x' - h v', v = v' - h a: so
-    every sample is of the step before its frame, and the first is the start. Errors as
-    for :func:`read_path`.
-    """
-    _check(system, frames)
-    check_end(system, frames)
-    h, particles = system.step, case.particles
-    time = np.array([0.0, *(frame.time - h for frame in frames[1:])])
-    shape = (len(frames), particles)
-    displacement, velocity = np.zeros(shape), np.zeros(shape)
-    displacement[:] = start_displacements(case)
-    velocity[0, 0] = case.speed
-    force = np.zeros((len(frames), case.height))
-    force[0] = case.each("stiffness")[0] * np.maximum(-np.diff(displacement[0]), 0.0)
-    acting = {round(frame.time / h): frame for frame in forces}
-    falls = np.full(particles, case.gravity)
-    if case.base == "fixed":
-        falls[-1] = 0.0
-    places = system.origin[1] - case.each("diameter")[0] * np.arange(particles)
-    for row, frame in enumerate(frames[1:], 1):
-        for i in range(len(system.mobile)):
-            _, y, _, vy = _particle(frame, i + 1)
-            displacement[row, i], velocity[row, i] = places[i] - y + h * vy, -vy
-        found = acting.get(round(frame.time / h))
-        if found is not None:
-            force[row] = _of_contacts(found, places - displacement[row])
-        push = np.diff(np.pad(force[row], 1)) * -1.0 / case.each("mass")[0]
-        mobile = slice(len(system.mobile))
-        velocity[row, mobile] -= h * (falls + push)[mobile]
-    return tower_run(case, h, time, displacement, velocity, force, who, profiles=profiles)
+    end = (system.first + system.steps) * system.step
+    if last < end - 0.5 * system.step:
+        raise EngineOutputError(f"MFiX ended at {last:g} s, before the {end:g} s asked for")
 
 
 def _of_contacts(frame: Frame, heights: Floats) -> Floats:
@@ -97,13 +104,18 @@ def _of_contacts(frame: Frame, heights: Floats) -> Floats:
     return force
 
 
-def _check(system: System, frames: list[Frame]) -> None:
-    """Raise EngineOutputError unless the frames are complete and what is held stayed."""
+def _checked(system: System, frames: list[Frame]) -> list[Frame]:
+    """Return the frames, of several at one time the last.
+
+    Raise EngineOutputError unless they are complete and what is held stayed.
+    """
     if not frames:
         raise EngineOutputError("MFiX wrote no particles")
+    clock = {round(frame.time / system.step): frame for frame in frames}
+    frames = list(clock.values())
     numbers = np.array([frame.time for frame in frames]) / system.step
     expected = system.every * np.arange(len(frames))
-    expected[-1] = round(numbers[-1])
+    expected[0], expected[-1] = system.first, round(numbers[-1])
     if np.abs(numbers - expected).max() > 0.1 or 1 not in _ids(frames[0]):
         raise EngineOutputError(
             f"MFiX wrote {len(frames)} frames that are not every {system.every} steps of "
@@ -111,7 +123,7 @@ def _check(system: System, frames: list[Frame]) -> None:
         )
     for frame in (frames[min(1, len(frames) - 1)], frames[-1]):
         for number, sphere in enumerate(system.held, len(system.mobile) + 1):
-            if number not in _ids(frame) or frame.time == 0.0:
+            if number not in _ids(frame) or frame is frames[0]:
                 continue  # a particle that is held is not written
             x, y, *_ = _particle(frame, number)
             if np.hypot(x - sphere.x, y - sphere.y) > 10.0 * SINGLE * max(system.box):
@@ -119,6 +131,7 @@ def _check(system: System, frames: list[Frame]) -> None:
                     f"MFiX moved a sphere that is to be held, {frame.time:g} s after the start: "
                     "this version does not hold particles at a mass outflow of no velocity"
                 )
+    return frames
 
 
 def _ids(frame: Frame) -> list[int]:

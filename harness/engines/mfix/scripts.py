@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import math
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from importlib import resources
+from importlib.resources.abc import Traversable
+from typing import Any
+
+import numpy as np
 
 from harness import __version__
-from harness.cases.drop.parameters import Drop
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.routes import start_in_well
-from harness.cases.tower.timing import plan
-from harness.engines.mfix.recorded import CONTACT, START_SPEED
-from harness.engines.mfix.system import (
-    Sphere,
-    System,
-    drop_system,
-    incline_system,
-    tower_system,
-)
-from harness.parameters.tower import Tower
+from harness.engines.contract import Template
+from harness.engines.mfix.recorded import CONTACT
+from harness.engines.mfix.system import Sphere, System, system_of
+from harness.engines.scene import LOOK
+from harness.parameters.contact import contact_values
 
 KEYWORDS, PARTICLES = "mfix.dat", "particle_input.dat"
 """The names that MFiX looks for."""
@@ -26,15 +25,13 @@ KEYWORDS, PARTICLES = "mfix.dat", "particle_input.dat"
 GRAIN, FORCE = "GRAIN", "FORCE"
 """Names of the files of particles and of contact forces, before ``_0000.vtp``."""
 
-TITLES = {
-    "INCLINE": "The frictionless incline: a grain slides over a row of fixed, touching spheres.",
-    "DROP": "A grain that meets one fixed sphere.",
-    "TOWER": "The tower: a grain runs into a row of equal spheres at rest.",
-}
+SEARCH_CELL = 2.4
+"""[d] least width of the cells of the neighbour search, which looks half a cell about a particle:
+neighbours are lost where half a cell is less than a diameter."""
 
 
-def keyword_file(system: System) -> str:
-    """Return the text of ``mfix.dat``."""
+def keyword_file(system: System, title: str = "") -> str:
+    """Return the text of ``mfix.dat``; its title is the system's name unless given."""
     width, height = system.box
     regions = [{"name": GRAIN, "data": "P"}]
     story = ""
@@ -43,18 +40,21 @@ def keyword_file(system: System) -> str:
         story = "\n# FORCE_0000.vtp ...: the contact forces of the step before."
     return _render(
         version=__version__,
-        title=TITLES[system.name],
+        title=title or system.name,
         name=system.name,
         force_story=story,
         held=bool(system.held),
         # half a step less: MFiX rounds the number of steps up, in single precision
-        stop=_number((system.steps - 0.5) * system.step),
+        stop=_number((system.first + system.steps - 0.5) * system.step),
+        start=_number(system.first * system.step) if system.first else "",
         gravity_x=_number(system.gravity[0]),
         gravity_y=_number(system.gravity[1]),
         width=_number(width),
         height=_number(height),
         columns=_cells(width, system.diameter),
         rows=_cells(height, system.diameter),
+        search_columns=_search_cells(width, system.diameter),
+        search_rows=_search_cells(height, system.diameter),
         diameter=_number(system.diameter),
         density=_number(system.density),
         particles=len(system.mobile) + len(system.held),
@@ -80,26 +80,45 @@ def particle_file(system: System) -> str:
     return "".join(f"{line(sphere)}\n" for sphere in system.spheres)
 
 
-def input_files() -> dict[str, str]:
-    """Return an input of each system by its name below ``inputs``, a folder each."""
-    incline = Incline(angle=10.22, contact=CONTACT, steps_per_contact=100.0)
-    tower = Tower(height=2, law="overlap", stiffness=1e5)
-    timing = plan(tower, 3.0, 1000.0, 1000)
-    systems = {
-        "incline": incline_system(incline, start_in_well(incline, START_SPEED), 10, 15.0, 50),
-        "drop": drop_system(Drop(contact=CONTACT, gap=1e-3, speed=1.0, duration=15.0, every=50)),
-        "tower": tower_system(tower, timing.step, timing.steps, timing.every),
-    }
+def input_files(templates: Iterable[Template]) -> dict[str, str]:
+    """Return an input of each template that has an example, by its name below ``inputs``.
+
+    An example ``templates/<template>.toml`` says in which values it differs from the template's
+    main variant with the contact of the recorded runs, and has a title.
+    """
     files: dict[str, str] = {}
-    for name, system in systems.items():
-        files[f"mfix/{name}/{KEYWORDS}"] = keyword_file(system)
-        files[f"mfix/{name}/{PARTICLES}"] = particle_file(system)
+    for template in templates:
+        example = _templates().joinpath(f"{template.name}.toml")
+        if template.scene is not None and example.is_file():
+            known = tomllib.loads(example.read_text(encoding="utf-8"))
+            system = _example(template, known)
+            folder = f"mfix/{template.name}"
+            files[f"{folder}/{KEYWORDS}"] = keyword_file(system, known["title"])
+            files[f"{folder}/{PARTICLES}"] = particle_file(system)
     return files
+
+
+def _example(template: Template, known: Mapping[str, Any]) -> System:
+    """Return the system of a template's example."""
+    assert template.scene is not None
+    defaults = template.variants[template.main]
+    contact = {name: v for name, v in contact_values(CONTACT).items() if name in defaults}
+    scene = template.scene({**defaults, **contact, **known["values"]}, "linear")
+    if "velocity" in known:
+        velocity = np.array(scene.velocity)
+        velocity[0] = known["velocity"]
+        scene = replace(scene, velocity=velocity)
+    return system_of(template.name, scene, scene.steps, scene.every or LOOK)
 
 
 def _cells(length: float, diameter: float) -> int:
     """Return the number of cells, two diameters wide as in the recorded runs."""
     return max(3, math.floor(0.5 * length / diameter))
+
+
+def _search_cells(length: float, diameter: float) -> int:
+    """Return the number of cells of the neighbour search."""
+    return max(1, math.floor(length / (SEARCH_CELL * diameter)))
 
 
 def _number(value: float) -> str:
@@ -112,8 +131,12 @@ def _number(value: float) -> str:
 def _render(**values: object) -> str:
     from jinja2 import Environment, StrictUndefined
 
-    source = resources.files(__package__).joinpath("templates", "mfix.dat.j2")
+    source = _templates().joinpath("mfix.dat.j2")
     environment = Environment(
         undefined=StrictUndefined, trim_blocks=True, keep_trailing_newline=True, autoescape=False
     )
     return environment.from_string(source.read_text(encoding="utf-8")).render(**values)
+
+
+def _templates() -> Traversable:
+    return resources.files(__package__).joinpath("templates")

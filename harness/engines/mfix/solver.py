@@ -31,11 +31,20 @@ HELP_SECONDS = 60.0
 OLDEST = (21, 3)
 """The version whose source the inputs follow; older ones lack some of the keywords."""
 
+UNVERSIONED = "unversioned"
+"""The version of a build that was not told its own: cmake then writes 0.0 or nothing."""
+
 REFUSAL = re.compile(r"^.*\b(?:Error|ERROR) \d+:.*$", re.MULTILINE)
+"""What a numbered refusal of an input begins with."""
+
+UNNUMBERED = re.compile(
+    r"^ *(?:Illegal or unknown input|Invalid|Required input not specified)\b.*$", re.MULTILINE
+)
+"""What a refusal without a number begins with; the solver ends without a run."""
 
 
 @dataclass(frozen=True)
-class Output:
+class Run:
     """What a run left: frames of particles and of forces, wall time [s], and its words."""
 
     frames: list[Frame]
@@ -58,14 +67,15 @@ def version_of(program: str) -> str:
         raise EngineMissingError(f"--mfix {program} does not run: {error}") from None
     text = (answer.stdout + answer.stderr).decode(errors="replace")
     found = re.search(r"\b(\d+)\.(\d+)(?:\.\w+)*", text)
+    if answer.returncode == 0 and found is not None and float(found[0][:3]) == 0.0:
+        return UNVERSIONED
     if answer.returncode != 0 or found is None:
         raise EngineMissingError(
             f"--mfix {program} is not an MFiX solver: --version gave no version{first_words(text)}"
         )
     if (int(found[1]), int(found[2])) < OLDEST:
         raise EngineMissingError(
-            f"--mfix {program} is version {found[0]}: must be 21.3 or later (tried: none but "
-            "recorded runs of 21.3.2)"
+            f"--mfix {program} is version {found[0]}: must be 21.3 or later (tried: 21.3.2)"
         )
     return found[0]
 
@@ -81,7 +91,7 @@ class Solver:
         self._folder = tempfile.TemporaryDirectory(prefix="dem-harness-")
         self._processes = Processes()
 
-    def run(self, system: System) -> Output | EngineError:
+    def run(self, system: System) -> Run | EngineError:
         """Run a system; return what it left, or the error with input and last words as its log."""
         texts = {KEYWORDS: keyword_file(system), PARTICLES: particle_file(system)}
         if self._processes.closed:
@@ -108,8 +118,10 @@ class Solver:
         self._processes.close()
         self._folder.cleanup()
 
-    def _output(self, folder: Path, ended: Ended, log: str) -> Output:
+    def _output(self, folder: Path, ended: Ended, log: str) -> Run:
         refusal = REFUSAL.search(ended.said)
+        if refusal is None and (ended.code != 0 or not any(folder.glob(f"{GRAIN}_*.vtp"))):
+            refusal = UNNUMBERED.search(ended.said)
         if refusal is not None and not ended.timed_out:
             raise EngineInputError(f"MFiX refused its input: {refusal[0].strip()[:160]}")
         error = ended.error(f"MFiX ({self._program})", self._limits.seconds)
@@ -118,4 +130,4 @@ class Solver:
         frames = read_frames(folder, GRAIN)
         if not frames:
             raise EngineOutputError(f"MFiX wrote no particles{first_words(ended.said)}")
-        return Output(frames, read_frames(folder, FORCE), ended.seconds, log)
+        return Run(frames, read_frames(folder, FORCE), ended.seconds, log)

@@ -1,4 +1,4 @@
-"""The systems as MFiX holds them: particles in a box, held ones on an outlet that stands still.
+"""A scene as MFiX holds it: particles in a box, held ones on an outlet that stands still.
 
 MFiX has no keyword that holds a particle. It does take over the velocity of a particle within
 a radius of a mass outflow, and no longer adds forces to it (``EXITING``; 21.3.2,
@@ -7,25 +7,38 @@ things follow. It is taken over after the first step only, so that it is put whe
 brings it to its place. And it must come after the mobile ones in ``particle_input.dat``: the
 neighbour search would count the contact twice otherwise (``desgrid_mod.f``). For the same
 reason no boundary is cyclic: a grain that crosses one comes back behind the others.
-Read in MFiX's source, not run. What the first step costs falls with the third order.
+What the first step costs falls with the third order.
+
+The outflow is the floor of the box. So a scene's fixed particles must be level; particles in a
+line along x stand upright in the box, x downward, and only the last may be fixed.
 """
 
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
-from harness.cases.drop.parameters import Drop
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.routes import Start
-from harness.engines.mfix.recorded import UNDAMPED
+import numpy as np
+from numpy.typing import NDArray
+
 from harness.engines.mfix.step import factor
+from harness.engines.scene import Scene
+from harness.errors import RequestError
 from harness.parameters.contact import Contact
-from harness.parameters.tower import Tower
+
+Floats = NDArray[np.float64]
 
 LIFT = 1e-12
-"""[d] by which the grain of the incline is lifted: where it just touches, rounding shall not make
+"""[d] by which a particle over a row is lifted: where it just touches, rounding shall not make
 an overlap, which the attractive tail would hold back."""
+
+BEHIND, BEYOND = 1, 2
+"""Spheres of a row behind its first one, and beyond where the last stage ends."""
+
+EQUAL = 1e-9
+"""Relative difference of masses, or diameters, that are equal."""
 
 
 @dataclass(frozen=True)
@@ -42,8 +55,10 @@ class Sphere:
 class System:
     """A run of MFiX in SI units: spheres of one size, mobile ones first, in a box from (0, 0).
 
-    ``origin`` is where the harness's origin is in the box; ``gravity`` has two components;
-    ``steps`` are all, a frame is written every so many.
+    ``origin`` is where the scene's origin is in the box, ``upright`` says that the scene's x
+    points downward in it; ``gravity`` has two components. ``steps`` are all, a frame is written
+    every so many steps of the clock, which starts at ``first`` steps. ``forces``: frames of
+    contact forces are written as well.
     """
 
     name: str
@@ -52,19 +67,30 @@ class System:
     origin: tuple[float, float]
     box: tuple[float, float]
     diameter: float
-    density: float
+    mass: float
     stiffness: float
     contact: Contact
     gravity: tuple[float, float]
     step: float
     steps: int
     every: int
+    upright: bool = False
     forces: bool = False
 
     @property
-    def mass(self) -> float:
-        """Return the mass [kg] of a sphere."""
-        return self.density * math.pi / 6.0 * self.diameter**3
+    def first(self) -> int:
+        """Return the steps that the clock shows at the start.
+
+        Forces are those of the step before a frame. With a clock that starts at ``every`` - 1
+        frames are written after 1, 1 + ``every``, ... steps, whose forces acted in the states
+        at 0, ``every``, ... steps.
+        """
+        return self.every - 1 if self.forces else 0
+
+    @property
+    def density(self) -> float:
+        """Return the density [kg/m3] of a sphere."""
+        return self.mass * 6.0 / math.pi / self.diameter**3
 
     @property
     def factor(self) -> float:
@@ -100,92 +126,136 @@ class System:
         return replace(sphere, vx=0.0 - ax * self.step, vy=0.0 - ay * self.step)
 
 
-def incline_system(case: Incline, start: Start, wells: int, duration: float, every: int) -> System:
-    """Return the grain on a row with room for so many wells, over ``duration`` [s]."""
-    d, tilt = case.diameter, math.radians(case.angle)
-    behind, ahead = 1, wells + 2
-    row = 0.5 * d
-    origin = ((behind + 1.5) * d, row)
-    x, y, vx, vy = start.state()
-    return System(
-        name="INCLINE",
-        mobile=(Sphere(origin[0] + x, origin[1] + y + LIFT * d, vx, vy),),
-        held=tuple(Sphere(origin[0] + i * d, row) for i in range(-behind, ahead + 1)),
-        origin=origin,
-        box=((behind + ahead + 3) * d, 6.0 * d),
-        diameter=d,
-        density=case.density,
-        stiffness=case.stiffness,
-        contact=case.contact,
-        gravity=(case.gravity * math.sin(tilt), -case.gravity * math.cos(tilt)),
-        step=case.step,
-        steps=every * math.ceil(duration / case.step / every * (1.0 - 1e-12)),
-        every=every,
+def contact_in(scene: Scene) -> Contact:
+    """Return the contact of a scene."""
+    known = scene.restitution is not None
+    return Contact(
+        restitution=scene.restitution,
+        damping_ratio=None if known else scene.damping_ratio,
+        tail=scene.tail,
+        effective_mass=scene.effective_mass,
     )
 
 
-def drop_system(case: Drop) -> System:
-    """Return the grain above one held sphere."""
-    d, time = case.diameter, case.steps * case.step
-    half = 3.0 * d + abs(case.sideways) * time
-    origin = (half, 0.5 * d)
-    height = origin[1] + 3.0 * d + max(case.gap, 0.0) + abs(case.speed) * time
-    return System(
-        name="DROP",
-        mobile=(Sphere(origin[0], origin[1] + d + case.gap, case.sideways, -case.speed),),
-        held=(Sphere(*origin),),
-        origin=origin,
-        box=(2.0 * half, height),
-        diameter=d,
-        density=case.density,
-        stiffness=case.stiffness,
-        contact=case.contact,
-        gravity=(0.0, -case.gravity),
-        step=case.step,
-        steps=case.steps,
-        every=case.every,
-    )
+def system_of(name: str, scene: Scene, steps: int, every: int) -> System:
+    """Return the system of the first ``steps`` of a scene, a frame every so many steps.
 
-
-def tower_system(case: Tower, step: float, steps: int, every: int) -> System:
-    """Return the tower, upright, the grain on top; its particles are equal.
-
-    One step more than asked for: MFiX writes the forces of the step before.
+    Raise RequestError for a scene that MFiX cannot hold.
     """
-    (d, mass, k) = (case.each(name)[0] for name in ("diameter", "mass", "stiffness"))
-    displaced = start_displacements(case)
-    time = (steps + 1) * step
-    fall = 0.0 if case.base == "fixed" else case.speed * time + 0.5 * case.gravity * time**2
-    lowest = 0.5 * d if case.base == "fixed" else 2.0 * d + fall
-    top = lowest + case.height * d + displaced[-1]
-    spheres = [Sphere(2.0 * d, top - i * d - u) for i, u in enumerate(displaced)]
-    spheres[0] = replace(spheres[0], vy=-case.speed)
-    mobile = case.particles - (case.base == "fixed")
+    _check(scene)
+    in_a_line = scene.mass.size > 1 and np.ptp(scene.position[:, 1]) == 0.0
+    if in_a_line and scene.gravity[1] == 0.0 and not scene.velocity[:, 1].any():
+        return _system(name, scene, _upright(scene, steps + 1), steps + 1, every, upright=True)
+    if scene.forces:
+        raise RequestError("its forces are those of particles in a line")
+    fixed = scene.position[scene.fixed]
+    if not fixed.size or np.ptp(fixed[:, 1]) > 0.0:
+        raise RequestError("it holds particles on the floor of its box: fixed ones must be level")
+    if scene.period is None:
+        return _system(name, scene, _over_spheres(scene, steps), steps, every)
+    steps = every * math.ceil(steps / every)
+    return _system(name, scene, _over_a_row(scene), steps, every)
+
+
+class Layout(NamedTuple):
+    """Mobile and held spheres, where the scene's origin is in the box, and the box."""
+
+    mobile: tuple[Sphere, ...]
+    held: tuple[Sphere, ...]
+    origin: tuple[float, float]
+    box: tuple[float, float]
+
+
+def _system(
+    name: str, scene: Scene, layout: Layout, steps: int, every: int, upright: bool = False
+) -> System:
+    gx, gy = scene.gravity
     return System(
-        name="TOWER",
-        mobile=tuple(spheres[:mobile]),
-        held=tuple(spheres[mobile:]),
-        origin=(2.0 * d, top),
-        box=(4.0 * d, top + 2.0 * d + case.speed * time),
-        diameter=d,
-        density=mass * 6.0 / math.pi / d**3,
-        stiffness=k,
-        contact=UNDAMPED,
-        gravity=(0.0, -case.gravity),
-        step=step,
-        steps=steps + 1,
+        name=re.sub(r"\W", "_", name).upper()[:40],
+        **layout._asdict(),
+        diameter=float(scene.diameter[0]),
+        mass=float(scene.mass[0]),
+        stiffness=scene.stiffness,
+        contact=contact_in(scene),
+        gravity=(gy, -gx) if upright else (gx, gy),
+        step=scene.step,
+        steps=steps,
         every=every,
-        forces=True,
+        upright=upright,
+        forces=scene.forces,
     )
 
 
-def start_displacements(case: Tower) -> list[float]:
-    """Return where the particles start [m], along the motion from where all just touch.
+def _check(scene: Scene) -> None:
+    """Raise RequestError for what no layout can hold."""
+    for values, what in ((scene.diameter, "diameter"), (scene.mass, "mass")):
+        if np.ptp(values) > EQUAL * values[0]:
+            raise RequestError(f"its spheres have one {what}")
+    if scene.spring != "linear":
+        raise RequestError("its spring is linear")
+    mobile = np.count_nonzero(~scene.fixed)
+    if scene.fixed[:mobile].any():
+        raise RequestError("its fixed particles must come last")
 
-    Contact i of a preloaded tower carries the i - 1 particles between it and the grain,
-    pressed in by their weight over k.
+
+def _upright(scene: Scene, steps: int) -> Layout:
+    """Return particles in a line, upright, the first on top, the last held or clear of the floor.
+
+    The first particle's place is the origin.
     """
-    pressed = 0.0
-    if case.start == "preloaded":
-        pressed = case.each("mass")[0] * case.gravity / case.each("stiffness")[0]
-    return [i * case.gap - 0.5 * i * (i - 1) * pressed for i in range(case.particles)]
+    if scene.fixed[:-1].any():
+        raise RequestError("of particles in a line it holds the last alone")
+    d, time, falls = float(scene.diameter[0]), steps * scene.step, max(scene.gravity[0], 0.0)
+    along, velocity = scene.position[:, 0], scene.velocity[:, 0]
+    if np.any(np.diff(along) <= 0.0):
+        raise RequestError("particles in a line must come in order")
+    speed = float(np.abs(velocity).max())
+    fall = 0.0 if scene.fixed[-1] else speed * time + 0.5 * falls * time**2
+    lowest = 0.5 * d if scene.fixed[-1] else 2.0 * d + fall
+    top = lowest + float(along[-1] - along[0])
+    spheres = tuple(
+        Sphere(2.0 * d, top - float(x - along[0]), 0.0, 0.0 - float(v))
+        for x, v in zip(along, velocity, strict=True)
+    )
+    count = np.count_nonzero(~scene.fixed)
+    origin = (2.0 * d, top + float(along[0]))
+    box = (4.0 * d, top + 2.0 * d + speed * time)
+    return Layout(spheres[:count], spheres[count:], origin, box)
+
+
+def _over_a_row(scene: Scene) -> Layout:
+    """Return a particle over a row that is long enough for the stages of a periodic one."""
+    d, row = float(scene.diameter[0]), 0.5 * float(scene.diameter[0])
+    if np.count_nonzero(~scene.fixed) != 1 or not scene.stages:
+        raise RequestError(
+            "it has no periodic row: a scene must say by its stages how far its particle goes"
+        )
+    x0, y0 = scene.position[1]
+    end = max(stage.place for stage in scene.stages) - x0
+    ahead = math.ceil(end / d * (1.0 - EQUAL)) + BEYOND
+    first = (BEHIND + 1.5) * d
+    x, y = (float(value) for value in scene.position[0] - scene.position[1])
+    grain = Sphere(first + x, row + y + LIFT * d, *(float(v) for v in scene.velocity[0]))
+    held = tuple(Sphere(first + i * d, row) for i in range(-BEHIND, ahead + 1))
+    box = ((BEHIND + ahead + 3) * d, 6.0 * d)
+    return Layout((grain,), held, (float(first - x0), float(row - y0)), box)
+
+
+def _over_spheres(scene: Scene, steps: int) -> Layout:
+    """Return particles over level fixed ones, with room to fly about for the whole run."""
+    d, time = float(scene.diameter[0]), steps * scene.step
+    x0, y0 = (float(value) for value in scene.position[scene.fixed].min(axis=0))
+    x, y = scene.position[:, 0] - x0, scene.position[:, 1] - y0
+    speed = np.abs(scene.velocity).max(axis=0)
+    pulls = 0.5 * np.maximum(np.array([abs(scene.gravity[0]), scene.gravity[1]]), 0.0) * time**2
+    reach = float(speed[0] * time + pulls[0]) + 3.0 * d
+    floor = 0.5 * d
+    left = reach - min(float(x.min()), 0.0)
+    top = floor + 2.0 * d + max(float(y.max()), d) + float(speed[1] * time + pulls[1])
+    spheres = tuple(
+        Sphere(left + float(x), floor + float(y), float(vx), float(vy))
+        for x, y, (vx, vy) in zip(x, y, scene.velocity, strict=True)
+    )
+    count = np.count_nonzero(~scene.fixed)
+    box = (float(np.ptp(x)) + 2.0 * reach, top)
+    return Layout(spheres[:count], spheres[count:], (left - x0, floor - y0), box)

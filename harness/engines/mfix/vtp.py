@@ -33,11 +33,12 @@ class Frame:
 
 
 def read_frames(folder: Path, name: str) -> list[Frame]:
-    """Return the frames ``NAME_0000.vtp`` ... of a folder, in the order of their times.
+    """Return the frames ``NAME_0000.vtp`` ... of a folder by their times, then their numbers.
 
     Raise EngineOutputError for a file that is cut or not of this kind.
     """
-    frames = [read_frame(path.read_bytes(), path.name) for path in folder.glob(f"{name}_*.vtp")]
+    paths = sorted(folder.glob(f"{name}_*.vtp"), key=lambda path: (len(path.name), path.name))
+    frames = [read_frame(path.read_bytes(), path.name) for path in paths]
     return sorted(frames, key=lambda frame: frame.time)
 
 

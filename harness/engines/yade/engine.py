@@ -1,54 +1,40 @@
-"""Yade as an engine of the harness: cases in, results out."""
+"""Yade as an engine of the harness: it runs a generated script in its own Python.
+
+A script takes its runs as a list in a JSON file, and writes what each left when it is over.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
-from typing import TypeVar
+import json
+import os
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import ClassVar
 
-from harness.cases.drop.parameters import Drop
-from harness.cases.drop.result import DropRun
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import InclineRun
-from harness.cases.tower.timing import Plan, plan
-from harness.engines.contract import Engine, Route
-from harness.engines.input_values import Values, drop_values
-from harness.engines.parallel import cores
-from harness.engines.process import Limits
+from harness.engines.output import Output
+from harness.engines.process import first_words
+from harness.engines.script import Task
+from harness.engines.scripted import ScriptedEngine
 from harness.engines.traits import Traits
-from harness.engines.yade.batch import Batches, Job, Output
-from harness.engines.yade.program import find, version
-from harness.engines.yade.read import read_drop, read_incline, read_tower
-from harness.engines.yade.scripts import (
-    drop_script,
-    incline_script,
-    incline_values,
-    tower_script,
-    tower_values,
-)
-from harness.errors import EngineError, RequestError
+from harness.errors import EngineMissingError, EngineNaNError
 from harness.observables.provenance import Provenance
-from harness.observables.tower import TowerRun
-from harness.parameters.contact import Contact
-from harness.parameters.tower import Tower
 
-Case = TypeVar("Case")
-Run = TypeVar("Run")
+FOREIGN = ("PYTHON", "OMPI_", "PMI_", "PMIX_", "DISPLAY", "XDG_CONFIG_HOME")
+"""Variables that Yade must not inherit: it has a Python of its own, and would take itself for
+a rank of the launcher that the harness runs under."""
 
 
-class Yade(Engine):
-    """Yade as packaged: it runs a generated script, ``workers`` processes side by side.
-
-    Raise RequestError when ``program`` is not there, EngineMissingError when Yade is not
-    installed or the program is not Yade.
-    """
+class Yade(ScriptedEngine):
+    """Yade as packaged: a process runs its share of the jobs of a script, one after the other."""
 
     name = "yade"
     traits = Traits(
-        install_hint="apt install yade (Debian, Ubuntu), or --yade PATH",
+        install_hint="apt install yade (Debian, Ubuntu), or --program yade=PATH",
         versions=("2023.02a",),
         integrator="mfix-euler",
         tails=("clipped",),
+        title="Yade",
         caveats=(
             "Its own formulas for tc and en, and for young and en, take m/2 for the effective "
             "mass against a fixed sphere.",
@@ -58,131 +44,53 @@ class Yade(Engine):
             "Coefficients of two materials act in series: each needs twice those of the contact.",
         ),
     )
+    programs = ("yade",)
+    keeps_finished = True
+    jinja: ClassVar[Mapping[str, bool]] = {"trim_blocks": False, "keep_trailing_newline": False}
 
-    def __init__(
-        self,
-        program: str | None = None,
-        workers: int | None = None,
-        limits: Limits | None = None,
-    ) -> None:
-        self._program = find(program, self.traits.install_hint)
-        self._who = Provenance(
-            engine=self.name,
-            engine_version=version(self._program),
-            executable=self._program,
-            how="executable",
-            integrator=self.traits.integrator,
-        )
-        self._batches = Batches(self._program, workers or cores(), limits or Limits())
-        self._logs: dict[str, str] = {}
-
-    def identify(self) -> Provenance:
-        """Return version and executable."""
-        return self._who
-
-    def drops(self, cases: Sequence[Drop]) -> list[DropRun | EngineError]:
-        """Run the drop's generated script for all cases, in order."""
-        self._check(case.contact for case in cases)
-        jobs = [Job(drop_script(), self.drop_values(case)) for case in cases]
-
-        def read(case: Drop, output: Output, who: Provenance) -> DropRun:
-            return read_drop(case, output.results, output.series, who)
-
-        return self._run(cases, jobs, read)
-
-    def drop_values(self, case: Drop) -> Values:
-        """Return what a case sets in the drop's script."""
-        return drop_values(case)
-
-    def inclines(
-        self, cases: Sequence[Incline], route: Route, *, every: int | None = None
-    ) -> list[InclineRun | EngineError]:
-        """Run the incline's generated script for all cases, in order."""
-        if every is not None and every < 1:
-            raise RequestError(f"every = {every}: must be at least 1 step")
-        self._check(case.contact for case in cases)
-        sampled: Values = {} if every is None else {"series_every": every}
-        jobs = [
-            Job(
-                incline_script(),
-                {"route": route, **incline_values(case), **sampled},
-                series=every is not None,
+    def ask_version(self) -> Provenance:
+        """Return the version that the program names."""
+        said, _ = self.ask([self.program, "--version"])
+        named = re.search(r"^Yade version: (\S+)", said, re.MULTILINE)
+        if named is None:
+            raise EngineMissingError(
+                f"{self.program} is not Yade: it names no version{first_words(said)}"
             )
-            for case in cases
+        return Provenance(self.name, named[1], (), self.program, "executable")
+
+    def command(self, folder: Path, tasks: Sequence[Task]) -> list[str]:  # noqa: ARG002
+        """Return the words that run a list of runs without a window, and end then."""
+        return [self.program, "-n", "-x", tasks[0].script.name, "runs.json"]
+
+    def command_line(self, task: Task) -> str:
+        """Return the command that runs a task again by hand."""
+        words = " ".join(f"{name}={value}" for name, value in task.values.items())
+        return f"yade -n -x {task.script.name} {words}"
+
+    def write(self, folder: Path, tasks: Sequence[Task]) -> None:
+        """Write the script and the list of runs, each with the files that it writes."""
+        super().write(folder, tasks)
+        runs = [
+            {
+                **task.values,
+                "series": f"{index}.csv" if task.job.sampled else "",
+                "results": f"{index}.txt",
+            }
+            for index, task in enumerate(tasks)
         ]
+        (folder / "runs.json").write_text(json.dumps(runs), encoding="utf-8")
 
-        def read(case: Incline, output: Output, who: Provenance) -> InclineRun:
-            return read_incline(case, output.results, who, output.series, every)
+    def read_job(self, folder: Path, index: int, task: Task, seconds: float) -> Output:
+        """Return the output of a finished run; raise EngineNaNError for one that overflowed."""
+        output = super().read_job(folder, index, task, seconds)
+        if output.text("verdict") == "not_a_number":
+            raise EngineNaNError(f"{self.title} met a place or velocity that is not a number")
+        return output
 
-        return self._run(cases, jobs, read)
+    def environment(self, folder: Path) -> Mapping[str, str]:
+        """Return the environment of a Yade that keeps to its own Python and writes here only.
 
-    def towers(
-        self,
-        cases: Sequence[Tower],
-        duration: float,
-        *,
-        steps_per_contact: float | None = None,
-        samples: int | None = None,
-        profiles: bool = False,
-    ) -> list[TowerRun | EngineError]:
-        """Run the tower's generated script for all cases, in order."""
-        plans = [plan(case, duration, steps_per_contact, samples) for case in cases]
-        jobs = [
-            Job(tower_script(), tower_values(case, timing))
-            for case, timing in zip(cases, plans, strict=True)
-        ]
-
-        def read(timed: tuple[Tower, Plan], output: Output, who: Provenance) -> TowerRun:
-            case, timing = timed
-            return read_tower(case, timing, output.series, who, profiles)
-
-        return self._run(list(zip(cases, plans, strict=True)), jobs, read)
-
-    def logs(self) -> dict[str, str]:
-        """Return, for each script, the results of the first run of it that finished."""
-        return dict(self._logs)
-
-    def close(self) -> None:
-        """End Yade's processes."""
-        self._batches.close()
-
-    def _check(self, contacts: Iterable[Contact]) -> None:
-        """Raise RequestError for a contact that Yade cannot state."""
-        for contact in contacts:
-            refused = self.traits.refuses(contact)
-            if refused:
-                raise RequestError(
-                    f"engine 'yade' cannot state contact {contact.name!r}: {refused}"
-                )
-
-    def _run(
-        self,
-        cases: Sequence[Case],
-        jobs: Sequence[Job],
-        read: Callable[[Case, Output, Provenance], Run],
-    ) -> list[Run | EngineError]:
-        """Run a job for each case and read what it left; errors in their places."""
-        runs: list[Run | EngineError] = []
-        for case, job, output in zip(cases, jobs, self._batches.run(jobs), strict=True):
-            if isinstance(output, EngineError):
-                output.log = _headed(job, output.log)
-                runs.append(output)
-                continue
-            script = job.script
-            who = replace(self._who, script=script.name, script_sha256=script.sha256)
-            log = _headed(job, output.results)
-            try:
-                runs.append(read(case, output, who))
-            except EngineError as error:
-                error.log = log
-                runs.append(error)
-            else:
-                self._logs.setdefault(script.name, log)
-        return runs
-
-
-def _headed(job: Job, text: str) -> str:
-    """Return a text below the command that runs the same again."""
-    values = " ".join(f"{name}={value}" for name, value in job.values.items())
-    head = f"# yade -n -x {job.script.name} {values}\n# sha256 of the script: "
-    return f"{head}{job.script.sha256}\n{text or 'Yade left no words.'}\n"
+        Yade does not start without a HOME, and makes folders in it.
+        """
+        kept = {name: text for name, text in os.environ.items() if not name.startswith(FOREIGN)}
+        return {**kept, "HOME": str(folder)}

@@ -11,7 +11,7 @@ from harness.report.figures.style import BLACK, COLOURS, MARKERS, STYLES, label,
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from harness.reproduction.findings_tables import Findings
+    from harness.reproduction.findings.tables import Findings
 
 
 def angle_against_mfix_step(findings: Findings) -> Figure:
@@ -20,9 +20,7 @@ def angle_against_mfix_step(findings: Findings) -> Figure:
     axes = figure.axes[0]
     limits = dict(
         zip(
-            findings.limits["stiffness_N_per_m"],
-            findings.limits["critical_angle_deg"],
-            strict=True,
+            findings.limits["stiffness_N_per_m"], findings.limits["critical_angle_deg"], strict=True
         )
     )
     for number, (k, frame) in enumerate(findings.mfix.groupby("stiffness_N_per_m"), 1):
@@ -46,11 +44,7 @@ def angle_against_mfix_step(findings: Findings) -> Figure:
             label=f"k = {k:.0e} N/m, MFiX-DEM 21.3.2, recorded",
         )
         axes.annotate(
-            f"no step: {limits[k]:.3f}",
-            (5600, limits[k]),
-            color=colour,
-            fontsize=8.5,
-            va="center",
+            f"no step: {limits[k]:.3f}", (5600, limits[k]), color=colour, fontsize=8.5, va="center"
         )
     axes.axhline(findings.closed_form_deg, color=BLACK, linewidth=1, linestyle=(0, (6, 3)))
     axes.annotate(

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Circle
 
 from harness.report.figures.style import BLACK, BLUE, GREEN, PURPLE, RED
-from harness.reproduction.figure_data import ForceDiagram, Layers, Points, QuartierSystem
+from harness.reproduction.figure_data.schematics import ForceDiagram, Layers, Points, QuartierSystem
 
 _ACROSS, _UP = "across (diameters)", "up (diameters)"
 _FIXED: dict[str, Any] = {"facecolor": "#d8d8d8", "edgecolor": "0.45", "lw": 0.9}

@@ -19,7 +19,8 @@ from harness.cases.tower.figures.runs import (
 from harness.observables.significant_contacts import significant_contacts
 from harness.observables.tower import TowerRun
 from harness.report.figures.style import BLACK, GREEN, PURPLE, label, panels
-from harness.reproduction.figure_data import TowersInTime, WindowChoice
+from harness.reproduction.figure_data.towers_in_time import TowersInTime
+from harness.reproduction.figure_data.windows import WindowChoice
 
 _WIDTH, _HEIGHT = 7.6, 2.3  # [in] of a row
 OF_ALL = "peak of all 19"

@@ -1,16 +1,20 @@
-"""The tables behind the page of findings, one question a file."""
+"""The tables behind the page of findings."""
 
 from __future__ import annotations
 
+from harness.cases.tower.impulse_angles import impulse_angles
 from harness.engines.contract import Engine
-from harness.reproduction.findings.heights import heights_table
+from harness.observables.windows import WINDOWS
 from harness.reproduction.findings.mfix_scheme import angles_without_step, mfix_table
 from harness.reproduction.findings.restitution import restitution_table
-from harness.reproduction.findings_tables import Findings
+from harness.reproduction.findings.tables import Findings
 from harness.theory.critical_angle import critical_angle
 from harness.workflows.progress import Progress, silent
 
 STAGE = "findings"
+
+STIFFNESS, SPEED = 1e6, 2.0
+"""[N/m], [m/s]: the run of the source's figures of force and contacts."""
 
 
 def findings(engine: Engine, progress: Progress = silent) -> Findings:
@@ -18,7 +22,9 @@ def findings(engine: Engine, progress: Progress = silent) -> Findings:
     progress(STAGE, 0, 4)
     restitution = restitution_table(engine)
     progress(STAGE, 1, 4)
-    heights = heights_table()
+    heights = impulse_angles(
+        stiffnesses=(STIFFNESS,), speeds=(SPEED,), windows=WINDOWS, solver="exact"
+    )
     progress(STAGE, 2, 4)
     mfix = mfix_table()
     progress(STAGE, 3, 4)

@@ -3,30 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import pandas as pd
 
 from harness.cases.incline.critical_angle import CriticalAngle
 from harness.cases.incline.critical_angles import critical_angle
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import InclineRun
-from harness.cases.incline.routes import start_in_well
-from harness.cases.incline.steady import critical_angle_by_steady_motion
-from harness.engines.mfix.recorded import START_SPEED, case_at, recorded_angles
+from harness.cases.incline.recorded import case_at, recorded_angles
+from harness.cases.incline.recorded_checks import EULER, angle_in_scheme
 from harness.engines.reference.engine import Reference
-from harness.errors import EngineError, RequestError
 
-EULER, ADAMS_BASHFORTH = "mfix-euler", "mfix-adams-bashforth"
+ADAMS_BASHFORTH = "mfix-adams-bashforth"
 STIFFNESSES = (1e5, 1e6, 1e7)
 FACTORS = (50, 100, 200, 500, 1000, 2000, 5000)
-TOLERANCE_DEG = 1e-3
-
-FINE = 1000
-"""Factor from which a passage will do: where in a step a contact begins is worth 1e-4 deg."""
-
-WELLS = 20
-"""Wells to pass in steady motion: jitter of coarse steps may carry a grain over a few."""
 
 
 def mfix_table() -> pd.DataFrame:
@@ -64,34 +52,6 @@ def angles_without_step() -> pd.DataFrame:
             "uncertainty_deg": [angle.uncertainty_deg for angle in angles],
         }
     )
-
-
-def angle_in_scheme(stiffness: float, factor: int, engine: Reference) -> CriticalAngle | None:
-    """Return the critical angle at a stiffness [N/m] and factor; None for an unstable step.
-
-    Coarse steps by steady motion from MFiX's own start (1.5 m/s in a well), as the
-    recorded angles were found; fine ones by passage, which is the same there and
-    asks for a tenth of the steps.
-    """
-    case = case_at(10.2, stiffness, factor).replace(wells=WELLS, time_limit=100.0 * WELLS)
-    try:
-        if factor >= FINE:
-            return critical_angle(case, engine=engine)
-        return critical_angle_by_steady_motion(
-            lambda cases: _as_in_mfix(cases, engine), case, tolerance_deg=TOLERANCE_DEG
-        )
-    except RequestError:
-        return None
-
-
-def _as_in_mfix(cases: Sequence[Incline], engine: Reference) -> list[InclineRun]:
-    start = start_in_well(cases[0], START_SPEED)
-    runs: list[InclineRun] = []
-    for run in engine.inclines(cases, "steady", start=start):
-        if isinstance(run, EngineError):
-            raise run
-        runs.append(run)
-    return runs
 
 
 def _columns(name: str, angle: CriticalAngle | None) -> dict[str, float]:

@@ -9,17 +9,13 @@ import numpy as np
 
 from harness.chain import sweeps
 from harness.reproduction import as_printed
-from harness.reproduction.claims import Source, Statement, claim, compare_everywhere
-from harness.reproduction.ledger.methods_chain import closest_pair
+from harness.reproduction.claims import Statement, bounded, claim, compare
 from harness.reproduction.ledger.samples import RADIUS, Row, rows, touching_chains
-from harness.reproduction.ledger.widths import round_off
-
-_LAW = ("tests/chain/test_contact_solvers.py",)
-_PLACE = "Appendix A, identifying chains"
+from harness.reproduction.source import SOURCES
 
 
 def statements() -> list[Statement]:
-    """Return the rows in the order of the text."""
+    """Return the rows of this part."""
     near = rows()
     return [
         _many_groupings(near),
@@ -29,7 +25,6 @@ def statements() -> list[Statement]:
         _not_in_contact(near),
         _smaller_deformation(near),
         _contradiction(near),
-        closest_pair("text-closest-proof", "Appendix A, proof by contradiction"),
     ]
 
 
@@ -69,16 +64,11 @@ def _many_groupings(some: Sequence[Row]) -> Statement:
             consistent += _presses(closed, overlap)
         counts.append(consistent)
     return claim(
-        Source(
-            "text-many-groupings",
-            _PLACE,
-            "particles can be grouped in many ways that satisfy axisymmetry and the third law",
-        ),
+        SOURCES["text-many-groupings"],
         holds=float(np.median(counts)) > 1,
         computed=f"contact sets in which every closed contact presses, {len(counts)} random rows: "
         f"{min(counts)} to {max(counts)}, median {np.median(counts):g}; that open contacts must "
         "not overlap leaves one",
-        evidence=_LAW,
     )
 
 
@@ -94,35 +84,26 @@ def _presses(closed: np.ndarray, overlap: np.ndarray) -> bool:
 
 def _bound() -> Statement:
     pairs = touching_chains(50, (2,))
-    return compare_everywhere(
-        Source(
-            "eq-a8",
-            "Appendix A, eq. (A8)",
-            "c_(i,j) <= 2r_0 - dx_i, reached when i has no neighbour to its left",
-        ),
+    return compare(
+        SOURCES["eq-a8"],
         printed=[as_printed.largest_compression(RADIUS, float(p.deformations[0])) for p in pairs],
         found=[float(p.compressions[0]) for p in pairs],
-        width=round_off("m"),
         computed="two particles alone, where the bound is reached: as printed it is the length of "
         "the deformed particle, which no compression comes near",
         corrected=[2 * RADIUS - float(p.centres[1] - p.centres[0]) for p in pairs],
-        correction="c_(i,j) <= 2r_0 - (x_j - x_i), as the proof uses it",
-        evidence=_LAW,
     )
 
 
 def _bound_everywhere(some: Sequence[Row]) -> Statement:
-    excess = max(float((row.compressions - (1.0 - row.distances))[row.compressions > 0].max())
-                 for row in some if (row.compressions > 0).any())  # fmt: skip
+    excess = max(
+        float((row.compressions - (1.0 - row.distances))[row.compressions > 0].max())
+        for row in some
+        if (row.compressions > 0).any()
+    )
     return claim(
-        Source(
-            "text-bound",
-            "Appendix A, after eq. (A8)",
-            "the bound (corrected) follows from Newton's third law, for any neighbours",
-        ),
+        SOURCES["text-bound"],
         holds=excess < 1e-12,
-        computed=f"c minus the bound is at most {excess:.0e} m in {len(some)} random rows",
-        evidence=_LAW,
+        computed=f"c minus the bound is {bounded(excess)} m in {len(some)} random rows",
     )
 
 
@@ -132,17 +113,11 @@ def _sweeps(some: Sequence[Row]) -> Statement:
         for row in some
     )
     return claim(
-        Source(
-            "text-sweeps",
-            _PLACE,
-            "sweeps that add contacts as they become certain, closest pair first, find all chains",
-        ),
+        SOURCES["text-sweeps"],
         holds=off < 1e-12,
-        computed=f"sweeps and complementarity agree to {off:.0e} m on {len(some)} random rows, "
-        "each contact kept between what its neighbours can press at most and at least; joining "
-        "chains because their boundaries overlap at the moment would not do (beyond-2)",
-        evidence=_LAW,
-        why="two methods that share no code, to 1e-12 m",
+        computed=f"sweeps and complementarity differ by {bounded(off)} m on {len(some)} random "
+        "rows, each contact kept between what its neighbours can press at most and at least; "
+        "joining chains because their boundaries overlap at the moment would not do (beyond-2)",
     )
 
 
@@ -150,14 +125,9 @@ def _not_in_contact(some: Sequence[Row]) -> Statement:
     open_pairs = openings(some)
     gaps = [p.distance - (1.0 - sum(p.deformations) / 2) for p in open_pairs]
     return claim(
-        Source(
-            "eq-a9",
-            "Appendix A, eq. (A9)",
-            "not in contact: x_j - x_i > (2r_0 - dx_i)/2 + (2r_0 - dx_j)/2",
-        ),
+        SOURCES["eq-a9"],
         holds=min(gaps) > -1e-12,
         computed=f"smallest gap of {len(open_pairs)} pairs that do not touch: {min(gaps):.1e} m",
-        evidence=_LAW,
     )
 
 
@@ -166,18 +136,12 @@ def _smaller_deformation(some: Sequence[Row]) -> Statement:
     smaller = sum(p.distance > 1.0 - min(p.deformations) for p in open_pairs)
     larger = sum(p.distance >= 1.0 - max(p.deformations) - 1e-12 for p in open_pairs)
     return claim(
-        Source(
-            "eq-a10",
-            "Appendix A, eq. (A10)",
-            "with dx_i the smaller of the two, x_j - x_i > 2r_0 - dx_i",
-        ),
+        SOURCES["eq-a10"],
         holds=smaller == len(open_pairs),
         corrected_holds=larger == len(open_pairs),
         computed=f"of {len(open_pairs)} pairs that do not touch {smaller} obey it with the smaller "
         f"deformation, {larger} with the larger: the smaller one makes the right side larger, "
         "which does not keep the inequality",
-        correction="dx_i is the larger of the two",
-        evidence=("tests/verbs/reproduction/ledger/test_appendix.py",),
     )
 
 
@@ -191,17 +155,10 @@ def _contradiction(some: Sequence[Row]) -> Statement:
     as_it_stands = sum(follows(p, larger=False) for p in pressed)
     repaired = sum(follows(p, larger=True) for p in pressed)
     return claim(
-        Source(
-            "eq-a11",
-            "Appendix A, last display",
-            "x_j - x_i > 2r_0 - (2r_0 - (x_i - x_h)) = x_i - x_h: the pair is not the closest",
-        ),
+        SOURCES["eq-a11"],
         holds=as_it_stands == len(pressed),
         corrected_holds=repaired == len(pressed),
         computed=f"of {len(pressed)} pairs that do not touch, one of them pressed from its other "
         f"side, {as_it_stands} lie further apart than the less deformed one from its other "
         f"neighbour, {repaired} than the more deformed one",
-        correction="for the more deformed one, and only if it is pressed at all: particles none of "
-        "which touch are no contradiction",
-        evidence=("tests/verbs/reproduction/ledger/test_appendix.py",),
     )

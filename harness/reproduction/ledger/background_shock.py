@@ -9,25 +9,44 @@ from numpy.typing import NDArray
 
 from harness.reproduction import as_printed
 from harness.reproduction.as_printed import Printed
-from harness.reproduction.claims import Source, Statement, Width, compare, compare_everywhere
-from harness.reproduction.ledger.widths import round_off
+from harness.reproduction.claims import Statement, compare
+from harness.reproduction.source import SOURCES
 from harness.theory.critical_angle import critical_angle
 
-_SHOCK = ("tests/theory/test_shock.py",)
 _RESTITUTIONS = np.linspace(0.0, 1.0, 21)
 
 
 def statements(printed: Printed) -> list[Statement]:
-    """Return the rows in the order of the text."""
+    """Return the rows of this part."""
     before = np.array([math.sqrt(3) / 2, -0.5])  # unit speed, 60 deg off the new tangent
     after = [collide(before, e) for e in _RESTITUTIONS]
     speeds = [float(np.hypot(*v)) for v in after]
     kept = [float(v @ v) / float(before @ before) for v in after]
     return [
         _ratio(speeds, kept, before, after),
-        _velocity(speeds),
-        _substituted(),
-        _expanded(kept),
+        compare(
+            SOURCES["eq-8"],
+            printed=[as_printed.velocity_after(1.0, e) for e in _RESTITUTIONS],
+            found=speeds,
+            computed="speed after one collision in vectors, e_n from 0 to 1",
+        ),
+        compare(
+            SOURCES["text-substitution"],
+            printed=[as_printed.shock_of_restitution(e) for e in _RESTITUTIONS],
+            found=[
+                as_printed.shock_of_velocities(7.0, as_printed.velocity_after(7.0, e))
+                for e in _RESTITUTIONS
+            ],
+            computed="eq. (8) put into eq. (7) at v' = 7 m/s (the text says: into eq. (8))",
+        ),
+        compare(
+            SOURCES["eq-9"],
+            printed=[as_printed.shock_of_restitution(e) for e in _RESTITUTIONS],
+            found=kept,
+            computed="energy after over before in vectors, e_n from 0 to 1: right at e_n = 0 only; "
+            "at e_n = 1, where nothing is lost, the formula gives 0",
+            corrected=[0.25 + 0.75 * e**2 for e in _RESTITUTIONS],
+        ),
         _without_rebound(printed, before),
     ]
 
@@ -50,75 +69,23 @@ def _ratio(
     after: list[NDArray[np.float64]],
 ) -> Statement:
     vector = float(np.sum((before - after[0]) ** 2))
-    return compare_everywhere(
-        Source(
-            "eq-7",
-            "Background, eq. (7)",
-            "shock = |(v' - v)/v'|^2 is the kinetic energy after over that before the shock",
-        ),
+    return compare(
+        SOURCES["eq-7"],
         printed=[as_printed.shock_of_velocities(1.0, speed) for speed in speeds],
         found=kept,
-        width=round_off(),
         computed=f"a collision in vectors at {len(speeds)} restitutions from 0 to 1: energy after "
         f"over before is (v/v')^2; the formula is built from the speed lost and agrees at v = v'/2 "
         f"(e = 0) only; with velocities taken as vectors it would be {vector:.2f} there, "
         f"and theta_c {critical_angle(vector):.2f} deg",
         corrected=[speed**2 for speed in speeds],
-        correction="shock = (v/v')^2",
-        evidence=_SHOCK,
-    )
-
-
-def _velocity(speeds: list[float]) -> Statement:
-    return compare_everywhere(
-        Source("eq-8", "Background, eq. (8)", "v = sqrt((v'/2)^2 + (e_n v' sqrt(3)/2)^2)"),
-        printed=[as_printed.velocity_after(1.0, e) for e in _RESTITUTIONS],
-        found=speeds,
-        width=round_off("v'"),
-        computed="speed after one collision in vectors, e_n from 0 to 1",
-        evidence=_SHOCK,
-    )
-
-
-def _substituted() -> Statement:
-    return compare_everywhere(
-        Source(
-            "text-substitution",
-            "Background, before eq. (9)",
-            "putting the post-shock velocity into the shock and cancelling v' gives eq. (9)",
-        ),
-        printed=[as_printed.shock_of_restitution(e) for e in _RESTITUTIONS],
-        found=[
-            as_printed.shock_of_velocities(7.0, as_printed.velocity_after(7.0, e))
-            for e in _RESTITUTIONS
-        ],
-        width=round_off(),
-        computed="eq. (8) put into eq. (7) at v' = 7 m/s (the text says: into eq. (8))",
-        evidence=_SHOCK,
-    )
-
-
-def _expanded(kept: list[float]) -> Statement:
-    return compare_everywhere(
-        Source("eq-9", "Background, eq. (9)", "shock = (1 - sqrt(1/4 + 3/4 e_n^2))^2"),
-        printed=[as_printed.shock_of_restitution(e) for e in _RESTITUTIONS],
-        found=kept,
-        width=round_off(),
-        computed="energy after over before in vectors, e_n from 0 to 1: right at e_n = 0 only; at "
-        "e_n = 1, where nothing is lost, the formula gives 0",
-        corrected=[0.25 + 0.75 * e**2 for e in _RESTITUTIONS],
-        correction="shock = 1/4 + 3/4 e_n^2",
-        evidence=_SHOCK,
     )
 
 
 def _without_rebound(printed: Printed, before: NDArray[np.float64]) -> Statement:
     found = float(np.sum(collide(before, 0.0) ** 2))
     return compare(
-        Source("text-shock", "Background, after eq. (9)", "shock = 1/4 at e_n = 0"),
+        SOURCES["text-shock"],
         printed=printed.shock,
         found=found,
-        width=Width(1e-12, "1", "a fraction, exact"),
         computed=f"energy left by a collision in vectors without rebound: {found:.6f}",
-        evidence=_SHOCK,
     )

@@ -15,10 +15,7 @@ class Ended(NamedTuple):
 
 
 def integrate(
-    stiffness: float,
-    mass: float,
-    damping: float,
-    end: Literal["parted", "released"] = "parted",
+    stiffness: float, mass: float, damping: float, end: Literal["parted", "released"] = "parted"
 ) -> Ended:
     """Integrate m x'' + gamma x' + k x = 0 from touching at speed 1 m/s until the contact ends.
 

@@ -7,36 +7,23 @@ import numpy as np
 from harness.cases.tower.impulse_table import impulse_table
 from harness.parameters.tower import Tower
 from harness.reproduction import as_printed
-from harness.reproduction.claims import Source, Statement, claim, compare_everywhere, untestable
-from harness.reproduction.ledger.widths import round_off
+from harness.reproduction.claims import Statement, claim, compare
+from harness.reproduction.source import SOURCES
 
 _HEIGHTS = range(1, 21)
 
 
 def statements() -> list[Statement]:
-    """Return the rows in the order of the text."""
-    return [_series(), _limit(), *_of_others()]
-
-
-def _of_others() -> list[Statement]:
+    """Return the rows of this part."""
     return [
-        untestable(
-            Source(
-                "text-rheology",
-                "Introduction",
-                "the mu(I)-rheology fails where softness matters, and needs it for its effects",
-            ),
-            "a claim about continuum models of flows; no flow is simulated here",
+        compare(
+            SOURCES["eq-1"],
+            printed=[as_printed.series_stiffness(1.0, n) for n in _HEIGHTS],
+            found=[stiffness_of_springs(n) for n in _HEIGHTS],
+            computed="equilibrium of n massless springs solved for n = 1 to 20; the source's own "
+            "deformable particles give k/(2n - 1) instead (erratum-13)",
         ),
-        untestable(
-            Source(
-                "text-thin-layers",
-                "Background, Fig. 1",
-                "thin layers have a higher angle of repose, falling with height to an asymptote",
-            ),
-            "experiments of others, whose points are not published as numbers; our angles "
-            "against height stand under text-angle-falls",
-        ),
+        _limit(),
     ]
 
 
@@ -52,18 +39,6 @@ def stiffness_of_springs(springs: int) -> float:
     return float(1 / np.linalg.solve(balance, push)[-1])
 
 
-def _series() -> Statement:
-    return compare_everywhere(
-        Source("eq-1", "Introduction, eq. (1)", "k' = k/n for n springs in series"),
-        printed=[as_printed.series_stiffness(1.0, n) for n in _HEIGHTS],
-        found=[stiffness_of_springs(n) for n in _HEIGHTS],
-        width=round_off("k"),
-        computed="equilibrium of n massless springs solved for n = 1 to 20; the source's own "
-        "deformable particles give k/(2n - 1) instead (erratum-13)",
-        evidence=("tests/theory/test_chain.py",),
-    )
-
-
 def _limit() -> Statement:
     stiffnesses = (1e6, 1e9, 1e12)
     ratios = [
@@ -73,19 +48,17 @@ def _limit() -> Statement:
         for k in stiffnesses
     ]
     rigid = impulse_table(
-        heights=(10,), stiffnesses=(1e6,), speeds=(2.0,), laws=("deformable",), solver="exact",
+        heights=(10,),
+        stiffnesses=(1e6,),
+        speeds=(2.0,),
+        laws=("deformable",),
+        solver="exact",
         case=Tower(gravity=0.0),
-    )[0].ratio  # fmt: skip
+    )[0].ratio
     numbers = ", ".join(f"{a:.5f} at {k:.0e} N/m" for k, a in zip(stiffnesses, ratios, strict=True))
     return claim(
-        Source(
-            "text-limit",
-            "Introduction, after eq. (1)",
-            "the effect stays significant in the limit and vanishes only at infinite stiffness",
-        ),
+        SOURCES["text-limit"],
         holds=abs(ratios[-1] - rigid) < 1e-4 and rigid < 0.9,
         computed=f"alpha(10) = {numbers}; {rigid:.5f} without gravity, where stiffness drops out: "
         "the limit is not 1, at which a base that is rigid from the start would stand",
-        evidence=("tests/verbs/test_impulse_angles.py",),
-        why="the limit is reached within 1e-4, and lies a tenth or more below 1",
     )

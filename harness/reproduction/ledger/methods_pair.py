@@ -9,21 +9,19 @@ from harness.chain.complementarity import contact_forces
 from harness.parameters.tower import Tower
 from harness.reproduction import as_printed
 from harness.reproduction.as_printed import Printed
-from harness.reproduction.claims import Source, Statement, Width, claim, compare, compare_everywhere
+from harness.reproduction.claims import Statement, bounded, claim, compare
 from harness.reproduction.ledger.runs import free_collision
 from harness.reproduction.ledger.samples import RADIUS, generator
-from harness.reproduction.ledger.widths import round_off
+from harness.reproduction.source import SOURCES
 from harness.theory import two_spheres
 
 _STIFFNESS, _MASS = 1e6, 1.0
-_LAW = ("tests/chain/test_contact_solvers.py",)
-_RUNS = ("tests/chain/test_propagators.py", "tests/theory/test_chain.py")
 _STEPS = 1e-4  # [s] of the fixed-step runs
 PAIR = Tower(height=1, base="free", gravity=0.0)
 
 
 def statements(printed: Printed) -> list[Statement]:
-    """Return the rows in the order of the text."""
+    """Return the rows of this part."""
     pairs = [np.array([0.0, 1.0 - depth]) for depth in generator().uniform(1e-4, 0.2, 50)]
     return [
         _overlap_scheme(),
@@ -62,17 +60,11 @@ def _overlap_scheme() -> Statement:
 
     deformable, overlap = part_alone("deformable"), part_alone("overlap")
     return claim(
-        Source(
-            "text-overlap-scheme",
-            "Methods, on existing DEM codes",
-            "particle overlaps do not capture the gaps that open in real deformation",
-        ),
+        SOURCES["text-overlap-scheme"],
         holds=deformable > 0.95 and overlap < 0.05,
         computed="three particles, first 0.3 t0: the grain's chain is its own contact alone for "
         f"{100 * deformable:.0f} % of the samples under the deformable law (the third particle is "
         f"left behind), for {100 * overlap:.0f} % under the overlap law",
-        evidence=("tests/physics/test_chain_laws.py",),
-        why="all but the first sample, in which nothing has moved",
     )
 
 
@@ -81,50 +73,35 @@ def _force(pairs: list[np.ndarray]) -> Statement:
     net = pushes(inner)
     compressed = contact_forces(inner, 1.0, 1.0)
     whole = as_printed.dashpot_force(_STIFFNESS, float(compressed.sum()))
-    return compare_everywhere(
-        Source("eq-14", "Methods, eq. (14)", "F = k dx, hence a = k dx/m, for two particles"),
+    return compare(
+        SOURCES["eq-14"],
         printed=[as_printed.dashpot_force(_STIFFNESS, 1.0 - float(x[1] - x[0])) for x in pairs],
         found=[abs(pushes(x)[0]) for x in pairs],
-        width=Width(0.01, "N", "central difference of energies of 1e4 J over 1e-7 m"),
         computed="slope of the elastic energy at 50 compressions; a particle between two others "
         f"feels the difference of its partial compressions, not its deformation ({net[1]:.4g} N "
         f"where k dx is {whole:.4g} N); there is no dashpot in it",
-        evidence=_LAW,
     )
 
 
 def _distance(pairs: list[np.ndarray]) -> Statement:
     deformed = [float(contact_forces(x, 1.0, 1.0)[0]) for x in pairs]
-    return compare_everywhere(
-        Source(
-            "eq-pair-distance",
-            "Methods, display after eq. (14)",
-            "x_2 - x_1 = (2r_0 - dx_1)/2 + (2r_0 - dx_2)/2 = 2r_0 - dx",
-        ),
+    return compare(
+        SOURCES["eq-pair-distance"],
         printed=[(1 - d) / 2 + (1 - d) / 2 for d in deformed],
         found=[float(x[1] - x[0]) for x in pairs],
-        width=round_off("m"),
         computed="deformations from the complementarity problem, equal for both particles",
-        evidence=_LAW,
     )
 
 
 def _accelerations(pairs: list[np.ndarray]) -> Statement:
     printed = [as_printed.pair_accelerations(x, RADIUS, _STIFFNESS, _MASS) for x in pairs]
     found = np.array([pushes(x) / _MASS for x in pairs])
-    return compare_everywhere(
-        Source(
-            "eq-15",
-            "Methods, eq. (15)",
-            "a_1 = k/m (2r_0 - (x_2 - x_1)), a_2 = -k/m (2r_0 - (x_2 - x_1))",
-        ),
+    return compare(
+        SOURCES["eq-15"],
         printed=printed,
         found=found,
-        width=Width(0.01, "m/s2", "central difference of energies of 1e4 J over 1e-7 m"),
         computed="slope of the elastic energy: particle 1 is pushed back, particle 2 on",
         corrected=-np.array(printed),
-        correction="signs of a_1 and a_2 exchanged, for x_1 < x_2",
-        evidence=_LAW,
     )
 
 
@@ -139,27 +116,21 @@ def _no_solution() -> Statement:
     closed = peak * np.sin(np.pi * rk4.time / t0)
     stepped = float(np.abs(rk4.compression - closed).max()) / peak
     return claim(
-        Source("text-no-solution", "Methods, after eq. (15)", "there is no analytical solution"),
+        SOURCES["text-no-solution"],
         holds=off > 1e-6,
-        computed=f"dx = v sqrt(m/2k) sin(sqrt(2k/m) t) meets the exact propagator to {off:.0e} and "
-        f"RK4 to {stepped:.0e} of the peak, all through the contact",
-        correction="harmonic: half a wave, over after pi sqrt(m/2k)",
-        evidence=_RUNS,
-        why="the closed form would have to miss the motion",
+        computed="dx = v sqrt(m/2k) sin(sqrt(2k/m) t) differs from the exact propagator "
+        f"by {bounded(off)} and from RK4 by {bounded(stepped)} of the peak, "
+        "all through the contact",
     )
 
 
 def _exchange() -> Statement:
     final = free_collision(2).final_velocity
     return compare(
-        Source(
-            "text-exchange", "Methods, after eq. (15)", "two particles exchange their velocities"
-        ),
+        SOURCES["text-exchange"],
         printed=0.0,
         found=float(final[0]),
-        width=Width(1e-9, "m/s", "exact propagator at 2 m/s: round-off"),
-        computed=f"velocities at the end {final[0]:.1e} and {final[1]:.6f} m/s at 1e6 N/m",
-        evidence=_RUNS,
+        computed=f"velocities at the end {bounded(final[0])} and {final[1]:.6f} m/s at 1e6 N/m",
     )
 
 
@@ -186,28 +157,13 @@ def _errors(printed: Printed) -> list[Statement]:
     )
     return [
         claim(
-            Source(
-                "text-error-size",
-                "Methods, after eq. (15), and Fig. 7",
-                "the error of the peak deformation is below half a percent from 10,000 N/m on, a "
-                "tenth of the lowest stiffness used",
-            ),
+            SOURCES["text-error-size"],
             holds=max(scaled[start:]) < printed.error_percent and ratio == 10,
             computed=f"two particles by RK4, {lists}; lowest stiffness over it: {ratio:g}",
-            evidence=("tests/chain/test_propagators.py",),
-            why="the printed bound, for a step that follows the stiffness",
         ),
         claim(
-            Source(
-                "text-error-falls",
-                "Methods, after eq. (15), and Fig. 7",
-                "the error of the peak deformation falls with stiffness",
-            ),
+            SOURCES["text-error-falls"],
             holds=scaled[-1] < 0.1 * scaled[0] or fixed[-1] < 0.1 * fixed[0],
             computed=lists,
-            correction="RK4's error depends on omega times the step alone: it does not change with "
-            "stiffness at a step in contact times and grows at a fixed one",
-            evidence=("tests/chain/test_propagators.py",),
-            why="a significant fall: to a tenth from 1e2 to 1e6 N/m, in one of the two ways",
         ),
     ]

@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from harness.reproduction import as_printed
-from harness.reproduction.claims import Source, Statement, compare, compare_everywhere
-from harness.reproduction.ledger.widths import round_off
+from harness.reproduction.claims import Statement, compare
+from harness.reproduction.source import SOURCES
 from harness.theory.critical_angle import critical_angle
 from harness.theory.two_spheres import impulse_on_fixed
 
@@ -17,7 +17,7 @@ _REACHED = 0.54  # of tall towers, for the numbers in words
 
 
 def statements() -> list[Statement]:
-    """Return the rows in the order of the text."""
+    """Return the rows of this part."""
     return [_reference_impulse(), _shock(), _direction()]
 
 
@@ -26,19 +26,12 @@ def _reference_impulse() -> Statement:
     ideal = mass * speed  # what stops the normal velocity at e_n = 0
     elastic = impulse_on_fixed(mass, 1e6, speed, 0.0)
     return compare(
-        Source(
-            "eq-13-reference",
-            "Methods, eq. (13); Results, before Fig. 10",
-            "J_0, the impulse of the ideal shock, is that of the two-particle run",
-        ),
+        SOURCES["eq-13-reference"],
         printed=elastic,
         found=ideal,
-        width=round_off("m v"),
         computed=f"the two-particle run is elastic and gives {elastic:g} m v, the ideal shock, "
         f"which has e_n = 0, {ideal:g} m v: alpha is taken from rebounds and used where there are "
         "none",
-        correction="alpha(n) = J(n)/J(1), a ratio of two elastic runs",
-        evidence=("tests/theory/test_chain.py",),
     )
 
 
@@ -46,22 +39,14 @@ def _shock() -> Statement:
     after = 0.5
     falls = [critical_angle(as_printed.modified_shock(1.0, after, a)) for a in (1.0, _REACHED)]
     rises = [critical_angle(as_printed.modified_velocity(after, a) ** 2) for a in (1.0, _REACHED)]
-    return compare_everywhere(
-        Source(
-            "eq-13",
-            "Methods, eq. (13)",
-            "v_i(n) = v_i alpha(n), hence shock(n) = |(v_0 - v_s alpha(n))/v_0|^2",
-        ),
+    return compare(
+        SOURCES["eq-13"],
         printed=[as_printed.modified_shock(1.0, after, a) for a in _RATIOS],
         found=[as_printed.modified_velocity(after, a) ** 2 for a in _RATIOS],
-        width=round_off(),
         computed="energy of the second line's velocity against the third line's shock at e_n = 0, "
         f"alpha from 0.3 to 1: they agree at alpha = 1 only and lead opposite ways, theta_c "
         f"{falls[0]:.2f} to {falls[1]:.2f} deg by the third line, {rises[0]:.2f} to "
         f"{rises[1]:.2f} deg by the second, at alpha = {_REACHED:g}",
-        correction="what alpha scales is the velocity lost: v_i(n) = v_0 - alpha (v_0 - v_i), "
-        "which is the third line at e_n = 0 and the default here; the other reading stands beside",
-        evidence=("tests/theory/test_shock.py", "tests/theory/test_critical_angle.py"),
     )
 
 
@@ -70,21 +55,14 @@ def _direction() -> Statement:
     before = np.array([math.sqrt(3) / 2, 0.5])  # normal and tangential part
     left = [float((before[0] * (1 - a)) ** 2 + before[1] ** 2) for a in _RATIOS]
     at = float((before[0] * (1 - _REACHED)) ** 2 + before[1] ** 2)
-    return compare_everywhere(
-        Source(
-            "eq-13-direction",
-            "Methods, eq. (13)",
-            "a contact that gives alpha of the impulse leaves |1 - alpha/2|^2 of the energy",
-        ),
+    return compare(
+        SOURCES["eq-13-direction"],
         printed=[as_printed.modified_shock(1.0, 0.5, a) for a in _RATIOS],
         found=left,
-        width=round_off(),
         computed="the impulse acts along the contact's normal and takes sqrt(3)/2 v' from the "
         "velocity, not the v'/2 by which the speed falls: in vectors, alpha of it leaves "
         f"1/4 + 3/4 (1 - alpha)^2, {at:.3f} in place of "
         f"{as_printed.modified_shock(1.0, 0.5, _REACHED):.3f} at alpha = {_REACHED:g}, and "
         f"theta_c = {critical_angle(at):.2f} deg",
         corrected=[0.25 + 0.75 * (1 - a) ** 2 for a in _RATIOS],
-        correction="1/4 + 3/4 (1 - alpha)^2",
-        evidence=("tests/verbs/reproduction/ledger/test_methods.py",),
     )

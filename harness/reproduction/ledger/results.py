@@ -7,17 +7,14 @@ import numpy as np
 from harness.observables.tower import TowerRun
 from harness.parameters.tower import Tower
 from harness.reproduction.as_printed import Printed
-from harness.reproduction.claims import Source, Statement, Width, claim, compare
+from harness.reproduction.claims import Statement, claim, compare
 from harness.reproduction.ledger.runs import contact_intervals, run
+from harness.reproduction.source import SOURCES
 from harness.theory.two_spheres import contact_time_on_fixed
-
-_PLACE = "Results, three particles of Fig. 8"
-_RUNS = ("tests/physics/test_chain_laws.py", "tests/chain/test_propagators.py")
-_READ = Width(0.1, "t0", "a time read off a plot and given as 'about', in halves of t0")
 
 
 def statements(printed: Printed) -> list[Statement]:
-    """Return the rows in the order of the text."""
+    """Return the rows of this part."""
     three = run(Tower(height=2))
     return [_unit_of_time(), _collapse(), _begins(three), *_times(three, printed), _aligned(three)]
 
@@ -27,13 +24,11 @@ def _unit_of_time() -> Statement:
     one = run(case)
     found = contact_intervals(one)[0][1] * one.tower.contact_time
     return compare(
-        Source("text-unit-of-time", "Results, Fig. 8", "t_0 is the contact of two particles"),
+        SOURCES["text-unit-of-time"],
         printed=contact_time_on_fixed(1.0, 1e6, 2.0, 9.81),
         found=found,
-        width=Width(1e-9, "s", "the exact propagator locates the end of a contact to round-off"),
         computed=f"contact of the grain with one fixed particle at 1e6 N/m and 2 m/s: {found:.6f} "
         "s in the run, (2/omega)(pi - atan(v0 omega/g)) in closed form",
-        evidence=_RUNS,
     )
 
 
@@ -48,11 +43,7 @@ def _collapse() -> Statement:
             curves.append(force / run(Tower(height=1, stiffness=stiffness)).grain_force.max())
         off[height] = [float(np.abs(curves[i] - curves[i + 1]).max()) for i in (0, 1)]
     return claim(
-        Source(
-            "text-collapse",
-            "Results, Fig. 9",
-            "t/t_0 collapses runs whose stiffnesses are an order of magnitude apart",
-        ),
+        SOURCES["text-collapse"],
         holds=max(max(values) for values in off.values()) < 0.1,
         computed="; ".join(
             f"{height + 1} particles: force curves of 1e5 and 1e6 N/m at most {values[0]:.3f}, of "
@@ -61,8 +52,6 @@ def _collapse() -> Statement:
         )
         + " (3 t0, 2 m/s): exact without gravity, with it the one parameter m g/(v0 sqrt(k m)) "
         "is left, which tells at 1e5 N/m",
-        evidence=("tests/verbs/test_impulse_angles.py",),
-        why="a tenth of the two-particle peak, all along 3 t0",
     )
 
 
@@ -72,13 +61,10 @@ def _begins(three: TowerRun) -> Statement:
     displaced = float(np.abs(three.profiles.displacements[early, 2]).max())
     opened = bool((three.profiles.forces[early, 1] == 0).all())
     return claim(
-        Source(
-            "text-parts", _PLACE, "at once the first two deform and break contact with the third"
-        ),
+        SOURCES["text-parts"],
         holds=opened and bool((three.contacts[early] == 1).all()) and displaced == 0,
         computed="from 0.01 to 0.4 t0 the second contact carries no force and the grain's chain "
         "is one contact long",
-        evidence=_RUNS,
     )
 
 
@@ -88,32 +74,25 @@ def _times(three: TowerRun, printed: Printed) -> list[Statement]:
     after = np.searchsorted(three.time_over_t0, second[0], side="right") + 1
     length = int(three.contacts[after])
     rows = [
-        ("text-joins", "the third particle joins at about 0.5 t0", printed.joins, joins),
-        ("text-returns", "the contact of the grain returns at 1 t0", printed.returns, second[0]),
-        ("text-leaves", "the grain leaves at about 1.5 t0", printed.leaves, second[1]),
+        ("text-joins", printed.joins, joins),
+        ("text-returns", printed.returns, second[0]),
+        ("text-leaves", printed.leaves, second[1]),
     ]
     told = [
         compare(
-            Source(key, _PLACE, says),
+            SOURCES[key],
             printed=value,
             found=found,
-            width=_READ,
             computed=f"{found:.3f} t0 at 1e6 N/m and 2 m/s, deformable law, exact propagator",
-            evidence=_RUNS,
         )
-        for key, says, value, found in rows
+        for key, value, found in rows
     ]
     alone = claim(
-        Source(
-            "text-alone",
-            _PLACE,
-            "in between the grain is out of contact; its contact returns as a chain of two",
-        ),
+        SOURCES["text-alone"],
         holds=second[0] > first[1] and length == 2,
         computed=f"alone from {first[1]:.3f} to {second[0]:.3f} t0, then {length} contacts",
-        evidence=_RUNS,
     )
-    return [told[0], alone, *told[1:]]
+    return [*told, alone]
 
 
 def _aligned(three: TowerRun) -> Statement:
@@ -125,14 +104,8 @@ def _aligned(three: TowerRun) -> Statement:
     inside = changes[(changes > 3) & (changes < force.size - 5)]
     kinks = [abs(float(rate[i + 4] - rate[i - 3])) / scale for i in inside]
     return claim(
-        Source(
-            "text-aligned",
-            "Results, after Fig. 8",
-            "changes of the force curve fall on changes of the contact structure",
-        ),
+        SOURCES["text-aligned"],
         holds=bool(kinks) and min(kinks) > 0.1,
         computed=f"slope of the grain's force jumps by {min(kinks):.2f} to {max(kinks):.2f} of its "
         f"largest value at the {len(kinks)} changes of its chain",
-        evidence=_RUNS,
-        why="a tenth of the largest slope, far above what the curve turns by in a few samples",
     )

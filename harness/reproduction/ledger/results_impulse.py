@@ -12,16 +12,16 @@ from harness.observables.impulse import impulse
 from harness.observables.reference import PEYNEAU_ROUX
 from harness.parameters.tower import Tower
 from harness.reproduction.as_printed import Printed
-from harness.reproduction.claims import Source, Statement, Width, claim, compare, untestable
+from harness.reproduction.claims import Statement, claim, compare
 from harness.reproduction.ledger.runs import ratios, run
+from harness.reproduction.source import SOURCES
 
-_IMPULSES = ("tests/verbs/test_impulse_angles.py", "tests/observables/test_tower_run.py")
 _FLAT = 0.01  # what counts as no change of alpha, a hundredth
 _MEDIAN = (1e6, 2.0)
 
 
 def statements(printed: Printed) -> list[Statement]:
-    """Return the rows in the order of the text."""
+    """Return the rows of this part."""
     return [
         _null_hypothesis(),
         _six_runs(printed),
@@ -29,40 +29,16 @@ def statements(printed: Printed) -> list[Statement]:
         _plateau(printed),
         _little_effect(printed),
         *_angles(),
-        untestable(
-            Source(
-                "text-perrin",
-                "Results, Fig. 11",
-                "the angles recover Perrin's measurements and line of best fit",
-            ),
-            "the measured points are not published as numbers; give them as a table with "
-            "--reference",
-        ),
-        untestable(
-            Source(
-                "text-necessary",
-                "Results, last paragraph",
-                "compression chains are necessary and sufficient for thin layer stability",
-            ),
-            "one model that shows a trend is no proof of necessity; packings and their "
-            "rearrangement are not modelled here",
-        ),
     ]
 
 
 def _null_hypothesis() -> Statement:
     found = [impulse(run(Tower(height=1, stiffness=k, speed=v))) / v for k, v in ratios()]
     return claim(
-        Source(
-            "text-null",
-            "Results, before Fig. 10",
-            "the two-particle impulse stands for interactions of direct neighbours only",
-        ),
+        SOURCES["text-null"],
         holds=max(found) < 2.1 and min(found) >= 2.0,
         computed=f"J(1) of the six runs is {min(found):.4f} to {max(found):.4f} m v0: the rebound, "
         "2 m v0, and the weight during the contact",
-        evidence=("tests/chain/test_propagators.py",),
-        why="between a rebound and a twentieth more",
     )
 
 
@@ -78,18 +54,12 @@ def _six_runs(printed: Printed) -> Statement:
         and (heights[0], heights[-1]) == printed.heights
     )
     return claim(
-        Source(
-            "text-six-runs",
-            "Results, before Fig. 10",
-            "six simulations, three rigidities and two speeds, n from one to nineteen",
-        ),
+        SOURCES["text-six-runs"],
         holds=same and len(runs) == 6,
         computed=f"{len(runs)} runs of {heights[0]} to {heights[-1]} contacts: "
         f"{', '.join(f'{k:.0e}' for k in stiffnesses)} N/m at "
         f"{', '.join(f'{v:g}' for v in speeds)} m/s, m g/(v0 sqrt(k m)) from {gammas[0]:.5f} to "
         f"{gammas[-1]:.5f}",
-        correction="other runs than the source's",
-        evidence=_IMPULSES,
     )
 
 
@@ -104,18 +74,10 @@ def _decreases() -> Statement:
     worst = max(runs, key=lambda case: max(b - a for a, b in pairwise(runs[case].values())))
     row = ", ".join(f"{runs[worst][n]:.2f}" for n in range(1, 11))
     return claim(
-        Source(
-            "text-impulses-decrease",
-            "Results, Fig. 10",
-            "impulses decrease asymptotically with the length of the chain, in all six runs",
-        ),
+        SOURCES["text-impulses-decrease"],
         holds=len(kept) == len(runs),
         computed=f"alpha falls in {len(kept)} of {len(runs)} runs; at {worst[0]:.0e} N/m and "
         f"{worst[1]:g} m/s it is {row} for n = 1 to 10",
-        correction="not where weight matters most, at the lowest stiffness and speed: there the "
-        "tower still sinks at 3 t0, where the search of the window ends",
-        evidence=_IMPULSES,
-        why="never up by more than a hundredth from one height to the next",
     )
 
 
@@ -137,11 +99,7 @@ def _plateau(printed: Printed) -> Statement:
     anywhere = {n: longest_chains(n)[1] for n in heights}
     later = {span: longest_chains(60, span)[1] for span in (3.0, 6.0, 12.0)}
     return claim(
-        Source(
-            "text-plateau",
-            "Results, after Fig. 10",
-            "the length of chains levels off at about ten contacts",
-        ),
+        SOURCES["text-plateau"],
         holds=abs(grain[19] - printed.longest_chain) <= 1 and grain[30] == grain[19],
         computed="longest chain of the grain / anywhere in the tower within 3 t0: "
         + ", ".join(f"n = {n}: {grain[n]}/{anywhere[n]}" for n in heights)
@@ -150,8 +108,6 @@ def _plateau(printed: Printed) -> Statement:
         + ", ".join(f"{length} within {span:g} t0" for span, length in later.items()),
         correction=f"the chain of the grain levels off at {grain[30]} contacts; under the overlap "
         "law a touching tower is one chain from the start",
-        evidence=("tests/physics/test_chain_laws.py",),
-        why="ten to one contact",
     )
 
 
@@ -165,24 +121,19 @@ def _little_effect(printed: Printed) -> Statement:
     ]
     settled = {
         case: min(
-            n for n in alpha
+            n
+            for n in alpha
             if all(abs(alpha[m] - alpha[max(alpha)]) <= _FLAT for m in alpha if m >= n)
         )
         for case, alpha in runs.items()
-    }  # fmt: skip
+    }
     return claim(
-        Source(
-            "text-little-effect",
-            "Results, after Fig. 10",
-            "beyond ten contacts height has little to no effect",
-        ),
+        SOURCES["text-little-effect"],
         holds=max(beyond) <= _FLAT,
         computed=f"alpha varies by {max(beyond):.1e} at most from n = {printed.longest_chain} to "
         f"{printed.heights[1]}; it is within {_FLAT:g} of its end from n = "
         + ", ".join(f"{n} ({k:.0e} N/m, {v:g} m/s)" for (k, v), n in settled.items())
         + " on",
-        evidence=_IMPULSES,
-        why="a hundredth of alpha",
     )
 
 
@@ -196,31 +147,18 @@ def _angles() -> list[Statement]:
     published = PEYNEAU_ROUX
     return [
         claim(
-            Source(
-                "text-angle-falls",
-                "Results, Fig. 11",
-                "the critical angle falls with height, as in thin layer stability",
-            ),
+            SOURCES["text-angle-falls"],
             holds=first[1] < first[0] - 1 and falls(alpha),
             computed=f"theta_c at n = 1 and 19 is {first[0]:.2f} and {first[1]:.2f} deg by eq. "
             f"(13)'s shock; {last[0]:.2f} and {last[1]:.2f} deg by its velocity; overlap law "
             f"{overlap:.2f} deg at n = 19 (1e6 N/m, 2 m/s)",
-            evidence=("tests/theory/test_critical_angle.py", *_IMPULSES),
-            why="down by more than a degree, never up by more than a hundredth in alpha",
         ),
         compare(
-            Source(
-                "text-tall-limit",
-                "Results, Fig. 11",
-                "tall towers reach the angle of frictionless spheres, here the published one",
-            ),
+            SOURCES["text-tall-limit"],
             printed=first[1],
             found=published.value_deg,
-            width=Width(
-                published.uncertainty_deg, "deg", f"its uncertainty ({published.citation})"
-            ),
+            tolerance=published.uncertainty_deg,
             computed=f"{first[1]:.2f} deg against {published.value_deg} +- "
             f"{published.uncertainty_deg} deg, {published.what}",
-            evidence=_IMPULSES,
         ),
     ]

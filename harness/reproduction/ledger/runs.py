@@ -52,9 +52,13 @@ def ratios(law: Law = "deformable") -> Ratios:
 def windows(law: Law, window: Window, heights: tuple[int, ...] = HEIGHTS) -> dict[int, ImpulseRow]:
     """Return the rows of another window by height, at 1e6 N/m and 2 m/s."""
     rows = impulse_table(
-        laws=(law,), windows=(window,), heights=heights, stiffnesses=(1e6,), speeds=(2.0,),
+        laws=(law,),
+        windows=(window,),
+        heights=heights,
+        stiffnesses=(1e6,),
+        speeds=(2.0,),
         solver="exact",
-    )  # fmt: skip
+    )
     return {row.height: row for row in rows}
 
 

@@ -2,12 +2,28 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from harness.reproduction.movies.film import Film
+    from harness.reproduction.movies.frames import InclineMotion, Motions, RowMotion
     from harness.reproduction.movies.stage import Image
-    from harness.reproduction.row_motion import InclineMotion, Motions, RowMotion
+
+
+@dataclass(frozen=True)
+class Film:
+    """A movie with its title and caption.
+
+    ``gif`` is the looping movie, ``still`` a PNG of its most telling frame;
+    ``dump`` is a gzipped LAMMPS text dump, to be named ``<name>.dump.gz``.
+    """
+
+    name: str
+    title: str
+    caption: str
+    gif: bytes
+    still: bytes
+    dump: bytes
 
 
 class Scene(Protocol):
@@ -45,7 +61,6 @@ def films(motions: Motions) -> list[Film]:
 
 
 def _film(motion: RowMotion | InclineMotion, scene: Scene, dump: bytes) -> Film:
-    from harness.reproduction.movies.film import Film
     from harness.reproduction.movies.gif import FRAME_MS, gif
     from harness.reproduction.movies.stage import png
 

@@ -8,13 +8,14 @@ velocities and forces for what they are; columns with ``v_`` come in by their na
 from __future__ import annotations
 
 import gzip
+import math
 from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from harness.cases.incline.result import InclineRun
-from harness.reproduction.row_motion import InclineMotion, RowMotion
+from harness.reproduction.movies.frames import InclineMotion, RowMotion
 
 Floats = NDArray[np.float64]
 
@@ -113,12 +114,24 @@ def _zipped(
     parts = ["ITEM: UNITS\nsi\n"]
     box = "\n".join(f"{low:.9g} {high:.9g}" for low, high in bounds)
     form = " ".join("%d" if name in _WHOLE else "%.7g" for name in columns)
-    for step, (time, table) in enumerate(zip(times, tables, strict=True)):
-        # + 0.0: no minus before a zero
-        rows = "\n".join(form % tuple(row) for row in table + 0.0)
+    for step, (time, table) in enumerate(zip(times, _without_round_off(tables), strict=True)):
+        rows = "\n".join(form % tuple(row) for row in table)
         parts.append(
             f"ITEM: TIME\n{time:.9g}\nITEM: TIMESTEP\n{step}\n"
             f"ITEM: NUMBER OF ATOMS\n{len(table)}\nITEM: BOX BOUNDS ff ff ff\n{box}\n"
             f"ITEM: ATOMS {' '.join(columns)}\n{rows}\n"
         )
     return gzip.compress("".join(parts).encode("ascii"), 9, mtime=0)
+
+
+def _without_round_off(tables: Iterable[Floats]) -> Floats:
+    """Return tables (F, N, columns) to ten digits of each column's largest number.
+
+    What is left of a difference of larger numbers would be another on another machine.
+    """
+    frames = np.array(list(tables))
+    for column in np.moveaxis(frames, -1, 0):
+        largest = float(np.abs(column).max())
+        if largest:
+            np.round(column, 10 - math.floor(math.log10(largest)), out=column)
+    return frames + 0.0  # no minus before a zero

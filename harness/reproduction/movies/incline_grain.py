@@ -12,8 +12,8 @@ from matplotlib.patches import Circle
 from harness.cases.incline.result import InclineRun, Motion
 from harness.observables.trajectory import Trajectory
 from harness.report.figures.style import BLACK, BLUE, RED, label
+from harness.reproduction.movies.frames import InclineMotion
 from harness.reproduction.movies.stage import Camera, Image, power, stage
-from harness.reproduction.row_motion import InclineMotion
 
 WIDTH, HEIGHT = 880, 700
 _LOOKS = ((RED, "--"), (BLUE, "-"))

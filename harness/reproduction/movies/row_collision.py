@@ -11,8 +11,8 @@ from matplotlib.patches import Circle, Ellipse
 from matplotlib.text import Text
 
 from harness.report.figures.style import BLUE, COLOURS, RED, STYLES, label
+from harness.reproduction.movies.frames import RowMotion
 from harness.reproduction.movies.stage import Camera, Image, power, stage
-from harness.reproduction.row_motion import RowMotion
 
 WIDTH, HEIGHT = 880, 520
 _FILLS = ("#d9d9d9", "#f7d9c4", "#c4e0f0")

@@ -13,8 +13,8 @@ from matplotlib.patches import Ellipse, Rectangle
 from matplotlib.ticker import MaxNLocator
 
 from harness.report.figures.style import BLACK, RED, label
+from harness.reproduction.movies.frames import RowMotion
 from harness.reproduction.movies.stage import Camera, Image, power, stage
-from harness.reproduction.row_motion import RowMotion
 
 WIDTH, HEIGHT = 880, 680
 _COLOURS = colormaps["Blues"]

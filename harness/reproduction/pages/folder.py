@@ -1,17 +1,18 @@
-"""Write the reproduction's folder: aside first, then in place of the old one."""
+"""Write the reproduction's folder beside its place first, then in place of the old one."""
 
 from __future__ import annotations
 
-from pathlib import Path
+import os
+from pathlib import Path, PurePath
 
 from harness.atomic_write import whole_folder
 from harness.errors import RequestError
 from harness.report.target import check_writable
 from harness.reproduction.movies import films as draw_films
-from harness.reproduction.pages.gallery import all_pictures
 from harness.reproduction.pages.page import html_page
+from harness.reproduction.pages.pictures import all_pictures
 from harness.reproduction.pages.text import markdown
-from harness.reproduction.result import Reproduction
+from harness.reproduction.run import Reproduction
 
 LEDGER = "ledger.csv"
 
@@ -39,12 +40,13 @@ def write(found: Reproduction, folder: Path) -> None:
     :func:`check_folder` does.
     """
     check_folder(folder)
+    root = os.path.relpath(Path.cwd(), folder.absolute())
     with whole_folder(folder, replace=True) as aside:
         aside.mkdir()
-        _fill(found, aside)
+        _fill(found, aside, PurePath(root).as_posix())
 
 
-def _fill(found: Reproduction, folder: Path) -> None:
+def _fill(found: Reproduction, folder: Path, root: str) -> None:
     for name in ("figures", "movies", "dumps"):
         (folder / name).mkdir()
     pictures, films = all_pictures(found), draw_films(found.motions)
@@ -52,7 +54,8 @@ def _fill(found: Reproduction, folder: Path) -> None:
         (folder / "figures" / f"{picture.name}.svg").write_text(picture.svg, encoding="utf-8")
     for film in films:
         (folder / "movies" / f"{film.name}.gif").write_bytes(film.gif)
+        (folder / "movies" / f"{film.name}.png").write_bytes(film.still)
         (folder / "dumps" / f"{film.name}.dump.gz").write_bytes(film.dump)
     found.ledger.frame().to_csv(folder / LEDGER, index=False)
-    (folder / "report.md").write_text(markdown(found, pictures, films), encoding="utf-8")
-    (folder / "report.html").write_text(html_page(found, pictures, films), encoding="utf-8")
+    for name, page in (("report.md", markdown), ("report.html", html_page)):
+        (folder / name).write_text(page(found, pictures, films, root), encoding="utf-8")

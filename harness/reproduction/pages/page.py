@@ -6,46 +6,39 @@ from collections.abc import Sequence
 
 from harness.report.gallery import Picture
 from harness.report.page import Shown
-from harness.report.templating import environment
 from harness.report.vector import size
-from harness.reproduction.movies.film import Film
+from harness.reproduction.movies import Film
+from harness.reproduction.pages import text
 from harness.reproduction.pages.findings import findings_text
-from harness.reproduction.pages.text import (
-    FIGURES,
-    LEAD,
-    MOVIES,
-    TITLE,
-    counts,
-    explained,
-    links,
-    provenance,
-)
-from harness.reproduction.result import Reproduction
+from harness.reproduction.pages.templates import templates
+from harness.reproduction.run import Reproduction
 
 
-def html_page(found: Reproduction, pictures: Sequence[Picture], films: Sequence[Film]) -> str:
-    """Return the page; figures and movies are files beside it, named relative to it."""
+def html_page(
+    found: Reproduction, pictures: Sequence[Picture], films: Sequence[Film], root: str
+) -> str:
+    """Return the page; figures and movies are files beside it, named relative to it.
+
+    ``root`` is the repository, seen from the report's folder.
+    """
     from markdown_it import MarkdownIt
     from markupsafe import Markup
 
     to_html = MarkdownIt("commonmark", {"html": False}).enable("table").render
-    return (
-        environment("harness.reproduction")
-        .get_template("reproduction.html.j2")
-        .render(
-            title=TITLE,
-            lead=LEAD.replace("`", ""),
-            counts=counts(found),
-            total=len(found.ledger.statements),
-            # our own text, rendered without raw HTML
-            findings=Markup(to_html(findings_text(found))),
-            rows=[(s, explained(s), links(s)) for s in found.ledger.statements],
-            figures_text=FIGURES,
-            pictures=[_shown(picture) for picture in pictures],
-            movies_text=MOVIES,
-            films=films,
-            provenance=provenance(found),
-        )
+    page = templates().get_template("reproduction.html.j2")
+    return page.render(
+        title=text.TITLE,
+        lead=text.LEAD.replace("`", ""),
+        counts=text.counts(found),
+        total=len(found.ledger.statements),
+        # our own text, rendered without raw HTML
+        findings=Markup(to_html(findings_text(found))),
+        rows=[(s, text.explained(s), text.links(s, root)) for s in found.ledger.statements],
+        figures_text=text.FIGURES,
+        pictures=[_shown(picture) for picture in pictures],
+        movies_text=text.MOVIES,
+        films=films,
+        provenance=text.provenance(found),
     )
 
 

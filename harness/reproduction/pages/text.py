@@ -6,19 +6,19 @@ from collections.abc import Sequence
 from pathlib import PurePosixPath
 
 from harness.report.gallery import Picture
-from harness.reproduction.claims import Standing, Statement
-from harness.reproduction.movies.film import Film
+from harness.reproduction.claims import ClaimStatus, Statement
+from harness.reproduction.movies import Film
 from harness.reproduction.pages.findings import findings_text
-from harness.reproduction.result import Reproduction
+from harness.reproduction.run import Reproduction
 
 TITLE = "Harper, Dufek and Breard (arXiv 2409.13633), recomputed"
 
 LEAD = (
     "One row for every numbered equation, testable number and figure of the source, both "
     "appendices included, and for each erratum. A row holds what the statement gives as it "
-    "stands, the same quantity by a route of its own, and the standing that follows. The errata "
+    "stands, the same quantity by a route of its own, and the status that follows. The errata "
     "come last, with those of our own restatement, from which this harness was planned. "
-    "`dem-harness reproduce` makes this folder again; nothing in it is typed in."
+    "`dem-harness reproduce` makes such a folder; nothing in it is typed in."
 )
 
 FIGURES = (
@@ -32,43 +32,50 @@ MOVIES = (
 )
 
 
-def markdown(found: Reproduction, pictures: Sequence[Picture], films: Sequence[Film]) -> str:
-    """Return the report as Markdown, with links to ledger, figures, movies and dumps."""
+def markdown(
+    found: Reproduction, pictures: Sequence[Picture], films: Sequence[Film], root: str
+) -> str:
+    """Return the report as Markdown, with links to ledger, figures, movies and dumps.
+
+    ``root`` is the repository, seen from the report's folder.
+    """
     lines = [f"# {TITLE}", "", LEAD, "", *_counts(found), "", "## Findings", ""]
-    lines += [findings_text(found), "", "## Ledger", "", "As a table for pandas: "]
-    lines[-1] += "[ledger.csv](ledger.csv).\n"
-    lines += ["| where | the source says | standing | computed here | evidence |"]
-    lines += ["|---|---|---|---|---|", *(_row(s) for s in found.ledger.statements)]
+    lines += [findings_text(found), "", "## Ledger", ""]
+    lines += ["As a table for pandas: [ledger.csv](ledger.csv).", ""]
+    lines += ["| where | the source says | status | computed here | evidence |"]
+    lines += ["|---|---|---|---|---|", *(_row(s, root) for s in found.ledger.statements)]
     lines += ["", "## Figures", "", FIGURES, ""]
     for picture in pictures:
         lines += [f"### {picture.title}", "", f"![{picture.title}](figures/{picture.name}.svg)", ""]
         lines += [picture.caption, ""]
-    lines += ["## Movies", "", MOVIES, ""]
+    lines += ["## Movies", "", f"{MOVIES} A still starts its movie when it is clicked.", ""]
     for film in films:
-        lines += [f"### {film.title}", "", f"![{film.title}](movies/{film.name}.gif)", ""]
+        still = f"![{film.title}](movies/{film.name}.png)"
+        lines += [f"### {film.title}", "", f"[{still}](movies/{film.name}.gif)", ""]
         lines += [f"{film.caption} Dump: [{film.name}.dump.gz](dumps/{film.name}.dump.gz).", ""]
     lines += ["## Provenance", "", *(f"- {name}: {text}" for name, text in provenance(found)), ""]
     return "\n".join(lines)
 
 
-def counts(found: Reproduction) -> list[tuple[Standing, int]]:
-    """Return how many statements have each standing."""
-    return [(standing, found.ledger.count(standing)) for standing in Standing]
+def counts(found: Reproduction) -> list[tuple[ClaimStatus, int]]:
+    """Return how many statements have each status."""
+    return [(status, found.ledger.count(status)) for status in ClaimStatus]
 
 
 def explained(statement: Statement) -> str:
     """Return what was computed, with the correction or the reason behind it."""
-    parts = [f"{statement.computed.removesuffix('.')}."]
-    if statement.correction:
-        parts.append(f"Correction: {statement.correction}.")
-    if statement.standing is Standing.UNTESTABLE:
-        parts = [f"{statement.why[0].upper()}{statement.why[1:]}."]
-    return " ".join(parts)
+    if statement.status is ClaimStatus.UNTESTABLE:
+        return f"{statement.why[0].upper()}{statement.why[1:]}."
+    text = f"{statement.computed.removesuffix('.')}."
+    return f"{text} Correction: {statement.correction}." if statement.correction else text
 
 
-def links(statement: Statement) -> list[tuple[str, str]]:
+def links(statement: Statement, root: str) -> list[tuple[str, str]]:
     """Return name and address of each piece of evidence, seen from the report's folder."""
-    return [(PurePosixPath(path).stem, _address(path)) for path in statement.evidence]
+    return [
+        (PurePosixPath(path).stem, path if path.startswith("figures/") else f"{root}/{path}")
+        for path in statement.evidence
+    ]
 
 
 def provenance(found: Reproduction) -> list[tuple[str, str]]:
@@ -81,20 +88,14 @@ def provenance(found: Reproduction) -> list[tuple[str, str]]:
     ]
 
 
-def _address(path: str) -> str:
-    return path if path.startswith("figures/") else f"../../{path}"
-
-
 def _counts(found: Reproduction) -> list[str]:
-    cells = counts(found)
-    total = len(found.ledger.statements)
-    head = " | ".join(["statements", *(str(standing) for standing, _ in cells)])
-    values = " | ".join([str(total), *(str(count) for _, count in cells)])
-    return [f"| {head} |", f"|{'--:|' * (len(cells) + 1)}", f"| {values} |"]
+    cells = [("statements", len(found.ledger.statements)), *counts(found)]
+    names, values = (" | ".join(str(part) for part in row) for row in zip(*cells, strict=True))
+    return [f"| {names} |", f"|{'--:|' * len(cells)}", f"| {values} |"]
 
 
-def _row(statement: Statement) -> str:
+def _row(statement: Statement, root: str) -> str:
     source = statement.source
-    evidence = "<br>".join(f"[{name}]({address})" for name, address in links(statement))
-    cells = [source.where, source.says, str(statement.standing), explained(statement), evidence]
+    evidence = "<br>".join(f"[{name}]({address})" for name, address in links(statement, root))
+    cells = [source.where, source.says, str(statement.status), explained(statement), evidence]
     return "| " + " | ".join(cell.replace("|", "\\|").replace("\n", " ") for cell in cells) + " |"

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from harness.cases.incline.given_start import follow
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import Motion
 from harness.cases.incline.routes import (
@@ -18,7 +19,9 @@ from harness.cases.incline.routes import (
     settled_place,
     start_of,
 )
+from harness.cases.incline.runs import measured
 from harness.cases.incline.springs import spring_of
+from harness.cases.incline.template import scene_of, values_of
 from harness.engines.reference.engine import Reference
 from harness.engines.reference.row import acceleration, row_of
 from harness.parameters.contact import CLIPPED, PLASTIC
@@ -27,9 +30,13 @@ CASE = Incline(angle=12.0, contact=PLASTIC, steps_per_contact=400.0, phase=0.3)
 LAWS = ("linear", "Hertz")
 
 
+def row_in(case, law):
+    return row_of(scene_of(values_of(case, "steady"), law))
+
+
 def force(case, law, overlap):
     """Return the force of the kernel of the reference DEM on a grain over one sphere, at rest."""
-    row = row_of(case.replace(angle=0.0), law)
+    row = row_in(case.replace(angle=0.0), law)
     _, ay = acceleration(0.0, case.diameter - overlap, 0.0, 0.0, row)
     return case.mass * (ay + case.gravity)
 
@@ -57,7 +64,7 @@ def test_small_motions_under_a_load_have_the_rate_of_the_force(law):
     stiffness = np.ptp([force(CASE, law, x) for x in around]) / np.ptp(around)
     omega, zeta = spring.small_motion(9.81)
     assert omega == pytest.approx(math.sqrt(stiffness / CASE.mass), rel=1e-5)
-    row = row_of(CASE.replace(angle=0.0), law)
+    row = row_in(CASE.replace(angle=0.0), law)
     at_rest = acceleration(0.0, CASE.diameter - overlap, 0.0, 0.0, row)[1]
     sinking = acceleration(0.0, CASE.diameter - overlap, 0.0, -1e-3, row)[1]
     rate = (sinking - at_rest) / 1e-3
@@ -69,7 +76,7 @@ def test_a_grain_at_rest_on_a_crest_has_no_margin_on_a_hertz_spring():
     y = (3.0 * CASE.diameter - x) / math.tan(tilt)
     left = margin(CASE, 3, x, y, 0.0, 0.0, "Hertz")
     assert left == pytest.approx(0.0, abs=1e-12 * CASE.weight_energy)
-    ax, ay = acceleration(x, y, 0.0, 0.0, row_of(CASE, "Hertz"))
+    ax, ay = acceleration(x, y, 0.0, 0.0, row_in(CASE, "Hertz"))
     assert math.hypot(ax, ay) == pytest.approx(0.0, abs=1e-5 * CASE.gravity)
 
 
@@ -91,8 +98,8 @@ def test_the_margin_of_a_settled_contact_is_that_on_the_crest(contact):
     """On a Hertz spring too: the passage judges before the crest, the steady route on it."""
     case = CASE.replace(contact=contact)
     engine = Reference("rk4", spring="Hertz")
-    (passage,) = engine.inclines([case], "passage")
-    path = engine.follow(case, start_of(case, "passage", "Hertz"), 2.0, every=10)
+    (passage,) = measured(engine, [case], "passage")
+    path = follow(engine, case, start_of(case, "passage", "Hertz"), 2.0, every=10)
     margins = margin(case, 1, path.x_m, path.y_m, path.vx_m_per_s, path.vy_m_per_s, "Hertz")
     crest = np.flatnonzero(path.x_m > crest_place(case, 1, "Hertz"))[0]
     hops = contact is CLIPPED  # e = 0.24: it is judged on the crest itself
@@ -106,7 +113,7 @@ def test_energy_is_kept_without_damping_and_never_grows_with_it():
     undamped = CASE.replace(contact=PLASTIC.replace(damping_ratio=0.0))
     for case, most in ((undamped, 1e-6), (CASE, 1.0)):
         engine = Reference("rk4", spring="Hertz")
-        path = engine.follow(case, start_of(case, "passage", "Hertz"), 1.0, every=50)
+        path = follow(engine, case, start_of(case, "passage", "Hertz"), 1.0, every=50)
         state = (path.x_m, path.y_m, path.vx_m_per_s, path.vy_m_per_s)
         change = np.diff(energy(case, *state, "Hertz")) / case.weight_energy
         assert all(after <= 1e-7 for after in change)

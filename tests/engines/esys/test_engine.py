@@ -5,7 +5,12 @@ import time
 import pytest
 
 from harness.cases.drop.parameters import Drop
+from harness.cases.drop.runs import run_drops
+from harness.cases.drop.template import job_of as drop_job
 from harness.cases.incline.parameters import Incline
+from harness.cases.incline.runs import run_inclines
+from harness.cases.incline.template import job_of as incline_job
+from harness.cases.tower.engine_runs import run_towers
 from harness.engines.esys.engine import Esys
 from harness.engines.registry import open_engine
 from harness.errors import (
@@ -21,7 +26,7 @@ from harness.errors import (
 from harness.parameters.contact import PLASTIC, SOURCE, Contact
 from harness.parameters.tower import Tower
 
-DROP = Drop(contact=PLASTIC, speed=1.0, steps_per_contact=2.0, duration=1.0)
+DROP = Drop(contact=PLASTIC, speed=1.0, steps_per_contact=30.0, duration=1.0, every=15)
 INCLINE = Incline(contact=PLASTIC, stiffness=1e5, steps_per_contact=50.0)
 TOWER = Tower(height=1, law="overlap", stiffness=1e5)
 
@@ -32,7 +37,7 @@ def write(text):
 """
 GOOD_DROP = (
     WRITES
-    + 'write("t,x,y,vx,vy\\n0,0,1,0,-1\\n1,0,1,0,-1\\n2,0,1,0,-1\\n")\n'
+    + 'write("time_s,x_m,y_m,vx_m_per_s,vy_m_per_s\\n0,0,1,0,-1\\n1,0,1,0,-1\\n2,0,1,0,-1\\n")\n'
     + 'print("RESULT verdict = finished")\n'
 )
 
@@ -44,14 +49,14 @@ GOOD_DROP = (
         ("print('no'); sys.exit(3)", EngineCrashError, "exit status 3 .*no"),
         ("raise ValueError('what is this')", EngineInputError, "what is this"),
         ("print('bye')", EngineOutputError, "without a result .*bye"),
-        ("print('RESULT verdict = finished')", EngineOutputError, "series of 0 lines"),
+        ("print('RESULT verdict = finished')", EngineOutputError, "left no table"),
         (GOOD_DROP.replace("2,0,1,0,-1", "2,0,1"), EngineOutputError, "incomplete series"),
         (GOOD_DROP.replace("1,0,-1\\n2", "nan,0,-1\\n2"), EngineNaNError, "not numbers"),
     ],
     ids=["signal", "status", "exception", "no result", "no file", "half a file", "NaN"],
 )
 def test_a_drop_that_goes_wrong_is_named_with_what_it_left(fake, body, error, words):
-    (found,) = fake(body).drops([DROP])
+    (found,) = run_drops(fake(body), [DROP])
     assert type(found) is error
     assert found.args[0]
     with pytest.raises(error, match=words):
@@ -61,7 +66,7 @@ def test_a_drop_that_goes_wrong_is_named_with_what_it_left(fake, body, error, wo
 
 def test_one_that_hangs_is_ended(fake):
     started = time.monotonic()
-    (found,) = fake("time.sleep(1000)", seconds=0.5).drops([DROP])
+    (found,) = run_drops(fake("time.sleep(1000)", seconds=0.5), [DROP])
     assert isinstance(found, EngineTimeoutError)
     assert time.monotonic() - started < 30.0
 
@@ -69,7 +74,7 @@ def test_one_that_hangs_is_ended(fake):
 def test_the_others_of_a_batch_go_on(fake):
     body = 'if words["gravity"] != "0.0": sys.exit("bad")\n' + GOOD_DROP
     engine = fake(body)
-    good, bad, last = engine.drops([DROP, DROP.replace(gravity=1.0), DROP])
+    good, bad, last = run_drops(engine, [DROP, DROP.replace(gravity=1.0), DROP])
     assert isinstance(bad, EngineError)
     assert good.path.y_m.tolist() == last.path.y_m.tolist() == [1.0, 1.0, 1.0]
     assert (good.provenance.engine_version, good.provenance.script) == ("9.9", "drop.py")
@@ -81,27 +86,29 @@ def test_rows_that_die_together_run_alone(fake):
     alone = (
         WRITES
         + 'if words["phases"] != "0.5":\n    sys.exit("lost")\n'
-        + 'write("t,x,y,vx,vy\\n0,0.5,1,1,0\\n1,0.9,1,1,0\\n")\n'
+        + 'head = "time_s,x_m[1],y_m[1],vx_m_per_s[1],vy_m_per_s[1]"\n'
+        + 'write(head + "\\n0,0.5,1,1,0\\n1,0.9,1,1,0\\n")\n'
         + 'print("RESULT verdict = moves_on")\n'
     )
     cases = [INCLINE.replace(phase=phase) for phase in (0.0, 0.5)]
-    lost, found = fake(alone).inclines(cases, "passage")
+    lost, found = run_inclines(fake(alone), cases, "passage")
     assert isinstance(lost, EngineCrashError)
     assert "phases=0.0" in lost.log
     assert found.margin_J > 0.0
 
 
 def test_a_tower_that_is_cut_short_is_named(fake):
-    body = WRITES + 'write("step,id,x,v,f\\n0,0,0,2,9.81\\n")\nprint("RESULT verdict = finished")'
-    (found,) = fake(body).towers([TOWER], 1.0, steps_per_contact=100.0)
+    head = ",".join(["step", *(f"{name}[{i}]" for name in ("x_m", "vx_m_per_s") for i in (1, 2))])
+    body = WRITES + f'write("{head}\\n0,0,1,2,0\\n")\nprint("RESULT verdict = finished")'
+    (found,) = run_towers(fake(body), [TOWER], 1.0, steps_per_contact=100.0)
     assert isinstance(found, EngineOutputError)
 
 
 @pytest.mark.parametrize(
     ("cases", "words"),
     [
-        ([DROP.replace(contact=SOURCE)], "'source' cannot be stated .* always have the clipped"),
-        ([INCLINE.replace(contact=SOURCE)], "'source' cannot be stated"),
+        ([DROP.replace(contact=SOURCE)], "cannot run 'drop': its contacts always have the clipped"),
+        ([INCLINE.replace(contact=SOURCE)], "cannot run 'incline': its contacts always"),
         (
             [INCLINE.replace(steps_per_contact=23.8)],
             r"steps_per_contact = 23\.8 is unstable .* greater than 23\.853",
@@ -110,19 +117,20 @@ def test_a_tower_that_is_cut_short_is_named(fake):
 )
 def test_what_it_cannot_state_is_refused_before_anything_runs(fake, cases, words):
     engine = fake("sys.exit(1)")
+    jobs = [drop_job(c) if isinstance(c, Drop) else incline_job(c, "passage") for c in cases]
     with pytest.raises(RequestError, match=words):
-        engine.drops(cases) if isinstance(cases[0], Drop) else engine.inclines(cases, "passage")
+        engine.run(jobs)
 
 
 def test_a_rebounding_contact_asks_for_fewer_steps(fake):
     soft = Contact(restitution=1.0, damping_ratio=None, tail="clipped")
     case = Incline(contact=soft, steps_per_contact=4.0, stiffness=1e5)
-    (found,) = fake("sys.exit(1)").inclines([case], "passage")
+    (found,) = run_inclines(fake("sys.exit(1)"), [case], "passage")
     assert isinstance(found, EngineCrashError)
 
 
 def test_a_program_or_launcher_that_is_not_there_is_named(monkeypatch, script_file):
-    with pytest.raises(RequestError, match=r"--esys '/no/such': no such executable"):
+    with pytest.raises(RequestError, match=r"^--program esys='/no/such': no such executable"):
         open_engine("esys", programs={"esys": "/no/such"})
     here = script_file("exit 0", "esysparticle")
     with pytest.raises(RequestError, match=r"--mpirun 'no-such-mpirun': no such executable"):
@@ -146,5 +154,5 @@ def test_nothing_runs_after_close(fake):
     engine = fake(GOOD_DROP)
     engine.identify()
     engine.close()
-    (found,) = engine.drops([DROP])
+    (found,) = run_drops(engine, [DROP])
     assert isinstance(found, EngineCrashError)

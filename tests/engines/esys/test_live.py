@@ -8,13 +8,16 @@ import pytest
 
 from harness.cases.drop.parameters import Drop
 from harness.cases.drop.qualification import qualify
+from harness.cases.drop.runs import run_drops
+from harness.cases.drop.template import TEMPLATE
 from harness.cases.incline.critical_angles import critical_angle
 from harness.cases.incline.parameters import Incline
+from harness.cases.incline.runs import run_inclines
+from harness.cases.tower.engine_runs import run_towers
 from harness.cases.tower.run import tower
 from harness.comparison.verdicts import Verdict
-from harness.engines.esys import engine as esys_engine
+from harness.engines.contract import Job
 from harness.engines.esys.engine import Esys
-from harness.engines.esys.scripts import Script, drop_script
 from harness.engines.process import Limits
 from harness.engines.reference.engine import Reference
 from harness.errors import EngineError, EngineInputError, EngineMissingError, EngineTimeoutError
@@ -63,7 +66,7 @@ def test_it_qualifies(esys):
     ids=["head-on", "oblique", "3 mm"],
 )
 def test_a_drop_goes_where_the_reference_goes(esys, reference, case):
-    (ours,), (theirs,) = esys.drops([case]), reference.drops([case])
+    (ours,), (theirs,) = (run_drops(engine, [case]) for engine in (esys, reference))
     scale = max(1.0, float(np.abs(theirs.path.speed_m_per_s).max()))
     for name, unit in (("time_s", 1.0), ("y_m", case.diameter), ("vy_m_per_s", scale)):
         a, b = getattr(ours.path, name), getattr(theirs.path, name)
@@ -73,16 +76,16 @@ def test_a_drop_goes_where_the_reference_goes(esys, reference, case):
 def test_a_passage_goes_where_the_reference_goes(esys, reference):
     case = Incline(angle=10.5, stiffness=1e5, contact=PLASTIC, steps_per_contact=50.0)
     cases = [case, case.replace(phase=0.7), case.replace(angle=9.0)]
-    runs = zip(esys.inclines(cases, "passage"), reference.inclines(cases, "passage"), strict=True)
-    for ours, theirs in runs:
+    runs = (run_inclines(engine, cases, "passage") for engine in (esys, reference))
+    for ours, theirs in zip(*runs, strict=True):
         assert (ours.motion, ours.steps) == (theirs.motion, theirs.steps)
         assert ours.margin_J == pytest.approx(theirs.margin_J, abs=1e-10)
 
 
 def test_a_path_that_is_asked_for_is_kept_up_to_where_it_is_decided(esys, reference):
     case = Incline(angle=10.5, stiffness=1e5, contact=PLASTIC, steps_per_contact=50.0)
-    (ours,) = esys.inclines([case], "passage", every=25)
-    (theirs,) = reference.inclines([case], "passage", every=25)
+    (ours,) = run_inclines(esys, [case], "passage", every=25)
+    (theirs,) = run_inclines(reference, [case], "passage", every=25)
     rows = ours.trajectory.time_s.size
     assert theirs.trajectory.time_s.size - rows in (0, 1)  # that one looks every 50 steps
     for name, column in vars(ours.trajectory).items():
@@ -94,8 +97,8 @@ def test_steady_motion_goes_where_the_reference_goes(esys, reference):
     case = Incline(angle=11.0, stiffness=1e5, contact=CLIPPED, steps_per_contact=30.0, wells=3)
     flight = case.replace(angle=29.0)
     cases = [case, case.replace(angle=5.0), flight]
-    runs = zip(esys.inclines(cases, "steady"), reference.inclines(cases, "steady"), strict=True)
-    for ours, theirs in runs:
+    runs = (run_inclines(engine, cases, "steady") for engine in (esys, reference))
+    for ours, theirs in zip(*runs, strict=True):
         assert (ours.motion, ours.steps) == (theirs.motion, theirs.steps)
         assert np.abs(ours.crests.margin_J - theirs.crests.margin_J).max(initial=0.0) < 1e-9
 
@@ -119,7 +122,7 @@ def test_a_tower_follows_the_exact_motion_in_second_order(esys, height):
     exact = tower(case, solver="exact", duration=3.0, samples=20_000)
     errors = []
     for steps in (125.0, 1000.0):
-        (run,) = esys.towers([case], 3.0, steps_per_contact=steps)
+        (run,) = run_towers(esys, [case], 3.0, steps_per_contact=steps)
         velocity = np.interp(run.time, exact.time, exact.grain_velocity)
         errors.append(float(np.abs(run.grain_velocity - velocity).max()))
     assert abs(run.grain_force.max() / exact.grain_force.max() - 1.0) < 2e-5
@@ -142,7 +145,7 @@ def test_a_tower_follows_the_exact_motion_in_second_order(esys, height):
 )
 def test_every_start_of_a_tower_follows_the_exact_motion(esys, case):
     exact = tower(case, solver="exact", duration=2.0, samples=20_000)
-    (run,) = esys.towers([case], 2.0, steps_per_contact=500.0)
+    (run,) = run_towers(esys, [case], 2.0, steps_per_contact=500.0)
     velocity = np.interp(run.time, exact.time, exact.grain_velocity)
     assert np.abs(run.grain_velocity - velocity).max() < 2e-5 * case.speed
     force = np.interp(run.time, exact.time, exact.grain_force)
@@ -153,21 +156,23 @@ class Naive(Esys):
     """The drops of one check, as a user would state them who does not know the trap."""
 
     traits = replace(Esys.traits, spring="linear", tails=("attractive",))
+    check_name = before = after = ""
 
-    def __init__(self, check, script):
-        super().__init__()
-        self._check_name, self._script = check, script
+    @classmethod
+    def script(cls, template, variant=""):
+        right = Esys.script(template, variant)
+        assert cls.before in right.text
+        return replace(right, text=right.text.replace(cls.before, cls.after))
 
-    def drops(self, cases):
-        oblique = self._check_name == SLIDING_PAST
-        chosen = [
-            index for index, case in enumerate(cases)
-            if (case.sideways > 0.0 if oblique else case.contact.restitution == 0.5 and case.speed)
-        ][:1]  # fmt: skip
-        results = [EngineError("left out")] * len(cases)
-        for index in chosen:
-            case = cases[index].replace(duration=min(cases[index].duration, 3.0))
-            (results[index],) = super().drops([case])
+    def run(self, jobs):
+        def chosen(values):
+            if self.check_name == SLIDING_PAST:
+                return values["sideways"] > 0.0
+            return values["restitution"] == 0.5 and values["speed"] > 0.0
+
+        first = next(index for index, job in enumerate(jobs) if chosen(job.values))
+        results = [EngineError("left out")] * len(jobs)
+        (results[first],) = super().run([jobs[first]])
         return results
 
 
@@ -180,12 +185,9 @@ class Naive(Esys):
     ],
     ids=["LinearDashpot brakes along the tangent", "setParticleNonDynamic takes a tag"],
 )
-def test_a_trap_is_caught(esys, monkeypatch, check, before, after):  # noqa: ARG001
-    right = drop_script()
-    assert before in right.text
-    naive = Script(right.name, right.text.replace(before, after), right.defaults)
-    monkeypatch.setattr(esys_engine, "drop_script", lambda: naive)
-    with Naive(check, naive) as engine:
+def test_a_trap_is_caught(esys, check, before, after):  # noqa: ARG001
+    told = {"check_name": check, "before": before, "after": after}
+    with type("Told", (Naive,), told)() as engine:
         checks = qualify(engine).checks
     (ran,) = (c for c in checks if not c.engine_died and c.verdict is not Verdict.NOT_TESTED)
     assert check in ran.name
@@ -193,11 +195,9 @@ def test_a_trap_is_caught(esys, monkeypatch, check, before, after):  # noqa: ARG
 
 
 @pytest.mark.slow
-def test_it_refuses_what_is_no_number_and_does_not_hang(esys, monkeypatch):  # noqa: ARG001
+def test_it_refuses_what_is_no_number_and_does_not_hang(esys):
     """An exception in a script leaves ESyS-Particle's worker waiting, unless the script sees it."""
-    monkeypatch.setattr(esys_engine, "drop_values", lambda _: {"stiffness": "soft"})
-    with Esys() as engine:
-        (found,) = engine.drops([Drop(contact=PLASTIC)])
+    (found,) = esys.run([Job(TEMPLATE, {"stiffness": "soft"})])
     assert isinstance(found, EngineInputError)
     assert "could not convert string to float: 'soft'" in str(found)
 
@@ -217,7 +217,7 @@ def test_the_launcher_of_another_mpi_is_named(esys, mpirun):  # noqa: ARG001
 def test_an_undamped_contact_keeps_the_energy(esys):
     contact = Contact(restitution=1.0, damping_ratio=None, tail="clipped")
     case = Drop(contact=contact, speed=1.0, gap=1e-3, duration=3.0, every=100)
-    (run,) = esys.drops([case])
+    (run,) = run_drops(esys, [case])
     assert run.path.vy_m_per_s[-1] == pytest.approx(1.0, abs=1e-5)
 
 
@@ -225,6 +225,6 @@ def test_an_undamped_contact_keeps_the_energy(esys):
 def test_a_run_out_of_time_is_ended(esys):  # noqa: ARG001
     case = Drop(contact=PLASTIC, gravity=9.81, duration=1e4)
     with Esys(limits=Limits(seconds=2.0)) as engine:
-        (found,) = engine.drops([case])
+        (found,) = run_drops(engine, [case])
     assert isinstance(found, EngineTimeoutError)
     assert "RESULT relaxation_s" in found.log

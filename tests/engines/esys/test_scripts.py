@@ -1,84 +1,95 @@
 import ast
+import re
 
 import pytest
 
+from harness.cases.drop import template as drops
 from harness.cases.drop.parameters import Drop
+from harness.cases.incline import template as inclines
 from harness.cases.incline.parameters import Incline
+from harness.cases.tower import template as towers
 from harness.cases.tower.timing import plan
-from harness.engines.esys.scripts import (
-    all_scripts,
-    drop_script,
-    incline_parameters,
-    incline_script,
-    input_files,
-    tower_parameters,
-    tower_script,
-)
-from harness.engines.input_values import drop_values
-from harness.errors import RequestError
+from harness.engines.contract import Job, Template
+from harness.engines.esys.engine import Esys
 from harness.parameters.contact import PLASTIC, Contact
 from harness.parameters.tower import Tower
 
+TEMPLATES = [inclines.TEMPLATE, drops.TEMPLATE, towers.TEMPLATE]
+ENGINE = Esys.__new__(Esys)
+"""Renders and refuses without ESyS-Particle."""
 
-@pytest.mark.parametrize("script", all_scripts(), ids=lambda s: s.name)
-def test_scripts_are_python_and_say_what_they_take(script):
+
+@pytest.mark.parametrize("template", TEMPLATES, ids=lambda template: template.name)
+def test_scripts_are_python_and_say_what_they_take(template):
+    script = Esys.script(template)
     tree = ast.parse(script.text)
     (stated,) = (
         node.value
         for node in tree.body
         if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "PARAMETERS"
     )
-    assert ast.literal_eval(stated) == dict(script.defaults)
+    has = ast.literal_eval(stated)
+    assert script.variables == set(has)
+    defaults = template.variants[template.main]
+    assert all(has[name] == defaults[name] for name in set(has) & set(defaults) - {"route"})
     assert f"mpirun -np 2 esysparticle {script.name}" in script.text
     assert all(len(line) <= 120 and line == line.rstrip() for line in script.text.splitlines())
 
 
-def test_the_inputs_are_the_scripts():
-    assert sorted(input_files()) == ["esys/drop.py", "esys/incline.py", "esys/tower.py"]
+def test_the_inputs_are_the_scripts(inputs):
+    committed = {f"esys/{path.name}": path for path in (inputs / "esys").iterdir()}
+    assert sorted(committed) == ["esys/drop.py", "esys/incline.py", "esys/tower.py"]
+    generated = Esys.inputs(TEMPLATES)
+    assert {name: path.read_text(encoding="utf-8") for name, path in committed.items()} == generated
 
 
-def numbers(words):
-    return dict(word.split("=", 1) for word in words)
+def words(job):
+    """Return the values of a job by the words of the command that runs it."""
+    line = ENGINE.command_line(ENGINE.task(job))
+    return dict(word.split("=", 1) for word in line.split()[5:])
+
+
+@pytest.fixture(autouse=True)
+def _program(monkeypatch):
+    monkeypatch.setattr(ENGINE, "program", "/usr/bin/esysparticle", raising=False)
 
 
 def test_numbers_are_stated_to_the_last_digit():
-    case = Drop(stiffness=1e6 / 3.0, gap=0.1 + 0.2, density=1.1)
-    words = numbers(drop_script().arguments(drop_values(case)))
-    assert float(words["stiffness"]) == case.stiffness
-    assert float(words["gap"]) == case.gap
-    assert words["steps"] == "6000"
+    case = Drop(contact=PLASTIC, stiffness=1e6 / 3.0, gap=0.1 + 0.2, density=1.1)
+    told = words(drops.job_of(case))
+    assert float(told["stiffness"]) == case.stiffness
+    assert float(told["gap"]) == case.gap
+    assert told["steps"] == "6000"
 
 
-def test_an_incline_states_its_contact_and_its_phases():
-    cases = [
-        Incline(contact=PLASTIC, steps_per_contact=100.0, phase=phase) for phase in (0.1 + 0.2, 0.5)
-    ]
-    words = numbers(incline_script().arguments(incline_parameters(cases, "passage", 7)))
-    assert [float(text) for text in words["phases"].split(",")] == [0.1 + 0.2, 0.5]
-    assert (words["damping"], words["damping_ratio"], words["series_every"]) == (
-        "ratio",
-        "5.0",
-        "7",
+def test_an_incline_states_its_contact_and_its_phase():
+    case = Incline(contact=PLASTIC, steps_per_contact=100.0, phase=0.1 + 0.2)
+    told = words(inclines.job_of(case, "passage", 7))
+    assert float(told["phases"]) == 0.1 + 0.2
+    assert (told["damping"], told["damping_ratio"], told["series_every"]) == ("ratio", "5.0", "7")
+    by_restitution = Contact(
+        restitution=0.3, damping_ratio=None, effective_mass="half", tail="clipped"
     )
-    by_restitution = Contact(restitution=0.3, damping_ratio=None, effective_mass="half")
-    words = incline_parameters([Incline(contact=by_restitution)], "steady", 50)
-    assert (words["damping"], words["restitution"]) == ("restitution", 0.3)
-    assert words["effective_mass"] == "half"
+    told = words(inclines.job_of(Incline(contact=by_restitution), "steady"))
+    assert (told["damping"], told["restitution"]) == ("restitution", "0.3")
+    assert told["effective_mass"] == "half"
+    assert "series_every" not in told
 
 
 @pytest.mark.parametrize(
-    ("options", "words"),
+    ("values", "reason"),
     [
-        ({}, "law = 'deformable': ESyS-Particle has the overlap law only"),
-        ({"law": "overlap", "mass": (1.0, 2.0, 1.0)}, "must be one number each"),
+        ({"law": "deformable"}, r"it has the overlap law only \(law = 'deformable'\)"),
+        ({"angle": 1.0}, r"its script tower\.py has no variable 'angle' \(angle = 1\.0\)"),
+        ({"phase": 0.5}, r"its script tower\.py has no variable 'phases' \(phases = '0\.5'\)"),
     ],
 )
-def test_towers_that_it_does_not_have_are_refused(options, words):
-    case = Tower(height=2, **options)
-    with pytest.raises(RequestError, match=words):
-        tower_parameters(case, plan(case, 1.0, None, None))
+def test_what_it_cannot_state_is_refused(values, reason):
+    case = Tower(height=2, law="overlap")
+    job = towers.job_of(case, plan(case, 1.0, None, None))
+    assert ENGINE.refuses(job) == ""
+    assert re.search(reason, ENGINE.refuses(Job(job.template, {**job.values, **values})))
 
 
-def test_an_unknown_parameter_is_a_mistake_of_ours():
-    with pytest.raises(KeyError, match=r"tower\.py has no parameter angle"):
-        tower_script().arguments({"angle": 1.0})
+def test_a_template_that_it_does_not_have_is_refused():
+    assert ENGINE.refuses(Job(Template("hopper", {"": {}}), {})) == "it has no template 'hopper'"

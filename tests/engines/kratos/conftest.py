@@ -8,6 +8,9 @@ import pytest
 from harness.cases.drop.parameters import Drop
 from harness.cases.incline.parameters import Incline
 from harness.engines.kratos.engine import Kratos
+from harness.engines.output import Output, results_in
+from harness.engines.tables import read_csv
+from harness.observables.provenance import Provenance
 from harness.parameters.contact import PLASTIC
 from harness.parameters.tower import Tower
 
@@ -16,8 +19,14 @@ RECORDED = Path(__file__).parent / "recorded"
 
 @pytest.fixture(scope="session")
 def recorded():
-    """Return a function that reads a recorded output by name."""
-    return lambda name: (RECORDED / name).read_text(encoding="utf-8")
+    """Return a function that reads a recorded output by name, its series damaged or not."""
+
+    def read(name, series=lambda text: text):
+        log, table = ((RECORDED / f"{name}.{end}").read_text("utf-8") for end in ("txt", "csv"))
+        tables = {"series": read_csv(series(table), Kratos.traits.title)}
+        return Output(results_in(log), Provenance("kratos", "10.4.4"), tables, log)
+
+    return read
 
 
 @pytest.fixture(scope="session")

@@ -5,12 +5,18 @@ from pathlib import Path
 
 import pytest
 
+from harness.cases.drop import template as drops
 from harness.cases.drop.parameters import Drop
 from harness.cases.drop.result import DropRun
+from harness.cases.drop.runs import run_drops
+from harness.cases.incline import template as inclines
 from harness.cases.incline.result import InclineRun, Motion
+from harness.cases.incline.runs import run_inclines
+from harness.cases.tower import template as towers
+from harness.cases.tower.engine_runs import run_towers
 from harness.engines.kratos.engine import Kratos
-from harness.engines.kratos.scripts import incline_script, input_files
 from harness.engines.process import Limits
+from harness.engines.registry import open_engine
 from harness.errors import (
     EngineCrashError,
     EngineInputError,
@@ -28,6 +34,7 @@ from harness.parameters.tower import Tower
 FAKE = Path(__file__).parent / "fake_kratos.py"
 RECORDED = Path(__file__).parent / "recorded"
 GIGABYTE = 1024**3
+INPUTS = Kratos.inputs([inclines.TEMPLATE, drops.TEMPLATE, towers.TEMPLATE])
 
 
 @pytest.fixture
@@ -55,7 +62,7 @@ def fake(script_file):
         ("hang", {"seconds": 0.5}, EngineTimeoutError, "within 0.5 s"),
         ("exceed memory", {"memory": GIGABYTE}, EngineMemoryError, "memory"),
         ("nan", {}, EngineNaNError, "not numbers"),
-        ("half a series", {}, EngineOutputError, "lines of a series"),
+        ("half a series", {}, EngineOutputError, "cut in its last row"),
         ("short path", {}, EngineOutputError, "undecided"),
         ("half a log", {}, EngineOutputError, "without a result"),
         ("ends", {}, EngineOutputError, "without a result"),
@@ -65,15 +72,15 @@ def test_each_way_to_fail_has_its_error_and_costs_only_its_own_run(
     fake, recorded_incline, mode, limits, error, said
 ):
     good, bad = recorded_incline, recorded_incline.replace(angle=13.0)
-    results = fake(mode, **limits).inclines([good, bad, good, good, bad], "passage")
+    results = run_inclines(fake(mode, **limits), [good, bad, good, good, bad], "passage")
     for result in (results[1], results[4]):
         assert type(result) is error
         assert said in str(result)
         assert "\n" not in str(result)
         assert "Deregistering" not in str(result)
         head, digest, *rest = result.log.splitlines()
-        assert head.startswith("# python incline.py angle=13.0 stiffness=100000.0 ")
-        assert digest.endswith(incline_script().sha256)
+        assert head.startswith("# python incline.py route=passage angle=13.0 stiffness=100000.0 ")
+        assert digest.endswith(Kratos.script(inclines.TEMPLATE).sha256)
         assert rest
     for result in (results[0], results[2], results[3]):
         assert isinstance(result, InclineRun)
@@ -81,7 +88,7 @@ def test_each_way_to_fail_has_its_error_and_costs_only_its_own_run(
 
 
 def test_what_was_finished_counts_though_the_process_died_at_its_end(fake, recorded_incline):
-    (run,) = fake("killed after its work").inclines([recorded_incline], "passage")
+    (run,) = run_inclines(fake("killed after its work"), [recorded_incline], "passage")
     assert isinstance(run, InclineRun)
 
 
@@ -89,9 +96,9 @@ def test_all_kinds_of_runs_carry_who_made_them(
     fake, recorded_drop, recorded_incline, recorded_tower
 ):
     engine = fake()
-    (drop,) = engine.drops([recorded_drop])
-    (incline,) = engine.inclines([recorded_incline], "passage", every=50)
-    (tower,) = engine.towers([recorded_tower], 3.0, steps_per_contact=100.0, samples=60)
+    (drop,) = run_drops(engine, [recorded_drop])
+    (incline,) = run_inclines(engine, [recorded_incline], "passage", every=50)
+    (tower,) = run_towers(engine, [recorded_tower], 3.0, steps_per_contact=100.0, samples=60)
     kinds = zip((drop, incline, tower), (DropRun, InclineRun, TowerRun), strict=True)
     assert all(isinstance(run, kind) for run, kind in kinds)
     assert incline.trajectory.x_m.size > 10
@@ -104,13 +111,17 @@ def test_all_kinds_of_runs_carry_who_made_them(
 
 def test_a_python_without_kratos_is_missing_and_no_program_is_a_wrong_request(fake):
     engine = fake("no Kratos")
-    for ask in (engine.identify, lambda: engine.drops([Drop(contact=CLIPPED_SOURCE)])):
+    for ask in (engine.identify, lambda: run_drops(engine, [Drop(contact=CLIPPED_SOURCE)])):
         with pytest.raises(
             EngineMissingError, match=r"has no Kratos .*libKratosDEMCore.*KratosDEMApplication"
         ):
             ask()
-    with pytest.raises(RequestError, match="--kratos '/no/such/python': no such executable"):
-        Kratos(program="/no/such/python")
+    with pytest.raises(
+        RequestError, match=r"^--program kratos='/no/such/python': no such executable"
+    ):
+        open_engine("kratos", programs={"kratos": "/no/such/python"})
+    with pytest.raises(RequestError, match=r"kratos\.scheme"):
+        open_engine("kratos", options={"scheme": "Forward_Euler"})
 
 
 CLIPPED_SOURCE = SOURCE.replace(tail="clipped")
@@ -120,14 +131,14 @@ def test_what_kratos_cannot_state_is_refused_in_one_line(fake, recorded_incline)
     engine = fake()
     tailed = recorded_incline.replace(contact=SOURCE)
     refusals = [
-        (lambda: engine.inclines([tailed], "passage"), "contact 'source' .*clipped tail"),
-        (lambda: engine.drops([Drop(contact=SOURCE)]), "contact 'source' .*clipped tail"),
-        (lambda: engine.towers([Tower(height=2)], 3.0), "law = 'deformable'"),
+        (lambda: run_inclines(engine, [tailed], "passage"), "'incline': .*clipped tail"),
+        (lambda: run_drops(engine, [Drop(contact=SOURCE)]), "'drop': .*clipped tail"),
+        (lambda: run_towers(engine, [Tower(height=2)], 3.0), "law = 'deformable'"),
         (
-            lambda: engine.towers([Tower(height=1, law="overlap", mass=(1.0, 2.0))], 3.0),
+            lambda: run_towers(engine, [Tower(height=1, law="overlap", mass=(1.0, 2.0))], 3.0),
             "one number each",
         ),
-        (lambda: engine.inclines([recorded_incline], "passage", every=0), "every = 0"),
+        (lambda: run_inclines(engine, [recorded_incline], "passage", every=0), "every = 0"),
     ]
     for ask, words in refusals:
         with pytest.raises(RequestError, match=words) as raised:
@@ -139,14 +150,19 @@ def test_a_closed_engine_runs_nothing(recorded_incline, fake):
     engine = fake()
     engine.identify()
     engine.close()
-    (error,) = engine.inclines([recorded_incline], "passage")
+    (error,) = run_inclines(engine, [recorded_incline], "passage")
     assert isinstance(error, EngineCrashError)
     assert "closed" in str(error)
 
 
+def test_the_committed_inputs_are_what_is_generated(inputs):
+    committed = {f"kratos/{path.name}": path for path in (inputs / "kratos").iterdir()}
+    assert {name: path.read_text(encoding="utf-8") for name, path in committed.items()} == INPUTS
+
+
 @pytest.mark.parametrize("name", ["drop", "incline", "tower"])
 def test_the_scripts_are_python_that_needs_kratos_alone(name):
-    text = input_files()[f"kratos/{name}.py"]
+    text = INPUTS[f"kratos/{name}.py"]
     compile(text, name, "exec")
     assert "import harness" not in text
     assert "from harness" not in text

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,9 +11,9 @@ from harness.cases.drop.qualification import qualify
 from harness.cases.incline.critical_angles import critical_angle
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import Motion
-from harness.cases.incline.routes import start_of
+from harness.cases.incline.runs import run_inclines
+from harness.cases.incline.template import TEMPLATE, scene_of, values_of
 from harness.engines.kratos.engine import REFERENCE, Kratos
-from harness.engines.kratos.scripts import incline_script
 from harness.engines.reference.engine import Reference
 from harness.parameters.contact import CLIPPED, PLASTIC
 
@@ -43,9 +44,11 @@ def test_kratos_qualifies(engines, scheme):
 @pytest.mark.parametrize("contact", [PLASTIC, CLIPPED], ids=lambda contact: contact.name)
 def test_the_path_is_the_reference_s_step_by_step(engines, scheme, route, contact):
     case = Incline(contact=contact, angle=12.0, stiffness=1e5, steps_per_contact=50.0, wells=3)
-    (run,) = engines[scheme].inclines([case], route, every=1)
+    (run,) = run_inclines(engines[scheme], [case], route, every=1)
     path = run.trajectory
-    expected = Reference(REFERENCE[scheme]).follow(case, start_of(case, route), run.time_s)
+    scene = scene_of(values_of(case, route, every=1), "linear")
+    # the reference's own judging would begin anew at each crest
+    expected = Reference(REFERENCE[scheme]).follow(replace(scene, steps=run.steps))
     assert run.motion is Motion.MOVES_ON
     assert path.x_m.size == run.steps + 1
     # eps of a position is k eps of force, and over the time of the run of velocity
@@ -80,8 +83,8 @@ def test_every_critical_angle_is_the_reference_s(kratos, stiffness, steps, conta
 @pytest.mark.slow
 def test_the_script_alone_says_what_the_engine_says(kratos, tmp_path):
     case = Incline(contact=PLASTIC, stiffness=1e5, steps_per_contact=50.0, angle=9.0)
-    (run,) = kratos.inclines([case], "steady")
-    script = incline_script()
+    (run,) = run_inclines(kratos, [case], "steady")
+    script = Kratos.script(TEMPLATE)
     (tmp_path / script.name).write_text(script.text, encoding="utf-8")
     words = ["route=steady", "stiffness=1e5", "steps_per_contact=50", "angle=9"]
     done = subprocess.run(
@@ -109,7 +112,7 @@ def test_the_script_alone_says_what_the_engine_says(kratos, tmp_path):
     ],
 )
 def test_the_script_names_a_wrong_parameter(kratos_here, tmp_path, word, said):  # noqa: ARG001
-    script = incline_script()
+    script = Kratos.script(TEMPLATE)
     (tmp_path / script.name).write_text(script.text, encoding="utf-8")
     done = subprocess.run(
         [sys.executable, script.name, word],
@@ -130,9 +133,8 @@ class Changed(Kratos):
         super().__init__()
         self._change = change
 
-    def _job(self, script, values):
-        job = super()._job(script, values)
-        return type(job)(job.script, {**job.values, **self._change(job.values)})
+    def settings(self, job):
+        return {**super().settings(job), **self._change(job.values)}
 
 
 def failures(engine):
@@ -164,7 +166,9 @@ def test_with_the_tolerance_against_walls_the_same_searches_are_in_time():
 def test_a_search_every_step_finds_no_contact_earlier():
     case = Incline(contact=PLASTIC, stiffness=1e5, steps_per_contact=50.0, angle=12.0, wells=2)
     with Kratos() as engine, Changed(lambda _: {"search_every": 1}) as thorough:
-        ((own,), (other,)) = (e.inclines([case], "steady", every=1) for e in (engine, thorough))
+        ((own,), (other,)) = (
+            run_inclines(e, [case], "steady", every=1) for e in (engine, thorough)
+        )
     for name, values in vars(own.trajectory).items():
         np.testing.assert_array_equal(values, getattr(other.trajectory, name))
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from harness.cases.tower.engine_runs import run_towers
 from harness.chain import exact
 from harness.engines.kratos.engine import Kratos
 from harness.observables.impulse import impulse
@@ -14,7 +15,7 @@ FINE = 8000.0
 
 
 def run(engine, case, **options):
-    (found,) = engine.towers([case], 3.0, **options)
+    (found,) = run_towers(engine, [case], 3.0, **options)
     assert not isinstance(found, Exception), found
     return found
 

@@ -19,13 +19,13 @@ from harness.errors import (
 from harness.observables.provenance import Provenance
 
 WHO = Provenance("lammps", "22 Jul 2025 - Update 4")
-CASE = Incline(angle=10.2)
+CASE = Incline(angle=10.2, steps_per_contact=100.0)
 
 
-def read(log, series=None):
+def read(log, series=None, case=CASE):
     tables = {} if series is None else {"series": read_csv(series, "LAMMPS", rising=True)}
     output = Output(results_in(log), WHO, tables, log, 0.5)
-    return read_run(CASE, "steady", output, "linear", None if series is None else 1000)
+    return read_run(case, "steady", output, "linear", None if series is None else 1000)
 
 
 def changed(log, name, value):
@@ -51,7 +51,8 @@ def test_trapped_run_with_its_echo(recorded):
 
 
 def test_moving_run_with_its_path(recorded):
-    run = read(recorded("steady-moves-on.log"), recorded("grain.csv"))
+    case = CASE.replace(wells=3)
+    run = read(recorded("steady-moves-on.log"), recorded("grain.csv"), case)
     assert run.motion is Motion.MOVES_ON
     assert len(run.crests.time_s) == 3
     path = run.trajectory
@@ -64,7 +65,7 @@ def test_moving_run_with_its_path(recorded):
 
 
 def test_run_cut_off_by_time_is_undecided_and_passed_no_crest(recorded):
-    run = read(recorded("passage-undecided.log"))
+    run = read(recorded("passage-undecided.log"), case=Incline(angle=10.2))
     assert run.motion is Motion.UNDECIDED
     assert run.crests.time_s.size == 0
 

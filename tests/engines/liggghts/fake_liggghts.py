@@ -43,6 +43,10 @@ def misbehave(mode, number, recorded):
         log.write_text(text, encoding="utf-8")
         rows = series.read_text(encoding="utf-8")
         series.write_text(rows[: rows.rindex(",")], encoding="utf-8")
+    elif mode == "half a row":
+        log.write_text(text, encoding="utf-8")
+        rows = series.read_text(encoding="utf-8")
+        series.write_text(rows[: rows.rindex(",")] + "\n", encoding="utf-8")
 
 
 def main(mode, recorded, options):

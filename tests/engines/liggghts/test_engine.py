@@ -148,11 +148,10 @@ def test_run_that_leaves_its_box_costs_only_itself(liggghts):
     assert "ERROR" in lost.log
 
 
-def test_engine_is_told_by_the_contents_of_its_libraries_and_scripts(liggghts):
+def test_engine_is_told_by_the_contents_of_its_libraries(liggghts):
     who = liggghts.fingerprint()
     assert who["engine"] == "liggghts"
     assert any(name.endswith("libliggghts.so.3") for name in who["files"])
-    assert who["scripts"].keys() >= {"drop.in", "tower.in", "incline-plastic.in"}
 
 
 def test_asking_who_it_is_leaves_no_log_behind(program, tmp_path, monkeypatch):

@@ -3,12 +3,11 @@ import time
 from pathlib import Path
 
 import pytest
-from harness.engines.liggghts.scripts import incline_script
 
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import InclineRun, Motion
 from harness.cases.incline.runs import run_inclines
-from harness.engines.liggghts import engine as module
+from harness.cases.incline.template import TEMPLATE
 from harness.engines.liggghts.engine import Liggghts
 from harness.engines.process import Limits
 from harness.errors import (
@@ -24,7 +23,7 @@ from harness.errors import (
 )
 
 HERE = Path(__file__).parent
-GOOD, BAD = Incline(angle=10.0), Incline(angle=13.0)
+GOOD, BAD = (Incline(angle=angle, stiffness=5e3) for angle in (10.0, 13.0))
 
 
 @pytest.fixture
@@ -55,7 +54,8 @@ def fake(script_file):
         ("bad_alloc", {}, EngineMemoryError, "memory"),
         ("nan", {}, EngineNaNError, "margin_J = -nan"),
         ("half a log", {}, EngineOutputError, "without a result"),
-        ("half a series", {}, EngineOutputError, "incomplete result"),
+        ("half a series", {}, EngineOutputError, "cut in its last row"),
+        ("half a row", {}, EngineOutputError, "incomplete series"),
     ],
 )
 def test_each_way_to_fail_has_its_error_and_costs_only_its_own_job(fake, mode, limits, error, said):
@@ -77,7 +77,7 @@ def test_the_log_of_a_run_that_failed_says_what_ran_and_where_it_ended(fake):
     assert isinstance(good, InclineRun)
     head, digest, *rest = bad.log.splitlines()
     assert head.startswith("# liggghts -in incline-source.in -var route passage -var angle 13")
-    assert digest.endswith(incline_script("source").sha256)
+    assert digest.endswith(Liggghts.script(TEMPLATE, "source").sha256)
     assert any(line.startswith("ERROR: 0.05 <") for line in rest)
 
 
@@ -111,13 +111,13 @@ def test_provenance_is_what_the_help_says(fake, tmp_path):
     who = run.provenance
     assert (who.engine, who.engine_version) == ("liggghts", "LIGGGHTS-PUBLIC 3.8.0")
     assert (who.executable, who.how) == (str(tmp_path / "fake-lmp"), "executable")
-    assert who.script_sha256 == incline_script("source").sha256
+    assert who.script_sha256 == Liggghts.script(TEMPLATE, "source").sha256
     assert who.integrator == "velocity-verlet"
 
 
 def test_liggghts_without_the_model_is_refused_with_the_model_named(fake):
     with pytest.raises(EngineMissingError, match="without the contact model hooke/stiffness"):
-        fake("without model")
+        fake("without model").identify()
 
 
 def test_wrapper_script_hides_what_it_runs_and_nothing_is_kept(fake):
@@ -128,8 +128,10 @@ def test_wrapper_script_hides_what_it_runs_and_nothing_is_kept(fake):
     "text", ["echo I am a teapot\n", "exit 1\n", "kill -SEGV $$\n"], ids=["talks", "fails", "dies"]
 )
 def test_program_that_is_not_liggghts_is_refused_by_name(script_file, text):
-    with pytest.raises(EngineMissingError, match=r"^--liggghts \S+fake-lmp is not LIGGGHTS") as e:
-        Liggghts(script_file(text))
+    with pytest.raises(
+        EngineMissingError, match=r"^--program liggghts=\S+fake-lmp is not LIGGGHTS"
+    ) as e:
+        Liggghts(script_file(text)).identify()
     assert "\n" not in str(e.value)
 
 
@@ -137,16 +139,22 @@ def test_file_that_cannot_run_is_refused_by_name(tmp_path):
     path = tmp_path / "liggghts"
     path.write_bytes(b"\x7fELF nonsense")
     path.chmod(0o755)
-    with pytest.raises(EngineMissingError, match=r"^--liggghts \S+liggghts does not run"):
-        Liggghts(str(path))
+    with pytest.raises(
+        EngineMissingError, match=r"^--program liggghts=\S+liggghts is not LIGGGHTS"
+    ):
+        Liggghts(str(path)).identify()
 
 
 def test_program_that_is_named_and_not_there_is_a_wrong_request():
-    with pytest.raises(RequestError, match=r"--liggghts '/no/such/one': no such executable"):
+    with pytest.raises(
+        RequestError, match=r"--program liggghts='/no/such/one': no such executable"
+    ):
         Liggghts("/no/such/one")
 
 
 def test_engine_that_is_not_installed_says_how_to_get_it(monkeypatch):
-    monkeypatch.setattr(module, "PROGRAM", "no-such-program")
-    with pytest.raises(EngineMissingError, match=r"apt install liggghts .* or --liggghts PATH"):
+    monkeypatch.setattr(Liggghts, "programs", ("no-such-program",))
+    with pytest.raises(
+        EngineMissingError, match=r"apt install liggghts .* or --program liggghts=PATH"
+    ):
         Liggghts()

@@ -5,11 +5,16 @@ import re
 
 import numpy as np
 import pytest
-from harness.engines.lammps.read_tower import read_tower
 
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import Motion
-from harness.engines.lammps.read import error_from_text, read_incline, read_trajectory
+from harness.cases.incline.runs import read as read_incline
+from harness.cases.tower.engine_runs import read
+from harness.cases.tower.timing import Plan
+from harness.engines.lammps.read import error_from_text
+from harness.engines.liggghts.engine import Liggghts
+from harness.engines.output import Output, results_in
+from harness.engines.tables import read_csv, read_dump
 from harness.errors import (
     EngineInputError,
     EngineLostAtomsError,
@@ -20,6 +25,23 @@ from harness.observables.provenance import Provenance
 from harness.parameters.contact import PLASTIC
 from harness.parameters.tower import Tower
 
+
+def read_run(case, log, series=None, route="passage"):
+    """Return the run of an incline."""
+    tables = {} if series is None else {"series": read_csv(series, "LIGGGHTS", rising=True)}
+    output = Output(results_in(log), WHO, tables, log, 0.5, "LIGGGHTS")
+    return read_incline(case, route, output, "linear", None if series is None else 100)
+
+
+def read_tower(case, step, dump, who, profiles=False):
+    """Return the run that a dump tells of."""
+    table = read_dump(dump, "LIGGGHTS")
+    every = int(table["step"][1])
+    timing = Plan(1.0, step, every * (len(table["step"]) - 1), every, 100.0)
+    output = Output((), who, {"series": table}, title="LIGGGHTS")
+    return read(case, timing, output, Liggghts.traits, profiles)
+
+
 WHO = Provenance("liggghts", "LIGGGHTS-PUBLIC 3.8.0")
 CASE = Incline(angle=10.3, stiffness=5e3, steps_per_contact=50.0, contact=PLASTIC)
 TOWER = Tower(height=2, law="overlap", stiffness=1e4)
@@ -27,7 +49,7 @@ TOWER = Tower(height=2, law="overlap", stiffness=1e4)
 
 def test_passage_with_its_path(recorded):
     log, series = recorded("passage-moves-on.log"), recorded("grain.csv")
-    run = read_incline(CASE, log, series, 0.5, WHO)
+    run = read_run(CASE, log, series)
     assert (run.motion, run.steps, run.touching) == (Motion.MOVES_ON, 1550, True)
     assert run.time_s == pytest.approx(1550 * CASE.step, rel=1e-14)
     assert run.crests.margin_J.tolist() == [run.margin_J]
@@ -35,7 +57,7 @@ def test_passage_with_its_path(recorded):
 
 
 def test_undecided_run(recorded):
-    run = read_incline(CASE, recorded("steady-undecided.log"), None, 0.5, WHO)
+    run = read_run(CASE, recorded("steady-undecided.log"), route="steady")
     assert (run.motion, run.steps, run.crests.time_s.size) == (Motion.UNDECIDED, 360, 1)
     assert run.steps == math.ceil(math.sqrt(CASE.diameter / CASE.gravity) / CASE.step)
 
@@ -56,10 +78,16 @@ def test_dump_that_is_cut_is_refused(recorded, left):
 
 
 def test_values_that_are_not_numbers_are_named(recorded):
-    with pytest.raises(EngineNaNError, match=r"^LIGGGHTS wrote positions"):
+    with pytest.raises(
+        EngineNaNError, match=r"^LIGGGHTS wrote a series with values that are not numbers"
+    ):
         read_tower(TOWER, 0.1, recorded("tower.dump").replace(" 2 9.8", " nan 9.8"), WHO)
     with pytest.raises(EngineNaNError, match=r"^LIGGGHTS wrote a series"):
-        read_trajectory(re.sub(r"0\.9\d+", "nan", recorded("grain.csv")), "LIGGGHTS")
+        read_run(
+            CASE,
+            recorded("passage-moves-on.log"),
+            re.sub(r"0\.9\d+", "nan", recorded("grain.csv")),
+        )
 
 
 @pytest.mark.parametrize(

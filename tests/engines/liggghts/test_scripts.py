@@ -1,59 +1,49 @@
 import re
 
 import pytest
-from harness.engines.lammps.scripts import check_variables, drop_variables, incline_variables
-from harness.engines.lammps.scripts import drop_script as lammps_drop
-from harness.engines.lammps.scripts import incline_script as lammps_incline
-from harness.engines.lammps.scripts import tower_script as lammps_tower
-from harness.engines.liggghts.scripts import (
-    all_scripts,
-    drop_script,
-    incline_script,
-    input_files,
-    tower_script,
-    tower_variables,
-)
 
-from harness.cases.drop.parameters import Drop
-from harness.cases.incline.parameters import Incline
-from harness.engines.lammps.read import LAST_RESULT
+from harness.cases.drop.template import TEMPLATE as DROP
+from harness.cases.incline.template import TEMPLATE as INCLINE
+from harness.cases.tower.template import TEMPLATE as TOWER
+from harness.cases.tower.template import job_of
+from harness.cases.tower.timing import plan
+from harness.engines.batches import finished
+from harness.engines.lammps.engine import Lammps
+from harness.engines.liggghts.engine import Liggghts
 from harness.errors import RequestError
 from harness.parameters.contact import CONTACTS
 from harness.parameters.tower import Tower
 
-BY_NAME = pytest.mark.parametrize("script", all_scripts(), ids=lambda s: s.name)
+FILES = Liggghts.inputs([INCLINE, TOWER, DROP])
+SCRIPTS = [Liggghts.script(t, v) for t in (INCLINE, TOWER, DROP) for v in t.variants]
+BY_NAME = pytest.mark.parametrize("script", SCRIPTS, ids=lambda s: s.name)
 
 
 def code(script):
     return [line for line in script.text.splitlines() if line and not line.startswith("#")]
 
 
-@pytest.mark.parametrize(("path", "text"), input_files().items(), ids=input_files())
+@pytest.mark.parametrize(("path", "text"), FILES.items(), ids=FILES)
 def test_committed_input_is_what_is_generated(path, text, inputs):
     assert (inputs / path).read_text(encoding="utf-8") == text
 
 
 def test_every_committed_input_is_generated(inputs):
     committed = {f"liggghts/{path.name}" for path in (inputs / "liggghts").iterdir()}
-    assert committed == set(input_files())
+    assert committed == set(FILES)
 
 
-@pytest.mark.parametrize(
-    ("own", "theirs"),
-    [
-        *((incline_script(name), lammps_incline(name)) for name in CONTACTS),
-        (drop_script(), lammps_drop()),
-    ],
-    ids=lambda script: script.name,
-)
-def test_variables_and_their_defaults_are_those_of_lammps(own, theirs):
-    assert _defaults(own) == _defaults(theirs)
+@pytest.mark.parametrize("variant", CONTACTS)
+def test_variables_and_their_defaults_are_those_of_lammps(variant):
+    for template, name in ((INCLINE, variant), (DROP, "")):
+        own, theirs = (kind.script(template, name) for kind in (Liggghts, Lammps))
+        assert _defaults(own) == _defaults(theirs)
 
 
 def test_tower_has_the_variables_of_lammps_but_the_law():
-    theirs = _defaults(lammps_tower())
+    theirs = _defaults(Lammps.script(TOWER))
     del theirs["law"]
-    assert _defaults(tower_script()) == theirs
+    assert _defaults(Liggghts.script(TOWER)) == theirs
 
 
 def _defaults(script):
@@ -108,27 +98,28 @@ def test_language_is_that_of_the_old_lammps(script):
 
 @BY_NAME
 def test_log_that_only_echoes_the_script_is_no_result(script):
-    assert LAST_RESULT not in script.text
+    assert not finished(script.text)
 
 
-@pytest.mark.parametrize("contact", CONTACTS.values(), ids=CONTACTS)
-def test_everything_a_case_sets_is_declared(contact):
-    incline = Incline(contact=contact, steps_per_contact=100)
-    check_variables(incline_script(contact.name), incline_variables(incline))
-    check_variables(drop_script(), drop_variables(Drop(contact=contact)))
-    check_variables(tower_script(), tower_variables(Tower(law="overlap"), 3.0, 100.0))
+def test_everything_a_case_sets_is_declared_or_a_rule_of_the_engine():
+    for template in (INCLINE, TOWER, DROP):
+        for variant, values in template.variants.items():
+            left = set(values) - Liggghts.script(template, variant).variables
+            assert left == ({"law"} if template is TOWER else set())
+            assert left <= set(Liggghts.traits.fixed_values)
 
 
-@pytest.mark.parametrize(
-    ("case", "said"),
-    [
-        (Tower(), "law = 'deformable': LIGGGHTS has the overlap law only"),
-        (Tower(law="overlap", mass=(1.0, 2.0)), "must be one number each in LIGGGHTS's tower"),
-        (Tower(law="overlap", diameter=(1.0, 2.0)), "must be one number each in LIGGGHTS's tower"),
-        (Tower(law="overlap", stiffness=(1e6, 2e6)), "must be one number each in LIGGGHTS's tower"),
-    ],
-)
-def test_tower_that_cannot_be_stated_is_refused_in_one_line(case, said):
-    with pytest.raises(RequestError, match=said) as caught:
-        tower_variables(case, 3.0, 100.0)
+def test_tower_of_the_deformable_law_is_refused_in_one_line(program):
+    case = Tower()
+    job = job_of(case, plan(case, 3.0, None, None))
+    with Liggghts(program) as engine, pytest.raises(RequestError) as caught:
+        engine.run([job])
+    assert "it has the overlap law only (law = 'deformable')" in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("unequal", ["mass", "diameter", "stiffness"])
+def test_tower_of_unequal_particles_cannot_be_stated(unequal):
+    case = Tower(height=1, law="overlap", **{unequal: (1e6, 2e6)})
+    with pytest.raises(RequestError, match="must be one number each in an engine"):
+        job_of(case, plan(case, 3.0, 1000.0, 100))

@@ -3,13 +3,14 @@
 import math
 
 import pytest
-from harness.engines.lammps.scripts import Script
-from harness.engines.liggghts.scripts import drop_script
 
 from harness.cases.drop.parameters import Drop
 from harness.cases.drop.qualification import qualify
+from harness.cases.drop.runs import run_drops
+from harness.cases.drop.template import TEMPLATE
 from harness.comparison.verdicts import Verdict
-from harness.engines.liggghts import jobs
+from harness.engines.liggghts.engine import Liggghts
+from harness.engines.script import Script
 from harness.errors import EngineInputError
 from harness.parameters.contact import SOURCE, Contact
 
@@ -33,8 +34,8 @@ def with_script(liggghts, monkeypatch):
     """Return a function that has the engine run drops with another text."""
 
     def change(text):
-        script = Script("drop.in", text, drop_script().variables)
-        monkeypatch.setattr(jobs, "drop_script", lambda: script)
+        script = Script("drop.in", text, Liggghts.script(TEMPLATE).variables)
+        monkeypatch.setattr(Liggghts, "script", classmethod(lambda *_: script))
         return liggghts
 
     return change
@@ -52,7 +53,7 @@ def young_for(stiffness, case):
 
 
 def hooke_text():
-    text = drop_script().text
+    text = Liggghts.script(TEMPLATE).text
     start, end = (text.index(word) for word in BETWEEN)
     young = young_for(1e6, Drop())
     return text[:start] + HOOKE.format(young=repr(young), poisson=POISSON) + text[end:]
@@ -67,7 +68,7 @@ def failed(found):
 
 
 def test_model_hooke_refuses_the_source_restitution(with_script):
-    (run,) = with_script(hooke_text()).drops([Drop(contact=SOURCE)])
+    (run,) = run_drops(with_script(hooke_text()), [Drop(contact=SOURCE)])
     assert type(run) is EngineInputError
     assert "0.05 < coefficientRestitution <= 1 required" in str(run)
     assert "ERROR" in run.log
@@ -85,7 +86,7 @@ def test_model_hooke_is_stiffer_against_a_fixed_sphere_than_between_grains(with_
 
 def test_spheres_in_two_dimensions_are_discs_with_another_mass(with_script):
     """A disc of unit height: pi r^2 against 4/3 pi r^3, 3/2 of the mass at r = 1/2 m."""
-    text = drop_script().text.replace("dimension 3", "dimension 2")
+    text = Liggghts.script(TEMPLATE).text.replace("dimension 3", "dimension 2")
     found = qualify(with_script(text.replace("boundary f f f", "boundary f f p")))
     assert not found.holds
     static = failed(found)["static contact, overlap over m g / k"]

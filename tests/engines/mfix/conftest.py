@@ -1,13 +1,16 @@
 """MFiX's stand-in as an engine, and MFiX itself where a user names it."""
 
 import importlib.util
+import math
 import os
 import sys
 from pathlib import Path
 
 import pytest
 
+from harness.cases.incline.given_start import scene_from
 from harness.engines.mfix.engine import Mfix
+from harness.engines.mfix.system import system_of
 from harness.engines.process import Limits
 
 HERE = Path(__file__).parent
@@ -32,6 +35,18 @@ def read_keywords():
 def write_vtp():
     """Return the function that makes a VTP file in MFiX's form, as bytes."""
     return _module("stand_in").vtp
+
+
+@pytest.fixture(scope="session")
+def incline_of():
+    """Return a function that makes the scene of an incline and its system in MFiX's box."""
+
+    def make(case, start, wells, duration, every):
+        scene = scene_from(case.replace(wells=wells), start)
+        steps = math.ceil(duration / case.step * (1.0 - 1e-12))
+        return scene, system_of("incline", scene, steps, every)
+
+    return make
 
 
 @pytest.fixture

@@ -19,8 +19,16 @@ from pathlib import Path
 
 NORMAL, EXITING, GONE = "normal", "exiting", "gone"
 SMALL = 1e-15
+VERSIONS = {"old": " 20.4.1", "no version": "hello", "unversioned": " 0.0"}
 AFTER = ("half a file", "not a number", "no ids", "frames missing", "stops early")
 """What goes wrong after the run."""
+
+
+REFUSALS = {
+    "unknown": "Illegal or unknown input: DES_EN_INPUT = 0.25",
+    "invalid": "Invalid particle-particle collision model: LSD",
+}
+"""Refusals without a number (``check_solids_dem.f``)."""
 
 
 class Particle:
@@ -32,7 +40,7 @@ class Particle:
 
 class Run:
     def __init__(self, keys, lines):
-        self.keys, self.time, self.frames, self.chain = keys, 0.0, {}, []
+        self.keys, self.time, self.frames, self.chain = keys, keys.get("TIME", 0.0), {}, []
         lines = [line.replace("d", "e").split() for line in lines][: int(keys["PARTICLES"])]
         self.particles = [Particle(i, line) for i, line in enumerate(lines, 1)]
         mass = math.pi / 6 * keys["D_P0(1)"] ** 3 * keys["RO_S0(1)"]
@@ -45,6 +53,13 @@ class Run:
         steps = (keys["TSTOP"] - self.time) / self.step
         self.steps = math.ceil(struct.unpack("f", struct.pack("f", steps))[0])
         self.due = {}
+        self.seen = 0.5 * min(self.search_cell("X", "I"), self.search_cell("Y", "J"))
+
+    def search_cell(self, axis, index):
+        """Return the width of the cells of the search, which looks half a cell about a particle."""
+        length, widest = self.keys[f"{axis}LENGTH"], 3.0 * self.keys["D_P0(1)"]
+        widest = min(widest, length / self.keys[f"{index}MAX"])
+        return length / self.keys.get(f"DESGRIDSEARCH_{index}MAX", max(int(length / widest), 1))
 
     def march(self):
         self.output()
@@ -71,7 +86,7 @@ class Run:
     def contact(self, p, q):
         dx, dy = q.x - p.x, q.y - p.y
         square, reach = dx * dx + dy * dy, p.radius + q.radius
-        if square > (reach - SMALL) ** 2:
+        if square > min(reach - SMALL, self.seen) ** 2:
             return
         distance = math.sqrt(square)
         nx, ny = dx / distance, dy / distance
@@ -182,6 +197,10 @@ def misbehave(mode):
     elif mode == "refuse":
         print(">>>>>----\nError 1000: Required input not specified: KN\nPlease correct the ...")
         sys.exit(1)
+    elif mode in REFUSALS:
+        print(f">>>>>----\n{REFUSALS[mode]}\nPlease correct the project settings.")
+        print("Program Terminated.")
+        sys.exit(1)
     last = sorted(Path().glob("GRAIN_*.vtp"))[-1]
     content = last.read_bytes()
     if mode == "half a file":
@@ -200,7 +219,7 @@ def misbehave(mode):
 
 def main(mode, options):
     if "--version" in options:
-        print(" 20.4.1" if mode == "old" else "hello" if mode == "no version" else " 21.3.2")
+        print(VERSIONS.get(mode, " 21.3.2"))
         return
     sys.path.insert(0, str(Path(__file__).parent))
     from keyword_file import read_keywords

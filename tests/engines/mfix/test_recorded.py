@@ -5,19 +5,20 @@ import math
 import numpy as np
 import pytest
 
-from harness.cases.incline.result import Motion
-from harness.cases.incline.routes import start_in_well
-from harness.cases.incline.steady import critical_angle_by_steady_motion
-from harness.engines.mfix.recorded import (
+from harness.cases.incline.given_start import follow as follow_from
+from harness.cases.incline.given_start import steady_runs
+from harness.cases.incline.recorded import (
     CONTACT,
     PATHS,
     START_SPEED,
     case_at,
     recorded_angles,
     recorded_path,
-    recorded_tower,
-    recorded_towers,
 )
+from harness.cases.incline.result import Motion
+from harness.cases.incline.routes import start_in_well
+from harness.cases.incline.steady import critical_angle_by_steady_motion
+from harness.engines.mfix.recorded import recorded_tower, recorded_towers
 from harness.engines.mfix.step import steps_per_contact
 from harness.engines.reference.engine import Reference
 from harness.errors import RequestError
@@ -35,7 +36,7 @@ JITTERED = ((1e5, 50), (1e6, 50))
 def follow(recorded, seconds):
     every = 20 * recorded.factor // 50
     start = start_in_well(recorded.case, START_SPEED)
-    return Reference("mfix-euler").follow(recorded.case, start, seconds, every=every)
+    return follow_from(Reference("mfix-euler"), recorded.case, start, seconds, every=every)
 
 
 def test_the_step_is_a_factor_th_of_the_damped_contact_time_of_half_the_mass():
@@ -74,7 +75,7 @@ def test_the_path_is_recorded_to_its_last_digit_for_four_wells(factor, angle):
 def test_another_scheme_does_not_give_the_recorded_path():
     recorded = recorded_path(50, 10.20)
     start = start_in_well(recorded.case, START_SPEED)
-    other = Reference("velocity-verlet").follow(recorded.case, start, 6.0, every=20)
+    other = follow_from(Reference("velocity-verlet"), recorded.case, start, 6.0, every=20)
     apart = np.abs(other.x_m - recorded.trajectory.x_m[: len(other.x_m)]).max()
     assert apart > 100 * HALF_DIGIT
 
@@ -86,7 +87,7 @@ def critical_angle(recorded, wells):
     )
 
     def measure(cases):
-        return engine.inclines(cases, "steady", start=start_in_well(case, START_SPEED))
+        return steady_runs(engine, cases, start_in_well(case, START_SPEED))
 
     window = (recorded.value_deg - 0.06, recorded.value_deg + 0.06)
     return critical_angle_by_steady_motion(measure, case, tolerance_deg=2e-4, window=window)
@@ -118,10 +119,10 @@ def test_where_the_fate_is_a_matter_of_how_long_one_waits_the_recorded_angle_is_
     (recorded,) = [r for r in recorded_angles() if (r.stiffness, r.factor) == (stiffness, factor)]
     angles = recorded.value_deg + np.arange(-0.012, 0.012, 4e-4)
     case = case_at(10.2, stiffness, factor).replace(wells=150, time_limit=15_000.0)
-    runs = Reference("mfix-euler").inclines(
+    runs = steady_runs(
+        Reference("mfix-euler"),
         [case.replace(angle=float(a)) for a in angles],
-        "steady",
-        start=start_in_well(case, START_SPEED),
+        start_in_well(case, START_SPEED),
     )
     lasting = min(a for a, r in zip(angles, runs, strict=True) if len(r.crests.time_s) >= WELLS)
     trapped = max(a for a, r in zip(angles, runs, strict=True) if r.motion is Motion.TRAPPED)

@@ -5,13 +5,18 @@ from pathlib import Path
 
 import pytest
 
+from harness.cases.drop import template as drop
+from harness.cases.incline import template as incline
 from harness.cases.incline.parameters import Incline
+from harness.cases.incline.recorded import CONTACT, START_SPEED, case_at
 from harness.cases.incline.routes import start_in_well
-from harness.engines.mfix.recorded import CONTACT, START_SPEED, case_at
-from harness.engines.mfix.scripts import input_files, keyword_file, particle_file
+from harness.cases.tower import template as tower
+from harness.engines.mfix.engine import Mfix
+from harness.engines.mfix.scripts import keyword_file, particle_file
 from harness.engines.mfix.step import steps_per_contact
-from harness.engines.mfix.system import LIFT, incline_system
+from harness.engines.mfix.system import LIFT
 
+INPUTS = Path(__file__).parents[3] / "inputs"
 RECORDED = Path(__file__).parent / "recorded"
 
 DIFFERS = {
@@ -28,8 +33,9 @@ DIFFERS = {
 }
 """Keywords in which the generated input differs from the recorded one, and why."""
 
-ADDED = ("BC_", "VTK_", "WRITE_VTK_FILES", "TIME_DEPENDENT_FILENAME")
-"""Keywords that replace those routines: the outlet that holds the row, and the output."""
+ADDED = ("BC_", "DESGRIDSEARCH_", "VTK_", "WRITE_VTK_FILES", "TIME_DEPENDENT_FILENAME")
+"""Keywords that replace those routines (the outlet that holds the row, and the output), and those
+of the search for neighbours, which their box did not need."""
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +44,7 @@ def recorded(read_keywords):
 
 
 @pytest.fixture(scope="module")
-def system(recorded):
+def system(recorded, incline_of):
     """Return the recorded run as the engine states it."""
     gx, gy = recorded["GRAVITY_X"], recorded["GRAVITY_Y"]
     case = Incline(
@@ -48,7 +54,7 @@ def system(recorded):
         contact=CONTACT,
         steps_per_contact=steps_per_contact(recorded["DTSOLID_FACTOR"], CONTACT),
     )
-    return incline_system(case, start_in_well(case, START_SPEED), 8, 45.0, 20)
+    return incline_of(case, start_in_well(case, START_SPEED), 8, 45.0, 20)[1]
 
 
 def test_every_keyword_of_the_recorded_input_is_stated_but_for_those_reviewed(
@@ -85,9 +91,9 @@ def test_the_grain_starts_as_recorded_against_its_row(system):
     )
 
 
-def test_numbers_read_back_as_they_were(read_keywords):
+def test_numbers_read_back_as_they_were(read_keywords, incline_of):
     case = case_at(10.2, 1e6, 500.0)
-    system = incline_system(case, start_in_well(case), 1, 1.0, 50)
+    _, system = incline_of(case, start_in_well(case), 1, 1.0, 50)
     keys = read_keywords(keyword_file(system))
     assert keys["DTSOLID_FACTOR"] == pytest.approx(500.0, rel=1e-12)
     assert keys["VTK_DT(1)"] == 50 * case.step
@@ -96,21 +102,25 @@ def test_numbers_read_back_as_they_were(read_keywords):
     assert keys["RO_S0(1)"] == case.density
 
 
-def test_the_run_ends_with_its_last_step_rounded_up_in_single_precision(read_keywords):
+def test_the_run_ends_with_its_last_step_rounded_up_in_single_precision(read_keywords, incline_of):
     case = case_at(10.2, 1e6, 500.0)
-    system = incline_system(case, start_in_well(case), 1, 1.0, 50)
+    _, system = incline_of(case, start_in_well(case), 1, 1.0, 50)
     steps = read_keywords(keyword_file(system))["TSTOP"] / system.step
     assert math.ceil(steps) == system.steps
     assert steps == pytest.approx(system.steps - 0.5)
 
 
 def test_the_committed_inputs_are_a_folder_for_each_system_without_user_routines(read_keywords):
-    files = input_files()
+    files = Mfix.inputs([incline.TEMPLATE, drop.TEMPLATE, tower.TEMPLATE])
     assert {name.split("/")[1] for name in files} == {"incline", "drop", "tower"}
     for name, text in files.items():
         if name.endswith("mfix.dat"):
             keys = read_keywords(text)
             assert keys["CALL_USR"] is False
+            for axis, index in (("X", "I"), ("Y", "J")):
+                cells = keys[f"DESGRIDSEARCH_{index}MAX"]
+                assert cells == 1 or keys[f"{axis}LENGTH"] / cells >= 2.4 * keys["D_P0(1)"]
+            assert text == (INPUTS / name).read_text(encoding="utf-8")
             particles = files[name.replace("mfix.dat", "particle_input.dat")].splitlines()
             assert keys["PARTICLES"] == len(particles)
             assert text.startswith("# ")

@@ -1,27 +1,40 @@
 """How the systems are laid out in MFiX's box."""
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
+import numpy as np
 import pytest
 
+from harness.cases.drop import template as drop
 from harness.cases.drop.parameters import Drop
+from harness.cases.incline.recorded import CONTACT, case_at
 from harness.cases.incline.routes import start_behind_crest, start_in_well
-from harness.engines.mfix.recorded import CONTACT, case_at
-from harness.engines.mfix.system import (
-    drop_system,
-    incline_system,
-    start_displacements,
-    tower_system,
-)
+from harness.cases.tower import template as tower
+from harness.cases.tower.timing import Plan
+from harness.engines.mfix.system import system_of
 from harness.errors import RequestError
 from harness.parameters.tower import Tower
 
 
 @pytest.fixture
-def incline():
+def incline(incline_of):
     case = case_at(10.2, 1e6, 500.0)
-    return case, incline_system(case, start_behind_crest(case), 3, 2.0, 50)
+    return case, incline_of(case, start_behind_crest(case), 3, 2.0, 50)[1]
+
+
+def drop_scene(case):
+    return drop.scene_of(drop.values_of(case), "linear")
+
+
+def tower_scene(case, steps_per_contact=1000.0, every=10):
+    timing = Plan(3.0, 0.0, 0, every, steps_per_contact)
+    return tower.scene_of(tower.values_of(case, timing), "linear")
+
+
+def tower_system(case, steps=3000, every=10, **how):
+    return system_of("tower", tower_scene(case, every=every, **how), steps, every)
 
 
 def test_what_is_held_is_a_radius_above_the_outlet_and_comes_last(incline):
@@ -55,9 +68,9 @@ def test_a_held_sphere_starts_with_what_gravity_and_the_grain_take_in_a_step(inc
     assert 0.5 * case.gravity < push < case.gravity
 
 
-def test_a_grain_that_just_touches_is_lifted_over_rounding():
+def test_a_grain_that_just_touches_is_lifted_over_rounding(incline_of):
     case = case_at(10.2, 1e6, 50.0)
-    system = incline_system(case, start_in_well(case), 1, 1.0, 50)
+    _, system = incline_of(case, start_in_well(case), 1, 1.0, 50)
     (grain,) = system.mobile
     gaps = [math.hypot(grain.x - s.x, grain.y - s.y) - case.diameter for s in system.held]
     assert 0.0 < min(gaps) < 1e-11
@@ -67,7 +80,7 @@ def test_a_grain_that_just_touches_is_lifted_over_rounding():
 
 def test_a_drop_stays_clear_of_the_walls():
     case = Drop(contact=CONTACT, gap=0.3, speed=2.0, sideways=-5.0, duration=200.0, every=1000)
-    system = drop_system(case)
+    system = system_of("drop", drop_scene(case), case.steps, case.every)
     reach = 5.0 * case.steps * case.step
     (grain,) = system.mobile
     assert reach + case.diameter < grain.x < system.box[0] - reach - case.diameter
@@ -77,7 +90,7 @@ def test_a_drop_stays_clear_of_the_walls():
 @pytest.mark.parametrize("base", ["fixed", "free"])
 def test_a_tower_stands_grain_on_top_with_its_base_held_or_free_of_the_floor(base):
     case = Tower(height=3, law="overlap", stiffness=1e5, base=base)
-    system = tower_system(case, 1e-5, 3000, 10)
+    system = tower_system(case)
     assert [s.y for s in system.mobile] == sorted((s.y for s in system.mobile), reverse=True)
     assert len(system.held) == (base == "fixed")
     assert system.steps == 3001
@@ -91,28 +104,79 @@ def test_a_tower_stands_grain_on_top_with_its_base_held_or_free_of_the_floor(bas
 
 def test_a_preloaded_tower_bears_what_is_between_each_contact_and_the_grain():
     case = Tower(height=4, law="overlap", stiffness=1e5, start="preloaded")
-    displaced = start_displacements(case)
-    overlaps = [a - b for a, b in pairwise(displaced)]
+    system = tower_system(case)
+    heights = [s.y for s in (*system.mobile, *system.held)]
+    overlaps = [1.0 - (above - below) for above, below in pairwise(heights)]
     unit = 9.81 / 1e5
-    assert overlaps == pytest.approx([0.0, unit, 2 * unit, 3 * unit])
+    assert overlaps == pytest.approx([0.0, unit, 2 * unit, 3 * unit], abs=1e-14)
 
 
 def test_a_gapped_tower_has_the_gap_at_every_contact():
-    case = Tower(height=2, law="overlap", start="gapped", gap=0.01)
-    assert start_displacements(case) == pytest.approx([0.0, 0.01, 0.02])
+    system = tower_system(Tower(height=2, law="overlap", start="gapped", gap=0.01))
+    heights = [s.y for s in (*system.mobile, *system.held)]
+    assert [above - below for above, below in pairwise(heights)] == pytest.approx([1.01, 1.01])
 
 
-def test_a_damping_ratio_is_stated_as_its_restitution():
+def test_frames_of_forces_come_a_step_after_the_samples():
+    """The clock begins at every - 1 steps, for the force of the step before a frame."""
+    for every in (1, 3, 10):
+        system = tower_system(Tower(height=2, law="overlap"), every=every)
+        assert (system.first + 1) % every == 0
+        assert (system.first + system.steps) % every == 3000 % every
+
+
+def test_a_damping_ratio_is_stated_as_its_restitution(incline_of):
     contact = CONTACT.replace(restitution=None, damping_ratio=0.5)
     case = case_at(10.2, 1e6, 500.0).replace(contact=contact)
-    system = incline_system(case, start_in_well(case), 1, 1.0, 50)
+    _, system = incline_of(case, start_in_well(case), 1, 1.0, 50)
     assert system.contact.replace(damping_ratio=None, restitution=system.restitution).zeta == (
         pytest.approx(0.5, rel=1e-12)
     )
 
 
 def test_a_step_that_mfix_does_not_take_is_refused():
-    case = case_at(10.2, 1e6, 50.0)
-    system = incline_system(case, start_in_well(case), 1, 1.0, 50)
+    case = Tower(law="overlap")
     with pytest.raises(RequestError, match="which takes 10 or more"):
-        _ = tower_system(Tower(law="overlap"), system.step * 100, 10, 1).factor
+        _ = tower_system(case, steps_per_contact=14.0).factor
+    assert tower_system(case, steps_per_contact=14.2).factor > 10.0
+
+
+def row_scene():
+    """Return three particles in a line, the last fixed."""
+    return tower_scene(Tower(height=2, law="overlap"))
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"fixed": np.array([False, True, True])}, "it holds the last alone"),
+        ({"fixed": np.array([True, False, False])}, "must come last"),
+        ({"position": np.array([[0.0, 0.0], [2.0, 0.0], [1.0, 0.0]])}, "must come in order"),
+        ({"mass": np.array([1.0, 1.0, 2.0])}, "have one mass"),
+        ({"diameter": np.array([1.0, 1.0, 2.0])}, "have one diameter"),
+        ({"spring": "Hertz"}, "its spring is linear"),
+        ({"gravity": (0.0, -9.81)}, "forces are those of particles in a line"),
+        ({"gravity": (0.0, -9.81), "forces": False, "fixed": np.full(3, False)}, "must be level"),
+    ],
+)
+def test_a_scene_that_mfix_cannot_hold_is_refused(changes, said):
+    with pytest.raises(RequestError, match=said):
+        system_of("line", replace(row_scene(), **changes), 100, 10)
+
+
+def test_an_endless_row_without_stages_is_refused(incline_of):
+    case = case_at(10.2, 1e6, 500.0)
+    scene, _ = incline_of(case, start_in_well(case), 1, 1.0, 50)
+    with pytest.raises(RequestError, match="must say by its stages how far"):
+        system_of("row", replace(scene, stages=()), 100, 10)
+
+
+def test_a_row_may_begin_elsewhere(incline_of):
+    case = case_at(10.2, 1e6, 500.0)
+    scene, system = incline_of(case, start_in_well(case), 2, 1.0, 50)
+    stages = tuple(replace(stage, place=stage.place + 3.25) for stage in scene.stages)
+    moved = replace(scene, position=scene.position + np.array([3.25, -1.0]), stages=stages)
+    there = system_of("incline", moved, system.steps, 50)
+    assert there.held == system.held
+    assert there.box == system.box
+    assert there.origin == pytest.approx((system.origin[0] - 3.25, system.origin[1] + 1.0))

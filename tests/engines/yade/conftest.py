@@ -7,11 +7,15 @@ import pytest
 
 from harness.cases.drop.parameters import Drop
 from harness.cases.incline.parameters import Incline
+from harness.engines.output import Output, results_in
+from harness.engines.tables import read_csv
 from harness.engines.yade.engine import Yade
+from harness.observables.provenance import Provenance
 from harness.parameters.contact import PLASTIC
 from harness.parameters.tower import Tower
 
 RECORDED = Path(__file__).parent / "recorded"
+WHO = Provenance("yade", "1970.01a")
 
 
 @pytest.fixture(scope="session")
@@ -30,10 +34,19 @@ def tower():
     return Tower(height=2, law="overlap", stiffness=1e5)
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def recorded():
-    """Return a function that reads a recorded output by name."""
-    return lambda name: (RECORDED / name).read_text(encoding="utf-8")
+    """Return a function that reads a recorded output by name, as it is or damaged."""
+
+    def read(name, text=lambda text: text, series=lambda text: text):
+        log = text((RECORDED / f"{name}.txt").read_text(encoding="utf-8"))
+        path = RECORDED / f"{name}.csv"
+        tables = {}
+        if path.is_file():
+            tables["series"] = read_csv(series(path.read_text(encoding="utf-8")), Yade.traits.title)
+        return Output(results_in(log), WHO, tables, log, seconds=1.0)
+
+    return read
 
 
 @pytest.fixture(scope="session")

@@ -1,204 +1,177 @@
-import math
-import subprocess
-from dataclasses import replace
+import sys
+import time
 from pathlib import Path
 
-import numpy as np
 import pytest
-from numpy.testing import assert_allclose
 
 from harness.cases.drop.parameters import Drop
-from harness.cases.drop.qualification import qualify
-from harness.cases.drop.result import DropRun
-from harness.cases.incline.critical_angles import critical_angle
+from harness.cases.drop.runs import run_drops
 from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import Motion
+from harness.cases.incline.result import InclineRun
+from harness.cases.incline.runs import run_inclines
 from harness.engines.process import Limits
-from harness.engines.reference.engine import Reference
-from harness.engines.yade.batch import Batches, Job
+from harness.engines.registry import open_engine
 from harness.engines.yade.engine import Yade
-from harness.engines.yade.read import read_incline
-from harness.engines.yade.scripts import incline_script
-from harness.errors import EngineCrashError, EngineError, EngineNaNError
+from harness.errors import (
+    EngineCrashError,
+    EngineMemoryError,
+    EngineMissingError,
+    EngineNaNError,
+    EngineOutputError,
+    EngineTimeoutError,
+    RequestError,
+)
 from harness.parameters.contact import PLASTIC, SOURCE
-from harness.theory.dashpot import restitution_clipped
 
-pytestmark = pytest.mark.live
-
-CLIPPED_SOURCE = SOURCE.replace(name="source, clipped", tail="clipped")
-SHIFTED = {"phase": 0.3, "diameter": 0.37, "density": 2500.0, "gravity": 3.7}
-HEAD_ON = PLASTIC.replace(name="e = 0.5", damping_ratio=None, restitution=0.5)
+HERE = Path(__file__).parent
+GIGABYTE = 1024**3
+GOOD, BAD = (Incline(angle=angle, contact=PLASTIC, stiffness=1e5) for angle in (10.0, 13.0))
 
 
-def columns(path):
-    return np.array([path.time_s, path.x_m, path.y_m, path.vx_m_per_s, path.vy_m_per_s])
+@pytest.fixture
+def fake(script_file, monkeypatch):
+    """Return a function that makes an engine of the fake in one of its modes."""
+    monkeypatch.setenv("PYTHONPATH", "/no/such/folder")
+    monkeypatch.setenv("OMPI_COMM_WORLD_RANK", "0")
+    engines = []
 
+    def make(mode, workers=1, **limits):
+        command = f'"{sys.executable}" -I "{HERE / "fake_yade.py"}" "{mode}" "{HERE / "recorded"}"'
+        path = script_file(f'exec {command} "$@"\n', "fake-yade")
+        engines.append(Yade(program=path, workers=workers, limits=Limits(**limits)))
+        return engines[-1]
 
-def leftovers():
-    return set(Path("/tmp").glob("yade-??????"))
-
-
-def test_yade_qualifies(yade):
-    found = qualify(yade)
-    assert found.holds, found.failures
-
-
-class Naive(Yade):
-    """Yade with its own formulas for the contact, or its own damping of the motion."""
-
-    traits = replace(Yade.traits, most_damping=1.0)  # above, there is no restitution to give it
-    told: dict
-
-    def drop_values(self, case):
-        return {**super().drop_values(case), **self.told}
-
-
-FULL, HALF, NEAR_ZERO = (
-    f"restitution head-on, {name}"
-    for name in ("e = 0.5, clipped, m_eff full", "e = 0.5, clipped, m_eff half", "source, clipped")
-)
-STATIC, FALL = "static contact, overlap over m g / k", "free fall over g t^2 / 2"
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("told", "failures", "values"),
-    [
-        # spring and dashpot for m / 2, of a law whose tail attracts: half the spring, and zeta
-        # against m is that of m / 2 over sqrt(2)
-        (
-            {"mode": "tc-en"},
-            [FULL, NEAR_ZERO, STATIC],
-            {STATIC: 2.0, FULL: restitution_clipped(HEAD_ON.zeta / math.sqrt(2.0))},
-        ),
-        # the search for a dashpot near 0 fails: no dashpot
-        ({"mode": "young-en"}, [FULL, HALF, NEAR_ZERO], {STATIC: 1.0, NEAR_ZERO: 1.0}),
-        ({"newton_damping": 0.2}, [FULL, HALF, NEAR_ZERO, FALL], {FALL: 0.8}),
-    ],
-    ids=["tc-en", "young-en", "newton damping"],
-)
-def test_what_users_fall_into_does_not_qualify(yade, told, failures, values):  # noqa: ARG001
-    with Naive(workers=2) as naive:
-        naive.told = told
-        found = qualify(naive)
-    assert not found.holds
-    assert found.failures == ", ".join(failures)
-    measured = {check.name.partition(": ")[2]: check.value for check in found.checks}
-    # 2000 steps per contact: a step's worth of spring and dashpot
-    assert {name: measured[name] for name in values} == pytest.approx(values, abs=3e-3)
-
-
-def test_drops_are_the_references_step_by_step(yade):
-    told = {"speed": 1.0, "sideways": 0.3, "gap": 1.5e-3, "gravity": 9.81, "duration": 5.0}
-    cases = [Drop(contact=contact, **told) for contact in (HEAD_ON, CLIPPED_SOURCE, PLASTIC)]
-    runs = zip(yade.drops(cases), Reference("mfix-euler").drops(cases), strict=True)
-    for ours, reference in runs:
-        assert_allclose(columns(ours.path), columns(reference.path), rtol=1e-11, atol=1e-13)
-
-
-PASSAGES = [
-    Incline(contact=PLASTIC, angle=10.2),
-    Incline(contact=CLIPPED_SOURCE, angle=10.2, stiffness=1e5),
-    Incline(contact=PLASTIC, angle=10.5, steps_per_contact=200.0, **SHIFTED),
-    Incline(contact=PLASTIC, angle=12.0, time_limit=0.1),
-]
-STEADY = [
-    Incline(contact=PLASTIC, angle=15.0, stiffness=1e5, spheres=4, wells=7),
-    Incline(contact=PLASTIC, angle=10.0, stiffness=1e5),
-    Incline(contact=PLASTIC, angle=12.0, stiffness=1e5, time_limit=1.01),
-]
+    yield make
+    for engine in engines:
+        engine.close()
 
 
 @pytest.mark.parametrize(
-    ("route", "cases", "ends"),
+    ("mode", "limits", "error", "said"),
     [
-        ("passage", PASSAGES, {Motion.TRAPPED, Motion.MOVES_ON, Motion.UNDECIDED}),
-        ("steady", STEADY, {Motion.TRAPPED, Motion.MOVES_ON, Motion.UNDECIDED}),
+        ("segfault", {}, EngineCrashError, "SIGSEGV"),
+        ("exception", {}, EngineCrashError, "Both materials should have the same"),
+        ("hang", {"seconds": 0.5}, EngineTimeoutError, "Yade did not finish within"),
+        ("exceed memory", {"memory": GIGABYTE}, EngineMemoryError, "out of memory"),
+        ("nan", {}, EngineNaNError, "margin_J = nan"),
+        ("half a result", {}, EngineOutputError, "without a result"),
+        ("without a line", {}, EngineOutputError, "touching"),
     ],
 )
-def test_inclines_are_the_references_step_by_step(yade, route, cases, ends):
-    ours = yade.inclines(cases, route, every=7)
-    references = Reference("mfix-euler").inclines(cases, route, every=7)
-    assert {run.motion for run in references} == ends
-    for case, run, reference in zip(cases, ours, references, strict=True):
-        assert run.motion is reference.motion
-        assert (run.steps, run.touching) == (reference.steps, reference.touching)
-        # round-off, which the shocks of a plastic contact do not blow up
-        ours_path, path = columns(run.trajectory), columns(reference.trajectory)
-        assert_allclose(ours_path, path, rtol=1e-10, atol=1e-10 * case.diameter)
-        assert run.margin_J == pytest.approx(reference.margin_J, abs=1e-10 * case.weight_energy)
-        assert run.crests.time_s == pytest.approx(reference.crests.time_s, rel=1e-14)
+def test_each_way_to_fail_has_its_error_and_costs_only_its_own_run(fake, mode, limits, error, said):
+    results = run_inclines(fake(mode, **limits), [GOOD, BAD, GOOD, BAD, GOOD], "passage")
+    for result in (results[1], results[3]):
+        assert type(result) is error
+        assert said in str(result)
+        assert "\n" not in str(result)
+        assert "angle=13.0" in result.log
+    for result in (results[0], results[2], results[4]):
+        assert isinstance(result, InclineRun)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("contact", [PLASTIC, CLIPPED_SOURCE], ids=lambda c: c.name)
-@pytest.mark.parametrize("stiffness", [1e5, 1e6, 1e7])
-def test_critical_angle_is_the_references(yade, contact, stiffness):
-    case = Incline(contact=contact, stiffness=stiffness)
-    ours = critical_angle(case, engine=yade)
-    reference = critical_angle(case, engine=Reference("mfix-euler"))
-    assert ours.value_deg == pytest.approx(reference.value_deg, abs=1e-9)
+def test_a_path_that_is_cut_costs_only_its_own_run(fake):
+    good, bad = run_inclines(fake(""), [GOOD, BAD], "passage", every=200)
+    assert good.trajectory.time_s.size == 24
+    assert type(bad) is EngineOutputError
 
 
-@pytest.mark.slow
-def test_critical_angle_of_the_plastic_contact(yade):
-    case = Incline(contact=PLASTIC, stiffness=1e6, steps_per_contact=200.0)
-    assert critical_angle(case, engine=yade).value_deg == pytest.approx(10.2078, abs=0.003)
+def test_runs_are_shared_out_and_come_back_in_order(fake):
+    cases = [GOOD, BAD, GOOD, GOOD, BAD]
+    results = run_inclines(fake("segfault", workers=2), cases, "passage")
+    assert [isinstance(result, InclineRun) for result in results] == [c is GOOD for c in cases]
+    assert [r.case for r in results if isinstance(r, InclineRun)] == [GOOD] * 3
 
 
-@pytest.mark.slow
-def test_a_run_that_yade_refuses_costs_only_itself(yade):  # noqa: ARG001
-    class Refused(Yade):
-        def drop_values(self, case):
-            told = {"mode": "nonsense"} if case.speed == 2.0 else {}
-            return {**super().drop_values(case), **told}
-
-    before = leftovers()
-    cases = [Drop(contact=HEAD_ON, speed=speed, steps_per_contact=50.0) for speed in (1, 2, 3)]
-    with Refused(workers=1) as engine:
-        first, second, third = engine.drops(cases)
-    assert isinstance(first, DropRun)
-    assert isinstance(third, DropRun)
-    assert isinstance(second, EngineCrashError)
-    assert "KeyError: 'nonsense'" in str(second)
-    assert "Traceback" in second.log
-    assert leftovers() == before
+def test_hang_ends_at_the_limit_and_leaves_no_process(fake, tmp_path):
+    start = time.monotonic()
+    (error,) = run_inclines(fake("hang", seconds=0.3), [BAD], "passage")
+    assert isinstance(error, EngineTimeoutError)
+    assert time.monotonic() - start < 10.0
+    commands = (path.read_bytes() for path in Path("/proc").glob("[0-9]*/cmdline"))
+    assert not any(str(tmp_path).encode() in command for command in commands)
 
 
-@pytest.mark.slow
-def test_a_grain_that_is_nowhere_ends_its_run_with_a_nan(yade):
-    jobs = [Job(incline_script(), {"speed": math.nan}, series=False)]
-    batches = Batches(yade.identify().executable, 1, Limits())
-    (output,) = batches.run(jobs)
-    batches.close()
-    assert output.results.endswith("RESULT verdict = not_a_number\n")
-    with pytest.raises(EngineNaNError, match="margin_J = nan"):
-        read_incline(Incline(contact=PLASTIC), output.results, yade.identify())
+def test_a_closed_engine_runs_nothing_and_leaves_no_folder(fake):
+    engine = fake("")
+    folder = Path(engine._folder.name)
+    assert isinstance(run_inclines(engine, [GOOD], "passage")[0], InclineRun)
+    assert list(folder.iterdir()) == []
+    engine.close()
+    assert not folder.exists()
+    (error,) = run_inclines(engine, [GOOD], "passage")
+    assert isinstance(error, EngineCrashError)
 
 
-@pytest.mark.slow
-def test_too_little_memory_is_an_engine_error(yade):  # noqa: ARG001
-    with Yade(workers=1, limits=Limits(memory=200 * 1024**2)) as engine:
-        (error,) = engine.drops([Drop(contact=HEAD_ON)])
-    assert isinstance(error, EngineError)
-    assert error.log
+def test_provenance_and_log_say_what_ran(fake, tmp_path):
+    engine = fake("")
+    (run,) = run_inclines(engine, [GOOD], "passage")
+    who = run.provenance
+    assert (who.engine, who.engine_version, who.how) == ("yade", "2023.02a", "executable")
+    assert who.executable == str(tmp_path / "fake-yade")
+    assert (who.script, who.integrator) == ("incline.py", "mfix-euler")
+    log = engine.logs()["incline.py"]
+    assert log.startswith("# yade -n -x incline.py route=passage angle=10.0 stiffness=100000.0")
+    assert who.script_sha256 in log
+    assert log.endswith("RESULT verdict = moves_on\n\n")
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("script", "verdict"),
-    [("drop.py", "finished"), ("tower.py", "finished"), ("incline.py", "moves_on")],
-)
-def test_committed_script_runs_alone(yade, inputs, tmp_path, script, verdict):
-    words = ["angle=20", "wells=2"] if script == "incline.py" else []
-    ended = subprocess.run(
-        [yade.identify().executable, "-n", "-x", str(inputs / "yade" / script), *words],
-        cwd=tmp_path,
-        env={"PATH": "/usr/bin:/bin", "HOME": str(tmp_path)},
-        capture_output=True,
-        text=True,
-        check=False,
+def test_another_version_is_named_as_it_says(fake):
+    assert fake("old").identify().engine_version == "2019.01a"
+
+
+@pytest.mark.parametrize("text", ["echo I am a teapot\n", "exit 1\n", "kill -SEGV $$\n"])
+def test_program_that_is_not_yade_is_refused_by_name(script_file, text):
+    with (
+        Yade(program=script_file(text, "fake-yade")) as engine,
+        pytest.raises(EngineMissingError, match=r"fake-yade is not Yade") as caught,
+    ):
+        engine.identify()
+    assert "\n" not in str(caught.value)
+
+
+def test_program_that_cannot_run_is_refused_by_name(tmp_path):
+    path = tmp_path / "yade"
+    path.write_bytes(b"\x7fELF nonsense")
+    path.chmod(0o755)
+    with (
+        Yade(program=str(path)) as engine,
+        pytest.raises(EngineMissingError, match=r"yade is not Yade: .*[Ee]xec"),
+    ):
+        engine.identify()
+
+
+def test_program_that_is_missing_is_a_wrong_request():
+    with pytest.raises(RequestError, match=r"^--program yade='/no/such/yade': no such executable"):
+        open_engine("yade", programs={"yade": "/no/such/yade"})
+
+
+def test_yade_that_is_not_installed_is_missing_with_the_remedy(monkeypatch, tmp_path):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(EngineMissingError, match=r"no yade on PATH; to get it: apt install yade"):
+        Yade()
+
+
+def test_environment_keeps_what_is_not_foreign(fake, tmp_path, monkeypatch):
+    monkeypatch.setattr(
+        "os.environ",
+        {"PATH": "/bin", "PYTHONPATH": "x", "OMPI_COMM_WORLD_RANK": "1", "HOME": "/home/me"},
     )
-    assert ended.returncode == 0
-    assert ended.stdout.endswith(f"RESULT verdict = {verdict}\n")
-    assert script == "incline.py" or (tmp_path / script).with_suffix(".csv").is_file()
+    assert fake("").environment(tmp_path) == {"PATH": "/bin", "HOME": str(tmp_path)}
+
+
+def test_a_contact_that_yade_cannot_state_is_a_wrong_request(fake):
+    engine = fake("")
+    for refused in (
+        lambda: run_inclines(engine, [GOOD, GOOD.replace(contact=SOURCE)], "passage"),
+        lambda: run_drops(engine, [Drop(contact=SOURCE)]),
+    ):
+        with pytest.raises(
+            RequestError,
+            match=r"'yade' cannot run '\w+': its contacts always have the clipped tail",
+        ):
+            refused()
+
+
+def test_a_path_needs_steps_between_its_rows(fake):
+    with pytest.raises(RequestError, match=r"every = 0: must be at least 1 step"):
+        run_inclines(fake(""), [GOOD], "passage", every=0)

@@ -1,23 +1,28 @@
+"""What the generated scripts left is read by the cases, and what is damaged is named."""
+
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from harness.cases.drop import runs as drops
+from harness.cases.incline import runs as inclines
 from harness.cases.incline.result import Motion
 from harness.cases.incline.routes import margin, start_of
+from harness.cases.tower import engine_runs as towers
 from harness.cases.tower.timing import plan
-from harness.engines.yade.read import read_drop, read_incline, read_tower
+from harness.engines.yade.engine import Yade
 from harness.errors import EngineNaNError, EngineOutputError
-from harness.observables.provenance import Provenance
-
-WHO = Provenance("yade", "1970.01a")
 
 
 def test_incline_with_its_path(incline, recorded):
-    run = read_incline(incline, recorded("incline.txt"), WHO, recorded("incline.csv"), 200)
+    output = recorded("incline")
+    run = inclines.read(incline, "passage", output, "linear", 200)
     assert run.motion is Motion.MOVES_ON
     assert run.touching
     assert (run.time_s, run.steps) == (pytest.approx(4600 * incline.step, rel=1e-15), 4600)
     assert run.crests.margin_J.tolist() == [run.margin_J]
-    assert run.provenance is WHO
+    assert run.provenance is output.provenance
     path = run.trajectory
     assert path.time_s == pytest.approx(np.arange(24) * 200 * incline.step, rel=1e-15)
     last = (path.x_m[-1], path.y_m[-1], path.vx_m_per_s[-1], path.vy_m_per_s[-1])
@@ -27,7 +32,8 @@ def test_incline_with_its_path(incline, recorded):
 
 
 def test_every_crest_of_a_steady_run_is_kept(incline, recorded):
-    run = read_incline(incline.replace(angle=20.0, wells=3), recorded("steady.txt"), WHO)
+    case = incline.replace(angle=20.0, wells=3)
+    run = inclines.read(case, "steady", recorded("steady"), "linear")
     assert run.motion is Motion.MOVES_ON
     assert run.trajectory is None
     assert run.crests.time_s.shape == (3,)
@@ -35,17 +41,18 @@ def test_every_crest_of_a_steady_run_is_kept(incline, recorded):
 
 
 def test_drop(drop, recorded):
-    run = read_drop(drop, recorded("drop.txt"), recorded("drop.csv"), WHO)
+    output = recorded("drop")
+    run = drops.read(drop, output)
     assert run.path.y_m[0] == drop.diameter
     assert run.path.vy_m_per_s[0] == -drop.speed
     assert run.path.time_s[-1] == pytest.approx(drop.steps * drop.step, rel=1e-15)
-    assert f"{run.path.vy_m_per_s[-1]:.17g}" in recorded("drop.txt")
-    assert run.seconds > 0.0
+    assert f"{run.path.vy_m_per_s[-1]:.17g}" in output.text("final_velocity_m_per_s")
+    assert output.number("seconds") > 0.0
 
 
 def test_tower(tower, recorded):
     timing = plan(tower, 1.0, 100.0, 20)
-    run = read_tower(tower, timing, recorded("tower.csv"), WHO, profiles=True)
+    run = towers.read(tower, timing, recorded("tower"), Yade.traits, profiles=True)
     assert run.time[-1] == pytest.approx(tower.contact_time, rel=1e-12)
     overlap = run.profiles.displacements[:, :-1] - run.profiles.displacements[:, 1:]
     spring = 1e5 * np.maximum(overlap, 0.0)
@@ -59,32 +66,46 @@ def test_tower(tower, recorded):
 
 
 def test_the_rounding_of_places_is_no_contact(tower, recorded):
-    lines = recorded("tower.csv").splitlines()
+    """Forces of two roundings of a place count as none; one contact that presses is still there."""
     timing, tiny = plan(tower, 1.0, 100.0, 20), 1e5 * 2.0 * float(np.finfo(float).eps)
-    rows = [f"{time},0,1,2,0,0,0,{tiny!r},{tiny!r}" for time in range(len(lines) - 1)]
-    series = "\n".join([lines[0], *rows]) + "\n"
-    assert not read_tower(tower, timing, series, WHO).contacts.any()
+
+    def rounded(series, last="9,0"):
+        head, *rows = series.splitlines()
+        rows = [f"{time},0,1,2,0,0,0,{tiny!r},{tiny!r}" for time in range(len(rows))]
+        rows[-1] = f"{len(rows) - 1},0,1,2,0,0,0,{last}"
+        return "\n".join([head, *rows]) + "\n"
+
+    run = towers.read(tower, timing, recorded("tower", series=rounded), Yade.traits)
+    assert run.contacts.tolist() == [0.0] * (len(run.time) - 1) + [1.0]
+    open_all = recorded("tower", series=lambda text: rounded(text, "0,0"))
+    with pytest.raises(EngineOutputError, match="no contact of the tower ever presses"):
+        towers.read(tower, timing, open_all, Yade.traits)
 
 
-@pytest.mark.parametrize("missing", ["margin_J", "touching", "time_s", "steps", "seconds"])
+@pytest.mark.parametrize("missing", ["margin_J", "touching", "time_s", "steps"])
 def test_a_result_without_a_line_is_named(incline, recorded, missing):
-    lines = recorded("incline.txt").splitlines(keepends=True)
-    text = "".join(line for line in lines if f" {missing} =" not in line)
+    def without(text):
+        lines = text.splitlines(keepends=True)
+        return "".join(line for line in lines if f" {missing} =" not in line)
+
+    output = replace(recorded("incline", without), tables={})
     with pytest.raises(EngineOutputError, match=missing):
-        read_incline(incline, text, WHO)
+        inclines.read(incline, "passage", output, "linear")
 
 
-def test_a_grain_that_is_nowhere_is_named(incline, recorded):
-    text = recorded("incline.txt").replace("verdict = moves_on", "verdict = not_a_number")
-    lines = ["RESULT margin_J = nan" if "margin_J" in x else x for x in text.splitlines()]
+def test_a_number_that_is_none_is_named(incline, recorded):
+    def nowhere(text):
+        lines = ["RESULT margin_J = nan" if "margin_J" in x else x for x in text.splitlines()]
+        return "\n".join(lines)
+
     with pytest.raises(EngineNaNError, match="margin_J = nan"):
-        read_incline(incline, "\n".join(lines), WHO)
+        inclines.read(incline, "passage", recorded("incline", nowhere), "linear")
 
 
 @pytest.mark.parametrize("cut", [0, 1, 40, -1, -8, -30, -110])
 def test_a_series_that_is_cut_is_named(drop, recorded, cut):
-    with pytest.raises(EngineOutputError, match="Yade wrote"):
-        read_drop(drop, recorded("drop.txt"), recorded("drop.csv")[:cut], WHO)
+    with pytest.raises(EngineOutputError, match=r"series"):
+        drops.read(drop, recorded("drop", series=lambda text: text[:cut]))
 
 
 @pytest.mark.parametrize(
@@ -98,7 +119,11 @@ def test_a_series_that_is_cut_is_named(drop, recorded, cut):
 )
 def test_rows_that_are_wrong_are_named(incline, recorded, row, error):
     series = "time_s,x_m,y_m,vx_m_per_s,vy_m_per_s\n0,1,1,1,1\n" + row + "\n"
+
+    def one_step(text):
+        return text.replace("steps = 4600", "steps = 1")
+
     with pytest.raises(error):
-        read_incline(
-            incline, recorded("incline.txt").replace("steps = 4600", "steps = 1"), WHO, series, 1
+        inclines.read(
+            incline, "passage", recorded("incline", one_step, lambda _: series), "linear", 1
         )

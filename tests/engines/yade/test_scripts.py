@@ -4,22 +4,17 @@ import re
 
 import pytest
 
+from harness.cases.drop import template as drops
+from harness.cases.incline import template as inclines
 from harness.cases.incline.parameters import Incline
+from harness.cases.tower import template as towers
 from harness.cases.tower.timing import plan
-from harness.engines.yade.scripts import (
-    drop_script,
-    drop_values,
-    incline_script,
-    incline_values,
-    input_files,
-    tower_script,
-    tower_values,
-)
-from harness.errors import RequestError
+from harness.engines.yade.engine import Yade
 from harness.parameters.contact import CLIPPED, PLASTIC
-from harness.parameters.tower import Tower
 
-SCRIPTS = pytest.mark.parametrize("script", [incline_script(), drop_script(), tower_script()])
+TEMPLATES = [inclines.TEMPLATE, drops.TEMPLATE, towers.TEMPLATE]
+INPUTS = Yade.inputs(TEMPLATES)
+SCRIPTS = pytest.mark.parametrize("script", [Yade.script(template) for template in TEMPLATES])
 
 
 def defaults(script):
@@ -30,14 +25,14 @@ def defaults(script):
     return None
 
 
-@pytest.mark.parametrize("name", input_files())
+@pytest.mark.parametrize("name", INPUTS)
 def test_committed_input_is_what_is_generated(name, inputs):
-    assert (inputs / name).read_text(encoding="utf-8") == input_files()[name]
+    assert (inputs / name).read_text(encoding="utf-8") == INPUTS[name]
 
 
 def test_every_committed_input_is_generated(inputs):
     committed = {f"yade/{path.name}" for path in (inputs / "yade").iterdir()}
-    assert committed == set(input_files())
+    assert committed == set(INPUTS)
 
 
 @SCRIPTS
@@ -46,23 +41,28 @@ def test_every_parameter_that_is_used_is_declared(script):
     declared = set(defaults(script))
     assert used <= declared
     assert declared - used == set()
+    assert script.variables == declared
 
 
 @pytest.mark.parametrize("contact", [PLASTIC, CLIPPED, PLASTIC.replace(effective_mass="half")])
-def test_a_case_sets_parameters_that_the_script_has_in_types_that_it_keeps(contact, drop, tower):
-    told = [
-        (incline_script(), incline_values(Incline(contact=contact))),
-        (drop_script(), drop_values(drop.replace(contact=contact))),
-        (tower_script(), tower_values(tower, plan(tower, 1.0, None, None))),
+def test_a_job_sets_parameters_that_the_script_has_in_types_that_it_keeps(contact, drop, tower):
+    source = Yade.__new__(Yade)  # renders and refuses without Yade
+    jobs = [
+        inclines.job_of(Incline(contact=contact), "passage", 7),
+        drops.job_of(drop.replace(contact=contact)),
+        towers.job_of(tower, plan(tower, 1.0, None, None)),
     ]
-    for script, values in told:
-        has = defaults(script)
-        assert set(values) <= set(has)
-        assert all(type(has[name]) is type(value) for name, value in values.items())
+    for job in jobs:
+        task = source.task(job)
+        assert source.refuses(job) == ""
+        has = defaults(task.script)
+        # Yade's tails are clipped and its law is the overlap law's: nothing to set
+        assert set(job.values) - set(task.values) <= {"tail", "law"}
+        assert all(type(has[name]) is type(value) for name, value in task.values.items())
 
 
 def test_numbers_of_the_defaults_are_exact():
-    assert defaults(incline_script())["density"] == 6.0 / math.pi
+    assert defaults(Yade.script(inclines.TEMPLATE))["density"] == 6.0 / math.pi
 
 
 @SCRIPTS
@@ -72,13 +72,13 @@ def test_the_traps_of_yade_are_spelled_out(script):
 
 
 @pytest.mark.parametrize(
-    ("change", "message"),
+    ("values", "reason"),
     [
-        ({"law": "deformable"}, r"law = 'deformable': Yade has the overlap law only"),
-        ({"mass": (1.0, 2.0, 1.0)}, r"must be one number each"),
+        ({"law": "deformable"}, r"it has the overlap law only \(law = 'deformable'\)"),
+        ({"rolling": 0.1}, r"script tower\.py has no variable 'rolling' \(rolling = 0\.1\)"),
     ],
 )
-def test_tower_that_yade_cannot_state_is_a_wrong_request(change, message):
-    case = Tower(height=2, **{"law": "overlap", **change})
-    with pytest.raises(RequestError, match=message):
-        tower_values(case, plan(case, 1.0, None, None))
+def test_what_yade_cannot_state_is_refused(tower, values, reason):
+    job = towers.job_of(tower, plan(tower, 1.0, None, None))
+    job = type(job)(job.template, {**job.values, **values}, sampled=True)
+    assert re.search(reason, Yade.__new__(Yade).refuses(job))

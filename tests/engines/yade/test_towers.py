@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from harness.cases.tower.engine_runs import run_towers
 from harness.cases.tower.run import tower
 from harness.observables.impulse import impulse
 from harness.parameters.tower import Tower
@@ -21,7 +22,7 @@ def exact(case, samples):
 def test_peak_force_and_impulse_against_the_exact_propagator(yade):
     cases = [Tower(height=height, **SOFT) for height in (1, 2, 4, 9, 19)]
     # 10,000 steps per contact are steps of 1e-6 s, written often enough to see the peak
-    runs = yade.towers(cases, DURATION, steps_per_contact=10_000.0, samples=8000)
+    runs = run_towers(yade, cases, DURATION, steps_per_contact=10_000.0, samples=8000)
     for case, run in zip(cases, runs, strict=True):
         truth = exact(case, 8000)
         assert run.grain_force.max() == pytest.approx(truth.grain_force.max(), rel=2e-5)
@@ -34,7 +35,10 @@ def test_closed_contact_gives_second_order(yade):
     truth = impulse(exact(case, 8000))
     steps = np.array([250.0, 500.0, 1000.0, 2000.0])
     errors = [
-        abs(impulse(yade.towers([case], DURATION, steps_per_contact=n, samples=8000)[0]) - truth)
+        abs(
+            impulse(run_towers(yade, [case], DURATION, steps_per_contact=n, samples=8000)[0])
+            - truth
+        )
         for n in steps
     ]
     order = -np.polyfit(np.log(steps), np.log(errors), 1)[0]
@@ -51,7 +55,7 @@ CHANGES = [
 
 def test_bases_starts_and_sizes_against_the_exact_propagator(yade):
     cases = [Tower(height=4, **{**SOFT, **change}) for change in CHANGES]
-    runs = yade.towers(cases, DURATION, steps_per_contact=4000.0, profiles=True)
+    runs = run_towers(yade, cases, DURATION, steps_per_contact=4000.0, profiles=True)
     for case, run in zip(cases, runs, strict=True):
         truth = tower(case, solver="exact", duration=DURATION, samples=40_000, profiles=True)
         expected = [np.interp(run.time, truth.time, v) for v in truth.profiles.velocities.T]
@@ -63,7 +67,7 @@ def test_bases_starts_and_sizes_against_the_exact_propagator(yade):
 
 def test_a_preloaded_tower_below_a_grain_that_rests_stays_at_rest(yade):
     case = Tower(height=5, start="preloaded", speed=0.0, **SOFT)
-    (run,) = yade.towers([case], 0.01, steps_per_contact=500.0, profiles=True)
+    (run,) = run_towers(yade, [case], 0.01, steps_per_contact=500.0, profiles=True)
     # nothing holds the grain yet: it falls freely, and the particles below do not feel it yet
     assert run.grain_velocity[1] == pytest.approx(9.81 * run.time[1], rel=1e-3)
     weights = 9.81 * np.arange(1, 5)

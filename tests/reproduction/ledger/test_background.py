@@ -4,9 +4,9 @@ import pytest
 
 from harness.errors import EngineCrashError
 from harness.reproduction.as_printed import PRINTED
-from harness.reproduction.claims import Standing
+from harness.reproduction.claims import ClaimStatus
 from harness.reproduction.ledger import background_incline
-from harness.reproduction.ledger.background_angle import depth_of_well, fate_angle, height
+from harness.reproduction.ledger.background_energy import depth_of_well, fate_angle, height
 from harness.reproduction.ledger.background_incline import angles_by_step
 from harness.reproduction.ledger.contact import integrate
 from harness.reproduction.ledger.introduction import stiffness_of_springs
@@ -55,13 +55,13 @@ def test_springs_in_series():
 class DeadEngine:
     """Fails in every run, as an engine whose program crashes."""
 
-    def measured(self, cases, route):
-        raise EngineCrashError(f"{route}: {len(cases)} runs, killed by signal 11")
+    def run(self, jobs):
+        raise EngineCrashError(f"{len(jobs)} runs, killed by signal 11")
 
 
 def test_an_engine_that_dies_is_the_reason_of_its_rows_and_of_no_others():
     rows = {row.source.key: row for row in background_incline.statements(PRINTED, DeadEngine())}
     for key in ("text-lammps-angle", "text-lammps-step", "text-restitution-angle"):
-        assert rows[key].standing is Standing.UNTESTABLE
+        assert rows[key].status is ClaimStatus.UNTESTABLE
         assert "signal 11" in rows[key].why
-    assert rows["text-rest-angle"].standing is Standing.REPRODUCED
+    assert rows["text-rest-angle"].status is ClaimStatus.REPRODUCED

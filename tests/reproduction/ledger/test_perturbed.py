@@ -10,12 +10,13 @@ import pytest
 
 from harness.parameters.tower import Tower
 from harness.reproduction.as_printed import PRINTED, Printed
-from harness.reproduction.claims import Ledger, Standing
+from harness.reproduction.claims import ClaimStatus, Ledger
 from harness.reproduction.ledger import runs
 from harness.theory.free_chain import compliance
 
 PACKAGE = "harness.reproduction.ledger"
-REPRODUCED, CORRECTED, NOT = Standing.REPRODUCED, Standing.CORRECTED, Standing.NOT_REPRODUCED
+REPRODUCED, CORRECTED = ClaimStatus.REPRODUCED, ClaimStatus.CORRECTED
+NOT = ClaimStatus.NOT_REPRODUCED
 
 
 def section(name, printed=PRINTED):
@@ -30,21 +31,21 @@ as_it_is = cache(section)
 
 
 PRINTED_OTHERWISE = [
-    ("background_angle", "critical_angle_deg", 10.22, "text-critical-angle", NOT),
-    ("background_angle", "well_divisor", 2.0, "eq-6", REPRODUCED),
+    ("background_energy", "critical_angle_deg", 10.22, "text-critical-angle", NOT),
+    ("background_energy", "well_divisor", 2.0, "eq-6", REPRODUCED),
     ("background_energy", "critical_angle_deg", 20.0, "text-constant-contact", NOT),
     ("background_energy", "diverges_above", 1.01, "text-divergence", NOT),
     ("background_shock", "shock", 0.26, "text-shock", NOT),
     ("background_incline", "restitution", 0.5, "text-restitution", NOT),
     ("background_incline", "simulated_within_deg", 0.001, "text-mfix-angle", NOT),
     ("background_incline", "rest_angle_deg", 29.0, "text-rest-angle", NOT),
-    ("methods_rigidity", "gravity", 1.62, "text-glass-bead", NOT),
-    ("methods_rigidity", "glass_rigidity", 60_000.0, "text-glass-bead", NOT),
-    ("methods_rigidity", "glass_depth", 5.0, "text-glass-bead", NOT),
-    ("methods_rigidity", "rigidities", (1e4, 1e7), "text-orders-of-magnitude", REPRODUCED),
-    ("methods_rigidity", "orders_of_magnitude", 2.0, "text-orders-of-magnitude", REPRODUCED),
-    ("methods_rigidity", "stiffnesses", (1e6, 1e7), "text-stiffness-lowest", NOT),
-    ("methods_rigidity", "median_rigidity", 1e6, "text-median-rigidity", NOT),
+    ("methods_scales", "gravity", 1.62, "text-glass-bead", NOT),
+    ("methods_scales", "glass_rigidity", 60_000.0, "text-glass-bead", NOT),
+    ("methods_scales", "glass_depth", 5.0, "text-glass-bead", NOT),
+    ("methods_scales", "rigidities", (1e4, 1e7), "text-orders-of-magnitude", REPRODUCED),
+    ("methods_scales", "orders_of_magnitude", 2.0, "text-orders-of-magnitude", REPRODUCED),
+    ("methods_scales", "stiffnesses", (1e6, 1e7), "text-stiffness-lowest", NOT),
+    ("methods_scales", "median_rigidity", 1e6, "text-median-rigidity", NOT),
     ("methods_scales", "crest_time", 0.029, "text-t-c", REPRODUCED),
     ("methods_scales", "crest_time", 0.029, "text-crest-time", NOT),
     ("methods_scales", "contact_time", 0.01, "text-t-n", NOT),
@@ -58,7 +59,7 @@ PRINTED_OTHERWISE = [
     ("results_impulse", "longest_chain", 4, "text-little-effect", NOT),
     ("results_impulse", "speeds", (2.0, 40.0), "text-six-runs", NOT),
     ("results_impulse", "heights", (1, 30), "text-six-runs", NOT),
-    ("discussion_energy", "speed_exponent", 1.0, "text-sqrt-n", NOT),
+    ("discussion", "speed_exponent", 1.0, "text-sqrt-n", NOT),
     ("discussion", "difference_percent", 1e-3, "text-differences", REPRODUCED),
     ("discussion", "halved", 0.3, "text-halved", NOT),
     ("discussion", "longest_chain", 9, "text-longest-chain", NOT),
@@ -70,15 +71,15 @@ PRINTED_OTHERWISE = [
 
 
 @pytest.mark.parametrize(
-    ("module", "name", "value", "key", "standing"),
+    ("module", "name", "value", "key", "status"),
     PRINTED_OTHERWISE,
     ids=[f"{case[1]}-{case[3]}" for case in PRINTED_OTHERWISE],
 )
-def test_another_printed_number_changes_the_verdict(module, name, value, key, standing):
+def test_another_printed_number_changes_the_verdict(module, name, value, key, status):
     before = as_it_is(module)[key]
     after = section(module, replace(PRINTED, **{name: value}))[key]
-    assert after.standing is standing
-    assert after.standing is not before.standing or after.printed != before.printed
+    assert after.status is status
+    assert after.status is not before.status or after.printed != before.printed
 
 
 def test_every_printed_number_is_perturbed():
@@ -90,7 +91,7 @@ def patched_collide(velocity, _):
 
 
 PHYSICS_OTHERWISE = [
-    ("background_angle", "after_next_shock", lambda e, _, s: 0.9 * s * (e + 0.18), "eq-6", NOT),
+    ("background_energy", "after_next_shock", lambda e, _, s: 0.9 * s * (e + 0.18), "eq-6", NOT),
     ("background_shock", "collide", patched_collide, "text-shock", NOT),
     ("introduction", "stiffness_of_springs", lambda n: 1 / (2 * n - 1), "eq-1", NOT),
     ("methods_pair", "pushes", lambda x: np.zeros(x.size), "eq-15", NOT),
@@ -98,7 +99,7 @@ PHYSICS_OTHERWISE = [
     ("appendix_boundaries", "sweeps.compressions", lambda x, _: 0.01 * x[1:], "eq-a4", NOT),
     ("appendix_chains", "sweeps.compressions", lambda x, _: 0.01 * x[1:], "text-sweeps", NOT),
     (
-        "discussion_energy", "compliance", lambda n, deformable: compliance(n, not deformable),
+        "discussion", "compliance", lambda n, deformable: compliance(n, not deformable),
         "text-u-n-particles", REPRODUCED,
     ),
     (
@@ -123,13 +124,13 @@ PHYSICS_OTHERWISE = [
 
 
 @pytest.mark.parametrize(
-    ("module", "name", "other", "key", "standing"),
+    ("module", "name", "other", "key", "status"),
     PHYSICS_OTHERWISE,
     ids=[f"{case[1]}-{case[3]}" for case in PHYSICS_OTHERWISE],
 )
-def test_other_physics_changes_the_verdict(monkeypatch, module, name, other, key, standing):
+def test_other_physics_changes_the_verdict(monkeypatch, module, name, other, key, status):
     before = as_it_is(module)[key]
     monkeypatch.setattr(f"{PACKAGE}.{module}.{name}", other)
     after = section(module)[key]
-    assert after.standing is standing
-    assert after.standing is not before.standing
+    assert after.status is status
+    assert after.status is not before.status

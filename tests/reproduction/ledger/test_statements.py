@@ -3,12 +3,13 @@ from pathlib import Path
 
 import pytest
 
-from harness.reproduction.claims import Ledger, Standing
+from harness.reproduction.claims import ClaimStatus, Ledger
 from harness.reproduction.ledger import statements
 
-ROOT = Path(__file__).parents[4]
+ROOT = Path(__file__).parents[3]
 
-REPRODUCED, CORRECTED, NOT = Standing.REPRODUCED, Standing.CORRECTED, Standing.NOT_REPRODUCED
+REPRODUCED, CORRECTED = ClaimStatus.REPRODUCED, ClaimStatus.CORRECTED
+NOT = ClaimStatus.NOT_REPRODUCED
 NUMBERED = {f"eq-{i}" for i in range(1, 19)} | {f"eq-a{i}" for i in range(1, 12)}
 UNNUMBERED = {
     "eq-pair-distance",
@@ -20,7 +21,7 @@ UNNUMBERED = {
     "eq-four",
 }
 TABLE = {"table-1-well", "table-1-gain", "table-1-first-shock"}
-STANDINGS = {
+STATUSES = {
     "eq-6": CORRECTED,
     "eq-16": CORRECTED,
     "eq-a7": CORRECTED,
@@ -74,16 +75,16 @@ def test_rows_about_the_restatement_are_told_apart(ledger):
         assert own == bool(re.match("Errata|the source, App", row.source.where))
 
 
-@pytest.mark.parametrize("key", STANDINGS)
-def test_standing(ledger, key):
-    assert ledger[key].standing is STANDINGS[key]
+@pytest.mark.parametrize("key", STATUSES)
+def test_status(ledger, key):
+    assert ledger[key].status is STATUSES[key]
 
 
 def test_errata_hold_but_for_those_argued_otherwise(ledger):
     errata = [row for row in ledger.statements if row.source.key.startswith("erratum")]
-    not_so = {row.source.key for row in errata if row.standing is not REPRODUCED}
+    not_so = {row.source.key for row in errata if row.status is not REPRODUCED}
     assert not_so == ERRATA_OF_THE_RESTATEMENT_THAT_NEED_A_CORRECTION
-    assert all(ledger[key].standing is CORRECTED for key in not_so)
+    assert all(ledger[key].status is CORRECTED for key in not_so)
 
 
 def test_evidence_exists(ledger):
@@ -97,15 +98,15 @@ def test_rows_are_whole(ledger):
         key = row.source.key
         assert row.source.says, key
         assert row.source.where, key
-        if row.standing is Standing.UNTESTABLE:
+        if row.status is ClaimStatus.UNTESTABLE:
             assert row.why, key
             continue
         assert re.search(r"\d", row.computed), key
         assert row.evidence or row.printed == row.printed, key
-        if row.standing is not REPRODUCED and not key.startswith(("erratum", "beyond")):
+        if row.status is not REPRODUCED and not key.startswith(("erratum", "beyond")):
             assert row.correction or key in WITHOUT_CORRECTION, key
         if row.printed == row.printed:
-            assert row.unit, key
+            assert row.source.unit, key
             assert row.why, key
 
 
@@ -118,7 +119,7 @@ WITHOUT_CORRECTION = {
 
 def test_without_an_engine_the_incline_cannot_be_tested(ledger):
     for key in ("text-lammps-angle", "text-lammps-step", "text-restitution-angle"):
-        assert ledger[key].standing is Standing.UNTESTABLE
+        assert ledger[key].status is ClaimStatus.UNTESTABLE
         assert "engine" in ledger[key].why
 
 
@@ -141,7 +142,7 @@ def test_incline_in_lammps(lammps_here):  # noqa: ARG001
 
     with open_engine() as engine:
         rows = Ledger(tuple(background_incline.statements(PRINTED, engine)))
-    assert rows["text-lammps-angle"].standing is REPRODUCED
-    assert rows["text-lammps-step"].standing is NOT
-    assert rows["text-restitution-angle"].standing is NOT
+    assert rows["text-lammps-angle"].status is REPRODUCED
+    assert rows["text-lammps-step"].status is NOT
+    assert rows["text-restitution-angle"].status is NOT
     assert abs(rows["text-restitution-angle"].found - 10.21) < 0.02

@@ -12,13 +12,13 @@ from harness.cases.incline.result import Crests, InclineRun, Motion
 from harness.observables.provenance import Provenance
 from harness.observables.trajectory import Trajectory
 from harness.parameters.tower import Tower
-from harness.reproduction.motions import FREE, row_motion
-from harness.reproduction.motions import motions as reproduced_motions
 from harness.reproduction.movies import films
-from harness.reproduction.movies.dump import INCLINE_COLUMNS, ROW_COLUMNS
+from harness.reproduction.movies.compute import FREE, row_motion
+from harness.reproduction.movies.compute import motions as reproduced_motions
+from harness.reproduction.movies.dump import INCLINE_COLUMNS, ROW_COLUMNS, row_dump
+from harness.reproduction.movies.frames import InclineMotion, Motions
 from harness.reproduction.movies.gif import FRAME_MS, gif
 from harness.reproduction.movies.row_collision import RowCollision
-from harness.reproduction.row_motion import InclineMotion, Motions
 
 ENGINE = Provenance("lammps", "1 Jan 2030")
 
@@ -185,6 +185,20 @@ def test_the_dump_of_the_incline_holds_both_paths(motions, made):
             assert atoms["x"][grain] == pytest.approx(path.x_m[frame], rel=1e-6)
             assert atoms["y"][grain] == pytest.approx(3 * (1 - lane) + path.y_m[frame], rel=1e-6)
             assert atoms["vx"][grain] == pytest.approx(path.vx_m_per_s[frame], rel=1e-6)
+
+
+def test_round_off_changes_no_dump(motions, made):
+    random = np.random.default_rng(5)
+
+    def perturbed(motion):
+        def off(values):
+            return values + 1e-15 * np.abs(values).max() * random.uniform(-1, 1, values.shape)
+
+        arrays = ("displacement", "velocity", "compression")
+        return replace(motion, **{name: off(getattr(motion, name)) for name in arrays})
+
+    for motion in (motions.pair, motions.triple, motions.tower):
+        assert row_dump(perturbed(motion)) == made[motion.name].dump
 
 
 def test_a_dump_says_nothing_of_when_it_was_made(made):

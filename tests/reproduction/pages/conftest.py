@@ -4,14 +4,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from harness.cases.incline.result import Crests, InclineRun, Motion
 from harness.observables.provenance import Provenance
-from harness.observables.trajectory import Trajectory
-from harness.reproduction.claims import Ledger, Source, Width, compare, untestable
-from harness.reproduction.compute_figure_data import exhibits
-from harness.reproduction.findings_tables import Findings
+from harness.reproduction.claims import Ledger, compare, untestable
+from harness.reproduction.figure_data.compute import figure_data
+from harness.reproduction.findings.tables import Findings
+from harness.reproduction.source import Source
 from harness.theory.critical_angle import critical_angle
 from harness.theory.shock import shock_from_restitution
+from tests.reproduction.doubles import FateEngine
 
 FACTORS = (50, 500, 5000)
 STIFFNESSES = (1e5, 1e6, 1e7)
@@ -82,15 +82,22 @@ def findings():
 
 @pytest.fixture
 def ledger():
+    source = Source(
+        "eq-6",
+        "Background, eq. (6)",
+        "theta/4 | in the sine",
+        tolerance=1e-9,
+        unit="deg",
+        why="round-off",
+        correction="theta/2",
+        evidence=("figures/fig-04-velocity-series.svg", "tests/theory/test_shock.py"),
+    )
     row = compare(
-        Source("eq-6", "Background, eq. (6)", "theta/4 | in the sine"),
+        source,
         printed=13.87,
         found=10.2078,
         corrected=10.2078,
-        width=Width(1e-9, "deg", "round-off"),
         computed="13.87 deg as printed, 10.2078 deg by iterating the energy",
-        correction="theta/2",
-        evidence=("figures/fig-04-velocity-series.svg", "tests/theory/test_shock.py"),
     )
     other = untestable(Source("fig-12", "Figure 12", "a packing"), "a figure of others")
     return Ledger((row, other))
@@ -108,20 +115,6 @@ def reproduction(findings, ledger):
     )
 
 
-class Engine:
-    """Stands in for LAMMPS: the lower angle is trapped."""
-
-    def inclines(self, cases, route, *, every):  # noqa: ARG002 - the contract's arguments
-        time = np.linspace(0, 40, 3000)
-        path = Trajectory(time, time, 1 + 0 * time, 1 + np.sin(time), 0 * time)
-        crests, who = Crests(np.arange(3.0), np.zeros(3)), Provenance("lammps", "test")
-        fates = (Motion.TRAPPED, Motion.MOVES_ON)
-        return [
-            InclineRun(case, fate, 0.0, True, crests, 40.0, 100, 0.1, who, path)
-            for case, fate in zip(cases, fates, strict=True)
-        ]
-
-
 @pytest.fixture(scope="session")
-def source_exhibits():
-    return exhibits(Engine())
+def data():
+    return figure_data(FateEngine())

@@ -5,7 +5,7 @@ from harness.reproduction.pages import folder
 
 
 def fill(text):
-    def inside(_found, path):
+    def inside(_found, path, _root):
         (path / "ledger.csv").write_text(text, encoding="utf-8")
 
     return inside
@@ -28,7 +28,7 @@ def test_a_report_that_fails_leaves_the_older_one(tmp_path, monkeypatch):
     monkeypatch.setattr(folder, "_fill", fill("first"))
     folder.write(None, target)
 
-    def fails(_found, path):
+    def fails(_found, path, _root):
         (path / "half.svg").touch()
         raise KeyboardInterrupt
 

@@ -6,7 +6,7 @@ from harness.observables.reference import ReferencePoints
 from harness.report.figures.style import house_style
 from harness.report.gallery import picture
 from harness.reproduction.pages.pictures import drawings, source_pictures
-from harness.reproduction.source_figures import FIGURES
+from harness.reproduction.source import FIGURES
 
 MOST_BYTES = 5_000_000
 
@@ -55,9 +55,9 @@ def texts(figure):
 
 
 @pytest.mark.parametrize("key", AXES)
-def test_axes_and_legends(source_exhibits, key):
+def test_axes_and_legends(data, key):
     with house_style():
-        figure = drawings(source_exhibits)[key]()
+        figure = drawings(data)[key]()
         names = {text for a in figure.axes for text in (a.get_xlabel(), a.get_ylabel()) if text}
         assert names == AXES[key]
         assert SAID[key] in texts(figure)
@@ -69,9 +69,9 @@ def test_axes_and_legends(source_exhibits, key):
             assert figure.bbox.y0 <= box.y0
 
 
-def test_lines_of_a_panel_differ_without_colour(source_exhibits):
+def test_lines_of_a_panel_differ_without_colour(data):
     """In grey, line style, marker or width must tell lines with a name apart."""
-    for key, draw in drawings(source_exhibits).items():
+    for key, draw in drawings(data).items():
         for axes in draw().axes:
             looks = [
                 (str(line.get_linestyle()), line.get_marker(), line.get_linewidth(),
@@ -83,17 +83,17 @@ def test_lines_of_a_panel_differ_without_colour(source_exhibits):
 
 
 @pytest.fixture(scope="module")
-def shown(source_exhibits):
-    return source_pictures(source_exhibits)
+def shown(data):
+    return source_pictures(data)
 
 
-def test_every_figure_but_the_one_of_others_isdrawings(shown, source_exhibits):
-    told = {s.source.key: s.computed for s in source_exhibits.statements}
+def test_every_figure_but_the_one_of_others_is_drawn(shown, data):
+    told = {s.source.key: s.computed for s in data.statements}
     expected = [figure for key, figure in FIGURES.items() if key != "fig-12"]
     assert [p.name for p in shown] == [figure.picture for figure in expected]
     for drawn, figure in zip(shown, expected, strict=True):
-        assert drawn.title == f"Figure {figure.number} of the source: {figure.title}"
-        assert drawn.caption == told[f"fig-{figure.number}"]
+        assert drawn.title == f"{figure.where.capitalize()} of the source: {figure.title}"
+        assert drawn.caption == told[figure.key]
         assert drawn.svg.startswith("<svg")
         assert drawn.png[:4] == b"\x89PNG"
     assert shown[3].name == "fig-04-velocity-series"
@@ -104,20 +104,19 @@ def test_all_figures_together_are_small(shown):
 
 
 @pytest.mark.parametrize("key", ["fig-3", "fig-4", "fig-16"])
-def test_the_same_bytes_twice(shown, source_exhibits, key):
+def test_the_same_bytes_twice(shown, data, key):
     (first,) = (p for p in shown if p.name == FIGURES[key].picture)
-    again = picture(first.name, first.title, first.caption, drawings(source_exhibits)[key])
+    again = picture(first.name, first.title, first.caption, drawings(data)[key])
     assert again == first
 
 
-def test_without_runs_there_is_no_velocity_series(source_exhibits):
-    assert "fig-4" not in drawings(replace(source_exhibits, motions=()))
+def test_without_runs_there_is_no_velocity_series(data):
+    assert "fig-4" not in drawings(replace(data, motions=()))
 
 
-def test_points_of_the_user_aredrawings(source_exhibits):
+def test_points_of_the_user_are_drawn(data):
     points = ReferencePoints("made-up.csv", (2.0, 25.0), (14.0, 6.5))
-    heights = replace(source_exhibits.heights, reference=points)
-    drawn = drawings(replace(source_exhibits, heights=heights))
+    drawn = drawings(replace(data, reference=points))
     for key in ("fig-1", "fig-11", "fig-13", "fig-15"):
         figure = drawn[key]()
         assert "reference: made-up.csv" in texts(figure), key

@@ -3,7 +3,7 @@ import re
 import pytest
 
 from harness.report.gallery import Picture
-from harness.reproduction.movies.film import Film
+from harness.reproduction.movies import Film
 from harness.reproduction.pages.findings import findings_text
 from harness.reproduction.pages.page import html_page
 from harness.reproduction.pages.text import markdown
@@ -32,7 +32,7 @@ def test_findings_follow_the_tables(reproduction):
 
 
 def test_markdown_holds_ledger_figures_and_movies(reproduction):
-    text = markdown(reproduction, [PICTURE], [FILM])
+    text = markdown(reproduction, [PICTURE], [FILM], "../..")
     assert "| Background, eq. (6) | theta/4 \\| in the sine | reproduced with a c" in text
     assert "Correction: theta/2." in text
     assert "[test_shock](../../tests/theory/test_shock.py)" in text
@@ -44,12 +44,12 @@ def test_markdown_holds_ledger_figures_and_movies(reproduction):
 
 @pytest.mark.parametrize("key", ["eq-6", "fig-12"])
 def test_page_has_every_row(reproduction, key):
-    page = html_page(reproduction, [PICTURE], [FILM])
+    page = html_page(reproduction, [PICTURE], [FILM], "../..")
     assert f'id="{key}"' in page
-    assert 'data-standing="reproduced with a correction"' in page
+    assert 'data-status="reproduced with a correction"' in page
     assert "<h3>Two readings of the restitution</h3>" in page
 
 
 def test_page_asks_for_nothing_from_outside(reproduction):
-    page = html_page(reproduction, [PICTURE], [FILM])
+    page = html_page(reproduction, [PICTURE], [FILM], "../..")
     assert not re.findall(r'(?:src|href)="(?:https?:)?//', page)

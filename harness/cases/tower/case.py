@@ -1,0 +1,190 @@
+"""The tower as a case: one run of it, its verification, its parts of the report."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+
+from harness.cases.contract import Case, Measured, Reference, Study, rows_of_parts
+from harness.cases.tower.engine_runs import read
+from harness.cases.tower.parameters import TowerRunParameters
+from harness.cases.tower.records import NAME
+from harness.cases.tower.run import MARGIN, SOLVERS, covering, tower
+from harness.cases.tower.template import TEMPLATE, job_of
+from harness.cases.tower.timing import Plan, plan
+from harness.cases.tower.tolerances import REGRESSION
+from harness.comparison.findings import Findings
+from harness.engines.contract import Engine, Job, Output
+from harness.engines.traits import Traits
+from harness.errors import EngineOutputError, RequestError
+from harness.observables.declared import Observable
+from harness.observables.impulse import impulse
+from harness.observables.interpolation import grain_velocity_at
+from harness.observables.summary import energy_drift, peak_force
+from harness.observables.tower import TowerRun
+from harness.observables.windows import turnaround, window_end
+from harness.parameters.tower import Tower
+from harness.report.sections import Section
+from harness.theory import two_spheres
+
+QUANTITIES = (
+    Observable("peak_force_N", "N", "", "largest contact force on the grain"),
+    Observable("impulse_Ns", "N s", "", "impulse on the grain, turnaround window"),
+    Observable("turnaround_s", "s", "", "time at which grain and base are closest"),
+    Observable("energy_drift", "", "", "largest change of the energy, over its largest value"),
+    Observable("final_velocity_m_per_s", "m/s", "", "velocity of the grain after the duration"),
+)
+
+
+class TowerCase(Case[TowerRunParameters]):
+    """A grain that runs into a row of particles at rest."""
+
+    name = NAME
+    group = "chains"
+    summary = "A grain that runs into a row of particles at rest: force, impulse, energy."
+    by_default = True
+    parameters = TowerRunParameters
+    quantities = QUANTITIES
+    template = TEMPLATE
+    solvers = ("exact", "rk4")
+    regression = REGRESSION
+
+    @property
+    def presets(self) -> Mapping[str, TowerRunParameters]:
+        """Return towers of the source: three particles under each law, and the tallest."""
+        return {
+            "source": TowerRunParameters(law="deformable"),
+            "source-overlap": TowerRunParameters(),
+            "source-tallest": TowerRunParameters(height=19, law="deformable"),
+            "grain-on-one": TowerRunParameters(height=1),
+        }
+
+    def job(self, parameters: TowerRunParameters) -> Job:
+        """Return the job of one run, long enough for the turnaround window."""
+        return job_of(parameters.tower, _timing(parameters))
+
+    def read(
+        self, parameters: TowerRunParameters, output: Output, traits: Traits
+    ) -> Mapping[str, float]:
+        """Return the quantities of one run; raise EngineOutputError for a bad output."""
+        run = read(parameters.tower, _timing(parameters), output, traits)
+        try:
+            return _quantities(run, parameters)
+        except RequestError as error:
+            raise EngineOutputError(f"{output.who}: {error}") from error
+
+    def references(self, parameters: TowerRunParameters, traits: Traits) -> Mapping[str, Reference]:  # noqa: ARG002
+        """Return the exact propagator's values, in closed form for a grain on one fixed particle.
+
+        Energy is conserved: its drift is 0.
+        """
+        found = {
+            name: Reference(value, "integrated")
+            for name, value in _quantities(_exact(parameters), parameters).items()
+        }
+        closed = {name: Reference(v, "closed form") for name, v in _closed_form(parameters).items()}
+        return found | closed
+
+    def solve(self, parameters: TowerRunParameters, solver: str) -> Measured:
+        """Run the exact propagator or RK4."""
+        if solver not in SOLVERS:
+            return super().solve(parameters, solver)
+        run = tower(
+            parameters.tower,
+            solver=solver,
+            duration=_duration(parameters),
+            steps_per_contact=parameters.steps_per_contact,
+        )
+        return Measured(_quantities(run, parameters))
+
+    def verify(self, engine: Engine, study: Study) -> Findings:
+        """Hold an engine against the exact propagator, law by law."""
+        from harness.cases.tower.checks import engine_findings
+
+        return engine_findings(engine, study)
+
+    def verify_own(self, study: Study) -> Findings:
+        """Hold RK4 and the exact propagator against each other and closed forms."""
+        from harness.cases.tower.own_checks import own_findings
+
+        return own_findings(study)
+
+    def verify_beside(self, engine: Engine, study: Study) -> Findings:
+        """Hold the finest towers of an engine, and the order of its error, against exact."""
+        from harness.cases.tower.engine_checks import beside_findings
+
+        return beside_findings(engine, study)
+
+    def recorded(self, study: Study) -> Mapping[str, Findings]:
+        """Return the recorded towers of an engine that is missing."""
+        from harness.cases.tower import recorded
+        from harness.cases.tower.evidence import CodeEvidence
+
+        if recorded.MFIX not in study.missing:
+            return {}
+        evidence = CodeEvidence(recorded.NAME)
+        parts = (("towers", lambda: recorded.recorded_checks(evidence.towers)),)
+        checks = rows_of_parts(recorded.NAME, parts)
+        rows = {"towers": [one.record() for one in evidence.towers]}
+        found = Findings(self.name, recorded.NAME, checks, evidence=evidence, published=rows)
+        return {recorded.NAME: found}
+
+    def sections(
+        self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]
+    ) -> Sequence[Section]:
+        """Return where the laws differ, the towers of engines, and the figures."""
+        from harness.cases.tower.sections import sections
+
+        return sections(
+            main.evidence if main else None,
+            own.evidence,
+            [found.evidence for found in beside.values()],
+        )
+
+
+@lru_cache(maxsize=64)
+def _exact(parameters: TowerRunParameters) -> TowerRun:
+    """Return the exact run that covers the duration and the turnaround window."""
+    run = tower(parameters.tower, solver="exact", duration=parameters.duration)
+    return covering(run, "turnaround")
+
+
+def _duration(parameters: TowerRunParameters) -> float:
+    """Return how long a run must be to cover the duration and the turnaround window [t0]."""
+    end = window_end(_exact(parameters), "turnaround") / parameters.contact_time
+    return parameters.duration if end < parameters.duration else end * MARGIN
+
+
+def _timing(parameters: TowerRunParameters) -> Plan:
+    return plan(parameters.tower, _duration(parameters), parameters.steps_per_contact, None)
+
+
+def _quantities(run: TowerRun, parameters: TowerRunParameters) -> dict[str, float]:
+    """Return the declared quantities of a run."""
+    end = min(parameters.duration * parameters.contact_time, float(run.time[-1]))
+    return {
+        "peak_force_N": peak_force(run),
+        "impulse_Ns": impulse(run),
+        "turnaround_s": turnaround(run),
+        "energy_drift": energy_drift(run),
+        "final_velocity_m_per_s": grain_velocity_at(run, end),
+    }
+
+
+def _closed_form(parameters: Tower) -> dict[str, float]:
+    """Return what is known in closed form: the drift, and one contact with a fixed particle."""
+    known = {"energy_drift": 0.0}
+    one = parameters.height == 1 and parameters.base == "fixed" and parameters.start == "touching"
+    if not one or parameters.speed == 0.0:
+        return known
+    first, second = parameters.each("stiffness")
+    stiffness, mass = 2 / (1 / first + 1 / second), parameters.each("mass")[0]
+    own = (mass, stiffness, parameters.speed, parameters.gravity)
+    return known | {
+        "peak_force_N": two_spheres.peak_force_on_fixed(*own),
+        "impulse_Ns": two_spheres.impulse_on_fixed(*own),
+        "turnaround_s": two_spheres.contact_time_on_fixed(*own) / 2,
+    }
+
+
+CASE = TowerCase()

@@ -1,0 +1,1 @@
+"""What the figures of the source are drawn from, recomputed, and whether each holds."""

@@ -1,0 +1,117 @@
+"""The drop as a case: quantities of one run, records of the baseline, sections."""
+
+import math
+
+import pytest
+
+from harness.cases.contract import Study
+from harness.cases.drop.case import CASE
+from harness.cases.drop.parameters import Drop
+from harness.comparison.findings import Findings
+from harness.engines.reference.engine import Reference
+from harness.errors import RequestError
+from harness.parameters.contact import PLASTIC, Contact
+from harness.report.figures.style import house_style
+from tests.cases.doubles import Crashing, Twin
+
+KNOWN = {
+    "head-on": {"restitution", "largest_overlap_m", "end_speed_m_per_s"},
+    "plastic": {"restitution", "largest_overlap_m", "end_speed_m_per_s"},
+    "static": {"end_overlap_m"},
+    "fall": {"end_overlap_m", "end_speed_m_per_s"},
+    "oblique": {"angular_momentum_ratio"},
+}
+"""The quantities of each preset that have a closed form."""
+
+
+@pytest.mark.parametrize("preset", KNOWN)
+def test_each_preset_is_what_its_closed_forms_say(preset):
+    parameters, engine = CASE.presets[preset], Reference()
+    found = CASE.measure(parameters, engine).values
+    expected = CASE.references(parameters, engine.traits)
+    assert set(expected) == KNOWN[preset]
+    # a step of 1/2000 of a contact, times 1 + 2 zeta
+    width = math.pi / 2000 * (1 + 2 * parameters.contact.zeta)
+    for name, reference in expected.items():
+        assert reference.kind == "closed form"
+        assert found[name] == pytest.approx(reference.value, rel=width, abs=width * 0.1)
+
+
+def test_the_largest_overlap_is_that_of_the_damped_spring():
+    """x = v t exp(-omega t) at critical damping, v / (e omega) at most; v / omega without."""
+    for restitution, deepest in ((0.0, math.exp(-1.0)), (1.0, 1.0)):
+        contact = Contact(restitution=restitution, damping_ratio=None)
+        case = Drop(contact=contact, speed=1.0, gap=1e-4)
+        expected = CASE.references(case, Reference.traits)["largest_overlap_m"].value
+        assert expected == pytest.approx(deepest * 1e-3, rel=1e-9)
+        found = CASE.measure(case, Reference()).values["largest_overlap_m"]
+        assert found == pytest.approx(expected, rel=2e-3)
+
+
+def test_on_a_hertz_spring_the_restitution_is_integrated():
+    engine, case = Reference(spring="Hertz"), CASE.presets["head-on"]
+    expected = CASE.references(case, engine.traits)["restitution"]
+    assert expected.kind == "integrated"
+    found = CASE.measure(case, engine).values["restitution"]
+    assert found == pytest.approx(expected.value, abs=1e-3)
+    static = CASE.references(CASE.presets["static"].replace(duration=400.0), engine.traits)
+    assert static["end_overlap_m"].kind == "closed form"
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"gravity": 9.81, "gap": 0.05, "duration": 3000.0},  # it meets the sphere
+        {"gravity": 9.81, "duration": 1.0},  # it has not come to rest
+        {"gravity": 9.81, "sideways": 1.0},  # gravity turns the angular momentum
+        {},  # nothing happens
+    ],
+)
+def test_what_has_no_closed_form_has_no_reference(changes):
+    assert CASE.references(Drop(contact=PLASTIC, **changes), Reference.traits) == {}
+
+
+def test_a_collision_that_is_not_over_has_no_restitution():
+    case = Drop(contact=PLASTIC, speed=1.0, gap=1e-4, duration=0.3)
+    assert "restitution" not in CASE.measure(case, Reference()).values
+
+
+def test_a_contact_is_chosen_by_its_name():
+    assert Drop(contact="plastic").contact is PLASTIC
+    with pytest.raises(RequestError, match="contact = 'wet'"):
+        Drop(contact="wet")
+
+
+def test_each_drop_is_a_record_with_a_tolerance():
+    found = CASE.verify(Twin(), Study())
+    names = [record.name for record in found.records]
+    assert len(set(names)) == len(names) == len(found.checks) == 11
+    assert {name for r in found.records for name in r.quantities} == set(CASE.regression)
+    assert all(record.case == "drop" for record in found.records)
+    values = {c.name.partition(": ")[2]: c.value for c in found.checks}
+    for record in found.records:
+        (quantity,) = record.quantities.values()
+        assert quantity.value == values[record.label]
+
+
+def test_a_drop_that_dies_is_an_error_of_its_record():
+    found = CASE.verify(Crashing(), Study())
+    assert found.records == []
+    assert len(found.errors) == 11
+    assert "crashing/drop-restitution-plastic" in found.errors
+    assert all(check.engine_died for check in found.checks)
+
+
+def test_the_section_has_each_engine_and_the_figure_of_the_main_one():
+    main, beside = CASE.verify(Twin(), Study()), CASE.verify(Reference(), Study())
+    (section,) = CASE.sections(main, Findings("drop"), {"reference": beside})
+    (table,) = section.tables
+    assert {row[0] for row in table.rows} == {"Twin", "reference DEM"}
+    assert len(table.rows) == 22
+    with house_style():
+        figure = section.drawings[0].draw()
+    (axes,) = figure.axes
+    assert axes.get_title(loc="left").startswith("Twin")
+    (legend,) = figure.legends
+    assert len(legend.get_texts()) == 7
+    assert CASE.sections(None, Findings("drop"), {}) == ()

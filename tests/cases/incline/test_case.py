@@ -1,0 +1,167 @@
+"""The incline as a case: one run, its references, parameters by preset, sections and figures."""
+
+import math
+
+import pytest
+
+from harness.cases.contract import Study
+from harness.cases.incline.case import CASE
+from harness.cases.incline.critical_angles import critical_angle, extrapolated_critical_angle
+from harness.cases.incline.engine_angle import EngineAngle, Rules
+from harness.cases.incline.engine_figure import angles_of_engines
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.rebound import closed_forms, rebound
+from harness.cases.incline.sections import contacts_explained, engine_table
+from harness.comparison.findings import Findings
+from harness.comparison.verdicts import Verdict
+from harness.engines.reference.engine import Reference
+from harness.errors import RequestError
+from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE, Contact
+from harness.report.figures.style import house_style
+from harness.theory.critical_angle import critical_angle as closed_form
+from harness.theory.energy_map import passage_margin
+from tests.cases.doubles import Twin
+
+HALF = Contact(restitution=0.5, damping_ratio=None)
+
+
+@pytest.mark.parametrize("preset", ["source", "clipped", "plastic"])
+def test_one_passage_has_the_margin_of_the_closed_form_within_its_bias(preset):
+    parameters, engine = CASE.presets[preset], Reference()
+    found = CASE.measure(parameters, engine)
+    expected = CASE.references(parameters, engine.traits)["margin_over_mgd"]
+    assert expected.kind == "closed form"
+    assert expected.value == passage_margin(parameters.angle, 0.25)
+    # the slope is 0.0087 per degree: the bias of the angle is 0.01 deg at most
+    assert found.values["margin_over_mgd"] == pytest.approx(expected.value, abs=2e-4)
+    assert found.values["moves_on"] == float(found.values["margin_over_mgd"] >= 0.0)
+    assert found.values["steps"] * parameters.step == pytest.approx(found.values["time_s"])
+    assert set(found.values) == {quantity.name for quantity in CASE.quantities}
+
+
+@pytest.mark.parametrize(("angle", "moves"), [(9.5, 0.0), (11.0, 1.0)])
+def test_a_passage_moves_on_above_the_critical_angle(angle, moves):
+    found = CASE.measure(CASE.presets["plastic"].replace(angle=angle), Reference())
+    assert found.values["moves_on"] == moves
+    assert found.values["touching"] == 1.0
+
+
+def test_a_contact_that_rebounds_has_no_reference():
+    assert CASE.references(Incline(contact=HALF), Reference.traits) == {}
+
+
+def test_a_contact_is_chosen_by_its_name():
+    assert Incline(contact="plastic").contact is PLASTIC
+    with pytest.raises(RequestError, match=r"contact = 'wet'.* must be one of source, clipped, pl"):
+        Incline(contact="wet")
+
+
+def test_the_rebound_is_that_of_the_law_and_the_readings_part_with_it():
+    assert rebound(SOURCE) == pytest.approx(1e-20, rel=1e-9)
+    assert rebound(CLIPPED) == pytest.approx(math.exp(-2.0))
+    assert rebound(HALF) == pytest.approx(0.5)
+    assert rebound(HALF.replace(effective_mass="half")) > 0.6
+    assert closed_forms(SOURCE) == pytest.approx({"kept": closed_form(), "lost": closed_form()})
+    kept, lost = closed_forms(HALF).values()
+    assert kept < closed_form() < lost
+
+
+def test_a_rebounding_contact_is_refused_after_one_rung_with_what_theory_says():
+    engine = Twin()
+    with pytest.raises(RequestError, match=r"use method 'steady'; at e = 0.5 .* 6.25\d deg .* 15"):
+        extrapolated_critical_angle(Incline(contact=HALF), engine=engine)
+    ladder = {(job.values["stiffness"], job.values["steps_per_contact"]) for job in engine.jobs}
+    assert ladder == {(1e5, 50.0)}
+    with pytest.raises(RequestError, match=r"at e = 0.5 the theory of one shock"):
+        critical_angle(Incline(contact=HALF), engine=engine)
+
+
+def angle(engine, tail, value, **others):
+    known = {"role": "plastic", "reference_deg": value - 1e-4, "microseconds_per_step": 4.9}
+    fields = {**known, **others}
+    return EngineAngle(
+        engine=engine, contact="plastic", rules=Rules(tail, "full", "linear"), stiffness=1e6,
+        steps_per_contact=100.0, value_deg=value, uncertainty_deg=3e-4, closed_form_deg=10.2,
+        integrator="velocity-verlet", **fields,
+    )  # fmt: skip
+
+
+@pytest.fixture
+def angles():
+    return [
+        angle("yade", "clipped", 10.2003),
+        angle("liggghts", "attractive", 10.246, lineage="LAMMPS"),
+        angle("mfix (recorded)", "attractive", 10.206, recorded=True),
+        angle("reference", "clipped", 10.2004, microseconds_per_step=0.06),
+    ]
+
+
+def test_each_engine_has_its_row(angles):
+    table = engine_table(angles)
+    assert [row[0] for row in table.rows] == [a.engine for a in angles]
+    row = dict(zip(table.head, table.rows[0], strict=True))
+    assert row["angle (deg)"] == "10.20030 ± 0.0003"
+    assert row["less theory"] == "+0.0003"
+    assert row["less reference"] == "+0.0001"
+    assert row["µs per step"] == "4.9"
+    assert row["class"] == "clipped, m, linear"
+    assert [row[-1] for row in table.rows] == [
+        "independent", "regression partner", "recorded", "the harness's own",
+    ]  # fmt: skip
+
+
+def test_the_figure_of_angles_has_a_row_for_each_and_tells_contacts_apart(angles):
+    figure = angles_of_engines(angles, 10.2)
+    whole, near = figure.axes
+    names = [label.get_text() for label in whole.get_yticklabels()]
+    assert len(names) == 4
+    assert "mfix (recorded): plastic, 100 steps" in names
+    (legend,) = figure.legends
+    assert {text.get_text() for text in legend.get_texts()} == {
+        "closed form", "± 0.003 deg", "reference DEM, same rules", "engine, clipped tail",
+        "engine, attractive tail",
+    }  # fmt: skip
+    assert [text.get_text() for text in near.texts] == ["+46 →"]
+
+
+def test_the_figure_of_angles_keeps_to_one_stiffness_and_step(angles):
+    from dataclasses import replace
+
+    beside = [replace(angles[0], stiffness=1e5), replace(angles[0], engine="x")]
+    figure = angles_of_engines([*angles, *beside], 10.2)
+    assert len(figure.axes[0].get_yticklabels()) == 5
+
+
+def test_the_sections_show_the_main_engine_and_those_beside_it(angles):
+    main = CASE.verify(Twin(), Study("quick"))
+    beside = {"yade": Findings("incline", "yade", evidence=angles)}
+    contacts, engines = CASE.sections(main, Findings("incline"), beside)
+    assert contacts.items == contacts_explained()
+    (table,) = contacts.tables
+    assert "Twin" in table.caption
+    assert {row[0] for row in table.rows} == {"source", "clipped", "plastic"}
+    assert table.head[2:] == ("50 steps", "100 steps", "200 steps")
+    assert len(engines.tables[0].rows) == 4
+    titles = []
+    with house_style():
+        for drawing in (*contacts.drawings, *engines.drawings):
+            figure = drawing.draw()
+            titles += [axes.get_title(loc="left") for axes in figure.axes]
+            labels = [t.get_text() for axes in figure.axes for t in axes.get_legend_handles_labels()[1:]
+                      if isinstance(t, str)]  # fmt: skip
+            assert not any("LAMMPS" in text for text in (*titles, *labels))
+    assert [drawing.name for drawing in contacts.drawings] == [
+        "critical-angle-extrapolation", "contacts-side-by-side", "speed-against-time",
+        "path-over-the-bumps", "energy-after-each-shock",
+    ]  # fmt: skip
+    assert any(title.startswith("Twin, source contact") for title in titles)
+
+
+def test_without_runs_there_are_no_sections():
+    assert CASE.sections(None, Findings("incline"), {}) == ()
+
+
+def test_the_theory_and_the_adaptive_reference_hold():
+    found = CASE.verify_own(Study())
+    assert {check.verdict for check in found.checks} == {Verdict.PASS}
+    assert len(found.checks) == 8

@@ -1,0 +1,48 @@
+import math
+
+import pytest
+
+from harness.cases.incline.engine_angle import EngineAngle, Rules
+
+RULES = Rules("clipped", "half", "linear")
+
+
+def angle(**changes):
+    values = {
+        "engine": "yade",
+        "role": "plastic",
+        "contact": "plastic",
+        "rules": RULES,
+        "stiffness": 1e6,
+        "steps_per_contact": 100.0,
+        "value_deg": 10.25,
+        "uncertainty_deg": 0.001,
+        "closed_form_deg": 10.2,
+        "integrator": "velocity-verlet",
+    }
+    return EngineAngle(**{**values, **changes})
+
+
+def test_a_class_is_said_in_words():
+    assert RULES.text == "clipped tail, m_eff m/2, linear spring"
+    assert Rules("attractive", "full", "Hertz").text == "attractive tail, m_eff m, Hertz spring"
+
+
+def test_differences_are_in_full_and_missing_ones_are_nan():
+    assert angle().off_theory_deg == pytest.approx(0.05)
+    assert math.isnan(angle().off_reference_deg)
+    assert angle(reference_deg=10.24).off_reference_deg == pytest.approx(0.01)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({}, "independent"),
+        ({"lineage": "LAMMPS"}, "regression partner"),
+        ({"recorded": True}, "recorded"),
+        ({"engine": "reference"}, "the harness's own"),
+    ],
+)
+def test_what_kind_of_evidence_it_is(changes, said):
+    assert angle(**changes).evidence == said
+    assert angle(**changes).record()["evidence"] == said

@@ -1,0 +1,187 @@
+"""Critical angles of engines beside the main one, with stand-ins: rows and evidence."""
+
+import json
+import math
+from dataclasses import replace
+
+import pytest
+
+from harness.cases.contract import Study
+from harness.cases.incline.case import CASE
+from harness.cases.incline.critical_angles import critical_angle
+from harness.cases.incline.engine_angles import microseconds_per_step, same_rules
+from harness.cases.incline.levels import STATED
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.rules import Stated, contacts_of, reference_for
+from harness.comparison.verdicts import Kind, Verdict
+from harness.engines.reference.engine import Reference
+from harness.parameters.contact import CLIPPED, PLASTIC
+from tests.cases.doubles import TRAITS, Clamped, Crashing, Half, Twin
+
+
+@pytest.fixture(scope="module")
+def found():
+    study = Study("quick")
+    engines = (Reference(), Twin(), Clamped(), Half(), Crashing())
+    return {engine.name: CASE.verify_beside(engine, study) for engine in engines}
+
+
+def row(found, *words):
+    rows = [check for one in found.values() for check in one.checks]
+    (only,) = [c for c in rows if all(word in c.name for word in words)]
+    return only
+
+
+def test_an_engine_that_holds_has_no_failed_row(found):
+    for engine in ("reference", "twin", "clamped", "half"):
+        assert Verdict.FAIL not in {check.verdict for check in found[engine].checks}
+
+
+def test_the_plastic_contact_is_judged_by_the_closed_form_and_the_source_s_is_a_finding(found):
+    plastic = row(found, "twin: critical angle, plastic")
+    assert (plastic.kind, plastic.verdict) == (Kind.ANALYTIC, Verdict.PASS)
+    assert plastic.tolerance == 0.003
+    assert "k = 1e+06 N/m, 100 steps" in plastic.name
+    source = row(found, "twin: critical angle, source")
+    assert source.verdict is Verdict.FINDING
+    assert source.difference > 0.01
+
+
+def test_the_same_code_is_on_the_curve_of_the_reference_dem_to_the_last_bit(found):
+    for engine in ("twin", "clamped", "half"):
+        assert found[engine].evidence[0].off_reference_deg == 0.0
+    assert row(found, "half: critical angle against", "m_eff m/2").verdict is Verdict.PASS
+
+
+def test_an_engine_in_another_scheme_than_it_declares_is_off_the_curve():
+    class Other(Clamped):
+        traits = replace(TRAITS, integrator="mfix-euler", tails=("clipped",))
+
+        def __init__(self):
+            super().__init__()
+            self.integrator = "velocity-verlet"
+
+    off = row({"": CASE.verify_beside(Other(), Study("quick"))}, "against", "source, clipped")
+    assert off.verdict is Verdict.FAIL
+    assert not off.engine_died
+
+
+def test_what_an_engine_cannot_state_is_not_tested_with_the_reason(found):
+    refused = row(found, "half: critical angle, plastic")
+    assert refused.verdict is Verdict.NOT_TESTED
+    assert "attractive tail" in refused.note
+    assert "clipped tail" in row(found, "clamped: critical angle, source contact").note
+    assert row(found, "clamped: critical angle, source, clipped").verdict is Verdict.FINDING
+
+
+def test_lineage_is_said_in_the_rows_and_in_the_evidence(found):
+    for check in (
+        row(found, "twin: critical angle, plastic"),
+        row(found, "twin: critical angle against", "plastic"),
+    ):
+        assert "regression partner, not independent evidence" in check.note
+    assert {angle.evidence for angle in found["twin"].evidence} == {"regression partner"}
+    assert {angle.evidence for angle in found["half"].evidence} == {"independent"}
+
+
+def test_a_dying_engine_leaves_failed_rows_with_its_log(found):
+    died = [check for check in found["crashing"].checks if check.engine_died]
+    assert {check.log for check in died} == {"input\nlast words\n"}
+    assert all(check.note == "crashed: signal SIGSEGV" for check in died)
+    names = " ".join(check.name for check in died)
+    assert "plastic" in names
+    assert "source" in names
+    untested = row(found, "crashing: critical angle against", "plastic")
+    assert untested.verdict is Verdict.NOT_TESTED
+
+
+def test_engines_of_one_class_agree_and_classes_are_findings_beside_the_first(found):
+    class Other(Twin):
+        name = "other"
+        traits = replace(TRAITS, lineage="")
+
+    beside = {"other": CASE.verify_beside(Other(), Study("quick")), **found}
+    rows = {check.name: check for check in CASE.across(beside)}
+    agree = rows["engines: twin against other, source contact, unclamped"]
+    assert (agree.kind, agree.tolerance, agree.verdict) == (Kind.CROSS_CODE, 0.002, Verdict.PASS)
+    apart = rows["engines: clamped, source, clipped contact, less other, source"]
+    assert apart.verdict is Verdict.FINDING
+    assert apart.expected == pytest.approx(apart.value, abs=1e-9)
+    assert apart.value < -0.01
+    assert "engines: half, source, m_eff m/2 contact, less other, source" in rows
+    assert not any("reference" in name.partition(",")[0] for name in rows)
+
+
+def test_an_engine_that_grew_out_of_the_other_is_a_regression_partner(found):
+    class Lammps(Twin):
+        name = "lammps"
+        traits = TRAITS
+
+    beside = {"lammps": CASE.verify_beside(Lammps(), Study("quick")), "twin": found["twin"]}
+    (agree,) = CASE.across(beside)
+    assert "regression partner" in agree.note
+
+
+def test_the_reference_is_run_once_for_engines_of_the_same_rules(monkeypatch):
+    asked = []
+    run = Reference.run_scenes
+
+    def counted(self, scenes, *names):
+        asked.append(type(self).__name__)
+        return run(self, scenes, *names)
+
+    monkeypatch.setattr(Reference, "run_scenes", counted)
+    study = Study("quick")
+    CASE.verify_beside(Twin(), study)
+    first = asked.count("Reference")
+    CASE.verify_beside(Twin(), study)
+    assert asked.count("Reference") == first > 0
+
+
+def test_what_a_step_costs_leaves_out_what_a_run_costs():
+    def slow(_, output):
+        steps = float(output.tables["stages"]["step"][-1])
+        return replace(output, seconds=2.0 + 5e-6 * steps)
+
+    case = Incline(contact=PLASTIC, stiffness=1e5, steps_per_contact=50.0)
+    angle = critical_angle(case, engine=Twin(change_output=slow), phases=1)
+    assert microseconds_per_step(angle, Twin(change_output=slow)) == pytest.approx(5.0)
+    assert math.isnan(microseconds_per_step(angle, Crashing()))
+
+
+def test_the_published_angles_are_json(found):
+    rows = [angle for one in found.values() for angle in one.published["critical_angles"]]
+    assert {a["engine"] for a in rows} == {"reference", "twin", "clamped", "half"}
+    assert all(isinstance(a["critical_angle_deg"], float) for a in json.loads(json.dumps(rows)))
+
+
+def test_contacts_are_stated_in_the_effective_mass_of_the_engine():
+    half = [c.contact for c in contacts_of(Half.traits) if isinstance(c, Stated)]
+    assert [(c.name, c.effective_mass) for c in half] == [("source, m_eff m/2", "half")]
+    full = [c.contact for c in contacts_of(Twin.traits) if isinstance(c, Stated)]
+    assert [c.name for c in full] == ["plastic", "source"]
+    assert [c.contact.name for c in contacts_of(Clamped.traits)] == [
+        "plastic", "source", "source, clipped",
+    ]  # fmt: skip
+
+
+def test_the_reference_dem_follows_the_scheme_and_there_is_none_for_one_without():
+    assert reference_for(Half.traits).integrator == "mfix-euler"
+    assert reference_for(replace(TRAITS, integrator="")) is None
+
+    class Own(Twin):
+        traits = replace(TRAITS, integrator="", tails=("clipped",))
+
+    found = {"twin": CASE.verify_beside(Own(), Study("quick"))}
+    assert row(found, "critical angle against", "plastic").verdict is Verdict.NOT_TESTED
+    assert all(math.isnan(angle.reference_deg) for angle in found["twin"].evidence)
+
+
+@pytest.mark.parametrize(("digits", "least"), [(15, 5e-4), (6, 1.5e-3)])
+def test_the_tolerance_beside_the_reference_grows_with_missing_digits(digits, least):
+    stiffness, steps = STATED
+    case = Incline(contact=CLIPPED, stiffness=stiffness, steps_per_contact=steps)
+    with Reference() as engine:
+        own = critical_angle(case, engine=engine, phases=2)
+    width = same_rules(replace(TRAITS, digits=digits), own, 10.2078).width(0.0)
+    assert least <= width < 2 * least

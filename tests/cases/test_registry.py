@@ -1,0 +1,136 @@
+"""Cases are found by folder and by entry point; a bad plug-in touches nothing else."""
+
+import subprocess
+import sys
+from importlib.metadata import EntryPoint
+
+import pytest
+
+from harness.cases import registry
+from harness.cases.contract import Case
+from harness.cases.drop.parameters import Drop
+from harness.cases.drop.template import TEMPLATE
+from harness.cases.incline.case import InclineCase
+from harness.errors import RequestError
+from harness.observables.declared import Observable
+
+
+class Bounce(Case):
+    name, group, summary = "bounce", "contacts", "A ball."
+    parameters = Drop
+    quantities = (Observable("height_m", "m", "", "of the bounce"),)
+    template = TEMPLATE
+
+    def job(self, parameters):
+        raise NotImplementedError
+
+    def read(self, parameters, output, traits):
+        raise NotImplementedError
+
+
+class Unitless(Bounce):
+    name = "unitless"
+    quantities = (Observable("height", "", "", "of the bounce"),)
+
+
+GOOD, UNITLESS, NONE = Bounce(), Unitless(), object()
+
+
+def point(name, value):
+    return EntryPoint(name, value, registry.GROUP)
+
+
+HERE = "tests.cases.test_registry"
+POINTS = [
+    point("bounce", f"{HERE}:GOOD"),
+    point("unitless", f"{HERE}:UNITLESS"),
+    point("nothing", f"{HERE}:NONE"),
+    point("broken", "no_such_package.case:CASE"),
+    point("incline", "another_package.case:CASE"),
+    point("misnamed", f"{HERE}:GOOD"),
+]
+
+
+@pytest.fixture
+def plugged(monkeypatch):
+    monkeypatch.setattr(registry, "entry_points", lambda group: POINTS)
+
+
+def test_the_folders_are_the_cases():
+    assert {"drop", "incline"} <= set(registry.built_in())
+    assert isinstance(registry.get_case("incline"), InclineCase)
+    assert all(case.name == name for name, case in registry.all_cases().items())
+    assert registry.faults() == ()
+
+
+def test_listing_names_imports_no_numerics():
+    code = (
+        "import sys; from harness.cases.registry import case_names; names = case_names();"
+        "assert 'incline' in names;"
+        "assert not {'numba', 'scipy', 'matplotlib', 'pandas'} & set(sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_asking_a_case_for_its_quantities_imports_neither_numba_nor_scipy():
+    code = (
+        "import sys; from harness.cases.registry import get_case;"
+        "[get_case(name).quantities for name in ('drop', 'incline')];"
+        "assert not {'numba', 'scipy', 'matplotlib', 'pandas'} & set(sys.modules), "
+        "{'numba', 'scipy', 'matplotlib', 'pandas'} & set(sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_a_case_of_another_package_is_one_like_the_others(plugged):  # noqa: ARG001
+    assert registry.get_case("bounce") is GOOD
+    assert "bounce" in registry.case_names()
+    assert "bounce" in registry.all_cases()
+    assert isinstance(registry.get_case("incline"), InclineCase)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("unitless", "quantity 'height' has no unit"),
+        ("nothing", "is no case but object"),
+        ("broken", "does not import: ModuleNotFoundError"),
+        ("misnamed", "its case has the name 'bounce'"),
+    ],
+)
+def test_a_case_that_cannot_be_used_is_named_in_one_line_with_its_package(plugged, name, words):  # noqa: ARG001
+    with pytest.raises(RequestError, match=words) as told:
+        registry.get_case(name)
+    assert "\n" not in str(told.value)
+    assert str(told.value).startswith("package '")
+    assert str(told.value) in registry.faults()
+
+
+def test_a_case_cannot_take_the_name_of_one_of_ours(plugged):  # noqa: ARG001
+    (fault,) = [line for line in registry.faults() if "'another_package.case'" in line]
+    assert "name of a case of dem-harness itself" in fault
+    assert set(registry.all_cases()) - {"bounce"} == set(registry.built_in())
+
+
+def test_cases_are_chosen_by_name_group_or_all():
+    assert set(registry.cases_named("drop, incline")) == {"drop", "incline"}
+    assert list(registry.cases_named("drop,incline,drop")) == ["drop", "incline"]
+    assert "drop" in registry.cases_named("contacts")
+    assert "incline" not in registry.cases_named("contacts")
+    assert set(registry.cases_named("all")) == set(registry.all_cases())
+    assert "incline" in registry.cases_named("")
+    assert "drop" not in registry.cases_named("")
+    assert {"drop", "incline"} <= set(registry.cases_named("contacts,incline"))
+
+
+@pytest.mark.parametrize("text", ["nobody", "incline,nobody", "all,nobody"])
+def test_a_word_that_is_neither_name_nor_group_is_refused_with_those_that_are(text):
+    with pytest.raises(RequestError, match=r"--cases 'nobody' is not known: must be all, a group"):
+        registry.cases_named(text)
+
+
+def test_a_text_without_a_name_and_an_unknown_case_are_refused():
+    with pytest.raises(RequestError, match="names no case"):
+        registry.cases_named(", ")
+    with pytest.raises(RequestError, match="case 'nobody' is not known: must be one of"):
+        registry.get_case("nobody")

@@ -1,0 +1,29 @@
+"""Every tolerance of every case says why it is what it is."""
+
+from importlib import import_module
+from importlib.util import find_spec
+
+import pytest
+
+from harness.cases.registry import built_in, get_case
+from harness.comparison.tolerances import Tolerance
+
+
+def tolerances_of(case):
+    """Return the tolerances of a case: those of its module, and of its baseline."""
+    found = dict(get_case(case).regression)
+    if find_spec(f"harness.cases.{case}.tolerances"):
+        for name, value in vars(import_module(f"harness.cases.{case}.tolerances")).items():
+            if isinstance(value, Tolerance):
+                found[name] = value
+            elif isinstance(value, dict):
+                found |= {f"{name}[{k}]": v for k, v in value.items() if isinstance(v, Tolerance)}
+    return found
+
+
+@pytest.mark.parametrize("case", built_in())
+def test_every_tolerance_says_why(case):
+    assert tolerances_of(case)
+    for name, tolerance in tolerances_of(case).items():
+        assert len(tolerance.reason) > 20, name
+        assert tolerance.absolute >= 0.0 <= tolerance.relative, name

@@ -1,0 +1,259 @@
+"""The tower as a case: one run, its references, its verification and its part of the report."""
+
+import math
+
+import numpy as np
+import pytest
+
+from harness.cases.contract import Study
+from harness.cases.tower.case import CASE
+from harness.cases.tower.parameters import TowerRunParameters
+from harness.cases.tower.records import record_name
+from harness.comparison.verdicts import Kind, Verdict
+from harness.engines.output import Output
+from harness.errors import EngineCrashError, EngineError, EngineOutputError, RequestError
+from harness.parameters.tower import Tower
+from tests.cases.tower.row_engine import RowEngine
+
+QUICK = Study(level="quick")
+
+
+@pytest.fixture(scope="module")
+def own():
+    return CASE.verify_own(QUICK)
+
+
+@pytest.fixture(scope="module")
+def main():
+    return CASE.verify(RowEngine(), QUICK)
+
+
+@pytest.mark.parametrize("preset", CASE.presets.values(), ids=CASE.presets.keys())
+def test_every_solver_has_the_declared_quantities_near_their_references(preset):
+    declared = {observable.name for observable in CASE.quantities}
+    references = CASE.references(preset, RowEngine.traits)
+    assert set(references) == declared
+    for solver in CASE.solvers:
+        found = CASE.solve(preset, solver).values
+        assert set(found) == declared
+        for name, value in found.items():
+            assert value == pytest.approx(references[name].value, rel=1e-5, abs=1e-6), name
+
+
+@pytest.mark.parametrize("values", [{}, {"height": 1}, {"height": 12, "speed": 0.01}])
+def test_a_run_in_an_engine_covers_the_window_and_meets_its_references(values):
+    parameters = TowerRunParameters(**values)
+    engine = RowEngine()
+    found = CASE.measure(parameters, engine).values
+    references = CASE.references(parameters, engine.traits)
+    assert len(engine.jobs) == 1
+    for name, value in found.items():
+        assert value == pytest.approx(references[name].value, rel=3e-5, abs=3e-5), name
+
+
+def test_a_grain_on_one_fixed_particle_is_known_in_closed_form():
+    known = CASE.references(TowerRunParameters(height=1), RowEngine.traits)
+    kinds = {name: reference.kind for name, reference in known.items()}
+    assert kinds.pop("final_velocity_m_per_s") == "integrated"
+    assert set(kinds.values()) == {"closed form"}
+    exact = CASE.solve(TowerRunParameters(height=1), "exact").values
+    for name, value in exact.items():
+        assert value == pytest.approx(known[name].value, rel=1e-9, abs=1e-9), name
+
+
+def test_solvers_and_parameters_that_are_not_there_are_refused():
+    with pytest.raises(RequestError, match="no such solver"):
+        CASE.solve(TowerRunParameters(), "euler")
+    with pytest.raises(RequestError, match="duration = 1"):
+        TowerRunParameters(duration=1.0)
+    with pytest.raises(RequestError, match="it has the overlap law only"):
+        CASE.measure(TowerRunParameters(law="deformable"), RowEngine())
+
+
+def faulty(fault):
+    """Return an engine with a fault in every tower that it writes."""
+    return RowEngine(spoil=lambda table, _: fault(table))
+
+
+def every(table, column, change):
+    return {**table, column: change(table[column])}
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        lambda t: {name: c[: len(c) // 30] for name, c in t.items()},
+        lambda t: {name: c[:: len(c) // 5] for name, c in t.items()},
+        lambda t: {name: np.delete(c, range(600, 1200), axis=0) for name, c in t.items()},
+        lambda t: {name: np.delete(c, 700, axis=0) for name, c in t.items()},
+        lambda t: {name: c[:-1] for name, c in t.items()},
+        lambda t: {
+            name: np.insert(np.delete(c, 700, 0), 9, c[8] + 0.5, 0) for name, c in t.items()
+        },
+        lambda t: {name: c for name, c in t.items() if name != "vx_m_per_s"},
+        lambda t: {name: c for name, c in t.items() if name != "contact_force_N"},
+        lambda t: every(t, "step", lambda c: 2.0 * c),
+        lambda t: every(t, "step", lambda c: 0.5 * c),
+        lambda t: every(t, "x_m", lambda c: c[:, :-1]),
+        lambda t: every(t, "contact_force_N", lambda c: c[:, :-1]),
+        lambda t: every(t, "contact_force_N", np.zeros_like),
+        lambda t: every(t, "vx_m_per_s", lambda c: np.where(c == c[40, 0], np.nan, c)),
+    ],
+)
+def test_a_series_that_lacks_something_is_a_bad_output(fault):
+    with pytest.raises(EngineError) as caught:
+        CASE.measure(TowerRunParameters(height=2), faulty(fault))
+    assert isinstance(caught.value, EngineOutputError) or "not numbers" in str(caught.value)
+    found = CASE.verify(faulty(fault), QUICK)
+    judged = [check for check in found.checks if check.verdict is not Verdict.NOT_TESTED]
+    assert {check.verdict for check in judged} == {Verdict.FAIL}
+    assert found.records == []
+    assert len(found.errors) == 3
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        lambda t: every(t, "contact_force_N", lambda c: 2.0 * c),
+        lambda t: every(t, "vx_m_per_s", lambda c: 2.0 * c),
+        lambda t: every(t, "vx_m_per_s", lambda c: c[:, ::-1]),
+        lambda t: every(t, "contact_force_N", lambda c: c[:, ::-1]),
+        lambda t: every(t, "contact_force_N", lambda c: np.roll(c, 3, axis=0)),
+        lambda t: every(
+            t, "contact_force_N", lambda c: c * np.where(np.arange(len(c)) > 1500, 0, 1)[:, None]
+        ),
+    ],
+)
+def test_a_quantity_that_is_wrong_fails_a_cross_code_row(fault):
+    found = CASE.verify(faulty(fault), QUICK)
+    failed = [check for check in found.checks if check.verdict is Verdict.FAIL]
+    assert any(check.kind is Kind.CROSS_CODE for check in failed)
+
+
+def test_six_digits_end_in_no_exception():
+    def rounded(table):
+        return {name: np.round(c, 6) for name, c in table.items()}
+
+    found = CASE.verify(faulty(rounded), QUICK)
+    assert not any("internal" in check.note or "Error:" in check.note for check in found.checks)
+
+
+def test_the_main_engine_is_held_law_by_law(main):
+    names = [check.name for check in main.checks]
+    assert "tower: row, deformable law" in names
+    refused = next(check for check in main.checks if check.name == "tower: row, deformable law")
+    assert refused.verdict is Verdict.NOT_TESTED
+    assert "overlap law only" in refused.note
+    assert main.untested == {"row/*-deformable-*": refused.note}
+    assert {check.verdict for check in main.checks if check is not refused} == {Verdict.PASS}
+    assert len(main.checks) == 1 + 3 * 3 + 1 + 1 + 3
+    assert {record.name for record in main.records} == {
+        *(record_name(Tower(height=n, law="overlap"), "row") for n in (1, 2, 19)),
+        *(record_name(Tower(height=n, law="overlap"), "row", "impulse-ratio") for n in (1, 2, 19)),
+    }
+    assert all(record.case == "tower" and record.family == ("overlap",) for record in main.records)
+    assert main.records[1].label == "overlap law, n = 2, k = 1e6 N/m, 2 m/s"
+
+
+def test_a_height_that_dies_keeps_the_others_and_its_error():
+    def weak(table, case):
+        return EngineCrashError("out of reach") if case.height == 19 else table
+
+    found = CASE.verify(RowEngine(spoil=weak), QUICK)
+    assert list(found.errors) == ["row/tower-overlap-n19-k1e6-v2"]
+    died = [check.name for check in found.checks if check.engine_died]
+    assert died == ["tower: row, overlap law, n = 19", "tower: impulse table"]
+    assert {record.name for record in found.records} >= {"row/tower-overlap-n2-k1e6-v2"}
+
+
+def test_own_solvers_need_no_engine(own):
+    judged = [check for check in own.checks if check.kind is not Kind.FINDING]
+    assert {check.verdict for check in judged} == {Verdict.PASS}
+    assert own.engine == ""
+    names = {record.name for record in own.records}
+    for solver in ("exact", "rk4"):
+        for law in ("overlap", "deformable"):
+            assert f"{solver}/tower-{law}-n19-k1e6-v2" in names
+    assert "exact/impulse-ratio-deformable-n2-k1e6-v2" in names
+    assert all(set(record.quantities) <= set(CASE.regression) for record in own.records)
+
+
+def test_the_last_change_of_contacts_is_the_same_in_other_units():
+    """Other units round every operation differently; samples fall on other sides of a change."""
+    from harness.cases.tower.records import tower_record
+    from harness.cases.tower.run import tower
+
+    width = CASE.regression["last_change_s"]
+    for law in ("overlap", "deformable"):
+        for height in (1, 2, 3, 10):
+            case = Tower(height=height, law=law)
+            scaled = case.replace(mass=3.0, stiffness=3e6)
+            for solver, samples in (("exact", 3001), ("rk4", None)):
+                one, other = (
+                    tower_record(tower(c, solver=solver, samples=samples, profiles=True))
+                    .quantities["last_change_s"]
+                    .value
+                    for c in (case, scaled)
+                )
+                assert abs(one - other) < 0.1 * width.width(one)
+                shifted = tower_record(tower(case, solver=solver, samples=2500, profiles=True))
+                assert shifted.quantities["last_change_s"].value == pytest.approx(one, rel=1e-6)
+
+
+def test_an_error_within_a_part_is_a_row_and_the_others_go_on(monkeypatch):
+    from harness.cases.tower import own_checks
+
+    def wrong(*_):
+        raise IndexError("of a part")
+
+    monkeypatch.setattr(own_checks, "_laws_apart", wrong)
+    found = CASE.verify_own(QUICK)
+    failed = [check for check in found.checks if check.verdict is Verdict.FAIL]
+    assert [check.name for check in failed] == ["tower: laws apart"]
+    assert not failed[0].engine_died
+    assert found.evidence.impulses is not None
+    assert CASE.sections(None, found, {})
+
+
+def test_recorded_towers_stand_in_for_a_missing_engine():
+    assert CASE.recorded(QUICK) == {}
+    study = Study(level="quick", missing=frozenset({"mfix"}))
+    ((name, found),) = CASE.recorded(study).items()
+    assert name == found.engine == "mfix (recorded)"
+    assert {check.verdict for check in found.checks} == {Verdict.PASS}
+    assert [tower.height for tower in found.evidence.towers] == [1, 2, 4, 9]
+    # eight digits, and gravity half a step late
+    assert all(abs(tower.peak_error) < 5e-6 for tower in found.evidence.towers)
+    assert all(row["recorded"] for row in found.published["towers"])
+
+
+def test_sections_hold_tables_and_figures(own, main):
+    beside = {"row": CASE.verify_beside(RowEngine(), QUICK)}
+    beside |= CASE.recorded(Study(level="quick", missing=frozenset({"mfix"})))
+    laws, engines, gallery = CASE.sections(main, own, beside)
+    (table,) = laws.tables
+    assert [row[0] for row in table.rows] == [str(n) for n in (1, 2, 3, 4, 9, 19) for _ in "ab"]
+    (table,) = engines.tables
+    assert [row[0] for row in table.rows] == ["row", "mfix (recorded)"]
+    assert table.head == ("engine", "steps", "n = 1", "n = 2", "n = 4", "n = 9", "n = 19", "order")
+    assert math.isclose(float(table.rows[0][-1]), 2.0, abs_tol=0.1)
+    drawings = {drawing.name: drawing for drawing in (*engines.drawings, *gallery.drawings)}
+    assert {"engines-tower-error", "same-law-overlap", "impulse-ratio"} <= set(drawings)
+    assert drawings["same-law-overlap"].caption.startswith("Force on the grain by Row and RK4 and")
+    for drawing in drawings.values():
+        figure = drawing.draw()
+        assert all(axes.get_ylabel() or axes.get_xlabel() for axes in figure.axes)
+        assert any(axes.has_data() for axes in figure.axes)
+
+
+def test_a_report_without_an_engine_has_the_own_parts(own):
+    titles = [section.title for section in CASE.sections(None, own, {})]
+    assert titles == ["Where the laws differ, and what it does to the angle", ""]
+
+
+def test_reading_needs_nothing_but_the_output():
+    parameters = TowerRunParameters()
+    engine = RowEngine()
+    (output,) = engine.run([CASE.job(parameters)])
+    assert isinstance(output, Output)
+    assert CASE.read(parameters, output, engine.traits) == CASE.measure(parameters, engine).values

@@ -1,0 +1,23 @@
+import pytest
+
+from harness.comparison.engines import DeclaredEngine
+from harness.comparison.published import adapter, published
+
+
+@pytest.mark.parametrize(
+    ("changes", "summary"),
+    [
+        ({}, "qualified"),
+        ({"missing": "not installed"}, "missing"),
+        ({"unqualified": "free fall"}, "did not qualify"),
+    ],
+)
+def test_whether_an_engine_was_used_is_said_and_published(changes, summary):
+    declared = DeclaredEngine(
+        "yade", "1", "executable", "apt install yade", ("1",), "velocity-verlet", ("clipped",),
+        ("full",), "linear", 15, "", (), **changes,
+    )  # fmt: skip
+    assert declared.summary == summary
+    record = published(declared)
+    assert record["summary"] == summary
+    assert adapter(DeclaredEngine).validate_python(record) == declared

@@ -1,0 +1,255 @@
+"""What every code that runs scripts has in common, with Python as the code."""
+
+import sys
+import time
+from typing import ClassVar
+
+import pytest
+
+from harness.engines.contract import Job, Template
+from harness.engines.output import Output
+from harness.engines.process import Limits
+from harness.engines.scripted import ScriptedEngine
+from harness.engines.traits import Traits
+from harness.errors import (
+    EngineCrashError,
+    EngineMissingError,
+    EngineOutputError,
+    EngineTimeoutError,
+    RequestError,
+)
+from harness.observables.provenance import Provenance
+
+SCRIPT = """# {{ name }}, made by dem-harness {{ version }}: {{ variant }} {{ note }}
+import os, signal, sys, time
+PARAMETERS = {
+    "size": {{ size }},
+    "mode": "{{ mode }}",
+    "record": "no",
+}
+for number, words in enumerate(sys.argv[1:]):
+    size, mode, record = words.split(",")
+    if mode == "die":
+        os.kill(os.getpid(), signal.SIGSEGV)
+    if mode == "hang":
+        time.sleep(60)
+    if mode == "raise":
+        raise ValueError("no size at all")
+    rows = "" if mode == "empty" else f"0,{size}\\n1,{size}\\n"
+    if record == "yes":
+        with open(f"{number}.csv", "w") as series:
+            series.write("time_s,x_m\\n" + rows)
+    with open(f"{number}.txt", "w") as results:
+        results.write(f"RESULT size = {size}\\nRESULT verdict = finished\\n")
+if mode == "late":
+    sys.exit(3)
+"""
+BALL = Template(
+    "ball",
+    {"": {"size": 1.0, "mode": "well", "tail": "clipped"}, "big": {"size": 9.5, "mode": "well"}},
+    notes={"big": "a big one"},
+)
+
+
+class Toy(ScriptedEngine):
+    name = "toy"
+    extension = "py"
+    unused_values = frozenset({"colour"})
+    traits = Traits("pip install toy", ("3",), "velocity-verlet", tails=("clipped",), title="Toy")
+    switches: ClassVar = {"record": "yes", "everyone": "yes"}
+    folders = ()
+
+    @classmethod
+    def own_folders(cls):
+        return list(cls.folders)
+
+    @classmethod
+    def find(cls, program):
+        return super().find(program) if cls.programs or program else sys.executable
+
+    def ask_version(self):
+        said, _ = self.ask([self.program, "--version"])
+        return Provenance("toy", said.split()[1], (), self.program, "executable")
+
+    def command(self, folder, tasks):  # noqa: ARG002
+        words = [
+            ",".join(str(task.values.get(name, "no")) for name in ("size", "mode", "record"))
+            for task in tasks
+        ]
+        return [self.program, tasks[0].script.name, *words]
+
+
+class Varied(Toy):
+    name = "varied"
+    renders_variants = True
+    inputs_folder = ""
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """Give the engines a folder of templates."""
+    (tmp_path / "ball.py.j2").write_text(SCRIPT, encoding="utf-8")
+    monkeypatch.setattr(Toy, "folders", (tmp_path,))
+    return tmp_path
+
+
+@pytest.fixture
+def toy():
+    with Toy(workers=2, limits=Limits(seconds=2.0)) as engine:
+        yield engine
+
+
+def job(size=2.0, mode="well", sampled=False, **more):
+    return Job(BALL, {"size": size, "mode": mode, **more}, sampled=sampled)
+
+
+def test_outputs_are_in_order_with_results_and_provenance_of_the_script(toy):
+    outputs = toy.run([job(size) for size in (3.0, 1.0, 2.5)])
+    assert [output.number("size") for output in outputs] == [3.0, 1.0, 2.5]
+    who = outputs[0].provenance
+    assert (who.engine, who.engine_version) == ("toy", sys.version.split()[0])
+    assert (who.script, who.script_sha256) == ("ball.py", toy.script(BALL).sha256)
+    assert who.integrator == "velocity-verlet"
+    assert outputs[0].tables == {}
+    assert 0.0 < outputs[0].seconds < 60.0
+
+
+def test_a_sampled_job_sets_the_switches_that_the_script_has(toy):
+    (output,) = toy.run([job(sampled=True)])
+    assert output.table(("time_s", "x_m"), 2)["x_m"].tolist() == [2.0, 2.0]
+
+
+def test_what_cannot_be_read_costs_only_its_job(toy):
+    bad, good = toy.run([job(mode="empty", sampled=True), job(sampled=True)])
+    assert type(bad) is EngineOutputError
+    assert "Toy left a series without rows" in str(bad)
+    assert isinstance(good, Output)
+
+
+def test_logs_are_headed_by_the_command_and_the_script(toy):
+    (good,), (bad,) = toy.run([job()]), toy.run([job(mode="raise")])
+    for log, mode in ((good.log, "well"), (bad.log, "raise"), (toy.logs()["ball.py"], "well")):
+        head, digest, *_ = log.splitlines()
+        assert head.endswith(f" ball.py size=2.0 mode={mode}")
+        assert digest.endswith(toy.script(BALL).sha256)
+    assert "ValueError: no size at all" in bad.log
+
+
+@pytest.mark.parametrize(
+    ("mode", "error"),
+    [("die", EngineCrashError), ("raise", EngineCrashError), ("hang", EngineTimeoutError)],
+)
+def test_a_job_that_fails_costs_only_itself(mode, error):
+    with Toy(workers=1, limits=Limits(seconds=2.0)) as toy:
+        outputs = toy.run([job(), job(mode=mode), job(), job(mode=mode), job()])
+    assert [type(output) for output in outputs] == [Output, error, Output, error, Output]
+
+
+def test_a_hang_does_not_cost_the_limit_for_each_job():
+    start = time.monotonic()
+    with Toy(workers=1, limits=Limits(seconds=1.0)) as toy:
+        outputs = toy.run([job(), *[job(mode="hang")] * 20])
+    assert isinstance(outputs[0], Output)
+    assert {type(output) for output in outputs[1:]} == {EngineTimeoutError}
+    assert len({id(output) for output in outputs}) == 21
+    assert time.monotonic() - start < 10.0
+
+
+def test_results_of_a_process_that_ends_badly_do_not_count():
+    with Toy(workers=1) as toy:
+        outputs = toy.run([job(), job(mode="late")])
+    for output in outputs:
+        assert type(output) is EngineCrashError
+        assert "exit status 3, after its results were written" in str(output)
+        assert "RESULT verdict = finished" in output.log
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ({"colour": "red"}, ""),
+        ({"tail": "clipped"}, ""),
+        ({"tail": "attractive"}, "its contacts always have the clipped tail"),
+        ({"law": "overlap"}, ""),
+        ({"law": "deformable"}, "it has the overlap law only"),
+        ({"weight": 2.0}, r"its script ball.py has no variable 'weight' (weight = 2.0)"),
+        ({"effective_mass": "full"}, "no variable 'effective_mass'"),
+    ],
+)
+def test_a_value_that_the_script_cannot_be_told_is_refused_before_anything_runs(toy, more, said):
+    wanted = job(**more)
+    if not said:
+        assert toy.refuses(wanted) == ""
+        assert isinstance(toy.run([wanted])[0], Output)
+        return
+    assert said in toy.refuses(wanted)
+    with pytest.raises(RequestError, match=r"^engine 'toy' cannot run 'ball': "):
+        toy.run([job(), wanted])
+    assert toy.logs() == {}
+
+
+def test_variants_are_scripts_of_their_own_or_values_of_the_main_one(toy):
+    assert set(Toy.inputs([BALL])) == {"toy/ball.py"}
+    assert set(Varied.inputs([BALL])) == {"ball.py", "ball-big.py"}
+    assert "made by dem-harness" in Varied.inputs([BALL])["ball-big.py"]
+    assert ": big a big one\n" in Varied.script(BALL, "big").text
+    (output,) = toy.run([Job(BALL, {}, "big")])
+    assert output.number("size") == 9.5
+    with pytest.raises(RequestError, match="'ball' has no variant 'bog': must be one of"):
+        Toy.script(BALL, "bog")
+
+
+def test_a_template_that_the_engine_lacks_is_refused():
+    other = Template("square", {"": {}})
+    assert Toy.states(BALL)
+    assert not Toy.states(other)
+    assert Toy.inputs([other]) == {}
+    with Toy() as toy, pytest.raises(RequestError, match="it has no template 'square'"):
+        toy.run([Job(other, {})])
+
+
+def test_templates_of_another_package_lie_there_by_the_name_of_the_engine(tmp_path, monkeypatch):
+    package = tmp_path / "elsewhere" / "rolling_case"
+    (package / "templates" / "toy").mkdir(parents=True)
+    (package / "__init__.py").write_text("")
+    (package / "templates" / "toy" / "ball.py.j2").write_text("# mine\n" + SCRIPT)
+    monkeypatch.syspath_prepend(tmp_path / "elsewhere")
+    mine = Template("ball", BALL.variants, package="rolling_case")
+    assert Toy.script(mine).text.startswith("# mine\n")
+    assert Toy.script(BALL).text.startswith("# ball.py")
+    missing = Template("ball", BALL.variants, package="no_such_package")
+    with pytest.raises(RequestError, match="package 'no_such_package' cannot be imported"):
+        Toy.states(missing)
+
+
+def test_a_template_of_the_same_name_with_other_defaults_is_rendered_anew():
+    other = Template("ball", {"": {"size": 7.0, "mode": "well"}})
+    assert '"size": 1.0' in Toy.script(BALL).text
+    assert '"size": 7.0' in Toy.script(other).text
+
+
+def test_a_closed_engine_starts_nothing_and_leaves_nothing(toy, tmp_path, monkeypatch):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    toy.run([job()])
+    toy.close()
+    assert not list(tmp_path.glob("dem-harness-*"))
+    (error,) = toy.run([job()])
+    assert type(error) is EngineCrashError
+    assert str(error) == "Toy was closed"
+
+
+def test_a_program_that_is_missing_is_named_with_the_option_or_the_remedy(monkeypatch):
+    with pytest.raises(RequestError, match=r"^--program toy='/no/such/toy': no such executable"):
+        Toy("/no/such/toy")
+    monkeypatch.setattr(Toy, "programs", ("no-such-toy", "nor-this"))
+    with pytest.raises(EngineMissingError, match="no no-such-toy or nor-this on PATH; to get it"):
+        Toy()
+
+
+def test_a_program_is_told_by_its_content_where_it_is_all_there_is(monkeypatch):
+    assert Toy.fingerprint_of(program="env") is None
+    monkeypatch.setattr(Toy, "self_contained", True)
+    found = Toy.fingerprint_of(program="env")
+    assert found["engine"] == "toy"
+    assert any("libc" in name for name in found["files"])
+    assert Toy("env").fingerprint() == found

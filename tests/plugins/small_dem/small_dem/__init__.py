@@ -1,0 +1,1 @@
+"""A DEM in sixty lines, as an engine of dem-harness."""

@@ -1,0 +1,95 @@
+"""The recipe for an engine and for a case of one's own, as two packages outside this one.
+
+Both are installed into a fresh environment, found there by their entry points, and touch no
+file of this project.
+"""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).parent
+PROJECT = HERE.parents[1]
+PACKAGES = ("small_dem", "ball_on_sphere")
+
+pytestmark = [pytest.mark.slow, pytest.mark.live]
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory):
+    """Return the bin folder of an environment that has the project and both packages."""
+    folder = tmp_path_factory.mktemp("environment")
+    subprocess.run([sys.executable, "-m", "venv", folder], check=True)
+    pip = [folder / "bin" / "pip", "install", "-q", "--disable-pip-version-check"]
+    subprocess.run([*pip, PROJECT, *(HERE / name for name in PACKAGES)], check=True)
+    return folder / "bin"
+
+
+@pytest.fixture
+def harness(installed, tmp_path, monkeypatch):
+    """Return a function that runs ``dem-harness`` in that environment: status and JSON object."""
+    monkeypatch.delenv("PYTHONPATH", raising=False)
+    monkeypatch.setenv("DEM_HARNESS_HOME", str(tmp_path / "home"))
+
+    def run(*words):
+        done = subprocess.run(
+            [installed / "dem-harness", *words, "--json"],
+            capture_output=True,
+            text=True,
+            cwd=tmp_path,
+            check=False,
+        )
+        assert done.returncode in (0, 1, 2, 3), done.stderr
+        return done.returncode, json.loads(done.stdout)
+
+    return run
+
+
+def test_the_engine_is_listed_and_the_case_too(harness):
+    _, engines = harness("engines")
+    assert ("small-dem", True) in {(e["engine"], e["available"]) for e in engines["engines"]}
+    _, cases = harness("cases")
+    (mine,) = [case for case in cases["cases"] if case["name"] == "ball-on-sphere"]
+    assert {"lammps", "small-dem", "reference"} <= set(mine["engines"])
+    assert mine["quantities"] == {"rebound": "1", "contact_time_s": "s"}
+
+
+@pytest.mark.parametrize("engine", ["lammps", "small-dem", "reference"])
+def test_the_case_runs_in_lammps_and_in_both_small_engines(harness, engine):
+    status, found = harness("run", "ball-on-sphere", "--set", "restitution=0.6", "--engine", engine)
+    assert status == 0
+    rebound = found["quantities"]["rebound"]
+    assert rebound["reference"] == pytest.approx(0.6)
+    assert rebound["reference_kind"] == "closed form"
+    assert rebound["value"] == pytest.approx(0.6, rel=2e-3)
+
+
+def test_the_engine_is_verified_beside_lammps_and_appears_in_the_report(harness, tmp_path):
+    status, found = harness(
+        "verify", "--quick", "--engines", "small-dem", "--cases", "incline,tower,ball-on-sphere",
+        "--output", "report",
+    )  # fmt: skip
+    assert status == 0, [check for check in found["checks"] if check["verdict"] == "fail"]
+    (declared,) = [e for e in found["engines"]["declared"] if e["engine"] == "small-dem"]
+    assert declared["summary"] == "qualified"
+    rows = [check for check in found["checks"] if check["name"].startswith("small-dem")]
+    assert len(rows) > 10
+    assert {check["verdict"] for check in rows} <= {"pass", "finding"}
+    page = (tmp_path / "report" / "report.html").read_text(encoding="utf-8")
+    assert "small-dem" in page
+    assert "ball-on-sphere" in page
+
+
+def test_the_engine_has_a_baseline_of_its_own(harness, tmp_path):
+    accept = ("baseline", "accept", "--level", "quick", "--engine", "small-dem", "--yes")
+    status, _ = harness(*accept, "--baseline", "own")
+    assert status == 0
+    assert (tmp_path / "own" / "small-dem.csv").is_file()
+    status, found = harness(
+        "baseline", "compare", "--level", "quick", "--engine", "small-dem", "--baseline", "own"
+    )
+    assert status == 0
+    assert {check["verdict"] for check in found["checks"]} == {"pass"}

@@ -1,0 +1,75 @@
+import math
+
+import numpy as np
+import pytest
+
+from harness.reproduction.claims import ClaimStatus
+from harness.reproduction.figure_data import collisions
+from harness.theory.free_chain import final_velocities
+from harness.theory.two_spheres import peak_force_on_fixed, peak_overlap
+
+
+@pytest.fixture(scope="module")
+def two_and_three():
+    return collisions.two_and_three_particles()
+
+
+def test_the_runs_last_until_all_have_parted(two_and_three):
+    runs, statement = two_and_three
+    assert statement.status is ClaimStatus.REPRODUCED
+    for run in runs:
+        assert run.contacts[-1] == 0
+        expected = run.tower.speed * final_velocities(run.tower.particles, deformable=True)
+        assert run.final_velocity == pytest.approx(expected, abs=1e-6)
+
+
+def test_the_sentence_is_that_of_the_run(two_and_three):
+    (two, three), statement = two_and_three
+    assert f"of three it ends at {three.final_velocity[0]:.3f} m/s" in statement.computed
+    grows = three.elastic_energy.max() / two.elastic_energy.max() - 1
+    assert f"energy stored changes by {100 * grows:+.1f} %" in statement.computed
+
+
+def test_another_mass_does_not_exchange(monkeypatch):
+    """A perturbed constant changes the verdict."""
+    monkeypatch.setattr(collisions, "PAIR", collisions.PAIR.replace(gravity=9.81, base="fixed"))
+    statement = collisions.two_and_three_particles()[1]
+    assert statement.status is ClaimStatus.NOT_REPRODUCED
+    assert "Does not agree: of two particles the grain ends at" in statement.computed
+
+
+def test_error_against_stiffness():
+    curves, statement = collisions.error_against_stiffness()
+    assert statement.status is ClaimStatus.NOT_REPRODUCED
+    # a sample is half a step off the top at most; RK4 itself errs by less than 1e-6 here
+    bound = 1 - math.cos(math.pi / 50 / math.sqrt(2))
+    assert max(curves[collisions.SCALED_STEP][1]) <= bound + 1e-6
+    assert "goes as k^0.00 (RK4, 50 steps" in statement.computed
+
+
+@pytest.mark.parametrize("stiffness", [1e3, 1e6])
+def test_gravity_left_out_against_the_closed_form(stiffness):
+    """The same by another route: the peak force over the stiffness."""
+    deep = peak_force_on_fixed(1.0, stiffness, 2.0, 9.81) / stiffness
+    bare = math.sqrt(2) * peak_overlap(1.0, stiffness, 2.0)
+    curves, _ = collisions.error_against_stiffness()
+    stiffnesses, errors = curves[collisions.GRAVITY]
+    assert np.interp(stiffness, stiffnesses, errors) == pytest.approx(deep / bare - 1, rel=1e-6)
+
+
+def test_an_error_that_falls_below_half_a_per_cent_is_reproduced(monkeypatch):
+    def falling(stiffnesses, _):
+        return stiffnesses, [10.0 / k for k in stiffnesses]
+
+    monkeypatch.setattr(collisions, "error_over_stiffness", falling)
+    statement = collisions.error_against_stiffness()[1]
+    assert statement.status is ClaimStatus.REPRODUCED
+    assert "Does not agree" not in statement.computed
+
+
+def test_an_error_that_falls_too_late_is_not(monkeypatch):
+    def falling(stiffnesses, _):
+        return stiffnesses, [100.0 / k for k in stiffnesses]
+
+    monkeypatch.setattr(collisions, "error_over_stiffness", falling)
+    assert collisions.error_against_stiffness()[1].status is ClaimStatus.NOT_REPRODUCED

@@ -1,0 +1,100 @@
+import math
+
+import numpy as np
+import pytest
+
+from harness.cases.tower.run import tower
+from harness.observables.significant_contacts import significant_contacts
+from harness.parameters.tower import Tower
+from harness.reproduction.claims import ClaimStatus
+from harness.reproduction.figure_data import collapse, towers_in_time
+
+
+@pytest.fixture(scope="module")
+def found():
+    return towers_in_time.towers_in_time()
+
+
+def test_the_story_of_three_particles(found):
+    """By another solver, and against the numbers of the source's own law."""
+    evidence, (statement, _) = found
+    assert statement.status is ClaimStatus.REPRODUCED
+    told = towers_in_time.story(evidence.shown[1])
+    assert list(told.values()) == pytest.approx([0.424, 0.607, 0.990, 1.573], abs=1e-3)
+    rk4 = tower(Tower(height=2), solver="rk4", profiles=True)
+    assert list(towers_in_time.story(rk4).values()) == pytest.approx(list(told.values()), abs=2e-3)
+    assert "the third joins at 0.42 t0 (source 0.5)" in statement.computed
+
+
+def test_the_story_of_the_overlap_law_is_another(monkeypatch):
+    """A perturbed law changes the verdict."""
+    monkeypatch.setattr(towers_in_time, "Tower", lambda height: Tower(height=height, law="overlap"))
+    _, (statement, _) = towers_in_time.towers_in_time()
+    assert statement.status is ClaimStatus.NOT_REPRODUCED
+    assert "Does not agree: the third joins at 0.00 t0 (source 0.5)" in statement.computed
+
+
+def test_a_grain_that_never_comes_back_has_no_story():
+    run = tower(Tower(height=2), solver="exact", duration=0.9, profiles=True)
+    told = towers_in_time.story(run)
+    assert math.isnan(told["the grain comes back"])
+    assert math.isnan(told["the grain leaves"])
+    with pytest.raises(ValueError, match="three particles"):
+        towers_in_time.story(tower(Tower(height=3), solver="exact"))
+
+
+def test_the_largest_force_is_that_of_all_heights(found):
+    evidence, _ = found
+    assert evidence.largest_force == pytest.approx(
+        Tower().gravity + math.sqrt(Tower().gravity ** 2 + 1e6 * 4), rel=1e-5
+    )
+    assert max(r.grain_force.max() for r in evidence.shown) == evidence.largest_force
+
+
+def test_the_base_is_felt_later_in_longer_chains(found):
+    evidence, (_, statement) = found
+    assert statement.status is ClaimStatus.REPRODUCED
+    assert list(evidence.base_felt[:3]) == sorted(evidence.base_felt[:3])
+    assert evidence.base_felt[3] == math.inf
+
+
+def test_the_base_is_not_felt_before_the_chain_reaches_it(found):
+    """Another route: a contact with the base is needed, whose force is in the profiles."""
+    evidence, _ = found
+    for run, felt in zip(evidence.separated[1:3], evidence.base_felt[1:3], strict=True):
+        reached = run.time_over_t0[np.flatnonzero(significant_contacts(run) == run.tower.height)[0]]
+        assert felt >= reached
+
+
+def test_a_base_that_is_felt_in_20_particles_changes_the_verdict(found):
+    evidence, _ = found
+    felt = (*evidence.base_felt[:3], 1.4)
+    statement = towers_in_time.separation(evidence.separated, felt)
+    assert statement.status is ClaimStatus.NOT_REPRODUCED
+    assert "20 particles at 1.40 t0" in statement.computed
+
+
+def test_a_run_does_not_differ_from_itself(found):
+    run = found[0].shown[0]
+    assert towers_in_time.largest_difference(run, run) == 0
+    assert towers_in_time.base_felt(run, run) == math.inf
+
+
+def test_collapse():
+    runs, statement = collapse.collapse()
+    assert statement.status is ClaimStatus.REPRODUCED
+    assert [run.tower.each("stiffness")[0] for run in runs] == [1e5, 1e6, 1e7]
+
+
+def test_without_gravity_the_collapse_is_exact_and_of_other_heights_there_is_none():
+    def run(height, stiffness, gravity):
+        case = Tower(height=height, stiffness=stiffness, gravity=gravity)
+        return tower(case, solver="exact", profiles=True)
+
+    bare = collapse.judged((run(9, 1e5, 0.0), run(9, 1e6, 0.0)))
+    assert bare.status is ClaimStatus.REPRODUCED
+    left = float(bare.computed.rsplit("neighbours is ", 1)[1].removesuffix(" %."))
+    # t0 is the same half-wave for both, so only the grids' rounding is left
+    assert left < 1e-3
+    mixed = collapse.judged((run(9, 1e5, 9.81), run(1, 1e6, 9.81)))
+    assert mixed.status is ClaimStatus.NOT_REPRODUCED

@@ -1,0 +1,63 @@
+"""Another machine rounds differently: what is recorded must be the same on it."""
+
+from importlib import import_module
+
+import numpy as np
+import pytest
+
+from harness.chain import sweeps
+from harness.reproduction import claims
+from tests.reproduction.ledger.test_perturbed import PACKAGE, as_it_is, section
+
+SECTIONS = (
+    "introduction", "background_energy", "background_energy", "background_shock",
+    "methods_scales", "methods_pair", "methods_chain", "methods_shock", "discussion",
+    "appendix_boundaries", "appendix_chains", "beyond",
+)  # fmt: skip
+
+
+def records(ledger):
+    return [{k: str(v) for k, v in row.record().items()} for row in ledger.statements]
+
+
+def rounded_differently(compare, seed):
+    """Return ``compare`` for numbers that are off by a few units in the last place."""
+    random = np.random.default_rng(seed)
+
+    def perturbed(source, *, printed, found, corrected=np.nan, **others):
+        def off(values):
+            shape = np.shape(values)
+            return values * (1 + 1e-15 * random.uniform(-1, 1, shape)) + np.where(
+                np.asarray(values) == 0, 3e-17 * random.uniform(-1, 1, shape), 0.0
+            )
+
+        printed, found, corrected = (np.asarray(v, float) for v in (printed, found, corrected))
+        stated = off(printed) if printed.ndim else printed  # a number that is printed is exact
+        given = {"printed": stated, "found": off(found), "corrected": off(corrected)}
+        return compare(source, **given, **others)
+
+    return perturbed
+
+
+@pytest.mark.parametrize("name", SECTIONS)
+def test_round_off_changes_no_record(monkeypatch, name):
+    before = records(as_it_is(name))
+    module = import_module(f"{PACKAGE}.{name}")
+    for seed in range(3):
+        if hasattr(module, "compare"):
+            monkeypatch.setattr(module, "compare", rounded_differently(claims.compare, seed))
+        assert records(section(name)) == before
+        monkeypatch.undo()
+
+
+def test_compressions_that_round_differently_are_recorded_alike(monkeypatch):
+    """Equations A4 and A5 used to show the sample with the largest round-off."""
+    before = records(as_it_is("appendix_boundaries"))
+    random, recovered = np.random.default_rng(1), sweeps.compressions
+
+    def perturbed(centres, diameter):
+        found = recovered(centres, diameter)
+        return found + 1e-15 * random.uniform(-1, 1, found.shape)
+
+    monkeypatch.setattr(sweeps, "compressions", perturbed)
+    assert records(section("appendix_boundaries")) == before

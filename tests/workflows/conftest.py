@@ -1,0 +1,1 @@
+from tests.workflows.fakes import registered  # noqa: F401

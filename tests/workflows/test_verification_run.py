@@ -1,0 +1,274 @@
+import json
+
+import pytest
+
+from harness.comparison.regression import Baseline
+from harness.comparison.results import read_published
+from harness.comparison.triage import Triage
+from harness.comparison.verdicts import Kind, Verdict
+from harness.engines import registry as engine_registry
+from harness.errors import EngineCrashError, RequestError
+from harness.report.finite import finite
+from harness.workflows import sections, verify
+from harness.workflows.engine_selection import EngineSelection, asked_engines
+from tests.workflows import fakes
+
+pytestmark = pytest.mark.usefixtures("registered")
+
+
+def verified(cases="line", engine=None, **more):
+    return verify("quick", cases=cases, engine=engine or fakes.Toy(), **{"baseline": False, **more})
+
+
+def rows(found, *words):
+    return [check for check in found.checks if all(word in check.name for word in words)]
+
+
+def row(found, *words):
+    (only,) = rows(found, *words)
+    return only
+
+
+def failed(found):
+    return [check.name for check in found.checks if check.verdict is Verdict.FAIL]
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ({"level": "huge"}, "level = 'huge' is not known: must be one of quick, default, full"),
+        ({"cases": "nobody"}, "'nobody' is not known"),
+        ({"engines": "toy,nobody"}, "--engines 'nobody' is not known: must be all, or one or"),
+        ({"engines": ""}, "names no engine"),
+    ],
+)
+def test_a_request_that_cannot_be_met_is_refused_before_anything_runs(more, said, monkeypatch):
+    monkeypatch.setattr(fakes.Toy, "run", lambda *_: pytest.fail("it ran"))
+    asked = {"level": "quick", "engine": fakes.Toy(), "baseline": False, **more}
+    with pytest.raises(RequestError, match=said):
+        verify(**asked)
+
+
+def test_cases_that_run_by_default_are_those_that_say_so():
+    found = verify("quick", engine=fakes.Toy(), baseline=False)
+    assert found.cases == ("line", "kept", "raising")
+
+
+def test_a_plan_is_a_row_and_the_rows_are_counted():
+    found = verified()
+    assert [check.name for check in found.checks] == [
+        "line: usual, toy: y",
+        "line: rows of level quick, toy",
+    ]
+    assert {check.verdict for check in found.checks} == {Verdict.PASS}
+    assert found.status == 0
+    assert found.logs == {"toy/line.in": "multiplied"}
+
+
+def test_rows_that_are_missing_are_a_failure(monkeypatch):
+    monkeypatch.setattr(fakes.Line, "expected_rows", lambda *_: 2)
+    check = row(verified(), "rows of level quick")
+    assert (check.verdict, check.kind) == (Verdict.FAIL, Kind.ANALYTIC)
+    assert check.triage == Triage.MISSING
+    assert check.note == "1 rows are missing"
+
+
+def test_an_exception_of_a_case_is_a_failed_row_and_the_others_go_on():
+    found = verified("raising,line")
+    main, own = rows(found, "raising: ")
+    assert main.note == "IndexError: list index out of range"
+    assert own.note == "ZeroDivisionError: by nothing"
+    assert {main.triage, own.triage} == {Triage.HARNESS}
+    assert not main.engine_died
+    assert row(found, "line: usual").verdict is Verdict.PASS
+    assert found.status == 1
+    (section,) = sections(found)
+    assert "RuntimeError: no ink" in section.paragraphs[0]
+
+
+def test_a_dying_engine_is_status_3_and_its_rows_are_not_counted():
+    found = verified(engine=fakes.Dying(), cases="gate,line")
+    assert row(found, "line: usual").engine_died
+    assert not rows(found, "line: rows of level")
+    assert found.status == 3
+    assert found.engine_errors == ("crashed: signal SIGSEGV",)
+
+
+def test_without_its_engine_own_solvers_are_checked_all_the_same():
+    found = verified("kept", engine=fakes.Missing())
+    assert row(found, "engine missing").engine_died
+    assert row(found, "kept: by pencil").verdict is Verdict.PASS
+    assert found.provenance is None
+    assert found.status == 3
+
+
+def test_a_case_without_a_template_is_not_tested():
+    found = verified(engine=fakes.Blind())
+    assert row(found, "blind: line").note == "it has no template 'line'"
+    assert found.status == 0
+    assert verified(engine=fakes.Blind(), strict=True).status == 1
+
+
+def test_what_ran_is_told_by_its_scripts():
+    assert list(verified("line,raising").scripts) == ["toy/line.in"]
+    assert set(verified(engines="other").scripts) == {"toy/line.in", "other/line.in"}
+
+
+BASELINE = Baseline(
+    {
+        record.name: record.at("quick", "here")
+        for record in (fakes.record(6.0, fakes.Toy().identify()), fakes.record(6.0, None))
+    },
+    "somewhere",
+    digest="ab",
+)
+
+
+def test_records_are_held_against_the_baseline():
+    found = verified("kept", baseline=BASELINE)
+    assert row(found, "baseline: toy/line: y").verdict is Verdict.PASS
+    assert row(found, "baseline: pencil/line: y").verdict is Verdict.PASS
+    assert (found.baseline, found.baseline_sha256) == ("somewhere", "ab")
+    wrong = verified("kept", fakes.Wrong(), baseline=BASELINE)
+    assert row(wrong, "baseline: wrong/line").verdict is Verdict.NOT_TESTED
+
+
+def leave(monkeypatch, change):
+    """Have the case change what it found."""
+    kept = fakes.Kept.verify
+
+    def verify_less(self, engine, study):
+        found = kept(self, engine, study)
+        change(found)
+        return found
+
+    monkeypatch.setattr(fakes.Kept, "verify", verify_less)
+
+
+def test_a_record_that_is_missing_without_a_reason_fails(monkeypatch):
+    leave(monkeypatch, lambda found: found.records.clear())
+    check = row(verified("kept", baseline=BASELINE), "baseline: toy/line")
+    assert check.verdict is Verdict.FAIL
+    assert check.triage == Triage.MISSING
+
+
+def test_a_record_that_a_case_explains_is_not_tested(monkeypatch):
+    def change(found):
+        found.records.clear()
+        found.untested["toy/l*"] = "toy cannot"
+
+    leave(monkeypatch, change)
+    check = row(verified("kept", baseline=BASELINE), "baseline: toy/line")
+    assert (check.verdict, check.note) == (Verdict.NOT_TESTED, "toy cannot")
+
+
+def test_a_record_whose_run_died_fails_with_its_class(monkeypatch):
+    def change(found):
+        found.records.clear()
+        found.errors["toy/line"] = EngineCrashError("signal")
+
+    leave(monkeypatch, change)
+    check = row(verified("kept", baseline=BASELINE), "baseline: toy/line")
+    assert (check.verdict, check.triage) == (Verdict.FAIL, "engine error: crashed")
+
+
+def test_records_of_cases_that_were_not_asked_for_are_left_out():
+    assert not rows(verified("line", baseline=BASELINE), "baseline: toy")
+
+
+def test_engines_beside_qualify_first_and_what_is_wrong_with_one_is_told_of_it():
+    names = "other,wrong,missing,dead,dying,confused,blind"
+    found = verified(engines=names)
+    summary = {told.engine: told.summary for told in found.engines}
+    assert summary == {
+        "other": "qualified",
+        "wrong": "did not qualify",
+        "missing": "missing",
+        "dead": "missing",
+        "dying": "qualified",
+        "confused": "did not qualify",
+        "blind": "did not qualify",
+    }
+    assert row(found, "other: version").verdict is Verdict.FINDING
+    assert row(found, "line: usual, other: y").verdict is Verdict.PASS
+    assert "did not qualify: usual, wrong: y" in row(found, "wrong: line").note
+    assert row(found, "missing: line").note == "no such program; to get it: buy one"
+    assert row(found, "dead: identification").triage == "engine error: crashed"
+    assert row(found, "line: usual, dying").engine_died
+    assert "AttributeError" in row(found, "confused: qualification").note
+    assert "nothing was checked" in row(found, "blind: line").note
+    told = {error.partition(":")[0] for error in found.engine_errors}
+    assert told == {"missing", "dead", "dying"}
+    assert found.status == 3
+
+
+def test_of_all_engines_those_that_are_missing_are_no_errors():
+    assert verified(engines="all").engine_errors == ()
+
+
+def test_the_main_engine_stands_beside_the_others_without_being_opened_again():
+    opened = []
+
+    def open_one(name):
+        opened.append(name)
+        return engine_registry.open_engine(name)
+
+    found = verified(engines="toy,other", open_one=open_one)
+    assert opened == ["other"]
+    assert set(found.beside) == {"toy", "other"}
+
+
+def test_what_engines_publish_stands_under_engines():
+    record = verified("kept", engines="other").record()
+    assert record["kept_y_m"] == 6.0
+    assert record["engines"]["kept"] == [{"engine": "other"}]
+    assert [told["engine"] for told in record["engines"]["declared"]] == ["other"]
+
+
+def test_an_exception_between_engines_is_a_failed_row():
+    found = verified("raising", engines="other")
+    assert "KeyError" in row(found, "raising: engines against").note
+    assert "IndexError" in row(found, "other: raising").note
+
+
+def test_a_run_is_published_and_read_back():
+    found = verified("line,kept,raising", engines="other,missing", baseline=BASELINE)
+    record = json.loads(json.dumps(finite(found.record()), allow_nan=False))
+    read = read_published(record)
+    assert [check.name for check in read.checks] == [check.name for check in found.checks]
+    assert [c.verdict for c in read.checks] == [c.verdict for c in found.checks]
+    assert read.engines.declared == found.engines
+    assert read.engine == found.provenance
+    assert read.baseline_sha256 == "ab"
+    assert read.scripts.keys() == found.scripts.keys()
+
+
+def test_names_of_engines():
+    everything = asked_engines("all")
+    assert everything.engines == tuple(engine_registry.ENGINES)
+    assert everything.wants("toy")
+    assert everything.named == frozenset()
+    assert asked_engines(["wrong, toy"]).engines == ("toy", "wrong")
+    assert asked_engines(()) == EngineSelection()
+    tried = asked_engines("tests.workflows.fakes:Toy")
+    assert tried.engines == ("tests.workflows.fakes:Toy",)
+
+
+def test_what_was_recorded_stands_in_for_an_engine_that_is_asked_for_and_missing():
+    found = verified("kept", engines="missing")
+    assert row(found, "missing (recorded): y").verdict is Verdict.PASS
+    assert "missing (recorded)" in found.beside
+    assert not rows(verified("kept", engines="other"), "recorded")
+
+
+def test_engines_are_held_against_one_another_by_the_case():
+    found = verified("kept", engines="toy,other")
+    assert row(found, "toy and other").verdict is Verdict.PASS
+
+
+def test_progress_is_told_engine_by_engine():
+    told = []
+    verified("line", engines="other", progress=lambda *stage: told.append(stage))
+    assert [stage for stage in told if stage[0] == "engine other"] == [
+        ("engine other", done, 2) for done in (0, 1, 2)
+    ]
