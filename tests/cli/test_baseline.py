@@ -55,11 +55,11 @@ def test_bad_requests(harness, tmp_path):
 
 
 def test_damaged_file_is_named_before_anything_runs(harness, tmp_path):
-    folder = tmp_path / "base" / "lammps"
-    folder.mkdir(parents=True)
-    (folder / "case.json").write_text("{")
+    (tmp_path / "base").mkdir()
+    (tmp_path / "base" / "lammps.csv").write_text("{")
     said = harness("verify", "--quick", "--baseline", "base", "--output", "run", status=2).stderr
-    assert "base/lammps/case.json is damaged" in said
+    assert "base/lammps.csv" in said
+    assert "damaged" in said
     assert not (tmp_path / "run").exists()
 
 
