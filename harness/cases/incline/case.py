@@ -8,9 +8,8 @@ from typing import ClassVar
 from harness.cases.contract import Case, Reference, Study, rows_of_parts
 from harness.cases.incline.engine_angle import EngineAngle
 from harness.cases.incline.parameters import Incline
-from harness.cases.incline.records import NAME
 from harness.cases.incline.runs import read
-from harness.cases.incline.template import TEMPLATE, job_of
+from harness.cases.incline.template import NAME, TEMPLATE, job_of
 from harness.cases.incline.tolerances import REGRESSION
 from harness.comparison.findings import Findings
 from harness.comparison.tolerances import Tolerance
