@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from harness.cases.incline.parameters import Incline
     from harness.engines.contract import Engine
     from harness.parameters.contact import Contact
+    from harness.parameters.material import UNIT_MASS_DENSITY
 
 _CONTACT = "Contact"
 _SYSTEM = "System"
@@ -184,7 +185,7 @@ def critical_angle(
 
 
 def _case(system: SystemOptions, contact: Contact) -> Incline:
-    from harness.cases.incline.parameters import UNIT_MASS_DENSITY, Incline
+    from harness.cases.incline.parameters import Incline
 
     steps = system.steps_per_contact
     return Incline(

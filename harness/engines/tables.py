@@ -1,4 +1,4 @@
-"""Read the tables that scripts write: CSV with a header, LAMMPS dumps."""
+"""Read the tables that scripts write: CSV with a header, dumps with a block a sample."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _UNITS = {
     "fz": "fz_N",
     "radius": "radius_m",
 }
-"""Columns of a dump in SI units, by their names in LAMMPS."""
+"""Columns of a dump in SI units, by their names there."""
 
 
 def read_csv(text: str, who: str, *, rising: bool = False) -> Table:
@@ -79,7 +79,7 @@ def _columns(names: list[str], rows: NDArray[np.float64], who: str) -> Table:
 
 
 def read_dump(text: str, who: str) -> Table:
-    """Return the columns of a LAMMPS dump, ``step`` (M,) and the rest (M, N), sorted by id.
+    """Return the columns of a dump, ``step`` (M,) and the rest (M, N), sorted by id.
 
     ``x``, ``vx``, ``fx`` and so on are named with their SI units. Raise EngineOutputError for a
     dump that is cut, or whose frames hold different particles.

@@ -6,9 +6,9 @@ import math
 
 from pydantic import Field
 
-from harness.cases.incline.parameters import UNIT_MASS_DENSITY
 from harness.parameters.base import Parameters
 from harness.parameters.contact import SOURCE, NamedContact
+from harness.parameters.material import UNIT_MASS_DENSITY
 
 
 class Drop(Parameters):

@@ -8,9 +8,7 @@ from pydantic import Field, model_validator
 
 from harness.parameters.base import Parameters
 from harness.parameters.contact import SOURCE, NamedContact
-
-UNIT_MASS_DENSITY = 6.0 / math.pi
-"""[kg/m3] gives a sphere of 1 m the mass of 1 kg, as in the source."""
+from harness.parameters.material import UNIT_MASS_DENSITY
 
 
 class Incline(Parameters):

@@ -13,14 +13,15 @@ from functools import partial
 import numpy as np
 
 from harness.cases.contract import Part, rows_of_parts
-from harness.cases.drop.parameters import Drop
-from harness.cases.drop.runs import run_drops
 from harness.cases.incline.critical_angle import CriticalAngle
 from harness.cases.incline.critical_angles import critical_angle
 from harness.cases.incline.engine_angle import OWN
 from harness.cases.incline.evidence import InclineEvidence, Verifying
+from harness.cases.incline.given_start import follow
+from harness.cases.incline.parameters import Incline
 from harness.cases.incline.passage import PHASES
 from harness.cases.incline.result import InclineRun, Motion
+from harness.cases.incline.routes import Start
 from harness.cases.incline.rules import reference_for
 from harness.cases.incline.runs import measured, run_inclines
 from harness.cases.incline.tolerances import (
@@ -187,18 +188,17 @@ def _worth_of_the_step(evidence: InclineEvidence) -> list[Check]:
 def restitution_checks() -> list[Check]:
     """Hold a head-on collision of the adaptive reference against the closed form."""
     name = "reference DEM: restitution head-on, adaptive"
-    case = Drop(contact=HEAD_ON, speed=1.0, gap=1e-6, steps_per_contact=50.0, every=150)
+    case = Incline(angle=0.0, contact=HEAD_ON, gravity=1e-12)
+    start = Start(0.0, case.diameter * (1.0 + 1e-6), 0.0, -1.0)
     try:
-        (run,) = run_drops(Reference("adaptive"), [case])
+        path = follow(Reference("adaptive"), case, start, 3.0 * case.contact_time, every=150)
     except EngineError as error:
-        run = error
-    if isinstance(run, EngineError):
-        return [failed_run(name, Kind.ANALYTIC, run)]
+        return [failed_run(name, Kind.ANALYTIC, error)]
     return [
         judge(
             name,
             Kind.ANALYTIC,
-            float(run.path.vy_m_per_s[-1]),
+            float(path.vy_m_per_s[-1]),
             restitution_unclipped(HEAD_ON.zeta),
             ADAPTIVE_RESTITUTION,
         )

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from harness.comparison.releases import ReleaseMatrix
-from harness.observables.tower import Floats
 from harness.report.figures.style import COLOURS, MARKERS, label
 
 NONE = 1e-18
@@ -53,5 +53,5 @@ def changes(found: ReleaseMatrix) -> Figure:
     return figure
 
 
-def _shown(values: Floats) -> Floats:
+def _shown(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.maximum(values, NONE)

@@ -3,13 +3,14 @@
 import math
 
 import numpy as np
+from pydantic import Field
+
 from harness.cases.contract import Case, Plan, Reference
 from harness.comparison.tolerances import Tolerance
 from harness.engines.contract import Job, Template
 from harness.engines.scene import Scene
 from harness.observables.declared import Observable
 from harness.parameters.base import Parameters
-from pydantic import Field
 
 STEP = Tolerance("", 0.0, 2e-3, "a step of pi/2000 of the contact's phase, at its begin and end")
 

@@ -4,6 +4,7 @@ import time
 
 import numba
 import numpy as np
+
 from harness.engines.contract import Engine, Output
 from harness.engines.traits import Traits
 from harness.errors import EngineNaNError
