@@ -1,39 +1,64 @@
+"""The house: the arrow between its folders, what they name, and how large its parts may be."""
+
 import ast
+import re
+from functools import cache
 from pathlib import Path
 
 import pytest
 
 import harness
+from harness.cases.registry import built_in
+from harness.engines.registry import ENGINES
 
 ROOT = Path(harness.__file__).parent
 MODULES = sorted(ROOT.rglob("*.py"))
 ANYWHERE = {"harness", "harness.errors", "harness.parameters"}
+MEASURED = {*ANYWHERE, "harness.observables"}
+JUDGED = {*MEASURED, "harness.comparison"}
+PRODUCERS = {"harness.theory", "harness.chain", "harness.engines"}
 
 ALLOWED = {
     "errors.py": set(),
     "atomic_write.py": set(),
+    "__init__.py": set(),
     "parameters": {"harness.errors"},
-    "theory": {*ANYWHERE, "harness.observables"},
-    "chain": {*ANYWHERE, "harness.observables"},
-    "engines": {*ANYWHERE, "harness.observables"},
+    "theory": MEASURED,
+    "chain": MEASURED,
+    "engines": MEASURED,
     "observables": ANYWHERE,
-    "comparison": {*ANYWHERE, "harness.observables"},
-    "store": {
-        *ANYWHERE,
-        "harness.atomic_write",
-        "harness.observables",
-        "harness.comparison",
-        "harness.engines",
-    },
-    "report": {
-        *ANYWHERE,
-        "harness.atomic_write",
-        "harness.observables",
-        "harness.comparison",
+    "comparison": MEASURED,
+    "report": {*JUDGED, "harness.atomic_write"},
+    "store": {*JUDGED, "harness.atomic_write", "harness.engines"},
+    "cases": {*JUDGED, *PRODUCERS, "harness.report"},
+    "workflows": {*JUDGED, "harness.engines", "harness.cases", "harness.report", "harness.store"},
+    "reproduction": {
+        *JUDGED,
+        *PRODUCERS,
+        *(f"harness.{name}" for name in ("cases", "workflows", "report", "store", "atomic_write")),
     },
 }
+"""What the modules of a folder may import of the house. The command line and the plugin of pytest
+stand above all and are not listed."""
+
+TOP = {"cli", "__main__.py", "pytest_plugin.py"}
+
+LAZY_API = "workflows/__init__.py"
+"""The table of the functions that others call: it names where they are, whatever that is."""
+
+OF_REPORT = ("harness.report.sections", "harness.report.figures.style")
+"""What cases may use of the report."""
+
 WITHOUT_FILES = ("theory", "chain", "observables", "comparison")
 PROCESSES_AND_FILES = {"subprocess", "pathlib", "tempfile", "shutil", "io", "multiprocessing"}
+
+GENERIC = ("comparison", "store", "report", "workflows")
+"""Folders that name no case and no engine."""
+
+ENGLISH = {"reference", "drop"}
+"""Names that are words as well: only their imports can be told from the word."""
+
+LINES, FUNCTION_LINES, PARAMETERS = 250, 60, 8
 
 
 def folder(path):
@@ -45,20 +70,27 @@ def in_folders(names):
 
 
 def name(path):
-    return str(path.relative_to(ROOT))
+    return path.relative_to(ROOT).as_posix()
+
+
+@cache
+def tree_of(path):
+    return ast.parse(path.read_text(encoding="utf-8"))
 
 
 def imports(path):
     """Return every module that a file imports, wherever in it, absolute names only."""
-    found = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, f"{path}: relative import"
-            # from harness import chain: the name may be a module of its own
-            found |= {f"{node.module}.{alias.name}" for alias in node.names}
-    return found
+    return {module for node in ast.walk(tree_of(path)) for module in imported(node, path)}
+
+
+def imported(node, path):
+    if isinstance(node, ast.Import):
+        return {alias.name for alias in node.names}
+    if isinstance(node, ast.ImportFrom):
+        assert node.level == 0, f"{path}: relative import"
+        # from harness import chain: the name may be a module of its own
+        return {f"{node.module}.{alias.name}" for alias in node.names}
+    return set()
 
 
 def part_of_house(module):
@@ -68,39 +100,152 @@ def part_of_house(module):
     return ".".join(parts[:2]) if inside else "harness"
 
 
+def of_house(path):
+    return {module for module in imports(path) if module.split(".")[0] == "harness"}
+
+
 @pytest.mark.parametrize("path", in_folders(ALLOWED), ids=name)
 def test_arrows_between_the_folders(path):
-    house = {part_of_house(m) for m in imports(path) if m.split(".")[0] == "harness"}
+    house = {part_of_house(module) for module in of_house(path)}
     own = "harness." + folder(path).removesuffix(".py")
-    assert house - {own} <= ALLOWED[folder(path)]
+    beyond = house - {own} - ALLOWED[folder(path)]
+    assert not beyond or name(path) == LAZY_API
+
+
+def test_every_folder_of_the_house_is_covered():
+    parts = {folder(path) for path in MODULES}
+    assert parts == {*ALLOWED, *TOP}
 
 
 @pytest.mark.parametrize("path", MODULES, ids=name)
-def test_only_the_command_line_imports_the_report_and_nothing_imports_the_command_line(path):
-    house = {part_of_house(m) for m in imports(path) if m.startswith("harness.")}
-    if folder(path) not in ("cli", "report", "reproduction"):
-        assert "harness.report" not in house
-    if folder(path) not in ("cli", "reproduction"):
+def test_nothing_imports_what_stands_above_it(path):
+    house = {part_of_house(module) for module in of_house(path)}
+    if folder(path) not in ("cli", "reproduction") and name(path) != LAZY_API:
         assert "harness.reproduction" not in house
     if folder(path) not in ("cli", "__main__.py"):
         assert "harness.cli" not in house
 
 
+@pytest.mark.parametrize("path", in_folders(["cases"]), ids=name)
+def test_a_case_uses_no_other_case_and_only_sections_of_the_report(path):
+    own = ".".join(("harness", *path.relative_to(ROOT).with_suffix("").parts[:2]))
+    packages = {f"harness.cases.{case}" for case in cases()}
+    used = {".".join(module.split(".")[:3]) for module in of_house(path)}
+    assert not (used & packages) - {own}
+    of_report = {module for module in of_house(path) if part_of_house(module) == "harness.report"}
+    assert all(module.startswith(OF_REPORT) for module in of_report)
+
+
+def cases():
+    return [child.name for child in (ROOT / "cases").iterdir() if (child / "__init__.py").is_file()]
+
+
+def engine_folders():
+    return [child.name for child in (ROOT / "engines").iterdir() if (child / "engine.py").is_file()]
+
+
+@pytest.mark.parametrize("path", in_folders(["engines"]), ids=name)
+def test_an_engine_uses_no_other_engine(path):
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    own = ".".join(("harness", *parts[:2]))
+    packages = {f"harness.engines.{engine}" for engine in engine_folders()}
+    used = {".".join(module.split(".")[:3]) for module in of_house(path)}
+    assert not (used & packages) - {own}
+
+
+def names_in(text, names):
+    return {word for word in names if re.search(rf"(?<![a-z]){word}(?![a-z])", text.lower())}
+
+
+def unambiguous(names):
+    return {word for word in names if word not in ENGLISH}
+
+
+@pytest.mark.parametrize("path", in_folders(GENERIC), ids=name)
+def test_generic_folders_name_no_case_and_no_engine(path):
+    if name(path) == LAZY_API:
+        return
+    text = path.read_text(encoding="utf-8").replace("dem_harness", "")
+    assert not names_in(text, unambiguous({*built_in(), *ENGINES}))
+    packages = [f"harness.cases.{case}" for case in cases()]
+    packages += [f"harness.engines.{engine}" for engine in engine_folders()]
+    assert not [module for module in of_house(path) if module.startswith(tuple(packages))]
+
+
+@pytest.mark.parametrize("path", in_folders(["engines"]), ids=name)
+def test_engines_name_no_case(path):
+    assert not names_in(path.read_text(encoding="utf-8"), unambiguous(built_in()))
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "engines").glob("*.py")), ids=name)
+def test_what_engines_share_names_none_of_them(path):
+    if path.name == "registry.py":
+        return
+    assert not names_in(path.read_text(encoding="utf-8"), unambiguous(ENGINES))
+
+
 @pytest.mark.parametrize("path", in_folders(WITHOUT_FILES), ids=name)
 def test_physics_opens_no_file_and_starts_no_process(path):
     assert not {m.split(".")[0] for m in imports(path)} & PROCESSES_AND_FILES
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    calls = [node.func for node in ast.walk(tree) if isinstance(node, ast.Call)]
+    calls = [node.func for node in ast.walk(tree_of(path)) if isinstance(node, ast.Call)]
     called = {c.id for c in calls if isinstance(c, ast.Name)}
     called |= {c.attr for c in calls if isinstance(c, ast.Attribute)}
     assert not called & {"open", "system", "popen", "read_text", "write_text", "to_csv", "savetxt"}
 
 
-def test_every_folder_of_the_house_is_covered():
-    folders = {path.name for path in ROOT.iterdir() if path.is_dir() and any(path.glob("*.py"))}
-    assert folders - {"cli", "workflows", "cases", "reproduction"} == {
-        key for key in ALLOWED if not key.endswith(".py")
-    }
+@pytest.mark.parametrize("path", MODULES, ids=name)
+def test_no_module_is_long_and_no_function_long_or_wide(path):
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= LINES
+    for node in ast.walk(tree_of(path)):
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
+            assert node.end_lineno - node.lineno + 1 <= FUNCTION_LINES, node.name
+            given = [*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs]
+            taken = [one for one in given if one.arg not in ("self", "cls")]
+            decorators = [ast.unparse(one) for one in node.decorator_list]
+            compiled = any(one.startswith(("compiled", "njit")) for one in decorators)
+            # a compiled kernel takes arrays and numbers, no objects
+            assert compiled or len(taken) <= PARAMETERS, node.name
+
+
+def module_name(path):
+    parts = path.relative_to(ROOT.parent).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def imported_at_once(path, known):
+    """Return the modules of the house that are imported with a module, before any call."""
+    found = set()
+    pending = list(tree_of(path).body)
+    while pending:
+        node = pending.pop()
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
+            continue
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+            pending += node.orelse
+            continue
+        found |= imported(node, path)
+        pending += ast.iter_child_nodes(node)
+    modules = {m if m in known else m.rpartition(".")[0] for m in found}
+    return {module for module in modules if module in known}
+
+
+def test_there_is_no_circle_of_imports():
+    known = {module_name(path): path for path in MODULES}
+    beyond = {module: imported_at_once(path, known) for module, path in known.items()}
+    done, open_now = set(), []
+
+    def visit(module):
+        assert module not in open_now, " -> ".join([*open_now[open_now.index(module) :], module])
+        if module in done:
+            return
+        open_now.append(module)
+        for other in sorted(beyond[module] - {module}):
+            visit(other)
+        open_now.pop()
+        done.add(module)
+
+    for module in sorted(known):
+        visit(module)
 
 
 @pytest.mark.parametrize(
@@ -115,3 +260,9 @@ def test_imports_are_seen_in_every_form(tmp_path, text, found):
     path = tmp_path / "module.py"
     path.write_text(text, encoding="utf-8")
     assert imports(path) == found
+
+
+def test_names_are_seen_in_code_and_text():
+    assert names_in('run_lammps("x")', {"lammps"}) == {"lammps"}
+    assert names_in("# as LAMMPS does", {"lammps"}) == {"lammps"}
+    assert names_in("inclined, towers", {"incline", "tower"}) == set()

@@ -1,6 +1,6 @@
-"""Where a row is parted into blocks that a step can do one after the other.
+"""Partition of a row into blocks that a step can do one after the other.
 
-Blocks part at an open contact: what touches on one side is not felt on the
+Blocks end at an open contact: what touches on one side is not felt on the
 other. One is looked for near every multiple of BLOCK particles; where there is
 none, two blocks are one.
 """
@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.chain.arrays import Floats
+from harness.chain.arrays import Chain, Floats
 from harness.chain.compiled import compiled
 from harness.chain.complementarity import Flags
 from harness.chain.stages import STAGES, stage_shift
@@ -66,14 +66,15 @@ def _safe(u: Floats, v: Floats, closed: Flags, contact: int, step: float) -> boo
 
 @compiled
 def stays_open(
-    u: Floats, v: Floats, mobility: Floats, gravity: Floats, beside: Floats,
-    before: Floats, after: Floats, contact: int, step: float, tolerance: float,
+    chain: Chain, u: Floats, v: Floats, before: Floats, after: Floats,
+    contact: int, step: float, tolerance: float,
 ) -> bool:  # fmt: skip
     """Return whether ``contact`` is open in all stages, to ``tolerance`` [m].
 
     ``before`` and ``after`` (STAGES,) [N] are the forces of the contacts beside it.
     """
     i, j = contact, contact + 1
+    mobility, gravity, beside = chain.mobility, chain.gravity, chain.beside
     a = b = 0.0
     for stage in range(STAGES):
         shift, lift = stage_shift(stage, step)

@@ -1,4 +1,4 @@
-"""How the kernels of the chain are compiled: once, ahead of a run, cached on disk."""
+"""Compile the kernels of the chain once, ahead of a run, and cache them on disk."""
 
 from __future__ import annotations
 

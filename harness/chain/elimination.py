@@ -1,4 +1,4 @@
-"""The contact set of a chain by one elimination from the left: no iteration, it always ends.
+"""The contact set of a chain by one elimination from the left, without iteration.
 
 Minimise ``f A f / 2 - overlap f`` over ``f >= 0`` with tridiagonal A, contact by
 contact (Bellman). Given the force y on the next contact, the best force on

@@ -1,4 +1,4 @@
-"""The first change of contacts: the first root of polynomials, safeguarded.
+"""Find the first change of contacts as the first root of polynomials.
 
 Within a time of about ``1 / highest frequency`` the Taylor series of every contact
 force and every gap is exact to rounding. In the Bernstein basis a polynomial

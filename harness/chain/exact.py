@@ -10,8 +10,10 @@ rounding of what came before it, as in any chain of collisions.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from harness.chain.arrays import Chain, Floats, assemble
 from harness.chain.compiled import compiled
@@ -29,6 +31,8 @@ from harness.chain.record import (
 from harness.errors import RequestError
 from harness.observables.tower import TowerRun
 from harness.parameters.tower import Tower
+
+Counts = NDArray[np.int64]
 
 # a contact changes when its force or gap is this far below 0, as a part of the
 # scale of displacements: above the rounding of the modes, below all else
@@ -60,93 +64,138 @@ def run(
     return as_run(tower, "exact", None, sorted_record, rows, chain)
 
 
+class _Motion(NamedTuple):
+    """Arrays of the motion between two changes: the contact set, its forces and its modes."""
+
+    closed: Flags  # (n,)
+    factor: Floats  # (3, n)
+    overlap: Floats  # (n,) [m]
+    force: Floats  # (n,) [N]
+    shapes: Floats  # (N, N)
+    frequency: Floats  # (N,) [rad/s]
+    first: Floats  # (N,)
+    amplitudes: Floats  # (4, N)
+    series: Floats  # (n, ORDER + 1)
+    x: Floats  # (N,) [m] where the search for the next change stands
+    w: Floats  # (N,) [m/s]
+    y: Floats  # (N,) [m] at a sample
+    z: Floats  # (N,) [m/s]
+    counts: Counts  # rows of the record, samples
+
+
 @compiled
 def propagate(chain: Chain, record: Record, duration: float, samples: int) -> tuple[Record, int]:
     """Advance ``chain`` in place; return the record and its rows, -1 if contacts do not settle."""
     u, v = chain.displacement, chain.velocity
-    diagonal, beside = chain.diagonal, chain.beside
     particles, n = u.size, u.size - 1
-    slack = 0.0
-    closed, factor = np.zeros(n, np.bool_), np.zeros((3, n))
-    overlap, force = np.zeros(n), np.zeros(n)
-    shapes, amplitudes = np.zeros((particles, particles)), np.zeros((4, particles))
-    frequency, first = np.zeros(particles), np.zeros(particles)
-    series = np.zeros((n, ORDER + 1))
-    x, w = u.copy(), v.copy()  # the state where the search stands
-    y, z = u.copy(), v.copy()  # the state of a sample
-    time, rows, sample, stuck = 0.0, 0, 0, 0
+    motion = _Motion(
+        np.zeros(n, np.bool_), np.zeros((3, n)), np.zeros(n), np.zeros(n),
+        np.zeros((particles, particles)), np.zeros(particles), np.zeros(particles),
+        np.zeros((4, particles)), np.zeros((n, ORDER + 1)),
+        u.copy(), v.copy(), u.copy(), v.copy(), np.zeros(2, np.int64),
+    )  # fmt: skip
+    closed, overlap, force = motion.closed, motion.overlap, motion.force
+    time, stuck, changed = 0.0, 0, 0
     for i in range(n):
         closed[i] = u[i] - u[i + 1] > _SLACK * chain.length
-    while True:
+    while changed >= 0:
         for i in range(n):
             overlap[i] = u[i] - u[i + 1]
         slack = _SLACK * max(chain.length, np.max(np.abs(u)))
         # stricter than what the search allows: the new set is not at its own edge
-        settled = solve(overlap, diagonal, beside, closed, factor, force, 0.25 * slack)
+        settled = solve(
+            overlap, chain.diagonal, chain.beside, closed, motion.factor, force, 0.25 * slack
+        )
         if settled < 0 or stuck > 4 * n + 16:
             return record, -1
-        highest = decompose(chain, closed, factor, shapes, frequency, first)
-        project(chain, closed, shapes, frequency, first, amplitudes)
-        record = with_room(record, rows)
-        write_sample(record, rows, time, u, v, overlap, force, chain.mass, chain.gravity)
-        rows += 1
-        x[:], w[:] = u, v
-        local, changed, ended = 0.0, -1, False
-        while changed < 0 and not ended:
-            reach = duration - time - local
-            if highest > 0:
-                reach = min(reach, REACH / highest)
-            changed, root = _next_change(chain, closed, factor, x, w, reach, slack, series)
-            until = local + reach * root
-            ended = changed < 0 and time + until >= duration * (1 - 1e-14)
-            if ended:
-                until = duration - time
-            before = w[0] - w[n]
-            state_at(chain, closed, shapes, frequency, amplitudes, until, x, w)
-            if before * (w[0] - w[n]) < 0:
-                at = _turn(chain, closed, shapes, frequency, amplitudes, local, until, y, z)
-                record = with_room(record, rows)
-                _forces(y, factor, overlap, force)
-                write_sample(
-                    record, rows, time + at, y, z, overlap, force, chain.mass, chain.gravity
-                )
-                rows += 1
-            while (sample + 1) * duration / samples < time + until and sample + 1 < samples:
-                sample += 1
-                at = sample * duration / samples - time
-                state_at(chain, closed, shapes, frequency, amplitudes, at, y, z)
-                record = with_room(record, rows)
-                _forces(y, factor, overlap, force)
-                write_sample(
-                    record, rows, time + at, y, z, overlap, force, chain.mass, chain.gravity
-                )
-                rows += 1
-            local = until
-        u[:], v[:] = x, w
+        highest = decompose(
+            chain, closed, motion.factor, motion.shapes, motion.frequency, motion.first
+        )
+        project(chain, closed, motion.shapes, motion.frequency, motion.first, motion.amplitudes)
+        record = with_room(record, motion.counts[0])
+        write_sample(record, motion.counts[0], time, chain, u, v, overlap, force)
+        motion.counts[0] += 1
+        record, local, changed = _until_change(
+            chain, motion, record, time, duration, samples, slack, highest
+        )
+        u[:], v[:] = motion.x, motion.w
         time += local
-        if changed < 0:
-            break
-        # many changes in no time, to rounding, would never end
-        stuck = stuck + 1 if local * highest < 1e-9 else 0
-        closed[changed] = not closed[changed]
-    record = with_room(record, rows)
-    _forces(u, factor, overlap, force)
-    write_sample(record, rows, duration, u, v, overlap, force, chain.mass, chain.gravity)
-    return record, rows + 1
+        if changed >= 0:
+            # many changes in no time, to rounding, would never end
+            stuck = stuck + 1 if local * highest < 1e-9 else 0
+            closed[changed] = not closed[changed]
+    return _sampled(chain, motion, record, duration, u, v), motion.counts[0]
 
 
 @compiled
-def _next_change(
-    chain: Chain, closed: Flags, factor: Floats, u: Floats, v: Floats,
-    reach: float, slack: float, series: Floats,
-) -> tuple[int, float]:  # fmt: skip
+def _until_change(
+    chain: Chain, motion: _Motion, record: Record, time: float,
+    duration: float, samples: int, slack: float, highest: float,
+) -> tuple[Record, float, int]:  # fmt: skip
+    """Move on from ``time`` [s] to the next change of contacts or the end, writing samples.
+
+    Return the record, how long it took [s] and the contact that changes, -1 at the end.
+    ``highest`` is the highest frequency [rad/s], 0 where nothing touches.
+    """
+    x, w, y, z, n = motion.x, motion.w, motion.y, motion.z, motion.closed.size
+    x[:], w[:] = chain.displacement, chain.velocity
+    local, changed, ended = 0.0, -1, False
+    while changed < 0 and not ended:
+        reach = duration - time - local
+        if highest > 0:
+            reach = min(reach, REACH / highest)
+        changed, root = _next_change(chain, motion, reach, slack)
+        until = local + reach * root
+        ended = changed < 0 and time + until >= duration * (1 - 1e-14)
+        if ended:
+            until = duration - time
+        before = w[0] - w[n]
+        _state_at(chain, motion, until, x, w)
+        if before * (w[0] - w[n]) < 0:
+            at = _turn(chain, motion, local, until)
+            record = _sampled(chain, motion, record, time + at, y, z)
+        sample = motion.counts[1]
+        while (sample + 1) * duration / samples < time + until and sample + 1 < samples:
+            sample += 1
+            at = sample * duration / samples - time
+            _state_at(chain, motion, at, y, z)
+            record = _sampled(chain, motion, record, time + at, y, z)
+        motion.counts[1] = sample
+        local = until
+    return record, local, changed
+
+
+@compiled
+def _sampled(
+    chain: Chain, motion: _Motion, record: Record, time: float, u: Floats, v: Floats
+) -> Record:
+    """Return the record with a sample of the state ``u`` and ``v`` (N,)."""
+    row = motion.counts[0]
+    record = with_room(record, row)
+    for i in range(motion.overlap.size):
+        motion.overlap[i] = u[i] - u[i + 1]
+    substitute(motion.overlap, motion.factor, motion.force)
+    write_sample(record, row, time, chain, u, v, motion.overlap, motion.force)
+    motion.counts[0] = row + 1
+    return record
+
+
+@compiled
+def _state_at(chain: Chain, motion: _Motion, time: float, u: Floats, v: Floats) -> None:
+    """Set ``u`` and ``v`` (N,) at ``time`` [s] after the last change of contacts."""
+    state_at(chain, motion.closed, motion.shapes, motion.frequency, motion.amplitudes, time, u, v)
+
+
+@compiled
+def _next_change(chain: Chain, motion: _Motion, reach: float, slack: float) -> tuple[int, float]:
     """Return the contact that changes first within ``reach`` [s] and when, as a part of it.
 
     Return -1 and 1 if none does.
     """
-    taylor_of_contacts(chain, closed, factor, u, v, reach, series)
+    series = motion.series
+    taylor_of_contacts(chain, motion.closed, motion.factor, motion.x, motion.w, reach, series)
     changed, root = -1, 1.0
-    for i in range(closed.size):
+    for i in range(motion.closed.size):
         found = first_root(series[i], slack, root)
         if found < root:
             changed, root = i, found
@@ -154,28 +203,20 @@ def _next_change(
 
 
 @compiled
-def _turn(
-    chain: Chain, closed: Flags, shapes: Floats, frequency: Floats,
-    amplitudes: Floats, low: float, high: float, y: Floats, z: Floats,
-) -> float:  # fmt: skip
-    """Return when, between ``low`` and ``high`` [s], grain and base turn; leave the state there."""
-    n = y.size - 1
-    state_at(chain, closed, shapes, frequency, amplitudes, low, y, z)
+def _turn(chain: Chain, motion: _Motion, low: float, high: float) -> float:
+    """Return when, between ``low`` and ``high`` [s], the distance of grain and base turns.
+
+    Leaves the state then in ``motion.y`` and ``motion.z``.
+    """
+    y, z, n = motion.y, motion.z, motion.closed.size
+    _state_at(chain, motion, low, y, z)
     sign = 1.0 if z[0] - z[n] > 0 else -1.0
     middle = low
     for _ in range(60):
         middle = 0.5 * (low + high)
-        state_at(chain, closed, shapes, frequency, amplitudes, middle, y, z)
+        _state_at(chain, motion, middle, y, z)
         if sign * (z[0] - z[n]) > 0:
             low = middle
         else:
             high = middle
     return middle
-
-
-@compiled
-def _forces(u: Floats, factor: Floats, overlap: Floats, force: Floats) -> None:
-    """Set overlaps (n,) [m] and forces (n,) [N] of the present contact set at ``u`` (N,) [m]."""
-    for i in range(overlap.size):
-        overlap[i] = u[i] - u[i + 1]
-    substitute(overlap, factor, force)

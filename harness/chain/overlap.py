@@ -1,4 +1,4 @@
-"""The overlap law: what DEM codes do. Each contact knows its own overlap and nothing else."""
+"""The overlap law of DEM codes: the force of a contact depends on its own overlap only."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a solver writes down at a sample: one row of numbers, and whole profiles if asked."""
+"""Record of a run: one row of numbers for each sample, and whole profiles if asked."""
 
 from __future__ import annotations
 
@@ -73,11 +73,11 @@ def chain_of_grain(force: Floats) -> int:
 
 @compiled
 def write_sample(
-    record: Record, row: int, time: float,
-    u: Floats, v: Floats, overlap: Floats, force: Floats, mass: Floats, gravity: Floats,
+    record: Record, row: int, time: float, chain: Chain,
+    u: Floats, v: Floats, overlap: Floats, force: Floats,
 ) -> None:  # fmt: skip
-    """Write the state with its forces (n,) [N] to ``row``."""
-    n = force.size
+    """Write the state of ``chain`` with its forces (n,) [N] to ``row``."""
+    n, mass, gravity = force.size, chain.mass, chain.gravity
     kinetic = elastic = weight = momentum = 0.0
     for i in range(n):
         elastic += 0.5 * force[i] * overlap[i]

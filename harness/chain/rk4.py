@@ -62,6 +62,7 @@ def run(
 
 
 def _stopped(found: int, limit: int, step: float) -> RequestError:
+    """Return why a run stopped: a chain beyond the limit, or contacts that cannot be found."""
     if found > limit:
         return RequestError(
             f"longest_chain = {limit}: {found} contacts touch in a row, "

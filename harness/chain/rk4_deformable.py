@@ -1,4 +1,4 @@
-"""RK4 of the deformable law. A force is felt all along a chain of touching particles at once.
+"""RK4 under the deformable law, where a force acts all along a touching chain at once.
 
 Each stage solves the contact set of the stage before, factorised once and kept,
 and checks it; only when it is wrong the contact set is looked for anew. This
@@ -13,7 +13,15 @@ import numpy as np
 from harness.chain.arrays import Chain
 from harness.chain.compiled import compiled
 from harness.chain.record import Record, chain_of_grain, with_room, write_sample
-from harness.chain.stages import accelerate, count_wrong, finish, set_overlaps, update_contact_set
+from harness.chain.stages import (
+    ContactSet,
+    accelerate,
+    count_wrong,
+    kick,
+    move,
+    set_overlaps,
+    update_contact_set,
+)
 from harness.chain.twisted import factorise_from_both_ends, substitute_from_both_ends
 
 
@@ -28,15 +36,16 @@ def integrate(
     the length of a chain of touching contacts longer than ``longest``, or -1
     where no contact set fits.
     """
-    u, v, mass, gravity = chain.displacement, chain.velocity, chain.mass, chain.gravity
+    u, v, gravity = chain.displacement, chain.velocity, chain.gravity
     mobility, diagonal, beside = chain.mobility, chain.diagonal, chain.beside
     tolerance = 1e-14 * chain.length
     n = diagonal.size
-    a, b, c = np.zeros(n + 1), np.zeros(n + 1), np.zeros(n + 1)
+    a, b, c, d = np.zeros(n + 1), np.zeros(n + 1), np.zeros(n + 1), np.zeros(n + 1)
     overlap, force, closed = np.zeros(n), np.zeros(n + 2), np.zeros(n, np.bool_)
     factor, pivot, carry = np.zeros((3, n)), np.zeros(n), np.zeros(n)
     # all open: the first stage finds the set, and holds a preloaded row to its longest chain
     factorise_from_both_ends(closed, diagonal, beside, 0, n, pivot, carry)
+    found = ContactSet(closed, pivot, carry)
     rows, contacts = 0, -1
     for count in range(steps + 1):
         for stage in range(4):
@@ -45,24 +54,22 @@ def integrate(
             set_overlaps(u, v, a if stage < 3 else b, 0, n, shift, lift, overlap)
             substitute_from_both_ends(overlap, pivot, carry, 0, n, force)
             if count_wrong(overlap, beside, pivot, 0, 0, n, force, tolerance):
-                found = update_contact_set(
-                    overlap, diagonal, beside, closed, pivot, carry, 0, n, factor, force, tolerance
-                )
-                if found < 0 or found > longest:
-                    return record, -abs(found)
+                most = update_contact_set(chain, found, 0, n, overlap, factor, force, tolerance)
+                if most < 0 or most > longest:
+                    return record, -abs(most)
             if stage == 0:
                 touching = chain_of_grain(force[1:-1])
                 if touching != contacts or count % every == 0 or count == steps:
                     contacts = touching
                     record = with_room(record, rows)
-                    write_sample(
-                        record, rows, count * step, u, v, overlap, force[1:-1], mass, gravity
-                    )
+                    write_sample(record, rows, count * step, chain, u, v, overlap, force[1:-1])
                     rows += 1
                 if count == steps:
                     return record, rows
                 accelerate(force, mobility, gravity, 0, n, a)
             elif stage < 3:
                 accelerate(force, mobility, gravity, 0, n, b if stage == 1 else c)
-        finish(u, v, u, v, a, b, c, force, mobility, gravity, 0, 0, n, step)
+        accelerate(force, mobility, gravity, 0, n, d)
+        move(u, v, u, a, b, c, step)
+        kick(v, v, a, b, c, d, step)
     return record, rows

@@ -1,4 +1,4 @@
-"""RK4 of the deformable law in a long row, block by block.
+"""RK4 under the deformable law in a long row, block by block.
 
 The stages of a block stay in the cache, and a change of contacts is looked for
 among few: the cost of a particle hardly depends on how many there are. Blocks in
@@ -16,14 +16,15 @@ import numpy as np
 from harness.chain.arrays import Chain, Floats, equal_run
 from harness.chain.block_partition import Cuts, end_of_block, no_cuts, stays_open
 from harness.chain.compiled import compiled
-from harness.chain.complementarity import Flags
 from harness.chain.record import Record, chain_of_grain, with_room, write_sample
 from harness.chain.stages import (
     STAGES,
+    ContactSet,
     accelerate,
     count_wrong,
-    finish,
     in_free_flight,
+    kick,
+    move,
     set_overlaps,
     stage_shift,
     update_contact_set,
@@ -38,9 +39,7 @@ class _Row(NamedTuple):
     v: Floats  # (N,) [m/s]
     next_u: Floats  # (N,) [m] after the step
     next_v: Floats  # (N,) [m/s]
-    closed: Flags  # (n,) the contact set
-    pivot: Floats  # (n,) its factors
-    carry: Floats  # (n,)
+    contacts: ContactSet
     cuts: Cuts  # where blocks part
     overlap: Floats  # (n,) [m] at a sample
     force: Floats  # (n,) [N] at a sample
@@ -51,9 +50,10 @@ class _Room(NamedTuple):
 
     overlap: Floats  # (n,) [m]
     force: Floats  # (n + 2,) [N] between two zeros
-    a: Floats  # (N,) [m/s2] accelerations of three stages
+    a: Floats  # (N,) [m/s2] accelerations of four stages
     b: Floats  # (N,) [m/s2]
     c: Floats  # (N,) [m/s2]
+    d: Floats  # (N,) [m/s2]
     factor: Floats  # (3, n) of the search for a contact set
     first: Floats  # (STAGES,) [N] force of the first contact
     last: Floats  # (STAGES,) [N] force of the last contact
@@ -81,12 +81,13 @@ def integrate(
         np.empty((2, contacts)),
     )
     row = _Row(
-        chain.displacement, chain.velocity, state[0], state[1], np.zeros(contacts, np.bool_),
-        factors[0], factors[1], no_cuts(particles), sample[0], sample[1],
+        chain.displacement, chain.velocity, state[0], state[1],
+        ContactSet(np.zeros(contacts, np.bool_), factors[0], factors[1]), no_cuts(particles),
+        sample[0], sample[1],
     )  # fmt: skip
-    stages, edges = np.empty((3, particles)), np.zeros((3, STAGES))
+    stages, edges = np.empty((4, particles)), np.zeros((3, STAGES))
     room = _Room(
-        np.empty(contacts), np.empty(contacts + 2), stages[0], stages[1], stages[2],
+        np.empty(contacts), np.empty(contacts + 2), stages[0], stages[1], stages[2], stages[3],
         np.empty((3, contacts)), edges[0], edges[1], edges[2],
     )  # fmt: skip
     limits = _Limits(step, 1e-14 * chain.length, longest, *equal_run(chain))
@@ -103,9 +104,7 @@ def _integrate(
     renewed = True
     u, v, next_u, next_v = row.u, row.v, row.next_u, row.next_v
     for count in range(steps + 1):
-        here = _Row(
-            u, v, next_u, next_v, row.closed, row.pivot, row.carry, row.cuts, row.overlap, row.force
-        )
+        here = _Row(u, v, next_u, next_v, row.contacts, row.cuts, row.overlap, row.force)
         touching = contacts
         if count < steps:
             touching = _advance_row(chain, here, room, limits, STAGES, renewed)
@@ -118,8 +117,7 @@ def _integrate(
             contacts = touching
             record = with_room(record, rows)
             write_sample(
-                record, rows, count * limits.step, u, v, row.overlap, row.force,
-                chain.mass, chain.gravity,
+                record, rows, count * limits.step, chain, u, v, row.overlap, row.force
             )  # fmt: skip
             rows += 1
         if count < steps:
@@ -142,13 +140,16 @@ def _advance_row(
     particles = row.u.size
     low, window, touching = 0, 0, 0
     while low < particles:
-        high, window, moved = end_of_block(row.u, row.v, row.closed, row.cuts, window, limits.step)
+        high, window, moved = end_of_block(
+            row.u, row.v, row.contacts.closed, row.cuts, window, limits.step
+        )
         n = high - low - 1
         if moved or renewed:
             room.a[: n + 1] = 0.0
             factorise_from_both_ends(
-                row.closed, chain.diagonal, chain.beside, low, n, row.pivot, row.carry
-            )
+                row.contacts.closed, chain.diagonal, chain.beside, low, n,
+                row.contacts.pivot, row.contacts.carry,
+            )  # fmt: skip
         renewed = moved
         found = _advance_block(chain, row, room, limits, low, n, stages)
         if found < 0:
@@ -161,8 +162,7 @@ def _advance_row(
         elif stages == 1:
             row.overlap[low - 1], row.force[low - 1] = row.u[low - 1] - row.u[low], 0.0
         elif not stays_open(
-            row.u, row.v, chain.mobility, chain.gravity, chain.beside,
-            room.before, room.first, low - 1, limits.step, limits.tolerance,
+            chain, row.u, row.v, room.before, room.first, low - 1, limits.step, limits.tolerance
         ):  # fmt: skip
             row.cuts[:] = 0
             low, window, renewed = 0, row.cuts.size, True
@@ -180,22 +180,23 @@ def _advance_block(
     within = low >= limits.equal_from and low + n < limits.equal_to
     at = limits.equal_from if within else low
     mobility, gravity, beside, force = chain.mobility, chain.gravity, chain.beside, room.force
+    contacts, here, properties = row.contacts, slice(low, low + n + 1), slice(at, at + n + 1)
     force[0] = force[n + 1] = 0.0
     touching = 0
     falls = stages == STAGES and in_free_flight(
-        row.u, row.v, row.closed, gravity, at, low, n, limits.step, limits.tolerance
-    )
+        row.u[here], row.v[here], contacts.closed[low : low + n], gravity[properties],
+        limits.step, limits.tolerance,
+    )  # fmt: skip
     if falls:
         _fall(room, gravity, at, n)
     for stage in range(0 if falls else stages):
         shift, lift = stage_shift(stage, limits.step)
         a = room.a if stage < STAGES - 1 else room.b
         set_overlaps(row.u, row.v, a, low, n, shift, lift, room.overlap)
-        substitute_from_both_ends(room.overlap, row.pivot, row.carry, low, n, force)
-        if count_wrong(room.overlap, beside, row.pivot, at, low, n, force, limits.tolerance):
+        substitute_from_both_ends(room.overlap, contacts.pivot, contacts.carry, low, n, force)
+        if count_wrong(room.overlap, beside, contacts.pivot, at, low, n, force, limits.tolerance):
             found = update_contact_set(
-                room.overlap, chain.diagonal, beside, row.closed, row.pivot, row.carry,
-                low, n, room.factor, force, limits.tolerance,
+                chain, contacts, low, n, room.overlap, room.factor, force, limits.tolerance
             )  # fmt: skip
             if found < 0 or found > limits.longest:
                 return -abs(found)
@@ -207,10 +208,10 @@ def _advance_block(
             accelerate(force, mobility, gravity, at, n, to)
     if stages == STAGES:
         # after free flight too: equal particles on both sides of a cut stay equal to the last bit
-        finish(
-            row.u, row.v, row.next_u, row.next_v, room.a, room.b, room.c, force,
-            mobility, gravity, at, low, n, limits.step,
-        )  # fmt: skip
+        x, w, y, z = row.u[here], row.v[here], row.next_u[here], row.next_v[here]
+        accelerate(force, mobility, gravity, at, n, room.d)
+        move(x, w, y, room.a, room.b, room.c, limits.step)
+        kick(w, z, room.a, room.b, room.c, room.d, limits.step)
     return touching
 
 

@@ -1,4 +1,4 @@
-"""RK4 of the overlap law. Forces reach one particle far, so a step is done block by block.
+"""RK4 under the overlap law, block by block: a force acts on neighbours only.
 
 A block takes four particles more on each side, one for each stage, and its
 stages stay in the cache: the cost of a particle does not depend on how many
@@ -35,11 +35,11 @@ def _integrate(
     chain: Chain, stiffness: Floats, overlap: Floats, force: Floats,
     record: Record, step: float, steps: int, every: int,
 ) -> tuple[Record, int]:  # fmt: skip
-    u, v, mass, gravity = chain.displacement, chain.velocity, chain.mass, chain.gravity
-    mobility, n = chain.mobility, stiffness.size
+    """Do the steps; return as :func:`integrate` does. ``stiffness`` (n,) is that of contacts."""
+    u, v, n = chain.displacement, chain.velocity, stiffness.size
     block = np.zeros((7, min(n + 1, _BLOCK + 2 * _HALO)))
     halo = np.zeros((2, _HALO))
-    first, end = equal_run(chain)
+    equal = equal_run(chain)
     rows, contacts = 0, -1
     for count in range(steps + 1):
         touching = 0
@@ -51,20 +51,20 @@ def _integrate(
                 overlap[i] = u[i] - u[i + 1]
             forces(overlap, chain.diagonal, force)
             record = with_room(record, rows)
-            write_sample(record, rows, count * step, u, v, overlap, force, mass, gravity)
+            write_sample(record, rows, count * step, chain, u, v, overlap, force)
             rows += 1
         if count < steps:
-            _step(u, v, stiffness, mobility, gravity, step, block, halo, first, end)
+            _step(chain, stiffness, step, block, halo, equal)
     return record, rows
 
 
 @compiled
 def _step(
-    u: Floats, v: Floats, stiffness: Floats, mobility: Floats, gravity: Floats, step: float,
-    block: Floats, halo: Floats, first: int, end: int,
+    chain: Chain, stiffness: Floats, step: float, block: Floats, halo: Floats,
+    equal: tuple[int, int],
 ) -> None:  # fmt: skip
     """Advance displacements and velocities (N,) by one step."""
-    particles = u.size
+    u, v, particles, (first, end) = chain.displacement, chain.velocity, chain.mass.size, equal
     x, w, a, b, c, d = block[0], block[1], block[2], block[3], block[4], block[5]
     force = block[6]
     for start in range(0, particles, _BLOCK):
@@ -72,6 +72,8 @@ def _step(
         low, high = max(start - _HALO, 0), min(stop + _HALO, particles)
         before, size = start - low, high - low
         at = first if low >= first and high <= end else low
+        k, mobility = stiffness[at : at + size - 1], chain.mobility[at : at + size]
+        gravity = chain.gravity[at : at + size]
         for i in range(before):  # the block before has overwritten these
             x[i], w[i] = halo[0, i], halo[1, i]
         for i in range(before, size):
@@ -79,14 +81,14 @@ def _step(
         if stop < particles:
             for i in range(_HALO):
                 halo[0, i], halo[1, i] = u[stop - _HALO + i], v[stop - _HALO + i]
-        _press(x, w, a, 0.0, 0.0, at, size, stiffness, force)
-        _accelerate(force, at, size, mobility, gravity, a)
-        _press(x, w, a, 0.5 * step, 0.0, at, size, stiffness, force)
-        _accelerate(force, at, size, mobility, gravity, b)
-        _press(x, w, a, 0.5 * step, 0.25 * step**2, at, size, stiffness, force)
-        _accelerate(force, at, size, mobility, gravity, c)
-        _press(x, w, b, step, 0.5 * step**2, at, size, stiffness, force)
-        _accelerate(force, at, size, mobility, gravity, d)
+        _press(x, w, a, 0.0, 0.0, k, force)
+        _accelerate(force, mobility, gravity, a)
+        _press(x, w, a, 0.5 * step, 0.0, k, force)
+        _accelerate(force, mobility, gravity, b)
+        _press(x, w, a, 0.5 * step, 0.25 * step**2, k, force)
+        _accelerate(force, mobility, gravity, c)
+        _press(x, w, b, step, 0.5 * step**2, k, force)
+        _accelerate(force, mobility, gravity, d)
         for i in range(before, before + stop - start):
             u[low + i] = x[i] + step * w[i] + step**2 / 6 * (a[i] + b[i] + c[i])
             v[low + i] = w[i] + step / 6 * (a[i] + 2 * (b[i] + c[i]) + d[i])
@@ -94,22 +96,18 @@ def _step(
 
 @compiled
 def _press(
-    x: Floats, w: Floats, a: Floats, shift: float, lift: float, at: int, size: int,
-    stiffness: Floats, force: Floats,
-) -> None:  # fmt: skip
-    """Set the forces in a block [N] at ``x + shift w + lift a``; properties from ``at`` on."""
-    k = stiffness[at : at + size - 1]
-    for i in range(size - 1):
+    x: Floats, w: Floats, a: Floats, shift: float, lift: float, stiffness: Floats, force: Floats
+) -> None:
+    """Set the forces in a block [N] at ``x + shift w + lift a``."""
+    for i in range(stiffness.size):
         overlap = (x[i] - x[i + 1]) + shift * (w[i] - w[i + 1]) + lift * (a[i] - a[i + 1])
-        force[i] = max(overlap, 0.0) * k[i]
+        force[i] = max(overlap, 0.0) * stiffness[i]
 
 
 @compiled
-def _accelerate(
-    force: Floats, at: int, size: int, mobility: Floats, gravity: Floats, a: Floats
-) -> None:
+def _accelerate(force: Floats, mobility: Floats, gravity: Floats, a: Floats) -> None:
     """Set the accelerations in a block [m/s2]; those at an inner edge miss a force."""
-    m, g = mobility[at : at + size], gravity[at : at + size]
+    m, g, size = mobility, gravity, mobility.size
     a[0] = g[0] - force[0] * m[0]
     for i in range(1, size - 1):
         a[i] = (force[i - 1] - force[i]) * m[i] + g[i]

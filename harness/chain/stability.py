@@ -1,4 +1,4 @@
-"""How large a step of RK4 may be: the bound, and the step chosen from it."""
+"""Largest stable step of RK4, and the step that is chosen."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the stages of RK4 are made of, deformable law.
+"""Stages of RK4 under the deformable law.
 
 They work on a block of a row: n contacts from ``low`` on and the n + 1 particles
 that they join, or the whole row. Arrays of the row are read from ``low`` on, its
@@ -12,12 +12,22 @@ negative is what lets the compiler take several particles at a time.
 
 from __future__ import annotations
 
-from harness.chain.arrays import Floats
+from typing import NamedTuple
+
+from harness.chain.arrays import Chain, Floats
 from harness.chain.compiled import compiled
 from harness.chain.complementarity import Flags, solve
 from harness.chain.twisted import factorise_from_both_ends
 
 STAGES = 4
+
+
+class ContactSet(NamedTuple):
+    """The contact set of a row of n contacts, and its factors from both ends."""
+
+    closed: Flags  # (n,)
+    pivot: Floats  # (n,)
+    carry: Floats  # (n,)
 
 
 @compiled
@@ -39,24 +49,23 @@ def set_overlaps(
 
 @compiled
 def in_free_flight(
-    u: Floats, v: Floats, closed: Flags, gravity: Floats, at: int, low: int, n: int, step: float,
-    tolerance: float,
-) -> bool:  # fmt: skip
-    """Return whether the contacts of a block are open in all stages, to ``tolerance`` [m].
+    x: Floats, w: Floats, closed: Flags, gravity: Floats, step: float, tolerance: float
+) -> bool:
+    """Return whether the contacts of a block (n,) are open in all stages, to ``tolerance`` [m].
 
-    If none is closed at the start and none overlaps under gravity alone, no force is
-    the solution. Each overlap of the second and the third stage is the mean of that of
-    the first and another: at ``u + step v`` or in the fourth.
+    Displacements ``x`` [m], velocities ``w`` [m/s] and ``gravity`` [m/s2] are those of its
+    particles (n + 1,). If none is closed at the start and none overlaps under gravity alone, no
+    force is the solution. Each overlap of the second and the third stage is the mean of that of
+    the first and another: at ``x + step w`` or in the fourth.
     """
-    for flag in closed[low : low + n]:
+    for flag in closed:
         if flag:
             return False
-    x, w, g = u[low : low + n + 1], v[low : low + n + 1], gravity[at : at + n + 1]
     lift, meeting = 0.5 * step**2, 0
-    for i in range(n):
+    for i in range(closed.size):
         overlap = x[i] - x[i + 1]
         later = overlap + step * (w[i] - w[i + 1])
-        last = later + lift * (g[i] - g[i + 1])
+        last = later + lift * (gravity[i] - gravity[i + 1])
         meeting += max(overlap, later, last) > tolerance
     return meeting == 0
 
@@ -83,8 +92,8 @@ def count_wrong(
 
 @compiled
 def update_contact_set(
-    overlap: Floats, diagonal: Floats, beside: Floats, closed: Flags, pivot: Floats, carry: Floats,
-    low: int, n: int, factor: Floats, force: Floats, tolerance: float,
+    chain: Chain, contacts: ContactSet, low: int, n: int,
+    overlap: Floats, factor: Floats, force: Floats, tolerance: float,
 ) -> int:  # fmt: skip
     """Find the contact set of a block from the last one, its forces and its factors.
 
@@ -92,10 +101,12 @@ def update_contact_set(
     """
     row = slice(low, low + n)
     found = solve(
-        overlap[:n], diagonal[row], beside[row], closed[row], factor[:, :n], force[1 : n + 1],
-        tolerance,
+        overlap[:n], chain.diagonal[row], chain.beside[row], contacts.closed[row], factor[:, :n],
+        force[1 : n + 1], tolerance,
     )  # fmt: skip
-    factorise_from_both_ends(closed, diagonal, beside, low, n, pivot, carry)
+    factorise_from_both_ends(
+        contacts.closed, chain.diagonal, chain.beside, low, n, contacts.pivot, contacts.carry
+    )
     return found
 
 
@@ -110,20 +121,19 @@ def accelerate(
 
 
 @compiled
-def finish(
-    u: Floats, v: Floats, new_u: Floats, new_v: Floats, a: Floats, b: Floats, c: Floats,
-    force: Floats, mobility: Floats, gravity: Floats, at: int, low: int, n: int, step: float,
-) -> None:  # fmt: skip
-    """Set the state after the step from the forces (n + 2,) [N] of the fourth stage."""
-    square, sixth = step**2 / 6, step / 6
-    m, g = mobility[at : at + n + 1], gravity[at : at + n + 1]
-    x, w, y, z = (
-        u[low : low + n + 1],
-        v[low : low + n + 1],
-        new_u[low : low + n + 1],
-        new_v[low : low + n + 1],
-    )
-    for i in range(n + 1):
-        d = (force[i] - force[i + 1]) * m[i] + g[i]
-        y[i] = x[i] + step * w[i] + square * (a[i] + b[i] + c[i])
-        z[i] = w[i] + sixth * (a[i] + 2 * (b[i] + c[i]) + d)
+def move(x: Floats, w: Floats, after: Floats, a: Floats, b: Floats, c: Floats, step: float) -> None:
+    """Set the displacements ``after`` the step [m] from the accelerations of three stages.
+
+    ``x`` [m] and ``w`` [m/s] are the state before it. ``after`` may be ``x`` itself.
+    """
+    square = step**2 / 6
+    for i in range(after.size):
+        after[i] = x[i] + step * w[i] + square * (a[i] + b[i] + c[i])
+
+
+@compiled
+def kick(w: Floats, after: Floats, a: Floats, b: Floats, c: Floats, d: Floats, step: float) -> None:
+    """Set the velocities ``after`` the step [m/s] from the accelerations of four stages."""
+    sixth = step / 6
+    for i in range(after.size):
+        after[i] = w[i] + sixth * (a[i] + 2 * (b[i] + c[i]) + d[i])

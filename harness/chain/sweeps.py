@@ -1,4 +1,4 @@
-"""Which particles form chains, by sweeps that start at the closest pair.
+"""Find the chains of touching particles by sweeps that start at the closest pair.
 
 The readable way, for equal spheres (Harper, Dufek and Breard, Appendix A, "Identifying
 chains"); :mod:`harness.chain.complementarity` is the fast one and shares no

@@ -1,4 +1,4 @@
-"""What positions must be before a contact solver looks at them."""
+"""Validate positions and properties for the contact solvers."""
 
 from __future__ import annotations
 

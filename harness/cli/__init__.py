@@ -59,7 +59,9 @@ def _status() -> int:
     except usage as error:
         return _usage(error)
     except SystemExit as ending:
-        return ending.code if isinstance(ending.code, int) else int(bool(ending.code))
+        if isinstance(ending.__context__, BrokenPipeError):
+            return 0  # as rich and typer end then
+        return _told(f"internal error: a library ended the process ({ending})", INTERNAL)
     except Exception as error:  # whatever it is, it is told in a line
         if os.environ.get(TRACEBACK):
             raise

@@ -46,11 +46,16 @@ class TableOptions:
     heights: Annotated[str, typer.Option(help="Heights, as `1-19` or `1,2,5`.")] = "1-19"
     stiffness: Annotated[
         list[str] | None,
-        typer.Option(help="Normal stiffnesses [N/m], commas or repeated.  [default: 1e5,1e6,1e7]"),
+        typer.Option(
+            metavar="NUMBERS",
+            help="Normal stiffnesses [N/m], commas or repeated.  [default: 1e5,1e6,1e7]",
+        ),
     ] = None
     speed: Annotated[
         list[str] | None,
-        typer.Option(help="Speeds of the grain [m/s], commas or repeated.  [default: 2,4]"),
+        typer.Option(
+            metavar="NUMBERS", help="Speeds of the grain [m/s], commas or repeated.  [default: 2,4]"
+        ),
     ] = None
     law: Annotated[
         Laws, typer.Option(help="Contact law: what DEM codes do, the source's, or both.")

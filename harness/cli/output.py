@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import shutil
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 
@@ -14,6 +15,18 @@ def print_json(record: Mapping[str, Any]) -> None:
     from harness.report.finite import finite
 
     print(json.dumps(finite(record), indent=2, ensure_ascii=False))
+
+
+@contextlib.contextmanager
+def closed_pipe_allowed() -> Iterator[None]:
+    """Go on where the reader of stdout has seen enough: the exit status is still to come."""
+    try:
+        yield
+    except BrokenPipeError:
+        pass
+    except SystemExit as ending:  # as rich ends then
+        if not isinstance(ending.__context__, BrokenPipeError):
+            raise
 
 
 def print_record(record: Mapping[str, Any]) -> None:

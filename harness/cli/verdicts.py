@@ -34,7 +34,7 @@ def print_verification(record: Record, folder: Path, *, verbose: bool = False) -
             "runs it again"
         )
     printer.line(f"report: {folder / 'report.html'}", wrap=False)
-    printer.outcome(checks, record["engine_errors"])
+    printer.outcome(checks, record["engine_errors"], strict=record.get("strict", False))
 
 
 def print_regression(rows: Sequence[Record], where: str) -> None:
@@ -99,7 +99,7 @@ class Printer:
             reported = verdicts.count("finding")
             parts = [text, f"{untested} not tested" if untested else ""]
             parts.append(f"{reported} reported" if reported else "")
-            self.line(f"{kind:<11} {', '.join(filter(None, parts))}")
+            self.line(f"{kind}: {', '.join(filter(None, parts))}")
 
     def headlines(self, told: Sequence[Record]) -> None:
         """Print what was expected and measured, as summary.md has it."""
@@ -109,12 +109,20 @@ class Printer:
         for text in headline_lines([Headline(**one) for one in told]):
             self.line(text, "bold")
 
-    def outcome(self, checks: Sequence[Record], errors: Sequence[str]) -> None:
-        """Print in words whether the verdicts hold; a run that failed ends with this."""
+    def outcome(
+        self, checks: Sequence[Record], errors: Sequence[str], *, strict: bool = False
+    ) -> None:
+        """Print in words whether the verdicts hold; a run that failed ends with this.
+
+        With ``strict`` what was not tested fails as well.
+        """
         failed: dict[str, int] = {}
         for check in checks:
             if check["verdict"] == "fail":
                 failed[check["kind"]] = failed.get(check["kind"], 0) + 1
+        untested = sum(check["verdict"] == "not tested" for check in checks) if strict else 0
+        if untested:
+            failed["not tested"] = untested
         counts = ", ".join(f"{number} {kind}" for kind, number in failed.items())
         if counts or errors:
             died = "an engine could not be run or died" if errors else ""

@@ -107,7 +107,7 @@ def verify(asked: VerifyOptions, engine: EngineOptions, json: Json = False) -> N
     verify goes on where it stopped.
     """
     from harness.cli.files import output_folder
-    from harness.cli.output import print_json
+    from harness.cli.output import closed_pipe_allowed, print_json
     from harness.cli.recording import recorded, verdicts
     from harness.cli.verdicts import print_verification
 
@@ -119,10 +119,11 @@ def verify(asked: VerifyOptions, engine: EngineOptions, json: Json = False) -> N
         told.cached = record["cached"]
         told.status, told.folder = record["status"], folder
         told.engine, told.quantities = record["engine"] or {}, verdicts(record["checks"])
-    if json:
-        print_json({**record, "folder": str(folder)})
-    else:
-        print_verification(record, folder, verbose=asked.verbose)
+    with closed_pipe_allowed():
+        if json:
+            print_json({**record, "folder": str(folder)})
+        else:
+            print_verification(record, folder, verbose=asked.verbose)
     for error in record["engine_errors"] if record["status"] == 3 else ():
         print(f"dem-harness: {error}", file=sys.stderr)
     raise typer.Exit(record["status"])

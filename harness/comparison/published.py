@@ -31,5 +31,6 @@ def adapter(kind: Any) -> TypeAdapter[Any]:
 
 def published(value: Any) -> dict[str, Any]:
     """Return a dataclass as a mapping of JSON values; what is not finite stays so."""
-    found: dict[str, Any] = adapter(type(value)).dump_python(value, mode="json")
+    kind: Any = type(value)
+    found: dict[str, Any] = adapter(kind).dump_python(value, mode="json")
     return found

@@ -1,1 +1,1 @@
-"""What a run yields, whoever made it. No files, no processes."""
+"""Quantities of a run, independent of the code that made it. No files, no processes."""

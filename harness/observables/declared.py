@@ -1,4 +1,4 @@
-"""How an observable is declared: once, with its name, unit and shape."""
+"""Declaration of an observable: name, unit and shape."""
 
 from __future__ import annotations
 

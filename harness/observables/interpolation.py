@@ -1,4 +1,4 @@
-"""The grain between two samples."""
+"""Interpolate the motion of the grain between samples."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who made a number: engine, version, how it was run, which script."""
+"""Provenance of a result: engine, version, how it was run, script."""
 
 from __future__ import annotations
 

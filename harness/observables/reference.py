@@ -1,4 +1,4 @@
-"""Critical angles of others, to lay over ours: a user's table and a published value."""
+"""Critical angles of others for comparison: a user's table and a published value."""
 
 from __future__ import annotations
 

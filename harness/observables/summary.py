@@ -1,4 +1,4 @@
-"""One tower run in a few numbers."""
+"""Summary of a tower run in a few numbers."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ def peak_force(run: TowerRun) -> float:
 
 
 def energy_drift(run: TowerRun) -> float:
-    """Return the largest deviation of the total energy, as a part of the largest ...
+    """Return the largest relative deviation of the total energy [-].
 
-    sum of kinetic and elastic energy of the run; 0 where nothing moves.
+    As a part of the largest sum of kinetic and elastic energy of the run; 0 where nothing moves.
     """
     scale = float(np.max(run.kinetic_energy + run.elastic_energy))
     return float(np.max(np.abs(run.energy - run.energy[0]))) / scale if scale > 0 else 0.0

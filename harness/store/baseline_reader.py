@@ -117,7 +117,7 @@ def _record(first: _Line, lines: list[_Line], engine: str) -> BaselineRecord:
         raise _DamagedError(first, f"record {cells['record']!r} is not of engine {engine}")
     try:
         parameters = parameters_of(cells["parameters"])
-    except (ValueError, AttributeError) as error:
+    except ValueError as error:
         raise _DamagedError(first, f"parameters: {error}") from None
     quantities: dict[str, Quantity] = {}
     for line in lines:

@@ -19,7 +19,7 @@ QUANTITY_COLUMNS = "name, kind, unit, value, uncertainty, expected, tolerance, v
 class HistoryQuery:
     """What to look for; None asks for nothing. ``limit`` keeps the newest.
 
-    ``quantity`` is a pattern as in file names (``incline*``), ``engine_version``
+    ``quantity`` is a pattern as in file names (``angle*``), ``engine_version``
     the beginning of one, ``since`` a time with its zone, ``status`` an exit
     status or ``unfinished``.
     """

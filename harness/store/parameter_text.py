@@ -34,6 +34,8 @@ def parameters_of(text: str) -> dict[str, Any]:
         *outer, last = name.split(".")
         for key in outer:
             inner = inner.setdefault(key, {})
+            if not isinstance(inner, dict):
+                raise ValueError(f"parameter {name} is part of a value")
         if last in inner:
             raise ValueError(f"parameter {name} comes twice")
         inner[last] = value if _is_plain(value) else json.loads(value)

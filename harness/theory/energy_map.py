@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 
 def well_depth(angle_deg: float) -> float:
-    """Return C = 1 - cos(30 deg - theta): what it costs to reach the next crest."""
+    """Return C = 1 - cos(30 deg - theta): the energy that it takes to reach the next crest."""
     return 1.0 - math.cos(math.radians(30.0 - angle_deg))
 
 
 def gain_per_crest(angle_deg: float) -> float:
-    """Return dE = sin(theta): what gravity gives from one crest to the next."""
+    """Return dE = sin(theta): the work of gravity from one crest to the next."""
     return math.sin(math.radians(angle_deg))
 
 

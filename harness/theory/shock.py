@@ -1,4 +1,4 @@
-"""The shock in the well: which part of the kinetic energy survives it.
+"""The shock in the well: the part of the kinetic energy that is left after it.
 
 In the well the velocity must turn by 60 deg: cos 60 = 1/2 of it is tangential
 to the new contact and survives, sin 60 = sqrt(3)/2 is normal to it and comes

@@ -30,13 +30,14 @@ _HOMES = {
     "reproduce": "harness.reproduction.run",
     "run": "harness.workflows.case_run",
     "sections": "harness.workflows.report_sections",
-    "theory": "harness.workflows.closed_forms",
+    "theory": "harness.cases.incline.closed_forms",
     "tower": "harness.cases.tower.run",
     "verify": "harness.workflows.verification_run",
 }
 """Where each function is. No function has the name of a module of this package."""
 
 if TYPE_CHECKING:
+    from harness.cases.incline.closed_forms import theory as theory
     from harness.cases.incline.critical_angles import critical_angle as critical_angle
     from harness.cases.incline.critical_angles import critical_angles as critical_angles
     from harness.cases.incline.critical_angles import (
@@ -52,7 +53,6 @@ if TYPE_CHECKING:
     from harness.workflows.baseline import compare_with_baseline as compare_with_baseline
     from harness.workflows.case_list import cases as cases
     from harness.workflows.case_run import run as run
-    from harness.workflows.closed_forms import theory as theory
     from harness.workflows.history_search import history as history
     from harness.workflows.release_runs import releases as releases
     from harness.workflows.report_sections import sections as sections

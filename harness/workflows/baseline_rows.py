@@ -61,6 +61,7 @@ def baseline_rows(
 
     Of engines ``beside`` the main one, which run less, those records that the baseline has.
     """
+    names = {record.name for record in measured.records}
     solvers = {solver for case in measured.cases for solver in case.solvers}
     own = {record.engine for record in measured.records}
     expected = Expected(
@@ -70,7 +71,9 @@ def baseline_rows(
         reason=measured.reason,
     )
     known = [
-        record.at(measured.level, here()) for record in beside if record.name in baseline.records
+        record.at(measured.level, here())
+        for record in beside
+        if record.name in baseline.records and record.name not in names
     ]
     return against_baseline(
         [*measured.records, *known],

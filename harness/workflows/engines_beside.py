@@ -10,6 +10,7 @@ from typing import Any
 from harness.cases.contract import Case, Study, failed_part
 from harness.cases.qualification import qualify
 from harness.cases.registry import all_cases
+from harness.comparison.baseline_record import BaselineRecord
 from harness.comparison.engines import DeclaredEngine
 from harness.comparison.findings import Findings
 from harness.comparison.verdicts import Check, Kind
@@ -34,6 +35,12 @@ class Beside:
     findings: dict[str, dict[str, Findings]] = field(default_factory=dict)
     checks: list[Check] = field(default_factory=list)
     errors: list[str] = field(default_factory=list)
+
+    @property
+    def records(self) -> list[BaselineRecord]:
+        """Return the records of all engines."""
+        found = (one for by_case in self.findings.values() for one in by_case.values())
+        return [record for one in found for record in one.records]
 
     def qualified(self, name: str) -> bool:
         """Return whether an engine's results were used."""

@@ -16,7 +16,7 @@ from harness.comparison.regression import Baseline, Regression
 from harness.comparison.verification import Verification
 from harness.engines.contract import Engine
 from harness.engines.registry import open_engine
-from harness.workflows.baseline_rows import Measured, baseline_rows
+from harness.workflows.baseline_rows import Measured, baseline_rows, here
 from harness.workflows.engine_selection import asked_engines
 from harness.workflows.engines_beside import EnginesBeside
 from harness.workflows.main_engine import MainRun
@@ -48,9 +48,8 @@ def verify(
     what is not tested counts as a failure.
 
     An engine that fails leaves rows that say so and status 3, a case that raises a failed row;
-    the rest is checked all the same. Raise RequestError for an unknown level, case or
-    engine and a damaged baseline. Write the report with :func:`harness.report.folder.write` and
-    :func:`harness.workflows.report_sections.sections`.
+    the rest goes on. Raise RequestError for an unknown level, case or engine and a damaged
+    baseline. :func:`harness.report.folder.write` writes the report with :func:`sections`.
     """
     chosen, asked = chosen_cases(cases), asked_engines(engines)
     study = Study(checked_level(level), progress, open_one)
@@ -63,12 +62,7 @@ def verify(
         beside = EnginesBeside(asked, chosen, study, run.engine).run()
         scripts, logs = run.scripts(beside), run.engine.logs() if run.engine else {}
     measured = Measured(study.level, run.who, chosen, run.findings, run.broken)
-    of_beside = [r for by in beside.findings.values() for f in by.values() for r in f.records]
-    regression = Regression()
-    if known is not None:
-        own_names = {record.name for record in measured.records}
-        others = [record for record in of_beside if record.name not in own_names]
-        regression = baseline_rows(measured, known, others)
+    regression = Regression() if known is None else baseline_rows(measured, known, beside.records)
     died = [check.note for check in run.checks if check.engine_died]
     divergences = [series for found in run.findings for series in found.divergences]
     return Verification(
@@ -76,7 +70,7 @@ def verify(
         cases=tuple(case.name for case in chosen),
         started=started.isoformat(timespec="seconds"),
         seconds=time.monotonic() - clock,
-        platform=f"{platform.system()} {platform.machine()}, Python {platform.python_version()}",
+        platform=f"{here()}, Python {platform.python_version()}",
         harness_version=__version__,
         provenance=run.provenance,
         checks=(*run.checks, *beside.checks, *regression.checks),

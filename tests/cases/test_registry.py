@@ -53,7 +53,7 @@ POINTS = [
 
 @pytest.fixture
 def plugged(monkeypatch):
-    monkeypatch.setattr(registry, "entry_points", lambda group: POINTS)
+    monkeypatch.setattr(registry, "entry_points", lambda **_: POINTS)
 
 
 def test_the_folders_are_the_cases():

@@ -1,5 +1,9 @@
+import json
+import os
+import resource
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -9,6 +13,8 @@ COMMANDS = [
     "critical-angle",
     "tower",
     "impulse",
+    "cases",
+    "run",
     "inputs",
     "engines",
     "history",
@@ -19,6 +25,8 @@ COMMANDS = [
     "diff",
 ]
 
+PROGRAM = [sys.executable, "-m", "harness"]
+
 
 def test_help_lists_every_command(harness):
     said = harness("--help").stdout
@@ -28,7 +36,12 @@ def test_help_lists_every_command(harness):
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_has_help(harness, command):
-    assert "--json" in harness(*command.split(), "--help").stdout
+    said = harness(*command.split(), "--help").stdout
+    assert "--json" in said
+    if command != "releases":  # of an argument typer shows the type beside the name
+        assert "<list" not in said
+    _, _, examples = said.partition("Examples:")
+    assert examples.count(f"dem-harness {command}") == 2
 
 
 def test_help_imports_nothing_heavy():
@@ -46,3 +59,103 @@ def test_help_imports_nothing_heavy():
 def test_unknown_commands_and_options_are_status_2(harness):
     harness("no-such-command", status=2)
     harness("theory", "--no-such-option", status=2)
+
+
+def test_an_unknown_command_says_where_the_help_is(harness):
+    said = harness("theory", "--no-such-option", status=2).stderr
+    assert "No such option: --no-such-option" in said
+    assert "theory --help" in said
+    assert said.count("\n") == 2
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("theory", "--shock", "2"),
+        ("theory", "--shock", "x"),
+        ("tower", "--height", "0"),
+        ("history", "--since", "0001-01-01"),
+        ("history", "--since", "9999-12-31T23:59:59-14:00"),
+        ("run", "nothing"),
+        ("run", "drop", "--set", "x=1"),
+        ("run", "drop", "--set", "x"),
+        ("verify", "--cases", "nothing"),
+        ("verify", "--engines", "nothing"),
+        ("critical-angle", "--engine", "no.such.module:Engine"),
+    ],
+)
+def test_with_json_an_error_is_an_object_on_stdout_as_well(harness, words):
+    done = harness(*words, "--json", status=2)
+    told = json.loads(done.stdout)
+    assert told["status"] == 2
+    assert done.stderr == f"dem-harness: {told['error']}\n"
+    assert len(told["error"].splitlines()) <= 2
+    assert "Value error" not in told["error"]
+
+
+def test_an_error_that_nobody_foresaw_is_status_4_in_two_lines(monkeypatch, capsys):
+    from harness.cli import main
+    from harness.cli import output as printed
+
+    def fail(_):
+        raise ZeroDivisionError("a \x1b[31mbug")
+
+    monkeypatch.setattr(printed, "print_record", fail)
+    monkeypatch.setattr(sys, "argv", ["dem-harness", "theory"])
+    with pytest.raises(SystemExit) as left:
+        main()
+    assert left.value.code == 4
+    said = capsys.readouterr().err
+    assert said.startswith("dem-harness: internal error: ZeroDivisionError: a bug\n")
+    assert said.count("\n") == 2
+
+
+def test_a_full_disk_is_status_4_in_a_line():
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [*PROGRAM, "theory"], stdout=full, stderr=subprocess.PIPE, text=True, check=False
+        )
+    assert (done.returncode, done.stderr) == (4, "dem-harness: no space is left on the disk\n")
+
+
+def test_a_reader_that_has_seen_enough_is_no_error():
+    words = ["impulse", "--heights", "1-9"]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen([*PROGRAM, *words], **pipes) as process:
+        process.stdout.close()
+        said = process.stderr.read()
+    assert (process.returncode, said) == (0, b"")
+
+
+def test_a_stream_or_an_argument_that_is_not_utf8_costs_a_question_mark(home):
+    plain = {**os.environ, "PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"}
+    for words in (["theory", "--shock", b"\xff"], ["tower", "--law", b"\xff\xfe"]):
+        done = subprocess.run([*PROGRAM, *words], capture_output=True, env=plain, check=False)
+        assert done.returncode == 2
+        assert b"Traceback" not in done.stderr
+    done = subprocess.run(
+        [*PROGRAM, "history", "--engine", b"\xff", "--json"], capture_output=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert list(home.iterdir()) == []
+
+
+def test_a_working_directory_that_is_gone_is_said(tmp_path):
+    (tmp_path / "gone").mkdir()
+    script = f"cd {tmp_path}/gone && rmdir ../gone && {sys.executable} -m harness verify --output x"
+    there = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    done = subprocess.run(["sh", "-c", script], capture_output=True, env=there, check=False)
+    assert done.returncode in (2, 4)
+    assert b"Traceback" not in done.stderr
+    assert done.stderr.count(b"\n") <= 2
+
+
+def test_help_is_fast():
+    def seconds():
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        subprocess.run([*PROGRAM, "verify", "--help"], capture_output=True, check=True)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+    # of the processor, and the best of some: others may use the machine as well
+    assert min(seconds() for _ in range(5)) < 0.8

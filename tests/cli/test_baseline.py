@@ -35,12 +35,19 @@ def test_accept_shows_writes_only_when_told_to_and_then_compares_clean(harness, 
 
 
 def test_bad_requests(harness, tmp_path):
-    assert "no such folder" in harness("baseline", "compare", "--baseline", "x", status=2).stderr
+    said = harness("baseline", "compare", "--baseline", "x", status=2).stderr
+    assert "--baseline x: No such file or directory" in said
     (tmp_path / "file").write_text("")
     said = harness("baseline", "accept", "--baseline", "file", status=2).stderr
     assert "--baseline file: is a file" in said
     said = harness("verify", "--baseline", "x", "--no-baseline", status=2).stderr
     assert "give one of them only" in said
+    said = harness("baseline", "compare", "--baseline", "x" * 300, status=2).stderr
+    assert "File name too long" in said
+    for place in ("nope.toml", "."):
+        said = harness("verify", "--tolerances", place, status=2).stderr
+        assert said.startswith(f"dem-harness: --tolerances {place}: ")
+        assert said.count("\n") == 1
     (tmp_path / "t.toml").write_text("[override.x]\n")
     said = harness("verify", "--tolerances", "t.toml", status=2).stderr
     assert "[override.x]: case = None: must be a text" in said
@@ -48,11 +55,11 @@ def test_bad_requests(harness, tmp_path):
 
 
 def test_damaged_file_is_named_before_anything_runs(harness, tmp_path):
-    folder = tmp_path / "base" / "lammps"
-    folder.mkdir(parents=True)
-    (folder / "case.json").write_text("{")
+    (tmp_path / "base").mkdir()
+    (tmp_path / "base" / "lammps.csv").write_text("{")
     said = harness("verify", "--quick", "--baseline", "base", "--output", "run", status=2).stderr
-    assert "base/lammps/case.json is damaged" in said
+    assert "base/lammps.csv" in said
+    assert "damaged" in said
     assert not (tmp_path / "run").exists()
 
 

@@ -8,13 +8,13 @@ import sys
 from types import SimpleNamespace
 
 import pytest
-from harness.cli.cached_engines import Chosen
 
-from harness.cli import cached_engines, verify
+import harness.workflows
+from harness.cli import verify
+from harness.cli.engine_options import CacheOptions, EngineOptions
 from harness.errors import RequestError
 from harness.report import folder as report_folder
 from harness.store.entries import Entries
-from harness.workflows import verification
 
 
 class Kept:
@@ -97,20 +97,23 @@ def test_only_what_is_damaged_is_run_again(kept, copy):
 def died(monkeypatch):
     """A verification whose engine died, in place of one that takes its time."""
     found = SimpleNamespace(
-        engine_errors=("crashed",), record=lambda: {"status": 3, "checks": [], "engine": None}
+        engine_errors=("crashed",),
+        cases=(),
+        record=lambda: {"status": 3, "checks": [], "engine": None},
     )
-    monkeypatch.setattr(verification, "verify", lambda *_, **__: found)
-    monkeypatch.setattr(report_folder, "write", lambda _, folder: folder.mkdir())
+    monkeypatch.setattr(harness.workflows, "verify", lambda *_, **__: found, raising=False)
+    monkeypatch.setattr(report_folder, "write", lambda _, folder, __: folder.mkdir())
     return found
 
 
 def test_a_verification_whose_engine_died_is_not_kept(died, tmp_path):
     entries = Entries(tmp_path / "cache")
-    asked = verify._Asked("quick", Chosen("lammps"), None, None, compare=False)
-    verify._measured(asked, entries, "ab" * 32, tmp_path / "run", fresh=False)
+    asked = verify.VerifyOptions(quick=True, no_baseline=True)
+    engine = EngineOptions(engine="reference", cache=tmp_path / "cache")
+    verify._measured(asked, engine, entries, "ab" * 32, tmp_path / "run")
     assert entries.get("ab" * 32) is None
     died.engine_errors = ()
-    verify._measured(asked, entries, "ab" * 32, tmp_path / "again", fresh=False)
+    verify._measured(asked, engine, entries, "ab" * 32, tmp_path / "again")
     assert entries.get("ab" * 32) is not None
 
 
@@ -126,14 +129,14 @@ def test_a_kept_report_that_is_none_is_dropped(tmp_path):
 def test_a_named_cache_that_cannot_be_written_is_an_error(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(RequestError, match=r"--cache .*file: cannot be used"):
-        cached_engines.open_entries(tmp_path / "file")
+        CacheOptions(cache=tmp_path / "file").entries()
 
 
 def test_a_default_cache_that_cannot_be_written_costs_a_note(tmp_path, monkeypatch, capsys):
     (tmp_path / "file").write_text("")
     monkeypatch.delenv("DEM_HARNESS_HOME")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
-    assert cached_engines.open_entries(None) is None
+    assert CacheOptions().entries() is None
     assert "nothing is kept" in capsys.readouterr().err
 
 

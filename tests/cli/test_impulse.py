@@ -101,7 +101,7 @@ def test_figure(impulse, tmp_path, suffix, head):
     reference.write_text("h_over_d,theta_deg\n2,9\n", encoding="utf-8-sig")
     target = tmp_path / f"figure.{suffix}"
     status, _, err = impulse(*FAST, "--reference", reference, "--figure", target)
-    assert (status, err) == (0, "")
+    assert (status, err) == (0, f"--figure: {target} is written\n")
     assert target.read_bytes().startswith(head)
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(["mine.csv", target.name])
 
@@ -119,15 +119,19 @@ def test_csv_holds_the_rows(impulse, answer, tmp_path):
     pd.testing.assert_frame_equal(pd.read_csv(target), rows)
 
 
-def test_reference_is_in_the_json(answer, tmp_path):
+def test_reference_is_in_the_json(impulse, tmp_path):
     path = tmp_path / "mine.csv"
     path.write_text("theta_deg,h_over_d\n9,2\n6,11.5\n", encoding="utf-8")
-    assert answer(*FAST, "--reference", path)["reference"] == [
+    figure = tmp_path / "f.svg"
+    status, out, _ = impulse(*FAST, "--reference", path, "--figure", figure, "--json")
+    assert status == 0
+    assert json.loads(out)["reference"] == [
         {"h_over_d": 2.0, "theta_deg": 9.0},
         {"h_over_d": 11.5, "theta_deg": 6.0},
     ]
 
 
+FIGURE = ("--figure", "never.svg")
 GOOD = "h_over_d,theta_deg\n2,9\n"
 
 
@@ -153,7 +157,8 @@ def test_bad_references_are_one_line_and_nothing_is_written(impulse, tmp_path, d
     path.write_bytes(data)
     words = ("--reference", path, "--figure", tmp_path / "f.svg", "--csv", tmp_path / "t.csv")
     status, out, err = impulse(*FAST, *words, "--json")
-    assert (status, out) == (2, "")
+    assert status == 2
+    assert json.loads(out) == {"error": err.removeprefix("dem-harness: ").strip(), "status": 2}
     assert f"--reference {path}" in err
     assert said in err
     assert err.count("\n") == 1
@@ -184,8 +189,12 @@ def test_bad_references_are_one_line_and_nothing_is_written(impulse, tmp_path, d
         (("--csv", "/nowhere/at/all.csv"), "there is no folder /nowhere/at"),
         (("--csv", "/tmp"), "--csv /tmp: is a folder"),
         (("--csv", "same.svg", "--figure", "same.svg"), "must be two files"),
-        (("--reference", "/nowhere.csv"), "--reference /nowhere.csv: No such file"),
-        (("--reference", "/tmp"), "--reference /tmp: Is a directory"),
+        (("--reference", "r.csv"), "--reference r.csv: is drawn in a figure only; add --figure"),
+        (("--reference", "/nowhere.csv", *FIGURE), "--reference /nowhere.csv: No such file"),
+        (("--reference", "/tmp", *FIGURE), "--reference /tmp: Is a directory"),
+        (("--reference", "/dev/zero", *FIGURE), "--reference /dev/zero: is longer than"),
+        (("--csv", "x" * 300), "File name too long"),
+        (("--program", "yade"), "--program 'yade': must be NAME=VALUE"),
     ],
 )
 def test_bad_requests_end_with_status_2(impulse, words, said):
@@ -205,6 +214,22 @@ def test_a_file_that_cannot_be_written_leaves_none(impulse, tmp_path, monkeypatc
     assert (status, out) == (2, "")
     assert "f.svg: No space left on device" in err
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_name_of_250_bytes_is_written_and_two_writers_do_not_meet(impulse, tmp_path):
+    target = tmp_path / ("x" * 246 + ".csv")
+    assert impulse(*FAST, "--csv", target)[0] == 0
+    whole = target.read_bytes()
+    (tmp_path / f".{target.name[:40]}.part").write_text("of another run")
+    assert impulse(*FAST, "--csv", target)[0] == 0
+    assert target.read_bytes() == whole
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_the_program_of_an_engine_can_be_named(impulse):
+    words = ("--solver", "yade", "--program", "yade=/nowhere/yade")
+    status, _, err = impulse("--heights", "1", *words)
+    assert (status, "--program yade '/nowhere/yade': no such executable" in err) == (2, True)
 
 
 def test_help_loads_nothing_heavy():

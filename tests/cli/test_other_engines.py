@@ -1,31 +1,35 @@
-"""The options of other engines: where they go, and what they refuse."""
+"""The options that choose engines: where they go, and what they refuse."""
 
 import json
 import sys
 
 import pytest
-from harness.cli.cached_engines import Chosen
 
-from harness.cli import main, verify
-from harness.cli.options import programs_of
-from harness.cli.tower import Solver
+from harness.cli import main
+from harness.cli.engine_options import EngineOptions, ProgramOptions, named_values
+from harness.cli.verify import VerifyOptions, _kept, _key
 from harness.engines import registry
 from harness.errors import RequestError
 from harness.store.entries import Entries
-from harness.store.history import History
-from harness.workflows import status
 from tests import engine_doubles as doubles
 
-COMMANDS = ("verify", "critical-angle", "tower", "engines")
-OPTIONS = ("--liggghts", "--yade", "--kratos", "--esys", "--mfix")
-NONE = dict.fromkeys(("liggghts", "yade", "kratos", "esys", "mfix"))
+OPENED = []
+
+
+class Known(doubles.Clamped):
+    """The reference DEM under another code's name; keeps what it was opened with."""
+
+    name = "yade"
+
+    def __init__(self, program: str | None = None, workers: int | None = None) -> None:
+        OPENED.append((program, workers))
+        super().__init__()
 
 
 @pytest.fixture
 def as_yade(monkeypatch):
-    """Stand in for Yade: the reference DEM under its name, with towers."""
-    monkeypatch.setattr(doubles.Clamped, "name", "yade")
-    monkeypatch.setitem(registry.ENGINES, "yade", "tests.engine_doubles:Clamped")
+    OPENED.clear()
+    monkeypatch.setitem(registry.ENGINES, "yade", f"{__name__}:Known")
 
 
 @pytest.fixture
@@ -44,35 +48,37 @@ def command(monkeypatch, capsys, tmp_path):
     return run
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize("name", ["verify", "critical-angle", "tower", "impulse", "run"])
 def test_every_option_is_in_one_panel_of_the_help(command, monkeypatch, name):
     monkeypatch.setenv("COLUMNS", "200")
-    said = command(name, "--help").out
-    _, _, panel = said.partition("Other engines")
-    for option in OPTIONS:
+    _, _, panel = command(name, "--help").out.partition("─ Engine ─")
+    for option in ("--lmp", "--mpirun", "--program", "--engine-option"):
         assert option in panel
-    assert "PYTHON" in panel
-
-
-def test_every_engine_that_states_towers_is_a_solver():
-    named = {solver.value for solver in Solver}
-    for name in registry.ENGINES:
-        if registry.engine_class(name).states_towers:
-            assert name in named
+    assert "NAME=PATH" in panel
+    assert "NAME.KEY=VALUE" in panel
 
 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("critical-angle", "--yade", "sh"), "--yade 'sh': goes with --engine yade only"),
-        (("tower", "--mfix", "sh"), "--mfix 'sh': goes with --solver mfix only"),
-        (("verify", "--esys", "sh"), "--esys 'sh': goes with --engines esys only"),
-        (("verify", "--engines", "lammps", "--yade", "sh"), "--yade 'sh': goes with --engines"),
+        (("critical-angle", "--program", "yade=sh"), "--program yade=sh: goes with --engine yade"),
+        (("tower", "--program", "mfix=sh"), "--program mfix=sh: goes with --solver mfix only"),
+        (("verify", "--program", "esys=sh"), "--program esys=sh: goes with --engines esys only"),
+        (("tower", "--engine-option", "mfix.x=1"), "--engine-option mfix: goes with --solver mfix"),
+        (("run", "drop", "--program", "=sh"), "--program '=sh': must be NAME=VALUE"),
+        (("run", "drop", "--program", "yade="), "--program 'yade=': must be NAME=VALUE"),
         (("verify", "--engines", "nobody"), "--engines 'nobody' is not known: must be all, or"),
         (("verify", "--engines", ","), "names no engine"),
-        (("tower", "--solver", "nobody"), "nobody"),
-        (("tower", "--solver", "exact", "--lmp", "sh"), "--lmp: goes with --solver lammps only"),
-        (("critical-angle", "--engine", "yade", "--yade", "/nowhere/yade"), "no such executable"),
+        (("critical-angle", "--mpirun", ""), "--mpirun '': must be a command"),
+        (
+            ("critical-angle", "--engine", "yade", "--program", "yade=/nowhere/yade"),
+            "--program yade '/nowhere/yade': no such executable",
+        ),
+        (
+            ("critical-angle", "--engine", "yade", "--engine-option", "yade.workers=many"),
+            "yade.workers",
+        ),
+        (("critical-angle", "--engine", "no.such:Engine"), "no.such:Engine"),
     ],
 )
 @pytest.mark.usefixtures("as_yade")
@@ -83,135 +89,39 @@ def test_a_wrong_request_ends_with_status_2_before_any_work(command, tmp_path, w
     assert list(tmp_path.iterdir()) == []
 
 
-def test_programs_go_by_the_name_of_their_engine():
-    assert programs_of(["yade"], **{**NONE, "yade": "sh"}) == {"yade": "sh"}
-    assert programs_of(None, **{**NONE, "mfix": "sh", "esys": "sh"}) == {
-        "mfix": "sh",
-        "esys": "sh",
-    }
-    assert programs_of(["lammps"], **NONE) == {}
-    with pytest.raises(RequestError, match="no such executable"):
-        programs_of(None, **{**NONE, "mfix": "/nowhere/mfix"})
+def test_pairs_are_read_once_each():
+    assert named_values(["a=1=2", "b.c= x"], "--set") == {"a": "1=2", "b.c": " x"}
+    with pytest.raises(RequestError, match="--set 'a=2': a is given twice"):
+        named_values(["a=1", "a=2"], "--set")
+
+
+def test_programs_and_options_go_by_the_name_of_their_engine():
+    given = ProgramOptions(
+        program=["yade=sh", "my.mod:Dem=/x"], engine_option=["my.mod:Dem.step=3", "yade.workers=1"]
+    )
+    assert given.chosen("yade").arguments()["program"] == "sh"
+    assert given.chosen("yade").arguments()["options"] == {"workers": "1"}
+    assert given.chosen("my.mod:Dem").arguments()["options"] == {"step": "3"}
+    assert given.chosen("mfix").arguments()["program"] is None
 
 
 @pytest.mark.usefixtures("as_yade")
-def test_an_engine_is_opened_with_its_program(command, monkeypatch):
-    opened = []
-
-    def init(self, program=None):
-        opened.append(program)
-        doubles.Reference.__init__(self)
-
-    monkeypatch.setattr(doubles.Clamped, "__init__", init)
+def test_an_engine_is_opened_with_its_program_and_options(command):
     words = ("--contact", "plastic", "--stiffness", "1e5", "--json")
-    record = json.loads(command("critical-angle", "--engine", "yade", "--yade", "sh", *words).out)
-    assert opened == ["sh"]
+    chosen = ("--program", "yade=sh", "--engine-option", "yade.workers=3")
+    record = json.loads(command("critical-angle", "--engine", "yade", *chosen, *words).out)
+    assert OPENED == [("sh", 3)]
     assert record["critical_angle_deg"] == pytest.approx(10.2, abs=0.01)
-    command("tower", "--solver", "yade", "--yade", "sh", "--law", "overlap", "--json")
-    assert opened == ["sh", "sh"]
+    assert record["closed_form_deg"] == pytest.approx(10.2078187)
 
 
-@pytest.mark.usefixtures("as_yade")
-def test_a_tower_in_another_engine_also_covers_a_longer_window(command):
-    words = ("--law", "overlap", "--stiffness", "1e5", "--duration", "0.5", "--json")
-    record = json.loads(command("tower", "--solver", "yade", *words).out)
-    assert record["solver"] == "yade"
-    assert record["impulse_Ns"] == pytest.approx(4.09842, rel=1e-5)
-    assert record["peak_force_N"] == pytest.approx(642.342, rel=1e-4)
-
-
-@pytest.fixture
-def short(monkeypatch):
-    """Leave out of a verification what is not about other engines, and engines that are here."""
-    from harness.workflows.verification import run
-
-    for name in set(registry.ENGINES) - {"lammps", "reference", "yade"}:
-        monkeypatch.delitem(registry.ENGINES, name)
-
-    for part in ("_both", "reference_checks", "chain_checks", "theory_checks"):
-        monkeypatch.setattr(run, part, lambda *_: [])
-    monkeypatch.setattr(doubles.Newer, "name", "lammps")
-    monkeypatch.setattr(doubles.Newer, "traits", doubles.TRAITS)
-    monkeypatch.setitem(registry.ENGINES, "lammps", "tests.engine_doubles:Newer")
-    monkeypatch.setattr(verify, "_key", lambda asked: None if asked.engines else "ab" * 32)
-
-
-QUICK = ("verify", "--quick", "--no-baseline", "--engine", "reference", "--output", "run")
-
-
-@pytest.mark.usefixtures("as_yade", "short")
-def test_verify_compares_the_engines_that_are_asked_for(command, home, tmp_path):
-    done = command(*QUICK, "--engines", "yade", "--json")
-    record = json.loads(done.out)
-    assert record["status"] == 0
-    assert record["cached"] is False
-    standings = {d["engine"]: d["standing"] for d in record["engines"]["declared"]}
-    assert standings == dict.fromkeys(("lammps", "reference", "yade"), "qualified")
-    assert "engine yade: 3 of 3" in done.err
-    on_disk = json.loads((tmp_path / "run" / "results.json").read_text())
-    assert on_disk["engines"]["declared"] == record["engines"]["declared"]
-    junit = (tmp_path / "run" / "junit.xml").read_text()
-    assert "yade: critical angle, plastic contact" in junit
-    with History(home / "history.sqlite") as history:
-        named = {row["name"] for row in history.rows("select name from quantity")}
-    assert "yade: critical angle, plastic contact, k = 1e+06 N/m, 100 steps" in named
-
-
-@pytest.mark.usefixtures("as_yade", "short")
-@pytest.mark.parametrize(
-    ("kind", "engines", "status"),
-    [
-        ("Missing", "yade", 3),
-        ("Missing", "all", 0),
-        ("Crashing", "yade", 3),
-        ("Crashing", "all", 1),
-        ("Undamped", "yade", 1),
-    ],
-)
-def test_exit_status(command, monkeypatch, kind, engines, status):
-    monkeypatch.setattr(getattr(doubles, kind), "name", "yade")
-    monkeypatch.setitem(registry.ENGINES, "yade", f"tests.engine_doubles:{kind}")
-    record = json.loads(command(*QUICK, "--engines", engines, "--json", status=status).out)
-    assert record["status"] == status
-    assert bool(record["engine_errors"]) is (status == 3)
+def test_an_engine_of_ones_own_runs_by_module_and_class(command):
+    words = ("--set", "contact.tail=clipped", "--json")
+    record = json.loads(command("run", "drop", "--engine", f"{__name__}:Known", *words).out)
+    assert record["engine"] == "yade"
+    assert record["quantities"]["end_speed_m_per_s"]["reference_kind"] == "closed form"
 
 
 def test_a_verification_with_engines_is_not_kept_as_a_whole(tmp_path):
-    asked = verify._Asked("quick", Chosen("lammps"), None, None, False, "all")
-    assert verify._key(asked) is None
-    assert verify._kept(Entries(tmp_path / "cache"), None, tmp_path / "run") is None
-
-
-def test_engines_are_listed_with_what_they_declare(monkeypatch, command):
-    for name, kind in (("twin", "Twin"), ("missing", "Missing")):
-        monkeypatch.setitem(registry.ENGINES, name, f"tests.engine_doubles:{kind}")
-    lines = command("engines").out.splitlines()
-    (missing,) = [line for line in lines if line.startswith("missing")]
-    assert "missing: missing: no library of that name; to get it: apt install it" in missing
-    (twin,) = [line for line in lines if line.startswith("twin")]
-    assert "compiled" in twin
-    rows = {row["engine"]: row for row in json.loads(command("engines", "--json").out)["engines"]}
-    assert rows.keys() >= {"lammps", "reference", "twin", "missing"}
-    assert rows["twin"]["lineage"] == "LAMMPS"
-    assert rows["twin"]["tails"] == ["attractive", "clipped"]
-    assert rows["twin"]["effective_masses"] == ["full", "half"]
-    assert (rows["twin"]["spring"], rows["twin"]["digits"]) == ("linear", 15)
-    assert rows["twin"]["integrator"] == "velocity-verlet"
-    assert (rows["missing"]["available"], rows["missing"]["install_hint"]) == (
-        False,
-        "apt install it",
-    )
-
-
-def test_a_program_that_is_not_there_is_a_missing_engine(monkeypatch):
-    def init(self, program=None):
-        from harness.engines.programs import find_program
-
-        find_program("twin", program or "twin")
-        doubles.Reference.__init__(self)
-
-    monkeypatch.setattr(doubles.Twin, "__init__", init)
-    monkeypatch.setitem(registry.ENGINES, "twin", "tests.engine_doubles:Twin")
-    (twin,) = [s for s in status.engines(programs={"twin": "/no/twin"}) if s.engine == "twin"]
-    assert twin.provenance is None
-    assert "--twin '/no/twin': no such executable" in twin.reason
+    assert _key(VerifyOptions(quick=True, engines="all"), EngineOptions()) is None
+    assert _kept(Entries(tmp_path / "cache"), None, tmp_path / "run") is None

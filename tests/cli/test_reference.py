@@ -11,9 +11,9 @@ def test_the_critical_angle_by_the_reference_dem(answer):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (["--engine", "reference", "--integrator", "euler"], ["--integrator 'euler'", "adaptive"]),
-        (["--engine", "reference", "--lmp", "lmp"], ["--lmp 'lmp'", "--engine lammps"]),
-        (["--integrator", "rk4"], ["--integrator 'rk4'", "--engine reference"]),
+        (["--engine", "reference", "--integrator", "euler"], ["integrator", "'euler'", "adaptive"]),
+        (["--engine", "reference", "--lmp", "lmp"], ["--lmp 'lmp'", "'reference'", "integrator"]),
+        (["--integrator", "rk4"], ["--integrator 'rk4'", "'lammps'", "lmp"]),
     ],
 )
 def test_bad_requests_name_the_option(harness, options, words):

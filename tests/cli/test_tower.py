@@ -71,7 +71,12 @@ def test_table(monkeypatch, capsys):
         (("--height", "9", "--window", "structure"), "too short"),
         (("--series", "/nowhere/at/all.csv"), "/nowhere/at/all.csv"),
         (("--law", "hertz"), "hertz"),
-        (("--height", "x"), "height"),
+        (("--height", "x"), "--height 'x': must be a valid integer"),
+        (("--solver", "nobody"), "--solver 'nobody' is not known: must be one of lammps"),
+        (("--solver", "exact", "--lmp", "sh"), "--lmp 'sh': goes with --solver lammps only"),
+        (("--solver", "exact", "--program", "yade=sh"), "--program yade=sh: goes with --solver"),
+        (("--solver", "yade", "--engine-option", "yade"), "--engine-option 'yade': must be"),
+        (("--solver", "lammps", "--mpirun", '"'), "--mpirun '\"': no closing quotation"),
     ],
 )
 def test_bad_requests_end_with_status_2(monkeypatch, capsys, words, said):

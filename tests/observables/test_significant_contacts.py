@@ -1,7 +1,7 @@
 import numpy as np
 
 from harness.chain import exact
-from harness.observables.significant_contacts import FELT_FORCE, significant_contacts
+from harness.observables.significant_contacts import SIGNIFICANT_FORCE, significant_contacts
 from harness.parameters.tower import Tower
 
 
@@ -14,4 +14,4 @@ def test_faint_contacts_of_the_overlap_law_are_not_felt():
     assert (felt <= whole.contacts).all()
     assert felt.max() < whole.contacts.max()
     last = whole.profiles.forces[np.arange(felt.size), np.maximum(felt - 1, 0)]
-    assert (last[felt > 0] > FELT_FORCE * whole.grain_force.max()).all()
+    assert (last[felt > 0] > SIGNIFICANT_FORCE * whole.grain_force.max()).all()

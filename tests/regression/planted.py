@@ -7,22 +7,25 @@ runs the real LAMMPS.
 
 from pathlib import Path
 
-from harness.comparison.evidence import InclineEvidence
-from harness.workflows.verification.baseline_rows import here
-
+from harness.cases.contract import Study
+from harness.cases.incline.evidence import InclineEvidence, Verifying
 from harness.cases.incline.passages import passages
-from harness.cases.tower.records import tower_case, tower_name
-from harness.comparison.regression import Baseline, against_baseline
+from harness.cases.registry import get_case
+from harness.cases.tower.engine_runs import run_towers
+from harness.cases.tower.records import record_name, tower_record
+from harness.comparison.findings import Findings
+from harness.comparison.regression import Baseline, Expected, against_baseline
 from harness.errors import EngineError
 from harness.parameters.tower import Tower
 from harness.store.baseline import read_baseline
+from harness.workflows.baseline_rows import here
 
 COMMITTED = Path(__file__).parents[2] / "reports" / "baseline"
 TOWER_CASES = [Tower(height=height, law="overlap") for height in (2, 19)]
 SOURCE, CLIPPED, PLASTIC = (
     f"lammps/incline-path-{contact}-10.2-deg" for contact in ("source", "clipped", "plastic")
 )
-SHORT, TALL = (tower_name(case, "lammps") for case in TOWER_CASES)
+SHORT, TALL = (record_name(case, "lammps") for case in TOWER_CASES)
 EVERYTHING = {SOURCE, CLIPPED, PLASTIC, SHORT, TALL}
 
 
@@ -37,23 +40,26 @@ def editing(lmp, sed):
 
 def measure(engine, towers=TOWER_CASES):
     """Run three passages and two towers; return the cases, and the errors by case."""
-    evidence = InclineEvidence(closed_form_deg=10.2078)
-    passages(engine, evidence)
-    measured, errors = list(evidence.measured), dict(evidence.errors)
-    for case, run in zip(towers, engine.towers(towers, 3.0, profiles=True), strict=True):
+    found, evidence = Findings("incline", engine.name), InclineEvidence("LAMMPS", 10.2078)
+    passages(Verifying(engine, Study(), found, evidence))
+    measured, errors = list(found.records), dict(found.errors)
+    for case, run in zip(towers, run_towers(engine, towers, 3.0, profiles=True), strict=True):
         if isinstance(run, EngineError):
-            errors[tower_name(case, "lammps")] = run
+            errors[record_name(case, "lammps")] = run
         else:
-            measured.append(tower_case(run, ""))
-    return [case.at("quick", here()) for case in measured], errors
+            measured.append(tower_record(run))
+    return [record.at("quick", here()) for record in measured], errors
 
 
 def regression(measured, errors=None):
-    """Hold what was measured against the committed baseline of the same cases."""
-    names = {case.name for case in measured} | set(errors or {})
+    """Hold what was measured against the committed baseline of the same records."""
+    names = {record.name for record in measured} | set(errors or {})
     known = read_baseline(COMMITTED)
-    chosen = Baseline({name: known.cases[name] for name in names}, known.where, known.overrides)
-    return against_baseline(measured, chosen, "quick", engines={"lammps"}, errors=errors)
+    chosen = Baseline({name: known.records[name] for name in names}, known.where, known.overrides)
+    cases = ("incline", "tower")
+    expected = Expected(engines={"lammps"}, cases=cases, errors=errors or {})
+    tolerances = {name: get_case(name).regression for name in cases}
+    return against_baseline(measured, chosen, "quick", expected, tolerances)
 
 
 def case_of(check):

@@ -1,115 +1,186 @@
-import json
+import csv
+import shutil
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import harness
+from harness.cases.registry import get_case
 from harness.comparison.baseline_record import BaselineRecord, Quantity
 from harness.comparison.divergence import Series
 from harness.comparison.regression import Baseline
-from harness.comparison.regression_tolerances import REGRESSION
 from harness.errors import RequestError
 from harness.store import acceptance
-from harness.store.acceptance import changes, write
-from harness.store.baseline import case_text, committed, committed_tolerances, read_baseline
+from harness.store.acceptance import ChangeKind, changes, write
+from harness.store.baseline import committed, committed_tolerances, digest, read_baseline
+from harness.store.baseline_reader import read_tables
+from harness.store.baseline_tables import HEAD, table_texts
 from harness.store.overrides import read_overrides
 
 TIME = np.linspace(0.0, 0.1, 1001)
-CASE = BaselineRecord(
-    name="lammps/incline-path-source-10.2-deg",
+PATH = BaselineRecord(
+    name="lammps/path-source",
     parameters={"stiffness": 1e6, "steps": [50, 100.0], "name": None},
-    quantities={"margin_over_mgd": Quantity(-1.0 / 3.0, 0.0, "")},
+    quantities={"margin": Quantity(-1.0 / 3.0, 0.0, ""), "step_s": Quantity(1e-300, 5e-324, "s")},
     engine="lammps",
-    engine_version="22 Jul 2025",
+    engine_version='22 Jul 2025, "Update 4"',
     platform="Linux x86_64",
     levels=("quick",),
+    case="incline",
+    label="path, source",
+    family=("source, clipped", "linear"),
     series=Series(TIME, {"x_m": np.sin(TIME), "y_m": np.cos(TIME)}),
 )
-OTHER = replace(CASE, name="exact/tower", series=None)
+PLAIN = replace(PATH, name="lammps/angle", series=None, family=())
+OTHER = replace(PLAIN, name="exact/tower", engine="exact", case="tower")
+EVERYTHING = (PATH, PLAIN, OTHER)
 
 
 @pytest.fixture
 def folder(tmp_path):
-    write(changes([CASE, OTHER], Baseline({})), tmp_path / "baseline")
+    write(changes(EVERYTHING, Baseline({})), tmp_path / "baseline")
     return tmp_path / "baseline"
 
 
-def test_what_is_written_is_read_again_and_nothing_would_change(folder):
+def test_what_is_written_is_read_again_to_the_last_bit_and_nothing_would_change(folder):
     known = read_baseline(folder)
-    assert set(known.cases) == {CASE.name, OTHER.name}
-    assert known.cases[CASE.name].quantities == CASE.quantities
-    assert changes([CASE, OTHER], known) == []
-    series = known.cases[CASE.name].series
+    assert set(known.records) == {record.name for record in EVERYTHING}
+    for record in EVERYTHING:
+        assert replace(known.records[record.name], series=record.series) == record
+    assert changes(EVERYTHING, known) == []
+    series = known.records[PATH.name].series
     assert series.time.size <= 209
     assert np.interp(series.time, TIME, np.sin(TIME)) == pytest.approx(series.columns["x_m"])
 
 
-def test_files_are_indented_sorted_and_small(folder):
-    text = (folder / f"{CASE.name}.json").read_text()
-    record = json.loads(text)
-    assert text == json.dumps(record, indent=2, sort_keys=True) + "\n"
-    assert (folder / f"{CASE.name}.csv").stat().st_size < 20_000
+def test_a_table_an_engine_sorted_and_one_of_series(folder):
+    names = {"lammps.csv", "lammps.series.csv", "exact.csv"}
+    assert {path.name for path in folder.iterdir()} == names
+    with (folder / "lammps.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert [(row["record"], row["quantity"]) for row in rows] == [
+        (name, quantity)
+        for name in ("lammps/angle", "lammps/path-source")
+        for quantity in ("margin", "step_s")
+    ]
+    assert rows[0]["value"] == "-0.3333333333333333"
+    assert table_texts([PATH, PLAIN], "lammps") == table_texts([PLAIN, PATH], "lammps")
 
 
-def test_a_moved_value_is_one_changed_case_and_levels_add_up(folder):
+def test_a_moved_value_is_one_changed_record_and_levels_add_up(folder):
     known = read_baseline(folder)
-    moved = replace(CASE, quantities={"margin_over_mgd": Quantity(-0.25, 0.0, "")})
+    moved = replace(PATH, quantities={**PATH.quantities, "margin": Quantity(-0.25, 0.0, "")})
     (change,) = changes([replace(moved, levels=("full",)), OTHER], known)
-    assert change.kind == "changed"
-    assert change.lines[0].startswith("margin_over_mgd: -0.3333333333333333 -> -0.25")
+    assert change.kind is ChangeKind.CHANGED
+    assert change.lines[0].startswith("margin: -0.3333333333333333 -> -0.25")
     write([change], folder)
-    assert read_baseline(folder).cases[CASE.name].levels == ("full", "quick")
-    assert OTHER.name in read_baseline(folder).cases
+    assert read_baseline(folder).records[PATH.name].levels == ("full", "quick")
+    assert set(read_baseline(folder).records) == {record.name for record in EVERYTHING}
 
 
-def test_case_that_loses_its_series_loses_the_file(folder):
-    (change,) = changes([replace(CASE, series=None)], read_baseline(folder))
+ROUNDED = Quantity(np.nextafter(-1.0 / 3.0, 0.0), 0.0, "")
+
+
+@pytest.mark.parametrize(
+    ("change", "kind"),
+    [
+        ({"quantities": {**PATH.quantities, "margin": ROUNDED}}, ChangeKind.ROUND_OFF),
+        ({"engine_version": "new"}, ChangeKind.METADATA),
+        ({"label": "new"}, ChangeKind.METADATA),
+        ({"series": None}, ChangeKind.CHANGED),
+        ({"parameters": {**PATH.parameters, "stiffness": 2e6}}, ChangeKind.CHANGED),
+        ({"quantities": {"margin": PATH.quantities["margin"]}}, ChangeKind.CHANGED),
+        ({"series": Series(TIME, {"x_m": np.sin(TIME)})}, ChangeKind.CHANGED),
+        (
+            {"series": Series(TIME, {"x_m": np.sin(TIME) + 1e-6, "y_m": np.cos(TIME)})},
+            ChangeKind.CHANGED,
+        ),
+        (
+            {"quantities": {**PATH.quantities, "margin": Quantity(-1.0 / 3.0, 0.1, "")}},
+            ChangeKind.CHANGED,
+        ),
+    ],
+)
+def test_round_off_and_metadata_are_told_apart_from_changes(folder, change, kind):
+    (found,) = changes([replace(PATH, **change)], read_baseline(folder))
+    assert found.kind is kind
+    assert found.lines
+    assert found.record()["record"] == PATH.name
+
+
+def test_a_record_that_loses_its_series_loses_its_samples(folder):
+    (change,) = changes([replace(PATH, series=None)], read_baseline(folder))
     write([change], folder)
-    assert not (folder / f"{CASE.name}.csv").exists()
+    assert not (folder / "lammps.series.csv").exists()
+    assert read_baseline(folder).records[PATH.name].series is None
 
 
 def test_write_that_fails_leaves_the_baseline_as_it_was(folder, monkeypatch):
-    before = {path: path.read_text() for path in folder.rglob("*.*")}
-    (change,) = changes([replace(CASE, engine_version="new")], read_baseline(folder))
+    before = {path: path.read_text() for path in folder.iterdir()}
+    (change,) = changes([replace(PATH, engine_version="new")], read_baseline(folder))
 
     def fail(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(acceptance, "_write_case", fail)
+    monkeypatch.setattr(acceptance, "_write_tables", fail)
     with pytest.raises(RequestError, match="No space left"):
         write([change], folder)
-    assert {path: path.read_text() for path in folder.rglob("*.*")} == before
+    assert {path: path.read_text() for path in folder.iterdir()} == before
     assert list(folder.parent.iterdir()) == [folder]
+
+
+def lines(text):
+    return text.splitlines(keepends=True)
 
 
 @pytest.mark.parametrize(
     ("damage", "said"),
     [
-        (lambda text: text[:100], "line"),
-        (lambda text: text.replace('"quantities"', '"numbers"'), "'quantities' is missing"),
-        (lambda text: text.replace("-0.3333333333333333", "NaN"), "not a finite number"),
-        (lambda text: text.replace("-0.3333333333333333", '"x"'), "not a finite number"),
-        (lambda text: text.replace("path-source", "path-plastic"), "it says it is case"),
-        (lambda _: "[]", "list"),
+        (lambda text: text[:-40], "line 5: it ends in the middle"),
+        (lambda text: "".join(lines(text)[:-1]) + lines(text)[-1].replace(",", ";", 1), "line 5"),
+        (lambda text: text.replace("uncertainty", "error", 1), "line 1: the head is not"),
+        (lambda text: text.replace("-0.3333333333333333", "nan", 1), "line 2: value = 'nan' is"),
+        (lambda text: text.replace("-0.3333333333333333", "x", 1), "line 2: value = 'x' is not"),
+        (lambda text: text.replace("lammps/angle", "yade/angle"), "line 2: record 'yade/angle'"),
+        (lambda text: text + lines(text)[-1], "line 6: quantity 'step_s' comes twice"),
+        (lambda text: text + lines(text)[1], "line 6: record lammps/angle comes twice"),
+        (lambda text: text.replace(",quick,", ",full,", 1), "line 3: it is not of the record"),
+        (lambda text: text.replace("stiffness = ", "stiffness", 4), "line 2: parameters"),
         (lambda _: "", "line 1"),
+        (lambda text: text.replace('"', "", 1), "line"),
     ],
 )
-def test_damaged_file_is_named(folder, damage, said):
-    path = folder / f"{CASE.name}.json"
+def test_a_damaged_table_is_named_with_its_line(folder, damage, said):
+    path = folder / "lammps.csv"
     path.write_text(damage(path.read_text()))
     with pytest.raises(RequestError, match=f"baseline file {path} is damaged") as caught:
         read_baseline(folder)
     assert said in str(caught.value)
-    assert "\n" not in str(caught.value)
+    assert len(str(caught.value).splitlines()) == 1
 
 
-@pytest.mark.parametrize("text", [None, "", "time_s,x_m\n1,2\n", "time_s,x_m\n0,1\n1,nan\n"])
-def test_damaged_series_is_named(folder, text):
-    path = folder / f"{CASE.name}.csv"
-    path.unlink() if text is None else path.write_text(text)
-    with pytest.raises(RequestError, match=r"incline-path-source-10\.2-deg\.json is damaged"):
+@pytest.mark.parametrize(
+    ("damage", "said"),
+    [
+        (None, "No such file"),
+        (lambda text: "".join(lines(text)[:-1]), "not over the times"),
+        (lambda text: "".join(lines(text)[:-3] + lines(text)[-2:]), "not over the times"),
+        (lambda text: lines(text)[0] + "".join(lines(text)[:0:-1]), "out of order"),
+        (lambda text: text.replace(",y_m,", ",x_m,"), "out of order"),
+        (lambda text: text.replace(",0,1\n", ",0,nan\n"), "value = 'nan' is not a finite"),
+        (lambda text: text.replace("path-source", "path-plastic"), "samples of lammps/path-"),
+        (lambda text: "".join(x for x in lines(text) if ",y_m," not in x), "the table has"),
+    ],
+)
+def test_a_damaged_series_is_named(folder, damage, said):
+    path = folder / "lammps.series.csv"
+    text = path.read_text()
+    path.unlink() if damage is None else path.write_text(damage(text))
+    assert damage is None or path.read_text() != text
+    with pytest.raises(RequestError, match=r"lammps\.series\.csv is damaged") as caught:
         read_baseline(folder)
+    assert said in str(caught.value)
 
 
 def test_folders_that_cannot_be(tmp_path):
@@ -123,22 +194,50 @@ def test_folders_that_cannot_be(tmp_path):
         write([], package)
 
 
-def test_the_committed_baseline_is_whole():
+@pytest.mark.parametrize("engine", ["a/b", "..", "", "x.series", "a b"])
+def test_an_engine_whose_name_is_none_of_a_file_is_refused(engine):
+    with pytest.raises(RequestError, match="cannot be that of a file"):
+        table_texts([PATH], engine)
+
+
+def test_the_committed_baseline_is_whole_and_as_it_would_be_written():
     known = read_baseline(committed())
     for level in ("quick", "default", "full"):
         assert len(known.of_level(level)) > 40, level
-    for case in known.cases.values():
-        assert set(case.quantities) <= set(REGRESSION), case.name
-        text = (committed() / f"{case.name}.json").read_text(encoding="utf-8")
-        assert text == case_text(case)
+    for record in known.records.values():
+        assert set(record.quantities) <= set(get_case(record.case).regression), record.name
+        assert record.family
+    for table in committed().glob("*.csv"):
+        engine = table.name.partition(".")[0]
+        texts = table_texts(read_tables(committed() / f"{engine}.csv"), engine)
+        assert table.read_text(encoding="utf-8") == texts[table.name]
+
+
+def test_a_baseline_that_a_checkout_lacks_is_an_error_and_not_nothing(tmp_path, monkeypatch):
+    (tmp_path / "harness").mkdir()
+    (tmp_path / "pyproject.toml").touch()
+    monkeypatch.setattr(harness, "__file__", str(tmp_path / "harness" / "__init__.py"))
+    with pytest.raises(RequestError, match=r"reports/baseline: is missing in this checkout"):
+        committed()
+    target = tmp_path / "reports" / "baseline"
+    target.mkdir(parents=True)
+    with pytest.raises(RequestError, match="is missing in this checkout"):
+        committed()
+    (target / "lammps.csv").write_text(",".join(HEAD) + "\n")
+    assert committed() == target
 
 
 def test_a_wheel_finds_its_own(tmp_path, monkeypatch):
     package = tmp_path / "site-packages" / "harness"
-    (package / "store" / "committed" / "baseline").mkdir(parents=True)
+    own = package / "store" / "committed" / "baseline"
     monkeypatch.setattr(harness, "__file__", str(package / "__init__.py"))
-    assert committed() == package / "store" / "committed" / "baseline"
+    assert committed() is None
+    shutil.copytree(harness_baseline, own)
+    assert committed() == own
     assert committed_tolerances() is None
+
+
+harness_baseline = committed()
 
 
 OVERRIDE = """
@@ -154,9 +253,8 @@ def test_overrides_are_read(tmp_path):
     path = tmp_path / "tolerances.toml"
     path.write_text(OVERRIDE)
     (override,) = read_overrides(path)
-    assert (override.name, override.case) == ("soft", "lammps/*")
+    assert (override.name, override.record) == ("soft", "lammps/*")
     assert override.tolerance.width(10.0) == 1e-4
-    assert override.tolerance.unit == "deg"
     assert read_overrides(committed_tolerances()) == ()
 
 
@@ -178,3 +276,12 @@ def test_bad_overrides_are_named(tmp_path, text, said):
     with pytest.raises(RequestError, match=f"--tolerances {path}") as caught:
         read_overrides(path)
     assert said in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["nope.toml", "."])
+def test_a_file_of_overrides_that_is_not_there_or_a_folder_is_one_line(tmp_path, name):
+    path = tmp_path / name
+    for read in (read_overrides, lambda file: digest(None, file)):
+        with pytest.raises(RequestError, match=f"--tolerances {path}: cannot be read") as caught:
+            read(path)
+        assert "\n" not in str(caught.value)

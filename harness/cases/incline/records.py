@@ -6,11 +6,9 @@ from harness.cases.incline.critical_angle import CriticalAngle
 from harness.cases.incline.extrapolation import ExtrapolatedAngle
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import InclineRun
+from harness.cases.incline.template import NAME
 from harness.comparison.baseline_record import BaselineRecord, Quantity, made_by
 from harness.comparison.divergence import Series
-
-NAME = "incline"
-"""Name of the case."""
 
 NOT_OF_AN_ANGLE = {"angle", "phase"}
 """What a search for the critical angle sets itself."""

@@ -68,7 +68,7 @@ def read(
     """
     # a script that judges by its own looks also tells whether the grain touches there
     judged = output.has("touching") or not output.tables
-    path = path_in(output.table(COLUMNS)) if every is not None or not judged else None
+    path = path_in(output.table(COLUMNS)) if every is not None else None
     if judged:
         return _told(case, route, output, path, every)
     looks = output.table(COLUMNS, name=STAGES if STAGES in output.tables else SERIES)
@@ -95,7 +95,7 @@ def read(
         steps=round(looks["step"][found.row] if "step" in looks else found.time_s / case.step),
         seconds=output.seconds,
         provenance=output.provenance,
-        trajectory=None if every is None else path,
+        trajectory=path,
     )
 
 

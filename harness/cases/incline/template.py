@@ -19,6 +19,9 @@ from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE, Spring, contact
 
 Route = Literal["passage", "steady"]
 
+NAME = "incline"
+"""Name of the case, and of its template."""
+
 NOTES = {
     "plastic": "overdamped and clipped: no tail, no rebound; the one to extrapolate.",
     "source": "e = 1e-20 with the attractive tail, as Harper, Dufek and Breard ran it.",
@@ -95,7 +98,7 @@ def _defaults(case: Incline) -> dict[str, Value]:
 
 
 TEMPLATE = Template(
-    name="incline",
+    name=NAME,
     variants={
         contact.name: _defaults(Incline(contact=contact, steps_per_contact=steps))
         for contact, steps in ((PLASTIC, 100.0), (SOURCE, 50.0), (CLIPPED, 50.0))

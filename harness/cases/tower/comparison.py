@@ -112,9 +112,8 @@ class SeriesComparison:
         """Return the events as a table, one row each; NaN where one run has none."""
         import pandas as pd
 
-        rows = [_event_row(pair) for pair in self.events]
-        times = {name: float for name in _EVENT_COLUMNS if name.endswith("_s")}
-        return pd.DataFrame(rows, columns=list(_EVENT_COLUMNS)).astype(times)
+        rows = pd.DataFrame(map(_event_row, self.events), columns=list(_EVENT_COLUMNS))
+        return rows.astype({name: float for name in _EVENT_COLUMNS if name.endswith("_s")})
 
 
 _EVENT_COLUMNS = (

@@ -6,10 +6,8 @@ waits for ever.
 
 from __future__ import annotations
 
-import os
 import re
 import shlex
-import shutil
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from copy import copy
@@ -19,9 +17,9 @@ from typing import ClassVar
 
 from harness.engines.batches import finished
 from harness.engines.contract import Job, Value, Values
+from harness.engines.esys.open_mpi import RANKS, environment, find_launcher, without_frame
 from harness.engines.output import SERIES, Output
 from harness.engines.process import Ended, Limits, last_words, text_of
-from harness.engines.programs import find_program
 from harness.engines.script import Task
 from harness.engines.scripted import ScriptedEngine
 from harness.engines.traits import Traits
@@ -33,32 +31,17 @@ from harness.errors import (
     EngineTimeoutError,
 )
 from harness.observables.provenance import Provenance
-from harness.parameters.contact import contact_of
+from harness.parameters.contact import PLASTIC, contact_of, contact_values
 from harness.parameters.hertz import fewest_steps_per_contact
-
-LAUNCHERS = ("mpirun.openmpi", "mpirun")
-"""Debian's ESyS-Particle belongs to Open MPI, whose launcher has this name there."""
-
-RANKS = ("-np", "2")
-
-OPEN_MPI = {
-    "OMPI_MCA_rmaps_base_oversubscribe": "1",
-    "OMPI_MCA_mpi_yield_when_idle": "1",
-    "OMPI_MCA_hwloc_base_binding_policy": "none",
-}
-"""Runs go side by side on few cores: a rank that waits gives way, and none is bound to a core."""
-
-TEMPORARY = ("OMPI_MCA_orte_tmpdir_base", "OMPI_MCA_btl_vader_backing_directory")
-"""Where Open MPI keeps its files; a process that is killed leaves them, in its folder here."""
-
-AS_ROOT = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
-"""In a container there is nobody else."""
 
 GREETING = """from esys.lsm import LsmMpi
 sim = LsmMpi(numWorkerProcesses=1, mpiDimList=[1, 1, 1])
 print("RESULT version =", sim.getLsmVersion())
 sim.exit()
 """
+
+DAMPED = frozenset({"steps_per_contact", *contact_values(PLASTIC)})
+"""Values of a job whose contacts have a dashpot, which bounds the step."""
 
 SHARED = "phases"
 """The variable of a script that takes several values of ``phase`` and runs them in one model."""
@@ -102,7 +85,7 @@ class Esys(ScriptedEngine):
         limits: Limits | None = None,
     ) -> None:
         found = self.find(program)
-        self._launcher = _launcher(launcher)
+        self._launcher = find_launcher(launcher)
         super().__init__(found, workers, limits)
 
     def ask_version(self) -> Provenance:
@@ -117,7 +100,7 @@ class Esys(ScriptedEngine):
             reason = "it gave no answer" if ended.timed_out else f"exit status {ended.code}"
             raise EngineMissingError(
                 f"{shlex.join(self._launcher)} does not run {self.program}: {reason}"
-                f"{last_words(_without_frame(ended.said))}; it needs the launcher of the Open MPI "
+                f"{last_words(without_frame(ended.said))}; it needs the launcher of the Open MPI "
                 "that it was built with"
             )
         how = Path(self._launcher[0]).name
@@ -126,7 +109,7 @@ class Esys(ScriptedEngine):
     def refuses(self, job: Job) -> str:
         """Return why it cannot run a job: besides the rules, a step that is not stable."""
         reason = super().refuses(job)
-        if reason or not {"damping", "tail", "steps_per_contact"} <= set(job.values):
+        if reason or not set(job.values) >= DAMPED:
             return reason
         contact, steps = contact_of(job.values), float(job.values["steps_per_contact"])
         fewest = fewest_steps_per_contact(contact)
@@ -178,17 +161,15 @@ class Esys(ScriptedEngine):
 
     def environment(self, folder: Path) -> Mapping[str, str]:
         """Return the environment of an Open MPI that keeps its files in the folder."""
-        root = hasattr(os, "geteuid") and os.geteuid() == 0
-        temporary = dict.fromkeys(TEMPORARY, str(folder))
-        return {**os.environ, **OPEN_MPI, **temporary, **(AS_ROOT if root else {})}
+        return environment(folder)
 
     def log_of(self, folder: Path, index: int) -> str:  # noqa: ARG002
         """Return what the one model of a process said."""
-        return _without_frame(text_of(folder / "said"))
+        return without_frame(text_of(folder / "said"))
 
     def error_of(self, ended: Ended, log: str) -> EngineError | None:  # noqa: ARG002
         """Return the error that the end of a process speaks of, or None where it ended well."""
-        ended = replace(ended, said=_without_frame(ended.said))
+        ended = replace(ended, said=without_frame(ended.said))
         raised = re.findall(r"^(\w*(?:Error|Exception)\b.*)$", ended.said, re.MULTILINE)
         if raised and not ended.timed_out and "MemoryError" not in ended.said:
             return EngineInputError(f"{self.title} refused its input: {raised[-1][:160]}")
@@ -243,22 +224,3 @@ def _results_apart(
             kept.append((name, value))
         seen[name] += 1
     return tuple(kept)
-
-
-def _without_frame(said: str) -> str:
-    """Return what a process said without the lines of dashes that the launcher frames it in."""
-    return "".join(f"{line}\n" for line in said.splitlines() if line.strip("-"))
-
-
-def _launcher(words: str | None) -> list[str]:
-    """Return the launcher's words, its program as a path."""
-    if words is not None:
-        first, *options = shlex.split(words) or [""]
-        return [find_program("mpirun", first), *options]
-    for name in LAUNCHERS:
-        path = shutil.which(name)
-        if path is not None:
-            return [path]
-    raise EngineMissingError(
-        "ESyS-Particle needs the launcher of Open MPI, mpirun.openmpi: apt install openmpi-bin"
-    )

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
-from harness.engines.mfix.recorded import CONTACT
 from harness.engines.traits import Traits
+from harness.parameters.contact import Contact
+
+CONTACT = Contact(
+    name="MFiX", restitution=1e-20, damping_ratio=None, tail="attractive", effective_mass="half"
+)
+"""The source's contact as MFiX has it: m_eff = m/2 also against a fixed sphere, not clipped."""
 
 OBTAIN = (
     "build it (mfix.netl.doe.gov, MFiX 21.3.2, batch solver, cmake -DVERSION=21.3.2) "
@@ -19,6 +24,7 @@ TRAITS = Traits(
     restitution_floor=1e-20,
     most_damping=CONTACT.zeta,
     digits=7,
+    title="MFiX",
     caveats=(
         "The effective mass against a fixed sphere is m/2: a nominal restitution of 1e-20 "
         "is really about 0.044.",

@@ -1,7 +1,7 @@
 """MFiX-DEM as an engine of the harness: the batch solver that a user builds.
 
 A run is stated from its scene (``system.py``, ``scripts.py``) and read from the frames that MFiX
-writes (``vtp.py``, ``read.py``). Recorded runs of 21.3.2 are beside it (``recorded``).
+writes (``vtp.py``, ``read.py``). The folder ``recorded`` holds output of 21.3.2.
 """
 
 from __future__ import annotations
@@ -111,7 +111,7 @@ class Mfix(Engine):
                 return error
             if scene.decided is None or scene.decided(table):
                 break
-        return Output((), self.identify(), {SERIES: table}, found.log, seconds)
+        return Output((), self.identify(), {SERIES: table}, found.log, seconds, self.title)
 
 
 def _read(system: System, scene: Scene, found: Run) -> Table:

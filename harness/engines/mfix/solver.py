@@ -67,7 +67,7 @@ def version_of(program: str) -> str:
         raise EngineMissingError(f"--mfix {program} does not run: {error}") from None
     text = (answer.stdout + answer.stderr).decode(errors="replace")
     found = re.search(r"\b(\d+)\.(\d+)(?:\.\w+)*", text)
-    if answer.returncode == 0 and found is not None and float(found[0][:3]) == 0.0:
+    if answer.returncode == 0 and found is not None and found[1] == found[2] == "0":
         return UNVERSIONED
     if answer.returncode != 0 or found is None:
         raise EngineMissingError(

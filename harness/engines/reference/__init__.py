@@ -1,1 +1,1 @@
-"""A reference DEM of the incline in compiled Python, independent of every DEM code."""
+"""A reference DEM of one grain in compiled Python, independent of every DEM code."""

@@ -147,7 +147,8 @@ class Reference(Engine):
                 tables = tables_of(scene, mover, row, origin_of(scene))
             except EngineError as error:
                 return error
-            return Output((), who, tables, seconds=time.perf_counter() - started)
+            seconds = time.perf_counter() - started
+            return Output((), who, tables, seconds=seconds, title=self.title)
 
         if len(systems) == 1:
             return [one(systems[0])]

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from harness.engines.reference.row import Grain, Row
-from harness.engines.reference.stretch import VELOCITY_VERLET, End, begin, stretch
+from harness.engines.reference.stretch import VELOCITY_VERLET, End, Scheme, begin, stretch
 from harness.engines.reference.trajectory_integrator import TrajectoryIntegrator
 from harness.errors import EngineNaNError
 
@@ -53,14 +53,13 @@ class FixedStep(TrajectoryIntegrator):
         self._go(watched=False, place=math.inf)
 
     def _go(self, *, watched: bool, place: float) -> None:
-        end = End.FULL
+        end, scheme = End.FULL, Scheme(self._method, self._row, self._step)
         while end is End.FULL or (end is End.LAST_STEP and not self.over):
             self._look_at_clock()
             last = min(self._longest, self.steps + AT_ONCE)
             self.grain, self.steps, taken, code = stretch(
-                self._method, self.grain, self._row, self._step, self.steps, last, watched, place,
-                self._every, self._buffer,
-            )  # fmt: skip
+                scheme, self.grain, self.steps, last, watched, place, self._every, self._buffer
+            )
             end = End(code)
             if taken:
                 self._keep(self._buffer[:taken].copy())

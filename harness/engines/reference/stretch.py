@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from enum import IntEnum
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,9 +63,17 @@ def advance(method: int, grain: Grain, row: Row, step: float, steps: int) -> Gra
     return grain
 
 
+class Scheme(NamedTuple):
+    """A method, the row that it moves a grain over, and its step [s]."""
+
+    method: int
+    row: Row
+    step: float
+
+
 @compiled
 def stretch(
-    method: int, grain: Grain, row: Row, step: float, count: int, last: int, watched: bool,
+    scheme: Scheme, grain: Grain, count: int, last: int, watched: bool,
     place: float, every: int, samples: NDArray[np.float64],
 ) -> tuple[Grain, int, int, int]:  # fmt: skip
     """Advance from step ``count`` to ``last`` at most; return grain, count, End and samples taken.
@@ -78,10 +87,10 @@ def stretch(
         steps = min(WATCH - count % WATCH, last - count)
         if every > 0:
             steps = min(steps, every - count % every)
-        grain = advance(method, grain, row, step, steps)
+        grain = advance(scheme.method, grain, scheme.row, scheme.step, steps)
         count += steps
         if every > 0 and count % every == 0:
-            samples[taken, 0] = count * step
+            samples[taken, 0] = count * scheme.step
             samples[taken, 1], samples[taken, 2] = grain.x, grain.y
             samples[taken, 3], samples[taken, 4] = grain.vx, grain.vy
             taken += 1

@@ -42,17 +42,13 @@ class QuartierSystem:
 class ForceDiagram:
     """The grain in the well, on one of the two spheres; gravity straight down.
 
-    Centres in d, forces in m g, velocities in sqrt(g d), each (2,).
-    ``velocity_before`` is None before the shock.
+    ``other`` is the centre of the second sphere, ``velocity_before`` that before the
+    shock, None in the first diagram.
     """
 
     name: str
-    touched: Points
+    state: geometry.Dynamics
     other: Points
-    grain: Points
-    weight: Points
-    contact_force: Points
-    velocity: Points
     velocity_before: Points | None = None
 
 
@@ -132,31 +128,14 @@ def force_diagrams() -> tuple[tuple[ForceDiagram, ...], Statement]:
         facts,
         "What the force lacks of that component turns the velocity along the arc.",
     )
-    pre = _diagram("before the shock", before, after, angle)
-    post = _diagram("after the shock", after, before, angle, before.velocity)
-    return (pre, post), statement
-
-
-def _diagram(
-    name: str,
-    state: geometry.Dynamics,
-    other: geometry.Dynamics,
-    angle: float,
-    velocity_before: Points | None = None,
-) -> ForceDiagram:
-    def upright(vector: Points) -> Points:
-        return geometry.turned(vector, angle)
-
-    return ForceDiagram(
-        name,
-        upright(state.sphere),
-        upright(other.sphere),
-        upright(state.grain),
-        upright(state.weight),
-        upright(state.contact_force),
-        upright(state.velocity),
-        None if velocity_before is None else upright(velocity_before),
+    pre, post = (
+        geometry.Dynamics(*(geometry.turned(vector, angle) for vector in state))
+        for state in (before, after)
     )
+    return (
+        ForceDiagram("before the shock", pre, post.sphere),
+        ForceDiagram("after the shock", post, pre.sphere, pre.velocity),
+    ), statement
 
 
 def layers() -> tuple[tuple[Layers, ...], Statement]:

@@ -21,7 +21,7 @@ from harness.reproduction.source import SOURCES
 
 PARTICLES = (2, 3, 10, 20)
 SEPARATED = (2, 3, 4, 20)
-STORY = {"the third joins": 0.5, "the grain comes back": 1.0, "the grain leaves": 1.5}
+EVENTS = {"the third joins": 0.5, "the grain comes back": 1.0, "the grain leaves": 1.5}
 """[t0] What the source reads off its three particles, to half a t0."""
 
 CONTACTS_SAID = 10  # the most contacts the source sees, about
@@ -59,13 +59,13 @@ def _run(height: int) -> TowerRun:
     return tower(Tower(height=height), solver="exact", profiles=True)
 
 
-def story(run: TowerRun) -> dict[str, float]:
-    """Return when the tower of three does what :data:`STORY` names [t0], and is alone, NaN if not.
+def event_times(run: TowerRun) -> dict[str, float]:
+    """Return when the tower of three does what :data:`EVENTS` names [t0], and is alone, NaN if not.
 
     Raise ValueError for a tower of another height.
     """
     if run.tower.height != 2:
-        raise ValueError(f"height = {run.tower.height}: the story is that of three particles")
+        raise ValueError(f"height = {run.tower.height}: the events are those of three particles")
     joins = [time for time, contacts in contact_changes(run) if contacts == 2]
     alone = grain_alone(run)
     back = alone[0][1] if len(alone) > 1 else math.nan
@@ -78,13 +78,13 @@ def story(run: TowerRun) -> dict[str, float]:
 
 
 def _force_and_contacts(shown: Sequence[TowerRun], largest: float) -> Statement:
-    found = story(shown[1])
+    found = event_times(shown[1])
     facts: list[Fact] = [
         (
             round(2 * found[event]) / 2 == said if math.isfinite(found[event]) else False,
             f"{event} at {found[event]:.2f} t0 (source {said:g})",
         )
-        for event, said in STORY.items()
+        for event, said in EVENTS.items()
     ]
     facts.insert(
         1,

@@ -112,7 +112,7 @@ def judged(own: Sequence[VelocitySeries], others: Sequence[VelocitySeries]) -> S
     coarse = min((series.steps for series in others), default=math.nan)
     return claim_of_facts(
         SOURCES["fig-4"],
-        [(agrees(series, closed), _told(series)) for series in every],
+        [(agrees(series, closed), _in_words(series)) for series in every],
         f"The closed form is {closed:.4f} deg; k = 1e6 N/m, nominal e = 1e-20, steps in one "
         "contact time of the code.",
         corrected_holds=all(agrees(s, closed) for s in own)
@@ -126,7 +126,7 @@ def agrees(series: VelocitySeries, closed_deg: float) -> bool:
     return series.moving == (series.angle_deg > closed_deg)
 
 
-def _told(series: VelocitySeries) -> str:
+def _in_words(series: VelocitySeries) -> str:
     fate = "moves on" if series.moving else "is trapped"
     gone = float(np.ptp(series.path.x_m))
     return (

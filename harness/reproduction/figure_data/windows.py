@@ -61,14 +61,14 @@ def structure_window() -> tuple[pd.DataFrame, Statement]:
     facts = [
         (
             literal == every,
-            f"under the deformable law the window exists for n = {_told(literal)} of "
+            f"under the deformable law the window exists for n = {_list(literal)} of "
             f"{every[0]} to {every[-1]}, with {_angles(angles[LITERAL])} deg",
         ),
-        (overlap[0] == every, f"under the overlap law for n = {_told(overlap[0])}"),
+        (overlap[0] == every, f"under the overlap law for n = {_list(overlap[0])}"),
     ]
     remark = (
-        f"If a chain of two contacts or more may swing to one, it exists for n = {_told(looser)} "
-        f"(overlap law {_told(overlap[1])}), with {_angles(angles[LOOSER])} deg; where both exist "
+        f"If a chain of two contacts or more may swing to one, it exists for n = {_list(looser)} "
+        f"(overlap law {_list(overlap[1])}), with {_angles(angles[LOOSER])} deg; where both exist "
         f"they are {'the same' if _same(ours) else 'not the same'}. "
         "How well it fits Perrin's points cannot be tested without them."
     )
@@ -146,7 +146,7 @@ def _same(ours: pd.DataFrame) -> bool:
     return bool((ends[LITERAL] == ends[LOOSER]).all())
 
 
-def _told(heights: list[int]) -> str:
+def _list(heights: list[int]) -> str:
     if len(heights) > 2 and heights == list(range(heights[0], heights[-1] + 1)):
         return f"{heights[0]} to {heights[-1]}"
     return " and ".join(str(n) for n in heights) or "none"

@@ -60,19 +60,20 @@ def force_diagrams(diagrams: Sequence[ForceDiagram]) -> Figure:
     """Draw weight, contact force and velocity of the grain in the well, before and after."""
     figure = Figure(figsize=(8.0, 4.2))
     for axes, diagram in zip(figure.subplots(1, len(diagrams)), diagrams, strict=True):
-        _spheres(axes, [diagram.touched, diagram.other], _FIXED)
-        _spheres(axes, [diagram.grain], _GRAIN | {"facecolor": "none"})
-        for sphere, line in ((diagram.touched, "-"), (diagram.other, "--")):
-            ends = np.array([diagram.grain, sphere])
+        state = diagram.state
+        _spheres(axes, [state.sphere, diagram.other], _FIXED)
+        _spheres(axes, [state.grain], _GRAIN | {"facecolor": "none"})
+        for sphere, line in ((state.sphere, "-"), (diagram.other, "--")):
+            ends = np.array([state.grain, sphere])
             axes.plot(ends[:, 0], ends[:, 1], color="0.35", ls=line, lw=1.1)
-        _arrow(axes, diagram.grain, diagram.weight, RED, "m g")
-        _arrow(axes, diagram.grain, diagram.contact_force, BLUE, "$F_c$")
+        _arrow(axes, state.grain, state.weight, RED, "m g")
+        _arrow(axes, state.grain, state.contact_force, BLUE, "$F_c$")
         if diagram.velocity_before is not None:
-            _arrow(axes, diagram.grain, diagram.velocity_before, PURPLE, "v'", dashed=True)
+            _arrow(axes, state.grain, diagram.velocity_before, PURPLE, "v'", dashed=True)
         name = "v'" if diagram.velocity_before is None else "v"
-        _arrow(axes, diagram.grain, diagram.velocity, GREEN, name)
+        _arrow(axes, state.grain, state.velocity, GREEN, name)
         _frame(axes, diagram.name)
-        middle = (diagram.touched + diagram.other) / 2
+        middle = (state.sphere + diagram.other) / 2
         axes.set(xlim=(middle[0] - 1.05, middle[0] + 1.25), ylim=(-1.0, 1.75))
     looks = {
         "weight m g": (RED, "-"), "contact force": (BLUE, "-"), "velocity": (GREEN, "-"),

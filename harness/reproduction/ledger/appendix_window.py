@@ -30,7 +30,7 @@ def statements(printed: Printed) -> list[Statement]:
     ]
 
 
-def _told(intervals: list[tuple[float, float]]) -> str:
+def _list(intervals: list[tuple[float, float]]) -> str:
     return ", ".join(f"{begin:.2f} to {end:.2f}" for begin, end in intervals)
 
 
@@ -42,13 +42,13 @@ def _packets(intervals: dict[int, list[tuple[float, float]]], printed: Printed) 
         claim(
             SOURCES["text-two-particles"],
             holds=len(intervals[1]) == 1,
-            computed=f"one contact, {_told(intervals[1])} t0 (1e6 N/m, 2 m/s, {_SPAN:g} t0)",
+            computed=f"one contact, {_list(intervals[1])} t0 (1e6 N/m, 2 m/s, {_SPAN:g} t0)",
         ),
         claim(
             SOURCES["text-separated"],
             holds=all(not late[n] or late[n][0][0] > last[n] + 1 for n in (10, 19)),
-            computed=f"contacts of the grain with 11 particles: {_told(intervals[10])} t0; with "
-            f"20: {_told(intervals[19])} t0; {len(late[10]) + len(late[19])} of them begin after "
+            computed=f"contacts of the grain with 11 particles: {_list(intervals[10])} t0; with "
+            f"20: {_list(intervals[19])} t0; {len(late[10]) + len(late[19])} of them begin after "
             f"{end:g} t0, of {_SPAN:g} t0 watched: the grain is thrown back before the chain "
             "answers",
         ),
@@ -61,12 +61,12 @@ def _packets(intervals: dict[int, list[tuple[float, float]]], printed: Printed) 
         claim(
             SOURCES["text-third-hump"],
             holds=len(intervals[3]) == 3,
-            computed=f"contacts of the grain: {_told(intervals[3])} t0",
+            computed=f"contacts of the grain: {_list(intervals[3])} t0",
         ),
         claim(
             SOURCES["text-overlapping"],
             holds=len(intervals[2]) == 2 and last[2] > last[19] + 0.1,
-            computed=f"two contacts, {_told(intervals[2])} t0; the second lasts "
+            computed=f"two contacts, {_list(intervals[2])} t0; the second lasts "
             f"{last[2] - last[19]:.2f} t0 longer than in a tall tower, where the base does not "
             "answer",
         ),

@@ -35,12 +35,12 @@ def judged(erratum: Source, rows: Ledger) -> Statement:
         erratum,
         holds=all(row.status is not ClaimStatus.REPRODUCED for row in wrong)
         and all(row.status is ClaimStatus.REPRODUCED for row in right),
-        computed="; ".join(_told(row) for row in (*wrong, *right)),
+        computed="; ".join(_line(row) for row in (*wrong, *right)),
         evidence=tuple(dict.fromkeys(link for row in wrong for link in row.evidence)),
     )
 
 
-def _told(row: Statement) -> str:
+def _line(row: Statement) -> str:
     """Return key, status and the numbers of a row, in words if it has none."""
     key, unit = row.source.key, row.source.unit
     if np.isnan(row.printed):
@@ -58,7 +58,7 @@ def _steady_state(rows: Ledger) -> Statement:
         holds=abs(row.printed - 13.87) < 0.005
         and abs(row.corrected - 10.21) < 0.005
         and row.status is ClaimStatus.CORRECTED,
-        computed=_told(row),
+        computed=_line(row),
         evidence=row.evidence,
     )
 
@@ -72,7 +72,7 @@ def _crest_time(printed: Printed, rows: Ledger) -> Statement:
         SOURCES["erratum-7"],
         holds=told and not separated,
         corrected_holds=told,
-        computed=f"{_told(rows['text-t-c'])}; over t_n {ratio:.2f}; "
+        computed=f"{_line(rows['text-t-c'])}; over t_n {ratio:.2f}; "
         + rows["text-separation"].computed,
         evidence=rows["text-separation"].evidence,
     )
@@ -88,7 +88,7 @@ def _energies(rows: Ledger) -> Statement:
         SOURCES["erratum-12"],
         holds=wrong and abs(with_square - right) < 1e-9,
         corrected_holds=wrong,
-        computed=f"{_told(square)}; {_told(two)}; n (1/2 k c_n^2) would be {with_square:g} J where "
+        computed=f"{_line(square)}; {_line(two)}; n (1/2 k c_n^2) would be {with_square:g} J where "
         f"the springs store {right:g} J (n = {n})",
         evidence=square.evidence,
     )

@@ -34,7 +34,7 @@ class Scene(Protocol):
         """Return the number of frames."""
 
     @property
-    def telling(self) -> int:
+    def poster_frame(self) -> int:
         """Return the frame to show where nothing moves."""
 
     def picture(self, frame: int) -> Image:
@@ -71,6 +71,6 @@ def _film(motion: RowMotion | InclineMotion, scene: Scene, dump: bytes) -> Film:
         title=motion.title,
         caption=f"{motion.sentence} Shown {pace}.",
         gif=gif(scene.picture, scene.frames),
-        still=png(scene.picture(scene.telling)),
+        still=png(scene.picture(scene.poster_frame)),
         dump=dump,
     )

@@ -49,7 +49,7 @@ class InclineGrain:
         return self._motion.time.size
 
     @property
-    def telling(self) -> int:
+    def poster_frame(self) -> int:
         """Return the last frame, where both fates are known."""
         return self.frames - 1
 

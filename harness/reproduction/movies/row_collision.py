@@ -39,7 +39,7 @@ class RowCollision:
         return self._motion.time.size
 
     @property
-    def telling(self) -> int:
+    def poster_frame(self) -> int:
         """Return the frame of the largest deformation."""
         return int(self._motion.deformation.max(axis=1).argmax())
 

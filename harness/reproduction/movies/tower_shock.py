@@ -43,7 +43,7 @@ class TowerShock:
         return self._motion.time.size
 
     @property
-    def telling(self) -> int:
+    def poster_frame(self) -> int:
         """Return the frame in which the shock is at the base."""
         last = self._motion.run.tower.height - 1
         return int(np.argmax(self._motion.force.argmax(axis=1) == last))

@@ -142,19 +142,18 @@ def test_the_sections_show_the_main_engine_and_those_beside_it(angles):
     assert {row[0] for row in table.rows} == {"source", "clipped", "plastic"}
     assert table.head[2:] == ("50 steps", "100 steps", "200 steps")
     assert len(engines.tables[0].rows) == 4
-    titles = []
+    texts = []
     with house_style():
         for drawing in (*contacts.drawings, *engines.drawings):
-            figure = drawing.draw()
-            titles += [axes.get_title(loc="left") for axes in figure.axes]
-            labels = [t.get_text() for axes in figure.axes for t in axes.get_legend_handles_labels()[1:]
-                      if isinstance(t, str)]  # fmt: skip
-            assert not any("LAMMPS" in text for text in (*titles, *labels))
+            for axes in drawing.draw().axes:
+                texts += [axes.get_title(loc="left"), *axes.get_legend_handles_labels()[1]]
+    assert not any("LAMMPS" in text for text in texts)
+    assert "Twin, step to zero" in texts
     assert [drawing.name for drawing in contacts.drawings] == [
         "critical-angle-extrapolation", "contacts-side-by-side", "speed-against-time",
         "path-over-the-bumps", "energy-after-each-shock",
     ]  # fmt: skip
-    assert any(title.startswith("Twin, source contact") for title in titles)
+    assert any(text.startswith("Twin, source contact") for text in texts)
 
 
 def test_without_runs_there_are_no_sections():

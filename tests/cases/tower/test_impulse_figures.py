@@ -153,3 +153,16 @@ def test_legends_are_not_cut_off(frame):
         )
         assert inside(figures.ratio_against_height(one, "exact"))
         assert inside(figures.energy_scaling(energy_scaling_angles(), PEYNEAU_ROUX))
+
+
+def test_every_point_of_every_panel_lies_within_the_axes():
+    """The law drawn last has the largest angles; a limit set before hid two of them."""
+    table = impulse_angles(heights=(2, 3, 6, 7), stiffnesses=(1e7,), speeds=(4.0,), solver="exact")
+    for rows in (table, table.iloc[::-1]):
+        figure = figures.critical_angle_against_height(rows, solver="exact")
+        for axes in figure.axes:
+            low, high = axes.get_ylim()
+            for line in axes.get_lines():
+                points = np.asarray(line.get_ydata(), dtype=float)
+                assert low == 0
+                assert np.nanmax(points, initial=0.0) <= high

@@ -97,6 +97,29 @@ def test_rows_that_die_together_run_alone(fake):
     assert found.margin_J > 0.0
 
 
+def test_jobs_that_differ_by_their_phase_share_a_model(fake):
+    together = (
+        WRITES
+        + 'if words["phases"] != "0.0,0.5":\n    sys.exit("alone")\n'
+        + 'names = ("x_m", "y_m", "vx_m_per_s", "vy_m_per_s")\n'
+        + 'head = ["time_s", *(f"{name}[{i}]" for i in (1, 2) for name in names)]\n'
+        + 'write(",".join(head) + "\\n0,0.5,1,1,0,0.6,1,1,0\\n1,0.9,1,1,0,0.9,1,2,0\\n")\n'
+        + 'print("RESULT steps = 1")\n'
+        + 'for own in (1, 2):\n    print(f"RESULT margin_J = {own}\\nRESULT verdict = moves_on")\n'
+    )
+    changes = ({}, {"phase": 0.5}, {"angle": 9.0})
+    jobs = [incline_job(INCLINE.replace(**change), "passage", 50) for change in changes]
+    first, second, other = fake(together).run(jobs)
+    assert isinstance(other, EngineCrashError)
+    assert "phases=0.0\n" in other.log
+    assert first.table(("time_s", "x_m"))["x_m"].tolist() == [0.5, 0.9]
+    assert second.table(("time_s", "x_m"))["x_m"].tolist() == [0.6, 0.9]
+    for output, margin, phase in ((first, 1.0, "0.0"), (second, 2.0, "0.5")):
+        assert output.rows("margin_J", 1).tolist() == [[margin]]
+        assert output.number("steps") == 1.0
+        assert f"phases={phase}\n" in output.log
+
+
 def test_a_tower_that_is_cut_short_is_named(fake):
     head = ",".join(["step", *(f"{name}[{i}]" for name in ("x_m", "vx_m_per_s") for i in (1, 2))])
     body = WRITES + f'write("{head}\\n0,0,1,2,0\\n")\nprint("RESULT verdict = finished")'

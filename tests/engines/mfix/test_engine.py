@@ -15,8 +15,8 @@ from harness.cases.incline.result import Motion
 from harness.cases.incline.runs import run_inclines
 from harness.cases.tower.engine_runs import run_towers
 from harness.comparison.convergence import slope_order
+from harness.engines.mfix.declared import CONTACT
 from harness.engines.mfix.engine import MOST_FRAMES, Mfix
-from harness.engines.mfix.recorded import CONTACT
 from harness.engines.reference.engine import Reference
 from harness.engines.registry import ENGINES, engine_class, open_engine
 from harness.errors import (

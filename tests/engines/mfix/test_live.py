@@ -9,7 +9,7 @@ from harness.cases.incline.parameters import Incline
 from harness.cases.incline.runs import run_inclines
 from harness.cases.tower.engine_runs import run_towers
 from harness.chain import exact
-from harness.engines.mfix.recorded import CONTACT
+from harness.engines.mfix.declared import CONTACT
 from harness.engines.reference.engine import Reference
 from harness.observables.windows import turnaround
 from harness.parameters.tower import Tower

@@ -18,7 +18,7 @@ from harness.cases.incline.recorded import (
 from harness.cases.incline.result import Motion
 from harness.cases.incline.routes import start_in_well
 from harness.cases.incline.steady import critical_angle_by_steady_motion
-from harness.engines.mfix.recorded import recorded_tower, recorded_towers
+from harness.cases.tower.recorded import recorded_tower, recorded_towers
 from harness.engines.mfix.step import steps_per_contact
 from harness.engines.reference.engine import Reference
 from harness.errors import RequestError

@@ -91,15 +91,17 @@ def test_hang_ends_at_the_limit_and_leaves_no_process(fake, tmp_path):
     assert not any(str(tmp_path).encode() in command for command in commands)
 
 
-def test_a_closed_engine_runs_nothing_and_leaves_no_folder(fake):
+def test_a_closed_engine_runs_nothing_and_leaves_no_folder(fake, tmp_path, monkeypatch):
+    folder = tmp_path / "temporary"
+    folder.mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(folder))
     engine = fake("")
-    folder = Path(engine._folder.name)
     assert isinstance(run_inclines(engine, [GOOD], "passage")[0], InclineRun)
     assert list(folder.iterdir()) == []
     engine.close()
-    assert not folder.exists()
     (error,) = run_inclines(engine, [GOOD], "passage")
     assert isinstance(error, EngineCrashError)
+    assert list(folder.iterdir()) == []
 
 
 def test_provenance_and_log_say_what_ran(fake, tmp_path):

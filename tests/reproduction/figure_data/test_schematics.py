@@ -31,11 +31,11 @@ def test_force_diagrams():
     (before, after), statement = schematics.force_diagrams()
     assert statement.status is ClaimStatus.REPRODUCED
     assert before.velocity_before is None
-    assert after.velocity_before == pytest.approx(before.velocity)
-    assert before.touched == pytest.approx(after.other)
-    for diagram in (before, after):
-        assert diagram.weight == pytest.approx([0, -1])
-        assert diagram.velocity @ diagram.contact_force == pytest.approx(0, abs=1e-12)
+    assert after.velocity_before == pytest.approx(before.state.velocity)
+    assert before.state.sphere == pytest.approx(after.other)
+    for state in (before.state, after.state):
+        assert state.weight == pytest.approx([0, -1])
+        assert state.velocity @ state.contact_force == pytest.approx(0, abs=1e-12)
 
 
 def test_flight_before_the_shock_is_not_constant_contact(monkeypatch):

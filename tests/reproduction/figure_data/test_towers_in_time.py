@@ -15,18 +15,20 @@ def found():
     return towers_in_time.towers_in_time()
 
 
-def test_the_story_of_three_particles(found):
+def test_events_of_three_particles(found):
     """By another solver, and against the numbers of the source's own law."""
     evidence, (statement, _) = found
     assert statement.status is ClaimStatus.REPRODUCED
-    told = towers_in_time.story(evidence.shown[1])
+    told = towers_in_time.event_times(evidence.shown[1])
     assert list(told.values()) == pytest.approx([0.424, 0.607, 0.990, 1.573], abs=1e-3)
     rk4 = tower(Tower(height=2), solver="rk4", profiles=True)
-    assert list(towers_in_time.story(rk4).values()) == pytest.approx(list(told.values()), abs=2e-3)
+    assert list(towers_in_time.event_times(rk4).values()) == pytest.approx(
+        list(told.values()), abs=2e-3
+    )
     assert "the third joins at 0.42 t0 (source 0.5)" in statement.computed
 
 
-def test_the_story_of_the_overlap_law_is_another(monkeypatch):
+def test_events_of_the_overlap_law_is_another(monkeypatch):
     """A perturbed law changes the verdict."""
     monkeypatch.setattr(towers_in_time, "Tower", lambda height: Tower(height=height, law="overlap"))
     _, (statement, _) = towers_in_time.towers_in_time()
@@ -34,13 +36,13 @@ def test_the_story_of_the_overlap_law_is_another(monkeypatch):
     assert "Does not agree: the third joins at 0.00 t0 (source 0.5)" in statement.computed
 
 
-def test_a_grain_that_never_comes_back_has_no_story():
+def test_a_grain_that_never_comes_back_has_no_events():
     run = tower(Tower(height=2), solver="exact", duration=0.9, profiles=True)
-    told = towers_in_time.story(run)
+    told = towers_in_time.event_times(run)
     assert math.isnan(told["the grain comes back"])
     assert math.isnan(told["the grain leaves"])
     with pytest.raises(ValueError, match="three particles"):
-        towers_in_time.story(tower(Tower(height=3), solver="exact"))
+        towers_in_time.event_times(tower(Tower(height=3), solver="exact"))
 
 
 def test_the_largest_force_is_that_of_all_heights(found):

@@ -1,7 +1,4 @@
-"""Figures of impulse and critical angle against height.
-
-Tables are those of ``harness.cases.tower.impulse_angles``, a row for each combination.
-"""
+"""Figures of impulse and critical angle against height, from tables of ``impulse_angles``."""
 
 from __future__ import annotations
 
@@ -28,10 +25,8 @@ from harness.report.figures.style import (
 )
 
 _RUN = ["stiffness_N_per_m", "speed_m_per_s"]
-_HEIGHT = "height n (contacts)"
-_ALPHA = "impulse ratio alpha = J(n) / J(1)"
-_ANGLE = "critical angle (deg)"
-_GAMMA = "Gamma = m g / (v0 sqrt(k m))"
+_HEIGHT, _GAMMA = "height n (contacts)", "Gamma = m g / (v0 sqrt(k m))"
+_ALPHA, _ANGLE = "impulse ratio alpha = J(n) / J(1)", "critical angle (deg)"
 _ENDS = 2.0  # of alpha, where the shock of either reading ends
 _WAYS: tuple[dict[str, Any], ...] = (
     {"marker": "o", "ms": 10, "mfc": "none", "ls": "none"},
@@ -78,9 +73,9 @@ def critical_angle_against_height(
             grey: dict[str, Any] = {"marker": "o", "color": "0.4", "ls": "none"}
             axes.plot([], [], label=f"reading: {READINGS[reading]}", **grey, **fill)
         draw_others(axes, published, reference)
-        axes.set_ylim(bottom=0)
     _finish(figure, grid, _ANGLE, solver)
     for (_, part), axes in grid:
+        axes.set_ylim(bottom=0)  # only now: a limit that is set ends the scaling of a shared axis
         axes.set_xticks(_ticks(part, reference))
     return figure
 
