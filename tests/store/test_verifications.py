@@ -4,6 +4,8 @@ import zipfile
 
 import pytest
 
+from harness.engines.lammps.engine import Lammps
+from harness.errors import RequestError
 from harness.store import verifications
 from harness.store.verifications import DECODE_ERRORS, pack, unpack, verification_key
 
@@ -47,27 +49,40 @@ def test_a_name_that_leads_out_of_the_folder_is_refused_before_anything_is_writt
     assert list(tmp_path.iterdir()) == []
 
 
-ASKED = {
-    "level": "quick",
-    "cases": ["one", "two"],
-    "engines": {"main": {"how": "library"}, "twin": {"how": "executable"}},
-}
+@pytest.fixture
+def told(monkeypatch):
+    """Stand in for an engine: each way to run it has a digest that a test may change."""
+    digests = {None: "a", "lmp": "b", "/mine/lmp": "c"}
+
+    def fingerprint_of(**options):
+        digest = digests[options.get("lmp")]
+        if isinstance(digest, Exception):
+            raise digest
+        return digest and {"how": options.get("launcher"), "files": [digest]}
+
+    monkeypatch.setattr(Lammps, "fingerprint_of", fingerprint_of)
+    return digests
 
 
-def key(**changes):
-    asked = {**ASKED, **changes}
-    return verification_key(asked.pop("level"), **asked)
+def key(level="quick", cases=("one", "two"), **more):
+    return verification_key(level, cases=cases, engine="lammps", **more)
 
 
-def test_everything_that_decides_the_verdicts_changes_the_key(monkeypatch):
+def test_everything_that_decides_the_verdicts_changes_the_key(told, monkeypatch):
     found = [
         key(),
-        key(level="full"),
+        key("full"),
         key(cases=["one"]),
-        key(engines={**ASKED["engines"], "main": {"how": "another library"}}),
-        key(engines={**ASKED["engines"], "twin": {"how": "missing"}}),
+        key(lmp="/mine/lmp"),
+        key(options={"lmp": "/mine/lmp"}, launcher="mpirun -np 2"),
         key(beside={"baseline": "1"}),
     ]
+    told[None] = "another library"
+    found.append(key())
+    told["lmp"] = "another executable to hold it against"
+    found.append(key())
+    told["lmp"] = RequestError("no such executable")
+    found.append(key())
     for fact in ("machine", "versions", "source_digest"):
         monkeypatch.setattr(verifications, fact, lambda *_: {"other": "1"})
         found.append(key())
@@ -75,5 +90,8 @@ def test_everything_that_decides_the_verdicts_changes_the_key(monkeypatch):
     assert len(set(found)) == len(found)
 
 
-def test_an_engine_that_cannot_be_told_has_no_key():
-    assert key(engines={"main": {"how": "library"}, "twin": None}) is None
+def test_an_engine_that_cannot_be_told_has_no_key(told):
+    told["/mine/lmp"] = None
+    assert key(lmp="/mine/lmp") is None
+    told["lmp"] = None
+    assert key() is None
