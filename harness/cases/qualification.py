@@ -15,7 +15,7 @@ from harness.engines.contract import Engine
 
 @dataclass(frozen=True)
 class Qualification:
-    """What the qualifying cases found in an engine. Only one that ``holds`` is believed.
+    """What the qualifying cases found in an engine; its results are used if it ``holds``.
 
     ``findings`` are those of each case, by name.
     """

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 TITLE = "Drops on one fixed sphere"
 
 EXPLAINED = (
-    "An engine is believed after it has qualified by drops on one fixed sphere. Each shows a trap "
-    "of its own: a dashpot that is missing or takes another effective mass (restitution), a "
+    "An engine's results are used after it has qualified by drops on one fixed sphere. Each drop "
+    "shows one fault: a dashpot that is missing or takes another effective mass (restitution), a "
     "contact that is found late (onset), a force along the tangent (oblique contact), a wrong "
     "spring (rest), a wrong clock (free fall)."
 )

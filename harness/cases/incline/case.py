@@ -119,13 +119,14 @@ class InclineCase(Case[Incline]):
 
     def recorded(self, study: Study) -> Mapping[str, Findings]:
         """Return the recorded angles of an engine that is missing."""
-        from harness.cases.incline.recorded_checks import MFIX, NAME, recorded_checks
+        from harness.cases.incline.recorded_checks import MFIX, RECORDED_NAME, recorded_checks
 
         if MFIX not in study.missing:
             return {}
         angles: list[EngineAngle] = []
         parts = (("critical angle", lambda: recorded_checks(study.level, angles)),)
-        return {NAME: _beside(self.name, NAME, rows_of_parts(NAME, parts, "deg"), angles)}
+        rows = rows_of_parts(RECORDED_NAME, parts, "deg")
+        return {RECORDED_NAME: _beside(self.name, RECORDED_NAME, rows, angles)}
 
     def across(self, beside: Mapping[str, Findings]) -> Sequence[Check]:
         """Hold the angles of engines against one another."""

@@ -83,7 +83,7 @@ def _extrapolation(verifying: Verifying) -> list[Check]:
     )
     value, stated = found.value_deg, found.uncertainty_deg
     cap = EXTRAPOLATED.absolute
-    honest = "an honest uncertainty contains the truth, and tells more than the tolerance does"
+    why = "the stated interval contains the closed form and is no wider than the tolerance"
     return [
         judge(name, Kind.ANALYTIC, value, expected, EXTRAPOLATED, uncertainty=stated),
         judge(
@@ -91,7 +91,7 @@ def _extrapolation(verifying: Verifying) -> list[Check]:
             Kind.ANALYTIC,
             value,
             expected,
-            Tolerance("deg", min(stated, cap), 0.0, honest),
+            Tolerance("deg", min(stated, cap), 0.0, why),
             uncertainty=stated,
         ),
     ]

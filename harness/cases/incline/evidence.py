@@ -48,7 +48,7 @@ class InclineEvidence:
 
 @dataclass(frozen=True)
 class Verifying:
-    """A verification of the incline in one engine on its way: what is left is in ``found``."""
+    """An engine under verification: how much is run, and where rows, records and runs are kept."""
 
     engine: Engine
     study: Study

@@ -18,7 +18,7 @@ from harness.errors import EngineError, RequestError
 from harness.theory.critical_angle import critical_angle as closed_form
 
 MFIX = "mfix"
-NAME = "mfix (recorded)"
+RECORDED_NAME = "mfix (recorded)"
 
 EULER = "mfix-euler"
 
@@ -75,7 +75,7 @@ def _angle(found: RecordedAngle, engine: Reference, angles: list[EngineAngle]) -
     """Hold a recorded angle against the reference DEM, by the same route from the same start."""
     case = found.case
     name = (
-        f"{NAME}: critical angle against the reference DEM, k = {found.stiffness:g} N/m, "
+        f"{RECORDED_NAME}: critical angle against the reference DEM, k = {found.stiffness:g} N/m, "
         f"{case.steps_per_contact:.3g} steps"
     )
     try:
@@ -86,7 +86,7 @@ def _angle(found: RecordedAngle, engine: Reference, angles: list[EngineAngle]) -
         return not_tested(name, Kind.CROSS_CODE, "the step is unstable in the scheme", "deg")
     angles.append(
         EngineAngle(
-            engine=NAME,
+            engine=RECORDED_NAME,
             role=SOURCE_ROLE,
             contact="source, m_eff m/2",
             rules=Rules(case.contact.tail, case.contact.effective_mass, "linear"),
