@@ -47,27 +47,34 @@ def test_a_name_that_leads_out_of_the_folder_is_refused_before_anything_is_writt
     assert list(tmp_path.iterdir()) == []
 
 
-ASKED = {
-    "level": "quick",
-    "cases": ["one", "two"],
-    "engines": {"main": {"how": "library"}, "twin": {"how": "executable"}},
-}
+@pytest.fixture
+def told(monkeypatch):
+    """Stand in for the engines: each has contents that a test may change."""
+    contents = {"toy": {"files": ["a"]}, "other": {"files": ["b"]}}
+
+    def fingerprint_of(engine, options):
+        return contents[engine] and {**contents[engine], **options}
+
+    monkeypatch.setattr(verifications, "fingerprint_of", fingerprint_of)
+    monkeypatch.setattr(verifications, "chosen_options", lambda _, options, **more: {**more})
+    return contents
 
 
-def key(**changes):
-    asked = {**ASKED, **changes}
-    return verification_key(asked.pop("level"), **asked)
+def key(level="quick", **changes):
+    return verification_key(level, **{"cases": ["one", "two"], "engine": "toy", **changes})
 
 
-def test_everything_that_decides_the_verdicts_changes_the_key(monkeypatch):
+def test_everything_that_decides_the_verdicts_changes_the_key(told, monkeypatch):
     found = [
         key(),
-        key(level="full"),
+        key("full"),
         key(cases=["one"]),
-        key(engines={**ASKED["engines"], "main": {"how": "another library"}}),
-        key(engines={**ASKED["engines"], "twin": {"how": "missing"}}),
+        key(engine="other"),
+        key(program="/mine"),
         key(beside={"baseline": "1"}),
     ]
+    told["toy"] = {"files": ["another library"]}
+    found.append(key())
     for fact in ("machine", "versions", "source_digest"):
         monkeypatch.setattr(verifications, fact, lambda *_: {"other": "1"})
         found.append(key())
@@ -75,5 +82,6 @@ def test_everything_that_decides_the_verdicts_changes_the_key(monkeypatch):
     assert len(set(found)) == len(found)
 
 
-def test_an_engine_that_cannot_be_told_has_no_key():
-    assert key(engines={"main": {"how": "library"}, "twin": None}) is None
+def test_an_engine_that_cannot_be_told_has_no_key(told):
+    told["toy"] = None
+    assert key() is None
