@@ -56,7 +56,7 @@ def told(monkeypatch):
         return contents[engine] and {**contents[engine], **options}
 
     monkeypatch.setattr(verifications, "fingerprint_of", fingerprint_of)
-    monkeypatch.setattr(verifications, "chosen_options", lambda _, options, **more: {**more})
+    monkeypatch.setattr(verifications, "chosen_options", lambda _, options: dict(options))
     return contents
 
 
