@@ -4,8 +4,6 @@ import zipfile
 
 import pytest
 
-from harness.engines.lammps.engine import Lammps
-from harness.errors import RequestError
 from harness.store import verifications
 from harness.store.verifications import DECODE_ERRORS, pack, unpack, verification_key
 
@@ -51,23 +49,6 @@ def test_a_name_that_leads_out_of_the_folder_is_refused_before_anything_is_writt
 
 @pytest.fixture
 def told(monkeypatch):
-<<<<<<< HEAD
-    """Stand in for an engine: each way to run it has a digest that a test may change."""
-    digests = {None: "a", "lmp": "b", "/mine/lmp": "c"}
-
-    def fingerprint_of(**options):
-        digest = digests[options.get("lmp")]
-        if isinstance(digest, Exception):
-            raise digest
-        return digest and {"how": options.get("launcher"), "files": [digest]}
-
-    monkeypatch.setattr(Lammps, "fingerprint_of", fingerprint_of)
-    return digests
-
-
-def key(level="quick", cases=("one", "two"), **more):
-    return verification_key(level, cases=cases, engine="lammps", **more)
-=======
     """Stand in for the engines: each has contents that a test may change."""
     contents = {"toy": {"files": ["a"]}, "other": {"files": ["b"]}}
 
@@ -81,7 +62,6 @@ def key(level="quick", cases=("one", "two"), **more):
 
 def key(level="quick", **changes):
     return verification_key(level, **{"cases": ["one", "two"], "engine": "toy", **changes})
->>>>>>> workflows
 
 
 def test_everything_that_decides_the_verdicts_changes_the_key(told, monkeypatch):
@@ -89,23 +69,11 @@ def test_everything_that_decides_the_verdicts_changes_the_key(told, monkeypatch)
         key(),
         key("full"),
         key(cases=["one"]),
-<<<<<<< HEAD
-        key(lmp="/mine/lmp"),
-        key(options={"lmp": "/mine/lmp"}, launcher="mpirun -np 2"),
-        key(beside={"baseline": "1"}),
-    ]
-    told[None] = "another library"
-    found.append(key())
-    told["lmp"] = "another executable to hold it against"
-    found.append(key())
-    told["lmp"] = RequestError("no such executable")
-=======
         key(engine="other"),
         key(program="/mine"),
         key(beside={"baseline": "1"}),
     ]
     told["toy"] = {"files": ["another library"]}
->>>>>>> workflows
     found.append(key())
     for fact in ("machine", "versions", "source_digest"):
         monkeypatch.setattr(verifications, fact, lambda *_: {"other": "1"})
@@ -115,11 +83,5 @@ def test_everything_that_decides_the_verdicts_changes_the_key(told, monkeypatch)
 
 
 def test_an_engine_that_cannot_be_told_has_no_key(told):
-<<<<<<< HEAD
-    told["/mine/lmp"] = None
-    assert key(lmp="/mine/lmp") is None
-    told["lmp"] = None
-=======
     told["toy"] = None
->>>>>>> workflows
     assert key() is None

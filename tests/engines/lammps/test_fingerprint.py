@@ -78,11 +78,7 @@ def test_the_library_of_this_environment_is_told_without_loading_it():
     assert any("libmpi" in name for name in found["files"])
     script = (
         "import sys; from harness.store.verifications import verification_key\n"
-<<<<<<< HEAD
-        "assert verification_key('quick', cases=['a'], engine='lammps')\n"
-=======
         "assert verification_key('quick', cases=['one'], engine='lammps')\n"
->>>>>>> workflows
         "print(sorted({'lammps', 'numpy', 'scipy', 'pandas', 'matplotlib', 'numba', 'pydantic'}"
         " & set(sys.modules)))"
     )
