@@ -114,10 +114,7 @@ class _Placed(pytest.Item):
     """An item that stands in no file."""
 
     def reportinfo(self) -> tuple[Path, int | None, str]:
-        """Return a place that reads ``dem-harness`` in the terminal, and the name.
-
-        Not the bare name, in which pytest would take dots for those of modules and write ``::``.
-        """
+        """Return a place, and the name: bare, pytest would write its dots as ``::``."""
         return self.config.rootpath / "dem-harness", None, f"dem-harness: {self.name}"
 
 
@@ -145,7 +142,9 @@ class Item(_Placed):
     def runtest(self) -> None:
         """Fail, skip or pass as the check does; a finding passes, since nobody judges it."""
         self.user_properties.append(("kind", str(self.check.kind)))
-        self.add_report_section("call", "dem-harness", _numbers(self.check))
+        from harness.report.triage import numbers
+
+        self.add_report_section("call", "dem-harness", numbers(self.check))
         if self.check.verdict == "not tested":
             pytest.skip(f"not tested: {self.check.note}")
         if self.check.verdict == "fail":
@@ -166,17 +165,8 @@ class CheckFailedError(AssertionError):
     """A check whose verdict is fail."""
 
     def __init__(self, check: Check) -> None:
-        super().__init__(f"{_numbers(check)}{'; ' if check.note else ''}{check.note}")
+        super().__init__(f"{check.name}{': ' if check.note else ''}{check.note}")
         self.check = check
-
-
-def _numbers(check: Check) -> str:
-    unit = f" {check.unit}" if check.unit else ""
-    return (
-        f"value {check.value:.8g}{unit}, expected {check.expected:.8g}{unit}, "
-        f"difference {check.difference:.3g}, uncertainty {check.uncertainty:.3g}, "
-        f"tolerance {check.tolerance:.3g}"
-    )
 
 
 def _story(check: Check) -> str:

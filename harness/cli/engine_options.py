@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from harness.cli.lists import engine_settings, named_values
+
 if TYPE_CHECKING:
     from harness.engines.contract import Engine
     from harness.store.entries import Entries
@@ -129,7 +131,7 @@ class ProgramOptions(CacheOptions):
         """Return how an engine is opened; raise RequestError for options that cannot be read."""
         _check_launcher(self.mpirun)
         programs = named_values(self.program or (), "--program")
-        settings = _settings(self.engine_option or ())
+        settings = engine_settings(self.engine_option or ())
         return Chosen(name, self.lmp, self.mpirun, integrator, programs, settings.get(name, {}))
 
     def check_names(self, asked: Iterable[str], option: str = "--engine") -> None:
@@ -146,7 +148,7 @@ class ProgramOptions(CacheOptions):
             if name not in names:
                 raise RequestError(f"--program {name}={path}: goes with {option} {name} only")
             find_program(f"program {name}", path)
-        for name in _settings(self.engine_option or ()):
+        for name in engine_settings(self.engine_option or ()):
             if name not in names:
                 raise RequestError(f"--engine-option {name}: goes with {option} {name} only")
 
@@ -224,34 +226,6 @@ def runs_made(engine: Engine | None) -> dict[str, int]:
     if not isinstance(engine, CachedEngine):
         return {}
     return {"engine_runs": engine.ran, "engine_runs_from_cache": engine.read}
-
-
-def named_values(texts: Iterable[str], option: str) -> dict[str, str]:
-    """Return the pairs of ``NAME=VALUE``; raise RequestError for what is none, or comes twice."""
-    from harness.errors import RequestError
-
-    found: dict[str, str] = {}
-    for text in texts:
-        name, equals, value = text.partition("=")
-        if not (name.strip() and equals and value):
-            raise RequestError(f"{option} {text!r}: must be NAME=VALUE")
-        if name.strip() in found:
-            raise RequestError(f"{option} {text!r}: {name.strip()} is given twice")
-        found[name.strip()] = value
-    return found
-
-
-def _settings(texts: Iterable[str]) -> dict[str, dict[str, str]]:
-    """Return the options of each engine's class, by its name and theirs."""
-    from harness.errors import RequestError
-
-    found: dict[str, dict[str, str]] = {}
-    for name, value in named_values(texts, "--engine-option").items():
-        engine, dot, key = name.rpartition(".")
-        if not (engine and dot and key.isidentifier()):
-            raise RequestError(f"--engine-option '{name}={value}': must be NAME.KEY=VALUE")
-        found.setdefault(engine, {})[key] = value
-    return found
 
 
 def _check_launcher(command: str | None) -> None:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from harness.cli.engine_options import Lmp, Mpirun, Programs, named_values
+from harness.cli.engine_options import Lmp, Mpirun, Programs
+from harness.cli.lists import named_values
 from harness.cli.options import Json
 
 

@@ -179,9 +179,12 @@ def _draw(found: Recorded, against: Against) -> Figure:
 
 
 def _print(found: Recorded) -> None:
-    """Print one line a row, newest last, as a log; columns as wide as they need to be."""
+    """Print one line a row, newest last, as a log."""
     if not found.rows:
-        print(f"no such run in {found.file}" if found.file.is_file() else _nothing(found.file))
+        none = (
+            f"no run is recorded yet: {found.file} is written by the first verify, tower and so on"
+        )
+        print(f"no such run in {found.file}" if found.file.is_file() else none)
         return
     oldest_first = sorted(found.rows, key=lambda row: (row["started"], row["run"]))
     if found.quantities is None:
@@ -193,16 +196,11 @@ def _print(found: Recorded) -> None:
     _print_columns([head, *lines], right={"value", "expected", "tolerance", "took"})
 
 
-def _nothing(file: Path) -> str:
-    return f"no run is recorded yet: {file} is written by the first verify, tower and so on"
-
-
 def _print_columns(lines: Sequence[Sequence[str]], right: set[str]) -> None:
     from harness.report.plain import printable
 
-    head = lines[0]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    turns = [">" if name in right else "<" for name in head]
+    turns = [">" if name in right else "<" for name in lines[0]]
     form = "  ".join(f"{{:{turn}{width}}}" for turn, width in zip(turns, widths, strict=True))
     print("\n".join(printable(form.format(*line).rstrip()) for line in lines))
 

@@ -50,8 +50,9 @@ def run(
     json: Json = False,
 ) -> None:
     """One run of any case: its parameters, what it measures, and what is expected."""
-    from harness.cli.engine_options import named_values, runs_made
+    from harness.cli.engine_options import runs_made
     from harness.cli.history_records import run_quantities
+    from harness.cli.lists import named_values
     from harness.cli.output import print_json
     from harness.cli.recording import recorded
     from harness.workflows import run as run_case

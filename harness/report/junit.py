@@ -8,8 +8,8 @@ from xml.etree import ElementTree as Xml
 
 from harness.comparison.verdicts import Check, Verdict
 from harness.comparison.verification import Verification
-from harness.report.templating import number, tail
-from harness.report.triage import details, explained, triage
+from harness.report.templating import tail
+from harness.report.triage import details, explained, numbers, triage
 from harness.report.verdict_summary import KindSummary, summaries
 
 _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -75,7 +75,7 @@ def _cases(row: KindSummary) -> list[Xml.Element]:
 def _outcome(case: Xml.Element, check: Check) -> None:
     if check.verdict is Verdict.FAIL:
         kind = "error" if check.engine_died else "failure"
-        message = check.note if check.engine_died else _numbers(check)
+        message = check.note if check.engine_died else numbers(check)
         trouble = Xml.SubElement(
             case, kind, type=_clean(triage(check) or "verdict"), message=_clean(message)
         )
@@ -83,27 +83,17 @@ def _outcome(case: Xml.Element, check: Check) -> None:
     elif check.verdict is Verdict.NOT_TESTED:
         Xml.SubElement(case, "skipped", message=_clean(f"not tested: {check.note}"))
     elif check.verdict is Verdict.FINDING:
-        message = f"finding, not judged: {_numbers(check)}. {check.note}"
+        message = f"finding, not judged: {numbers(check)}. {check.note}"
         Xml.SubElement(case, "skipped", message=_clean(message))
     else:
-        Xml.SubElement(case, "system-out").text = _clean(_numbers(check))
-
-
-def _numbers(check: Check) -> str:
-    """Return value, expected, difference, uncertainty and tolerance in a line."""
-    unit = f" {check.unit}" if check.unit else ""
-    return (
-        f"value {number(check.value)}{unit}, expected {number(check.expected)}{unit}, "
-        f"difference {number(check.difference, 3)}, uncertainty {number(check.uncertainty, 3)}, "
-        f"tolerance {number(check.tolerance, 3)}"
-    )
+        Xml.SubElement(case, "system-out").text = _clean(numbers(check))
 
 
 def _story(check: Check) -> str:
     about = triage(check)
     lines = [
         f"{check.kind}: {check.name}",
-        _numbers(check),
+        numbers(check),
         check.why and f"tolerance: {check.why}",
         about and f"class: {about}. {details(check)} {explained(check)}",
         check.note,

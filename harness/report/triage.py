@@ -52,3 +52,13 @@ def happened(check: Check) -> str:
         f"{number(check.value)} against {number(check.expected)} {check.unit}".rstrip()
         + f", {number(check.difference, 2)} apart, {number(check.tolerance, 2)} allowed"
     )
+
+
+def numbers(check: Check) -> str:
+    """Return value, expected, difference, uncertainty and tolerance in a line."""
+    unit = f" {check.unit}" if check.unit else ""
+    return (
+        f"value {number(check.value)}{unit}, expected {number(check.expected)}{unit}, "
+        f"difference {number(check.difference, 3)}, uncertainty {number(check.uncertainty, 3)}, "
+        f"tolerance {number(check.tolerance, 3)}"
+    )

@@ -6,7 +6,8 @@ import sys
 import pytest
 
 from harness.cli import main
-from harness.cli.engine_options import EngineOptions, ProgramOptions, named_values
+from harness.cli.engine_options import EngineOptions, ProgramOptions
+from harness.cli.lists import named_values
 from harness.cli.verify import VerifyOptions, _kept, _key
 from harness.engines import registry
 from harness.errors import RequestError
