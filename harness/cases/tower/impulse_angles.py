@@ -5,11 +5,11 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, NamedTuple, get_args
+from typing import NamedTuple, Unpack, get_args
 
 import pandas as pd
 
-from harness.cases.tower.impulse_table import HEIGHTS, SPEEDS, STIFFNESSES, impulse_table
+from harness.cases.tower.impulse_table import HEIGHTS, TableOptions, impulse_table
 from harness.cases.tower.run import chosen_solver
 from harness.observables.impulse import ImpulseRow
 from harness.observables.windows import Window
@@ -17,9 +17,6 @@ from harness.parameters.tower import LAWS, Law, Tower
 from harness.theory import energy_scaling
 from harness.theory.critical_angle import critical_angle
 from harness.theory.shock import Reading, shock_from_impulse_ratio
-
-if TYPE_CHECKING:
-    from harness.engines.contract import Engine
 
 READINGS: tuple[Reading, ...] = get_args(Reading)
 
@@ -46,28 +43,17 @@ def angle_from_impulse_ratio(ratio: float, reading: Reading = "lost") -> float:
 
 
 def impulse_angles(
-    *,
-    heights: Iterable[int] = HEIGHTS,
-    stiffnesses: Iterable[float] = STIFFNESSES,
-    speeds: Iterable[float] = SPEEDS,
-    laws: Iterable[Law] = LAWS,
-    windows: Sequence[Window] = ("turnaround",),
-    solver: str | None = None,
-    case: Tower | None = None,
-    reading: Reading = "lost",
-    engine: Engine | None = None,
+    *, reading: Reading = "lost", case: Tower | None = None, **table: Unpack[TableOptions]
 ) -> pd.DataFrame:
     """Return alpha(n) and theta_c(n), a row for each combination (:func:`impulse_table`).
 
-    RK4 is the solver unless another, or an engine, is given.
-    ``critical_angle_deg`` is that of ``reading``; both readings stand beside it.
+    ``table`` are options of :func:`impulse_table`; RK4 is the solver unless another, or an
+    engine, is given. ``critical_angle_deg`` is that of ``reading``; both readings stand beside it.
     Window, impulse, ratio and angles are NaN where the window does not exist.
     """
     common = case or Tower()
-    rows = impulse_table(
-        heights=heights, stiffnesses=stiffnesses, speeds=speeds, laws=laws, windows=windows,
-        solver=chosen_solver(solver, engine), case=common, engine=engine,
-    )  # fmt: skip
+    table["solver"] = chosen_solver(table.get("solver"), table.get("engine"))
+    rows = impulse_table(case=common, **table)
     return pd.DataFrame([_record(row, common, reading) for row in rows])
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypedDict
 
 from harness.cases.tower.run import chosen_solver, covering, towers
 from harness.errors import RequestError
@@ -21,6 +21,18 @@ if TYPE_CHECKING:
 HEIGHTS = tuple(range(1, 20))
 STIFFNESSES = (1e5, 1e6, 1e7)
 SPEEDS = (2.0, 4.0)
+
+
+class TableOptions(TypedDict, total=False):
+    """What a table runs over, and what runs it: keywords of :func:`impulse_table`."""
+
+    heights: Iterable[int]
+    stiffnesses: Iterable[float]
+    speeds: Iterable[float]
+    laws: Iterable[Law]
+    windows: Sequence[Window]
+    solver: str | None
+    engine: Engine | None
 
 
 def impulse_table(

@@ -15,7 +15,8 @@ import numpy as np
 from harness import __version__
 from harness.engines.contract import Template
 from harness.engines.mfix.declared import CONTACT
-from harness.engines.mfix.system import Sphere, System, system_of
+from harness.engines.mfix.layout import Sphere
+from harness.engines.mfix.system import System, system_of
 from harness.engines.scene import LOOK
 from harness.parameters.contact import contact_values
 

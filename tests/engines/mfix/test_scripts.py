@@ -12,9 +12,9 @@ from harness.cases.incline.recorded import CONTACT, START_SPEED, case_at
 from harness.cases.incline.routes import start_in_well
 from harness.cases.tower import template as tower
 from harness.engines.mfix.engine import Mfix
+from harness.engines.mfix.layout import LIFT
 from harness.engines.mfix.scripts import keyword_file, particle_file
 from harness.engines.mfix.step import steps_per_contact
-from harness.engines.mfix.system import LIFT
 
 INPUTS = Path(__file__).parents[3] / "inputs"
 RECORDED = Path(__file__).parent / "recorded"
