@@ -42,7 +42,7 @@ SINGLE = 2.0**-23
 def test_it_is_registered_and_says_how_to_get_it_when_no_program_is_given():
     assert "mfix" in ENGINES
     assert engine_class("mfix") is Mfix
-    with pytest.raises(EngineMissingError, match=r"mfix\.netl\.doe\.gov.*--mfix PATH"):
+    with pytest.raises(EngineMissingError, match=r"mfix\.netl\.doe\.gov.*--program mfix=PATH"):
         open_engine("mfix")
 
 
