@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from harness.cases.contract import Case, Reference, Study, failed_part
+from harness.cases.drop.evidence import DropEvidence
 from harness.cases.drop.expected import references_of
 from harness.cases.drop.parameters import Drop
 from harness.cases.drop.result import DropRun
@@ -32,14 +32,6 @@ if TYPE_CHECKING:
     from harness.cases.drop.checks import DropTest
 
 NAME = "drop"
-
-
-@dataclass(frozen=True)
-class DropEvidence:
-    """The runs of an engine's drops with the tests that they were made for."""
-
-    who: str
-    made: tuple[tuple[DropTest, DropRun], ...]
 
 
 class DropCase(Case[Drop]):

@@ -71,7 +71,8 @@ def version_of(program: str) -> str:
         return UNVERSIONED
     if answer.returncode != 0 or found is None:
         raise EngineMissingError(
-            f"--program mfix={program} is not an MFiX solver: --version gave no version{first_words(text)}"
+            f"--program mfix={program} is not an MFiX solver: --version gave no version"
+            f"{first_words(text)}"
         )
     if (int(found[1]), int(found[2])) < OLDEST:
         raise EngineMissingError(

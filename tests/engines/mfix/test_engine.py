@@ -57,7 +57,9 @@ def test_a_build_that_was_not_told_its_version_is_unversioned(stand_in):
 
 
 def test_a_program_that_is_not_there_is_a_wrong_request():
-    with pytest.raises(RequestError, match="--program mfix='/no/such/mfixsolver': no such executable"):
+    with pytest.raises(
+        RequestError, match="--program mfix='/no/such/mfixsolver': no such executable"
+    ):
         open_engine("mfix", programs={"mfix": "/no/such/mfixsolver"})
 
 
