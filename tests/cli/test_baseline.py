@@ -1,8 +1,14 @@
-import json
+import csv
 
 import pytest
 
 from harness.store.baseline import committed
+
+
+def committed_rows(engine):
+    """Return the rows of the committed table of an engine."""
+    text = (committed() / f"{engine}.csv").read_text(encoding="utf-8")
+    return csv.DictReader(text.splitlines())
 
 
 @pytest.mark.slow
@@ -16,12 +22,19 @@ def test_accept_shows_writes_only_when_told_to_and_then_compares_clean(harness, 
     record = answer(*accepted, timeout=300)
     assert record["written"]
     # the same machine and LAMMPS: what was accepted is what is committed, to the last bit
-    path = tmp_path / "base" / "lammps" / "incline-path-source-10.2-deg.json"
-    assert json.loads(path.read_text())["quantities"]["step_s"]["value"] > 0
-    file = tmp_path / "base" / "lammps" / "incline-path-plastic-10.2-deg.json"
-    case = json.loads(file.read_text())
-    case["quantities"]["margin_over_mgd"]["value"] *= 1 + 1e-3
-    file.write_text(json.dumps(case))
+    path = tmp_path / "base" / "lammps.csv"
+    rows = list(csv.DictReader(path.read_text(encoding="utf-8").splitlines()))
+    known = {r["record"] + r["quantity"]: r["value"] for r in committed_rows("lammps")}
+    assert {row["value"] for row in rows if row["quantity"] == "step_s"} != set()
+    assert all(known[row["record"] + row["quantity"]] == row["value"] for row in rows)
+    (changed,) = [
+        row
+        for row in rows
+        if row["record"] == "lammps/incline-path-plastic-10.2-deg"
+        and row["quantity"] == "margin_over_mgd"
+    ]
+    moved = repr(float(changed["value"]) * (1 + 1e-3))
+    path.write_text(path.read_text(encoding="utf-8").replace(changed["value"], moved))
     found = answer(
         "baseline", "compare", "--level", "quick", "--baseline", "base", status=1, timeout=300
     )
