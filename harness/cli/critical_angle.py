@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from harness.cases.incline.parameters import Incline
     from harness.engines.contract import Engine
     from harness.parameters.contact import Contact
-    from harness.parameters.material import UNIT_MASS_DENSITY
 
 _CONTACT = "Contact"
 _SYSTEM = "System"
@@ -186,6 +185,7 @@ def critical_angle(
 
 def _case(system: SystemOptions, contact: Contact) -> Incline:
     from harness.cases.incline.parameters import Incline
+    from harness.parameters.material import UNIT_MASS_DENSITY
 
     steps = system.steps_per_contact
     return Incline(

@@ -204,6 +204,8 @@ def _measured(
 
     known = not asked.no_baseline and chosen_baseline(asked.baseline, asked.tolerances)
     with progress_bars() as progress, engine.open(engine.engine, engine.integrator) as opened:
+        if engine.lmp or engine.mpirun or engine.program:
+            opened.identify()  # a program that was named and is another ends the command at once
         found = verify_with(
             asked.level,
             cases=asked.cases,

@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from harness.errors import RequestError
 
@@ -152,6 +151,8 @@ def _shared(time: Floats, other: Floats, same: float) -> tuple[Rows, Rows]:
 
 def _onto(fine: Samples, coarse: Samples, rows: Rows, same: float) -> Aligned:
     """Return ``fine`` at the times of the ``rows`` of ``coarse``."""
+    from scipy.interpolate import CubicSpline  # listing cases must not wait for it
+
     time = coarse.time[rows]
     values = np.full((time.size, fine.values.shape[1]), np.nan)
     error = np.zeros(fine.values.shape[1])

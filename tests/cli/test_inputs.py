@@ -1,6 +1,6 @@
 from pathlib import Path
 
-from harness.engines.registry import input_files
+from harness.workflows.scripts import generated_inputs
 
 COMMITTED = Path(__file__).parents[2] / "inputs"
 
@@ -10,7 +10,7 @@ def test_what_is_written_passes_the_check(harness, tmp_path):
     harness("inputs", "--folder", "scripts", "--check")
     folder = tmp_path / "scripts"
     written = {str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file()}
-    assert written == set(input_files())
+    assert written == set(generated_inputs())
 
 
 def test_the_committed_ones_are_up_to_date(harness):

@@ -12,7 +12,7 @@ CONTACT = Contact(
 
 OBTAIN = (
     "build it (mfix.netl.doe.gov, MFiX 21.3.2, batch solver, cmake -DVERSION=21.3.2) "
-    "and give --mfix PATH"
+    "and give --program mfix=PATH"
 )
 
 TRAITS = Traits(

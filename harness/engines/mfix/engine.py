@@ -49,7 +49,7 @@ class Mfix(Engine):
     ) -> None:
         if program is None:
             raise EngineMissingError(f"MFiX was not found: {OBTAIN}")
-        self._program = find_program(self.name, program)
+        self._program = find_program(f"program {self.name}=", program)
         self._version = version_of(self._program)
         self._workers = workers or cores()
         self._solver = Solver(self._program, limits or Limits())

@@ -65,18 +65,19 @@ def version_of(program: str) -> str:
         text = first_text(folder / "said", SAID)
     if answer.timed_out:
         raise EngineMissingError(
-            f"--mfix {program} does not run: --version gave no answer within {HELP_SECONDS:g} s"
+            f"--program mfix={program} does not run: no answer within {HELP_SECONDS:g} s"
         )
     found = re.search(r"\b(\d+)\.(\d+)(?:\.\w+)*", text)
     if answer.code == 0 and found is not None and found[1] == found[2] == "0":
         return UNVERSIONED
     if answer.code != 0 or found is None:
         raise EngineMissingError(
-            f"--mfix {program} is not an MFiX solver: --version gave no version{first_words(text)}"
+            f"--program mfix={program} is not an MFiX solver: --version gave no version"
+            f"{first_words(text)}"
         )
     if (int(found[1]), int(found[2])) < OLDEST:
         raise EngineMissingError(
-            f"--mfix {program} is version {found[0]}: must be 21.3 or later (tried: 21.3.2)"
+            f"--program mfix={program} is version {found[0]}: must be 21.3 or later (tried: 21.3.2)"
         )
     return found[0]
 

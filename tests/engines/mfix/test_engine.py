@@ -42,7 +42,7 @@ SINGLE = 2.0**-23
 def test_it_is_registered_and_says_how_to_get_it_when_no_program_is_given():
     assert "mfix" in ENGINES
     assert engine_class("mfix") is Mfix
-    with pytest.raises(EngineMissingError, match=r"mfix\.netl\.doe\.gov.*--mfix PATH"):
+    with pytest.raises(EngineMissingError, match=r"mfix\.netl\.doe\.gov.*--program mfix=PATH"):
         open_engine("mfix")
 
 
@@ -57,7 +57,7 @@ def test_a_build_that_was_not_told_its_version_is_unversioned(stand_in):
 
 
 def test_a_program_that_is_not_there_is_a_wrong_request():
-    with pytest.raises(RequestError, match="--mfix '/no/such/mfixsolver': no such executable"):
+    with pytest.raises(RequestError, match="--program mfix='/no/such/mfixsolver': no such executable"):
         open_engine("mfix", programs={"mfix": "/no/such/mfixsolver"})
 
 
