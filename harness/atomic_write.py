@@ -1,4 +1,4 @@
-"""A folder that is there whole or not at all, also after kill -9.
+"""A folder that is there whole or not at all, and temporary folders, also after kill -9.
 
 It is filled in a folder aside, which is locked, and renamed; one that is replaced is exchanged
 with it in one step where the system can. The kernel releases the lock of a process that died, so
@@ -33,8 +33,7 @@ def whole_folder(target: Path, *, replace: bool = False) -> Iterator[Path]:
     before. What killed processes left beside ``target`` is removed.
     """
     target.parent.mkdir(parents=True, exist_ok=True)
-    sweep(target.parent)
-    with _locked(target.parent) as aside:
+    with held_folder(target.parent) as aside:
         yield aside / WHOLE
         try:
             if replace and target.is_dir():
@@ -86,8 +85,12 @@ def _put_back(aside: Path) -> None:
 
 
 @contextlib.contextmanager
-def _locked(parent: Path) -> Iterator[Path]:
-    """Yield a new folder that this process holds, removed at the end of the block."""
+def held_folder(parent: Path) -> Iterator[Path]:
+    """Yield a new folder that this process holds, removed at the end of the block.
+
+    What killed processes left beside it is removed.
+    """
+    sweep(parent)
     with _new(parent) as folder:
         try:
             yield folder

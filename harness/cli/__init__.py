@@ -6,12 +6,16 @@ import contextlib
 import errno
 import itertools
 import os
+import signal
 import sys
 from pathlib import Path
 from typing import Any
 
 INTERRUPTED = 130
 """Exit status after Ctrl-C, by the shells' convention (128 + SIGINT)."""
+
+TERMINATED = 143
+"""Exit status after SIGTERM, likewise (128 + SIGTERM)."""
 
 INTERNAL = 4
 """Exit status of a bug, or of a machine that cannot go on: a full disk, no memory."""
@@ -20,21 +24,40 @@ TRACEBACK = "DEM_HARNESS_TRACEBACK"
 """Environment variable: where it is set, an internal error shows its traceback."""
 
 
+_stopped_by: list[int] = []
+"""Signals that ended this process as Ctrl-C does."""
+
+
 def main() -> None:
-    """Run ``dem-harness``; end with the exit status of the design (0 to 4, or 130)."""
+    """Run ``dem-harness``; end with the exit status of the design (0 to 4, 130 or 143)."""
+    signal.signal(signal.SIGTERM, _stop)
     for stream in (sys.stdout, sys.stderr):
         # a terminal or a pipe that is not UTF-8, or an argument that was not
         with contextlib.suppress(AttributeError, ValueError):
             stream.reconfigure(errors="replace")  # type: ignore[union-attr]
     status = _status()
-    if status == INTERRUPTED:
-        print("dem-harness: interrupted; nothing half-written is left", file=sys.stderr)
+    stopped = status in (INTERRUPTED, TERMINATED)
+    if stopped:
+        how = "interrupted" if status == INTERRUPTED else "terminated"
+        print(f"dem-harness: {how}; nothing half-written is left", file=sys.stderr)
     status = _flushed(status)
-    if status == INTERRUPTED:
+    if stopped:
         # all is cleared away by now; threads that go on with what nobody waits for
         # would keep the process until they are done
-        os._exit(INTERRUPTED)
+        os._exit(status)
     sys.exit(status)
+
+
+def interrupted_status() -> int:
+    """Return the exit status of a run that was interrupted, by Ctrl-C or SIGTERM."""
+    return TERMINATED if _stopped_by else INTERRUPTED
+
+
+def _stop(number: int, _: Any) -> None:
+    """Clean up as after Ctrl-C; a second SIGTERM does not cut that short."""
+    signal.signal(number, signal.SIG_IGN)
+    _stopped_by.append(number)
+    raise KeyboardInterrupt
 
 
 def _status() -> int:
@@ -49,13 +72,14 @@ def _status() -> int:
         kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException"
     )
     try:
-        return app(standalone_mode=False) or 0
+        status = app(standalone_mode=False) or 0
+        return interrupted_status() if status == INTERRUPTED else status
     except HarnessError as error:
         return _told(str(error), error.exit_status)
     except BrokenPipeError:
         return 0  # the reader of our output has seen enough
     except (KeyboardInterrupt, typer.Abort):
-        return INTERRUPTED
+        return interrupted_status()
     except usage as error:
         return _usage(error)
     except SystemExit as ending:

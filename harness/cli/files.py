@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import itertools
 import sys
-import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from datetime import datetime
@@ -110,6 +109,7 @@ def write_all(files: Mapping[tuple[str, Path], Writer]) -> None:
 
     What was written is named on stderr. Raise RequestError naming the one that fails.
     """
+    from harness.atomic_write import held_folder
     from harness.errors import RequestError
 
     target = ("", Path())
@@ -118,8 +118,8 @@ def write_all(files: Mapping[tuple[str, Path], Writer]) -> None:
             asides = {}
             for target in files:
                 # a folder of its own: two runs may write the same file at once
-                folder = tempfile.TemporaryDirectory(dir=target[1].parent, prefix=".dem-harness-")
-                asides[target] = Path(stack.enter_context(folder)) / f"file{target[1].suffix}"
+                folder = stack.enter_context(held_folder(target[1].parent))
+                asides[target] = folder / f"file{target[1].suffix}"
             for target, writer in files.items():
                 writer(asides[target])
             for target, aside in asides.items():

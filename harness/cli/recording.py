@@ -41,7 +41,7 @@ def recorded(command: str) -> Iterator[Recording]:
     costs a note on stderr, one that was named in DEM_HARNESS_HOME the command:
     RequestError.
     """
-    from harness.cli import INTERRUPTED
+    from harness.cli import interrupted_status
     from harness.errors import HarnessError
 
     told, clock = Recording(), time.monotonic()
@@ -53,7 +53,7 @@ def recorded(command: str) -> Iterator[Recording]:
             finish(told, time.monotonic() - clock, str(error))
             raise
         except KeyboardInterrupt:
-            told.status = INTERRUPTED
+            told.status = interrupted_status()
             finish(told, time.monotonic() - clock, "interrupted")
             raise
         # of an exception that nobody foresaw the run stays unfinished

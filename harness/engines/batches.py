@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import TypeVar
 
 from harness.engines.output import Output
@@ -44,36 +44,44 @@ def run_in_turn(
 
 
 def collect(
-    logs: Sequence[str],
+    logs: Iterable[str],
     read: Callable[[int], Output],
     error_of: Callable[[str], EngineError | None],
     ended: Ended,
     who: str,
-    *,
-    keeps_finished: bool = False,
 ) -> list[Outcome]:
     """Return the outputs of finished runs of a process, and an error for the one it died at.
 
     ``read`` returns the output of a run, ``error_of`` the error that the process's end and the log
     of the run it was at (empty: of none) speak of. That a run ended cleanly is known by the
     beginning of the next, or by the end of the process: where that failed after all runs had
-    finished, none of them counts, unless ``keeps_finished`` says so.
+    finished, none of them counts. A log that raises EngineOutputError ends the list with it.
     """
     done: list[Outcome] = []
-    for index, log in enumerate(logs):
-        if not finished(log):
-            error = error_of(log) or EngineOutputError(
-                f"{who} ended without a result{last_words(ended.said)}"
-            )
-            error.log = "\n".join(dict.fromkeys(text for text in (log, ended.said) if text))
-            return [*done, error]
-        try:
-            done.append(read(index))
-        except EngineError as error:
-            error.log = log
-            done.append(error)
-    death = None if keeps_finished else error_of("")
-    return done if death is None else [_late(death, log) for log in logs]
+    whole: list[str] = []
+    try:
+        for log in logs:
+            if not finished(log):
+                error = error_of(log) or EngineOutputError(
+                    f"{who} ended without a result{last_words(ended.said)}"
+                )
+                error.log = "\n".join(dict.fromkeys(text for text in (log, ended.said) if text))
+                return [*done, error]
+            whole.append(log)
+            done.append(_read(read, len(done), log))
+    except EngineOutputError as error:
+        return [*done, error]
+    death = error_of("")
+    return done if death is None else [_late(death, log) for log in whole]
+
+
+def _read(read: Callable[[int], Output], index: int, log: str) -> Outcome:
+    """Return the output of a finished run, or the error that it raises."""
+    try:
+        return read(index)
+    except EngineError as error:
+        error.log = log
+        return error
 
 
 def _late(death: EngineError, log: str) -> EngineError:

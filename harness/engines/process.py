@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
+import resource
 import signal
 import subprocess
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +17,7 @@ from harness.errors import (
     EngineCrashError,
     EngineError,
     EngineMemoryError,
+    EngineOutputError,
     EngineTimeoutError,
 )
 
@@ -23,6 +26,12 @@ LAST_WORDS = 4000
 
 LOOK_SECONDS = 0.5
 """Between two looks at the progress of a program."""
+
+LARGEST_FILE = 1024**3
+"""Bytes of a file that a program may write, and that are read of one."""
+
+GUARD = ("sh", "-c", "read -r _; kill -KILL 0")
+"""Leads a process group and kills it when the harness, which holds its stdin, is gone."""
 
 
 @dataclass(frozen=True)
@@ -53,8 +62,7 @@ class Ended:
             return None
         if "bad_alloc" in self.said or "MemoryError" in self.said:
             return self._logged(EngineMemoryError(f"{who} ran out of memory"))
-        death = f"{who} died: {way_of_death(self.code)}{last_words(self.said)}"
-        return self._logged(EngineCrashError(death))
+        return self._logged(death(who, self.code, self.said))
 
     def _logged(self, error: EngineError) -> EngineError:
         error.log = self.said
@@ -65,7 +73,7 @@ class Processes:
     """Runs programs; :meth:`close` ends those that run, from whatever thread."""
 
     def __init__(self) -> None:
-        self._live: set[subprocess.Popen[bytes]] = set()
+        self._live: set[int] = set()
         self.closed = False
 
     def run(
@@ -81,37 +89,47 @@ class Processes:
         """Run a command in a folder, one thread, its words in ``folder/said``; wait for its end.
 
         Time is over ``seconds`` after the start, or after ``progress`` last changed. The whole
-        process group is killed then, or when the harness is interrupted. Raise
-        EngineCrashError after :meth:`close`.
+        process group is killed then, when the program ends, and when the harness is interrupted
+        or dies. Raise EngineCrashError after :meth:`close`.
         """
-        if self.closed:
-            raise EngineCrashError(f"{Path(command[0]).name} was closed")
         start = time.monotonic()
-        with (folder / "said").open("wb") as said:
+        with (folder / "said").open("wb") as said, self._group() as group:
+            if self.closed:
+                raise EngineCrashError(f"{Path(command[0]).name} was closed")
             process = subprocess.Popen(
-                _with_memory_limit(command, memory),
+                _with_limits(command, memory),
                 stdin=subprocess.DEVNULL,
                 stdout=said,
                 stderr=subprocess.STDOUT,
                 cwd=folder,
                 env={**(os.environ if environment is None else environment), **ONE_THREAD},
-                start_new_session=True,
+                process_group=group,
             )
-            self._live.add(process)
             try:
                 timed_out = _hangs(process, seconds, progress)
             finally:
                 # also when the harness is interrupted
-                _kill(process)
-                self._live.discard(process)
+                _kill(group)
+                process.wait()
         words = last_text(folder / "said")
         return Ended(words, process.returncode, time.monotonic() - start, timed_out)
 
     def close(self) -> None:
         """End what runs; nothing is started any more."""
         self.closed = True
-        for process in list(self._live):
-            _kill(process)
+        for group in list(self._live):
+            _kill(group)
+
+    @contextlib.contextmanager
+    def _group(self) -> Iterator[int]:
+        """Yield a process group that is killed at the end of the block, or of the harness."""
+        with subprocess.Popen(GUARD, stdin=subprocess.PIPE, process_group=0) as guard:
+            self._live.add(guard.pid)
+            try:
+                yield guard.pid
+            finally:
+                _kill(guard.pid)
+                self._live.discard(guard.pid)
 
 
 ONE_THREAD = {"OMP_NUM_THREADS": "1"}
@@ -127,6 +145,14 @@ def way_of_death(code: int) -> str:
     return f"exit status {code}"
 
 
+def death(who: str, code: int, said: str) -> EngineError:
+    """Return the error of a program that ended with a bad exit status, after these words."""
+    way = way_of_death(code)
+    if way == "signal SIGXFSZ" or os.strerror(errno.EFBIG) in said:
+        return EngineOutputError(f"{who} wrote a file of more than {LARGEST_FILE} bytes")
+    return EngineCrashError(f"{who} died: {way}{last_words(said)}")
+
+
 def last_words(text: str) -> str:
     """Return the last line of what a program said, in brackets; nothing where it said nothing."""
     lines = [line.strip() for line in text.splitlines() if line.strip()]
@@ -140,8 +166,15 @@ def first_words(text: str) -> str:
 
 
 def text_of(path: Path) -> str:
-    """Return the text of a file, or nothing where there is none."""
-    return path.read_text(encoding="utf-8", errors="replace") if path.exists() else ""
+    """Return the text of a file, or nothing where there is none.
+
+    Raise EngineOutputError for one of LARGEST_FILE bytes or more.
+    """
+    if not path.is_file():
+        return ""
+    if (size := path.stat().st_size) >= LARGEST_FILE:
+        raise EngineOutputError(f"{path.name} holds {size} bytes: must be below {LARGEST_FILE}")
+    return path.read_text(encoding="utf-8", errors="replace")
 
 
 def last_text(path: Path, size: int = LAST_WORDS) -> str:
@@ -174,14 +207,21 @@ def _hangs(
     return process.poll() is None
 
 
-def _with_memory_limit(command: Sequence[str], limit: int) -> list[str]:
-    """Return the command under a bound on its address space, which its children inherit."""
-    return ["sh", "-c", 'ulimit -v "$0" && exec "$@"', str(limit // 1024), *command]
+def _with_limits(command: Sequence[str], memory: int) -> list[str]:
+    """Return the command under bounds on its address space and files, as its children are."""
+    kilobytes = _allowed(resource.RLIMIT_AS, memory) // 1024
+    blocks = _allowed(resource.RLIMIT_FSIZE, LARGEST_FILE) // 512
+    limits = f'ulimit -v {kilobytes} && ulimit -f {blocks} && exec "$@"'
+    return ["sh", "-c", limits, "sh", *command]
 
 
-def _kill(process: subprocess.Popen[bytes]) -> None:
-    """End a process that still runs, and the ranks of its launcher with it."""
-    if process.poll() is None:
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(process.pid, signal.SIGKILL)
-    process.wait()
+def _allowed(kind: int, wanted: int) -> int:
+    """Return a bound, or what the harness itself is allowed where that is less."""
+    own = [bound for bound in resource.getrlimit(kind) if bound != resource.RLIM_INFINITY]
+    return min([wanted, *own])
+
+
+def _kill(group: int) -> None:
+    """End a process group: a program, the ranks of a launcher, what outlived it."""
+    with contextlib.suppress(ProcessLookupError, PermissionError):
+        os.killpg(group, signal.SIGKILL)

@@ -7,11 +7,13 @@ import sys
 import tempfile
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar
 
+from harness.atomic_write import held_folder
 from harness.engines.fingerprints import facts, program_files
 from harness.engines.parallel import cores
 from harness.engines.process import Ended, Limits, Processes, first_text
@@ -21,8 +23,6 @@ from harness.observables.provenance import Provenance
 
 ASK_SECONDS = 60.0
 NO_FILES: Mapping[str, str] = {}
-FOLDER = "dem-harness-"
-"""How the names of temporary folders begin."""
 
 
 class ProgramEngine(ScriptSource):
@@ -94,8 +94,7 @@ class ProgramEngine(ScriptSource):
 
     def ask(self, words: Sequence[str], files: Mapping[str, str] = NO_FILES) -> tuple[str, Ended]:
         """Run a command once, beside these files; return what it says first and how it ended."""
-        with fresh_folder() as home:
-            folder = Path(home)
+        with fresh_folder() as folder:
             for name, text in files.items():
                 (folder / name).write_text(text, encoding="utf-8")
             ended = self.start(words, folder, ASK_SECONDS)
@@ -121,9 +120,9 @@ class ProgramEngine(ScriptSource):
         )
 
 
-def fresh_folder() -> tempfile.TemporaryDirectory[str]:
-    """Return a temporary folder, removed when its context ends."""
-    return tempfile.TemporaryDirectory(prefix=FOLDER, ignore_cleanup_errors=True)
+def fresh_folder() -> AbstractContextManager[Path]:
+    """Return a temporary folder, removed when its context ends, or by a run after kill -9."""
+    return held_folder(Path(tempfile.gettempdir()))
 
 
 def find_program(option: str, name: str) -> str:

@@ -17,8 +17,8 @@ of job i of a batch to ``<i>.txt`` when the job is over, and its series to ``<i>
   ``unused_values``, ``switches``, ``jinja``, ``context``, ``literal``, ``declared``, ``settings``;
 - of the program (:class:`~harness.engines.programs.ProgramEngine`): ``find``, ``self_contained``,
   ``environment``;
-- of the runs: ``shares``, ``error_of``, ``log_of``, ``read_job``, ``table``, ``command_line``,
-  ``keeps_finished``; ``run_batch`` and ``execute`` for another way to run.
+- of the runs: ``shares``, ``error_of``, ``log_of``, ``read_job``, ``table``, ``command_line``;
+  ``run_batch`` and ``execute`` for another way to run.
 """
 
 from __future__ import annotations
@@ -27,7 +27,6 @@ from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import ClassVar
 
 from harness.engines.batches import collect, run_in_turn
 from harness.engines.contract import Job
@@ -41,12 +40,7 @@ from harness.errors import EngineError
 
 
 class ScriptedEngine(ProgramEngine):
-    """A code that runs scripts through its program, in as many processes as it has workers.
-
-    ``keeps_finished`` says that a finished run counts though its process fails at its end.
-    """
-
-    keeps_finished: ClassVar[bool] = False
+    """A code that runs scripts through its program, in as many processes as it has workers."""
 
     # ---- what a subclass gives -------------------------------------------------------------
 
@@ -104,18 +98,16 @@ class ScriptedEngine(ProgramEngine):
         """Run tasks in one process; return what those left that it got to, one at least."""
         if self.processes.closed:
             return [self.closed_error() for _ in tasks]
-        with fresh_folder() as home:
-            folder = Path(home)
+        with fresh_folder() as folder:
             self.write(folder, tasks)
             ended = self.start(self.command(folder, tasks), folder, self.limits.seconds)
             share = ended.seconds / len(tasks)
             return collect(
-                [self.log_of(folder, index) for index in range(len(tasks))],
+                (self.log_of(folder, index) for index in range(len(tasks))),
                 lambda index: self.read_job(folder, index, tasks[index], share),
                 lambda log: self.error_of(ended, log),
                 ended,
                 self.title,
-                keeps_finished=self.keeps_finished,
             )
 
     def execute(self, tasks: Sequence[Task]) -> list[Output | EngineError]:

@@ -35,7 +35,11 @@ class Kept:
         )
 
     def entries(self):
-        return sorted((self.home / "cache").glob("??/*"), key=lambda path: path.stat().st_size)
+        """Return the files of the cache, smallest first, that of the verification last."""
+        return sorted(
+            (self.home / "cache").glob("??/*"),
+            key=lambda path: (b"record.json" in path.read_bytes(), path.stat().st_size),
+        )
 
 
 @pytest.fixture(scope="module")

@@ -1,5 +1,6 @@
 import os
 import signal
+import subprocess
 import sys
 import threading
 import time
@@ -7,8 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from harness.engines.process import Processes
-from harness.errors import EngineCrashError, EngineMemoryError, EngineTimeoutError
+from harness.engines.process import Processes, text_of
+from harness.errors import (
+    EngineCrashError,
+    EngineMemoryError,
+    EngineOutputError,
+    EngineTimeoutError,
+)
 
 MEMORY = 4 * 1024**3
 
@@ -84,6 +90,74 @@ def _gone(pid):
             return True
         time.sleep(0.05)
     return False
+
+
+HARNESS = """
+import sys, threading
+from pathlib import Path
+from harness.engines.process import Processes
+words = [sys.executable, "-c", sys.argv[2]]
+options = {"seconds": 100.0, "memory": 4 * 1024**3}
+thread = threading.Thread(target=Processes().run, args=(words, Path(sys.argv[1])), kwargs=options)
+thread.start()
+thread.join()
+"""
+PARENT = """
+import os, subprocess
+child = subprocess.Popen(["sleep", "100"])
+os.write(1, f"{os.getpid()} {child.pid}\\n".encode())
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
+@pytest.mark.parametrize("kill", [os.kill, os.killpg])
+def test_a_program_and_its_children_end_with_the_harness(tmp_path, number, kill):
+    words = [sys.executable, "-c", HARNESS, tmp_path, PARENT + "child.wait()"]
+    harness = subprocess.Popen(words, start_new_session=True)
+    pids = _told(tmp_path / "said")
+    kill(harness.pid, number)
+    assert harness.wait(10.0) == -number
+    assert all(_gone(pid) for pid in pids)
+
+
+def test_children_do_not_outlive_a_program_that_ended_well(python, tmp_path):
+    ended = python(PARENT)
+    assert ended.code == 0
+    assert all(_gone(pid) for pid in _told(tmp_path / "said"))
+
+
+def test_a_lower_limit_of_the_batch_system_holds(tmp_path):
+    source = (
+        "from pathlib import Path; from harness.engines.process import Processes; "
+        f"ended = Processes().run(['sh', '-c', 'ulimit -v'], Path({str(tmp_path)!r}), "
+        "seconds=9.0, memory=4 * 1024**3); print(ended.code, ended.said)"
+    )
+    said = subprocess.run(
+        ["sh", "-c", 'ulimit -v 2000000 && exec "$@"', "sh", sys.executable, "-c", source],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert said.stdout.split() == ["0", "2000000"]
+
+
+def test_a_program_that_floods_is_stopped_and_nothing_too_long_is_read(
+    python, tmp_path, monkeypatch
+):
+    monkeypatch.setattr("harness.engines.process.LARGEST_FILE", 10_240)
+    flood = "import signal; signal.signal(signal.SIGXFSZ, signal.SIG_DFL)\nwhile True: print('x')"
+    with pytest.raises(EngineOutputError, match=r"^it wrote a file of more than 10240 bytes$"):
+        raise python(flood).error("it", 60.0)
+    with pytest.raises(EngineOutputError, match="said holds 10240 bytes: must be below 10240"):
+        text_of(tmp_path / "said")
+    assert text_of(Path("/dev/zero")) == ""
+
+
+def _told(said):
+    """Return the numbers of the processes that a program tells, when it has."""
+    while not (said.exists() and said.read_text().endswith("\n")):
+        time.sleep(0.01)
+    return [int(word) for word in said.read_text().split()]
 
 
 def test_closing_ends_what_runs_and_starts_nothing_more(tmp_path):

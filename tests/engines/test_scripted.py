@@ -1,14 +1,18 @@
 """What every code that runs scripts has in common, with Python as the code."""
 
+import signal
+import subprocess
 import sys
 import time
 from typing import ClassVar
 
 import pytest
 
+from harness.atomic_write import PREFIX
 from harness.engines.contract import Job, Template
 from harness.engines.output import Output
 from harness.engines.process import Limits
+from harness.engines.programs import fresh_folder
 from harness.engines.scripted import ScriptedEngine
 from harness.engines.traits import Traits
 from harness.errors import (
@@ -35,9 +39,21 @@ for number, words in enumerate(sys.argv[1:]):
         time.sleep(60)
     if mode == "raise":
         raise ValueError("no size at all")
+    if mode.startswith("flood"):
+        # a file of 102,400 bytes is as long as one may be
+        name = {"log": f"{number}.txt", "series": f"{number}.csv"}.get(mode.split()[1])
+        if name is None:
+            signal.signal(signal.SIGXFSZ, signal.SIG_DFL)
+            os.write(1, bytes(60_000))
+            os.write(1, bytes(60_000))
+            os.write(1, bytes(60_000))
+        with open(name, "wb") as file:
+            file.write(bytes(102_400))
+        if mode == "flood log":
+            continue
     rows = "" if mode == "empty" else f"0,{size}\\n1,{size}\\n"
     if record == "yes":
-        with open(f"{number}.csv", "w") as series:
+        with open(f"{number}.csv", "a") as series:
             series.write("time_s,x_m\\n" + rows)
     with open(f"{number}.txt", "w") as results:
         results.write(f"RESULT size = {size}\\nRESULT verdict = finished\\n")
@@ -232,10 +248,42 @@ def test_a_closed_engine_starts_nothing_and_leaves_nothing(toy, tmp_path, monkey
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     toy.run([job()])
     toy.close()
-    assert not list(tmp_path.glob("dem-harness-*"))
+    assert not list(tmp_path.glob(f"{PREFIX}*"))
     (error,) = toy.run([job()])
     assert type(error) is EngineCrashError
     assert str(error) == "Toy was closed"
+
+
+KILLED = """
+import os, signal
+from harness.engines.programs import fresh_folder
+with fresh_folder() as folder:
+    (folder / "series").touch()
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_the_files_of_a_killed_harness_are_removed_by_the_next_run(toy, tmp_path, monkeypatch):
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    (tmp_path / "dem-harness-mine").mkdir()
+    killed = subprocess.run([sys.executable, "-c", KILLED], check=False)
+    assert killed.returncode == -signal.SIGKILL
+    (left,) = tmp_path.glob(f"{PREFIX}*")
+    assert (left / "series").exists()
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    with fresh_folder() as other:
+        toy.run([job()])
+        assert other.is_dir()
+    assert {path.name for path in tmp_path.iterdir()} == {"ball.py.j2", "dem-harness-mine"}
+
+
+@pytest.mark.parametrize("what", ["log", "series", "words"])
+def test_what_is_too_long_to_be_read_costs_only_its_own_run(toy, monkeypatch, what):
+    monkeypatch.setattr("harness.engines.process.LARGEST_FILE", 102_400)
+    bad, good = toy.run([job(mode=f"flood {what}", sampled=True), job(sampled=True)])
+    assert type(bad) is EngineOutputError
+    assert "102400" in str(bad)
+    assert isinstance(good, Output)
 
 
 def test_a_program_that_is_missing_is_named_with_the_option_or_the_remedy(monkeypatch):

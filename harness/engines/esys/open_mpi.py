@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from harness.engines.programs import find_program
-from harness.errors import EngineMissingError
+from harness.errors import EngineMissingError, RequestError
 
 LAUNCHERS = ("mpirun.openmpi", "mpirun")
 """Debian's ESyS-Particle belongs to Open MPI, whose launcher has this name there."""
@@ -45,7 +45,10 @@ def without_frame(said: str) -> str:
 def find_launcher(words: str | None) -> list[str]:
     """Return the launcher's words, its program as a path."""
     if words is not None:
-        first, *options = shlex.split(words) or [""]
+        try:
+            first, *options = shlex.split(words) or [""]
+        except ValueError as error:
+            raise RequestError(f"--mpirun {words!r}: {str(error).lower()}") from None
         return [find_program("mpirun", first), *options]
     for name in LAUNCHERS:
         path = shutil.which(name)

@@ -22,7 +22,6 @@ from harness.errors import (
     EngineInputError,
     EngineMissingError,
     EngineNaNError,
-    EngineOutputError,
 )
 from harness.observables.provenance import Provenance
 
@@ -78,7 +77,6 @@ class Kratos(ScriptedEngine):
             "behind positions; Velocity_Verlet does not.",
         ),
     )
-    keeps_finished = True
     unused_values = frozenset({"spheres"})
     """A row without an end has no number of spheres."""
     jinja: ClassVar[Mapping[str, bool]] = {"trim_blocks": False, "keep_trailing_newline": False}
@@ -114,7 +112,7 @@ class Kratos(ScriptedEngine):
         words = [line.split(maxsplit=1) for line in ended.said.splitlines()]
         releases = [word[1] for word in words if len(word) == 2 and word[0] == "KRATOS"]
         if not releases or ended.code != 0:
-            said = last_words(_without_farewell(ended.said))
+            said = last_words(ended.said)
             raise EngineMissingError(
                 self.traits.missing(f"{self.program} has no Kratos with its DEM application{said}")
             )
@@ -137,10 +135,15 @@ class Kratos(ScriptedEngine):
         ]
         (folder / "runs").write_text("".join(lines), encoding="utf-8")
 
-    def error_of(self, ended: Ended, log: str) -> EngineError:  # noqa: ARG002
-        """Return the error that the end of a process speaks of, which left a run unfinished."""
-        said = _without_farewell(ended.said)
-        if not ended.timed_out:
+    def start(self, words: Sequence[str], folder: Path, seconds: float) -> Ended:
+        """Run a command in a folder; its last words are those before Kratos's farewell."""
+        ended = super().start(words, folder, seconds)
+        return replace(ended, said=_without_farewell(ended.said))
+
+    def error_of(self, ended: Ended, log: str) -> EngineError | None:  # noqa: ARG002
+        """Return the error that the end of a process speaks of, or None where it ended well."""
+        said = ended.said
+        if ended.code != 0 and not ended.timed_out:
             if re.search(r"^(?:ModuleNotFound|Import)Error: ", said, re.MULTILINE):
                 missing = f"no Kratos{last_words(said)}"
                 return EngineMissingError(self.traits.missing(missing))
@@ -150,8 +153,7 @@ class Kratos(ScriptedEngine):
             refusal = re.search(r"^RuntimeError: (?:Error: )?(.*)$", said, re.MULTILINE)
             if refusal is not None:
                 return EngineInputError(f"Kratos refused its input: {refusal[1].strip()[:160]}")
-        died = replace(ended, said=said).error(self.title, self.limits.seconds)
-        return died or EngineOutputError(f"Kratos ended without a result{last_words(said)}")
+        return ended.error(self.title, self.limits.seconds)
 
 
 def _words(values: Values) -> str:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import queue
-import tempfile
 from collections.abc import Sequence
-from pathlib import Path
+from contextlib import ExitStack
 
-from harness.engines.lammps.worker import FOLDER
 from harness.engines.lammps.worker_process import Left, Order, Worker
 from harness.engines.parallel import parallel_map
 from harness.engines.process import Limits
+from harness.engines.programs import fresh_folder
 from harness.errors import (
     EngineCrashError,
     EngineError,
@@ -28,7 +27,8 @@ class InProcess:
 
     def __init__(self, workers: int, limits: Limits) -> None:
         self._limits = limits
-        self._folder = tempfile.TemporaryDirectory(prefix=FOLDER)
+        self._files = ExitStack()
+        self._folder = self._files.enter_context(fresh_folder())
         self._slots: queue.LifoQueue[Worker | None] = queue.LifoQueue()
         for _ in range(workers):
             self._slots.put(None)
@@ -75,7 +75,7 @@ class InProcess:
             if worker is not None:
                 self._end(worker)
             self._slots.put(None)
-        self._folder.cleanup()
+        self._files.close()
 
     def _take(self) -> Worker:
         """Wait for a free slot and return its worker, started if need be."""
@@ -87,7 +87,7 @@ class InProcess:
                 if worker.alive():
                     return worker
                 self._end(worker)
-            fresh = Worker(Path(self._folder.name), self._limits)
+            fresh = Worker(self._folder, self._limits)
             self._live.add(fresh)
             return fresh
         except BaseException:

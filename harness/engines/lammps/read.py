@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import re
 
-from harness.engines.process import last_words, way_of_death
+from harness.engines.process import death, last_words
 from harness.errors import (
-    EngineCrashError,
     EngineError,
     EngineInputError,
     EngineLostAtomsError,
@@ -54,5 +53,5 @@ def error_from_text(text: str, returncode: int | None = None, who: str = "LAMMPS
     if message:
         return EngineInputError(f"{who} refused its input: {message}")
     if returncode is not None and returncode != 0:
-        return EngineCrashError(f"{who} died: {way_of_death(returncode)}{last_words(text)}")
+        return death(who, returncode, text)
     return EngineOutputError(f"{who} ended without a result{last_words(text)}")

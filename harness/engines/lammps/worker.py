@@ -20,7 +20,7 @@ from typing import Any, TextIO
 from harness.engines.lammps.external_forces import FORCES, run_with_force
 from harness.engines.lammps.library import open_lammps
 
-FOLDER = "dem-harness-"
+FOLDER = ".dem-harness-"
 """How the name of a runner's temporary folder begins; each worker has a folder in it."""
 
 

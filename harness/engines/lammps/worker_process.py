@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 from harness.engines.batches import finished
 from harness.engines.lammps.language import file_of
 from harness.engines.lammps.read import error_from_text, version_in
-from harness.engines.process import Limits, text_of
+from harness.engines.process import Limits, last_text, text_of
 from harness.engines.script import Script
 from harness.errors import (
     EngineCrashError,
@@ -164,8 +164,8 @@ class Worker:
     def _death(self) -> EngineError:
         """Return what the dead process's exit status and last words speak of."""
         self._process.wait()
-        self._errors.seek(0)
-        error = error_from_text(self._errors.read()[-4000:], self._process.returncode)
+        said = last_text(self._folder / "stderr")
+        error = error_from_text(said, self._process.returncode)
         return error if str(error) else EngineCrashError("LAMMPS (in-process) died")
 
 

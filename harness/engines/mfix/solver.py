@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-import subprocess
 import tempfile
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,7 +18,8 @@ from harness.engines.mfix.scripts import (
 )
 from harness.engines.mfix.system import System
 from harness.engines.mfix.vtp import Frame, read_frames
-from harness.engines.process import Ended, Limits, Processes, first_words
+from harness.engines.process import Ended, Limits, Processes, first_text, first_words
+from harness.engines.programs import fresh_folder
 from harness.errors import (
     EngineCrashError,
     EngineError,
@@ -28,6 +29,9 @@ from harness.errors import (
 )
 
 HELP_SECONDS = 60.0
+SAID = 100_000
+"""Bytes that are read of an answer."""
+
 OLDEST = (21, 3)
 """The version whose source the inputs follow; older ones lack some of the keywords."""
 
@@ -55,21 +59,18 @@ class Run:
 
 def version_of(program: str) -> str:
     """Return the version that a solver names; raise EngineMissingError where it is no MFiX."""
-    try:
-        answer = subprocess.run(
-            [program, "--version"],
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            timeout=HELP_SECONDS,
-            check=False,
+    with fresh_folder() as folder:
+        words, memory = [program, "--version"], Limits().memory
+        answer = Processes().run(words, folder, seconds=HELP_SECONDS, memory=memory)
+        text = first_text(folder / "said", SAID)
+    if answer.timed_out:
+        raise EngineMissingError(
+            f"--program mfix={program} does not run: no answer within {HELP_SECONDS:g} s"
         )
-    except (OSError, subprocess.TimeoutExpired) as error:
-        raise EngineMissingError(f"--program mfix={program} does not run: {error}") from None
-    text = (answer.stdout + answer.stderr).decode(errors="replace")
     found = re.search(r"\b(\d+)\.(\d+)(?:\.\w+)*", text)
-    if answer.returncode == 0 and found is not None and found[1] == found[2] == "0":
+    if answer.code == 0 and found is not None and found[1] == found[2] == "0":
         return UNVERSIONED
-    if answer.returncode != 0 or found is None:
+    if answer.code != 0 or found is None:
         raise EngineMissingError(
             f"--program mfix={program} is not an MFiX solver: --version gave no version"
             f"{first_words(text)}"
@@ -89,7 +90,8 @@ class Solver:
 
     def __init__(self, program: str, limits: Limits) -> None:
         self._program, self._limits = program, limits
-        self._folder = tempfile.TemporaryDirectory(prefix="dem-harness-")
+        self._files = ExitStack()
+        self._folder = self._files.enter_context(fresh_folder())
         self._processes = Processes()
 
     def run(self, system: System) -> Run | EngineError:
@@ -97,7 +99,7 @@ class Solver:
         texts = {KEYWORDS: keyword_file(system), PARTICLES: particle_file(system)}
         if self._processes.closed:
             return EngineCrashError(f"MFiX ({self._program}) was closed")
-        with tempfile.TemporaryDirectory(dir=self._folder.name) as name:
+        with tempfile.TemporaryDirectory(dir=self._folder) as name:
             folder = Path(name)
             for file, text in texts.items():
                 (folder / file).write_text(text, encoding="utf-8")
@@ -117,7 +119,7 @@ class Solver:
     def close(self) -> None:
         """End what runs and remove the temporary files."""
         self._processes.close()
-        self._folder.cleanup()
+        self._files.close()
 
     def _output(self, folder: Path, ended: Ended, log: str) -> Run:
         refusal = REFUSAL.search(ended.said)

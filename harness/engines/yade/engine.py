@@ -45,7 +45,6 @@ class Yade(ScriptedEngine):
         ),
     )
     programs = ("yade",)
-    keeps_finished = True
     jinja: ClassVar[Mapping[str, bool]] = {"trim_blocks": False, "keep_trailing_newline": False}
 
     def ask_version(self) -> Provenance:

@@ -87,9 +87,10 @@ def test_each_way_to_fail_has_its_error_and_costs_only_its_own_run(
         assert result.motion is Motion.MOVES_ON
 
 
-def test_what_was_finished_counts_though_the_process_died_at_its_end(fake, recorded_incline):
+def test_what_was_finished_does_not_count_where_the_process_died_at_its_end(fake, recorded_incline):
     (run,) = run_inclines(fake("killed after its work"), [recorded_incline], "passage")
-    assert isinstance(run, InclineRun)
+    assert type(run) is EngineCrashError
+    assert "signal SIGKILL, after its results were written" in str(run)
 
 
 def test_all_kinds_of_runs_carry_who_made_them(

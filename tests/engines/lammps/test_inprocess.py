@@ -240,7 +240,7 @@ def test_workers_clear_away_what_a_killed_harness_cannot(tmp_path):
         stdout=subprocess.PIPE,
     )
     assert owner.stdout.readline() == b"at work\n"
-    (folder,) = tmp_path.glob("dem-harness-*")
+    (folder,) = tmp_path.glob(".dem-harness-*")
     owner.kill()
     owner.communicate()
     deadline = time.monotonic() + 30
