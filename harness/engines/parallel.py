@@ -5,11 +5,15 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from typing import TypeVar
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
+
+
+LOOK_SECONDS = 0.5
+"""Between two looks for a signal, which a thread that begins to wait may miss."""
 
 
 def cores() -> int:
@@ -28,9 +32,15 @@ def parallel_map(
     """
     pool = ThreadPoolExecutor(max(1, threads))
     try:
-        return list(pool.map(function, items))
+        return [_result(future) for future in [pool.submit(function, item) for item in items]]
     finally:
         pool.shutdown(wait=sys.exc_info()[0] is not KeyboardInterrupt, cancel_futures=True)
+
+
+def _result(future: Future[Result]) -> Result:
+    while not wait([future], LOOK_SECONDS).done:
+        pass
+    return future.result()
 
 
 def dealt(count: int, hands: int) -> list[range]:

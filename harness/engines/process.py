@@ -8,6 +8,7 @@ import os
 import resource
 import signal
 import subprocess
+import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -74,6 +75,7 @@ class Processes:
 
     def __init__(self) -> None:
         self._live: set[int] = set()
+        self._starting = threading.Lock()
         self.closed = False
 
     def run(
@@ -94,17 +96,18 @@ class Processes:
         """
         start = time.monotonic()
         with (folder / "said").open("wb") as said, self._group() as group:
-            if self.closed:
-                raise EngineCrashError(f"{Path(command[0]).name} was closed")
-            process = subprocess.Popen(
-                _with_limits(command, memory),
-                stdin=subprocess.DEVNULL,
-                stdout=said,
-                stderr=subprocess.STDOUT,
-                cwd=folder,
-                env={**(os.environ if environment is None else environment), **ONE_THREAD},
-                process_group=group,
-            )
+            with self._starting:  # what starts is in its group before that is killed
+                if self.closed:
+                    raise EngineCrashError(f"{Path(command[0]).name} was closed")
+                process = subprocess.Popen(
+                    _with_limits(command, memory),
+                    stdin=subprocess.DEVNULL,
+                    stdout=said,
+                    stderr=subprocess.STDOUT,
+                    cwd=folder,
+                    env={**(os.environ if environment is None else environment), **ONE_THREAD},
+                    process_group=group,
+                )
             try:
                 timed_out = _hangs(process, seconds, progress)
             finally:
@@ -116,7 +119,8 @@ class Processes:
 
     def close(self) -> None:
         """End what runs; nothing is started any more."""
-        self.closed = True
+        with self._starting:
+            self.closed = True
         for group in list(self._live):
             _kill(group)
 
