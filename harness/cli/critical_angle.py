@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from harness.cases.incline.parameters import Incline
     from harness.engines.contract import Engine
     from harness.parameters.contact import Contact
-    from harness.parameters.material import UNIT_MASS_DENSITY
 
 _CONTACT = "Contact"
 _SYSTEM = "System"
@@ -43,6 +42,12 @@ class RouteOptions:
         float | None,
         typer.Option(help="Resolution of the search, deg.  [default: 0.001 passage, 0.005 steady]"),
     ] = None
+    wells: Annotated[
+        int | None,
+        typer.Option(
+            help="Wells to pass in steady motion.  [default: 10, below 20 steps per contact 100]"
+        ),
+    ] = None
 
     def check(self, steps_per_contact: float | None) -> None:
         """Raise RequestError for a tolerance out of range and options that exclude one another."""
@@ -53,6 +58,8 @@ class RouteOptions:
                 f"--tolerance {self.tolerance!r} is not allowed: must be from 1e-9 to 1 deg"
             )
         steady = self.method is Method.STEADY
+        if self.wells is not None and not steady:
+            raise RequestError(f"--wells {self.wells}: goes with --method steady only")
         if self.extrapolate and (steps_per_contact is not None or steady):
             option = "--method steady" if steady else "--steps-per-contact"
             raise RequestError(
@@ -186,6 +193,7 @@ def critical_angle(
 
 def _case(system: SystemOptions, contact: Contact) -> Incline:
     from harness.cases.incline.parameters import Incline
+    from harness.parameters.material import UNIT_MASS_DENSITY
 
     steps = system.steps_per_contact
     return Incline(
@@ -204,7 +212,11 @@ def _measure(case: Incline, engine: Engine, route: RouteOptions) -> dict[str, An
 
     if not route.extrapolate:
         return verb.critical_angle(
-            case, method=route.method.value, tolerance_deg=route.tolerance, engine=engine
+            case,
+            method=route.method.value,
+            tolerance_deg=route.tolerance,
+            wells=route.wells,
+            engine=engine,
         ).record()
     with progress_bars() as progress:
         return verb.extrapolated_critical_angle(case, engine=engine, progress=progress).record()

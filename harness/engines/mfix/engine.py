@@ -26,7 +26,7 @@ from harness.observables.provenance import Provenance
 MOST_FRAMES = 100_000
 """Files that a run writes at most: MFiX writes one a sample."""
 
-STRETCHES = (8.0, 32.0, 128.0)
+STRETCHES = (8.0, 32.0, 128.0, 512.0)
 """[sqrt(d/g)] that a scene is run for before all its steps: MFiX cannot stop early."""
 
 
