@@ -36,6 +36,11 @@ class Qualification:
         failed = [c.name for c in self.checks if c.verdict is Verdict.FAIL]
         return ", ".join(name.partition(": ")[2] for name in failed)
 
+    @property
+    def reason(self) -> str:
+        """Return why the engine does not qualify; empty where it does."""
+        return "" if self.holds else self.failures or "nothing was checked"
+
 
 def qualify(
     engine: Engine, cases: Iterable[Case[Any]] | None = None, study: Study | None = None

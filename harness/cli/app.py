@@ -51,8 +51,8 @@ def root(
     tower hit by a dropped grain, in closed form, in solvers of this package and in DEM codes.
 
     Exit status: 0 all verdicts hold; 1 a verdict failed; 2 the request was
-    wrong; 3 an engine could not be run or died; 4 internal error; 130 interrupted;
-    143 terminated.
+    wrong; 3 an engine could not be run, died or does not qualify; 4 internal error;
+    130 interrupted; 143 terminated.
     """
 
 

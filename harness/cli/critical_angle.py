@@ -42,8 +42,14 @@ class RouteOptions:
         float | None,
         typer.Option(help="Resolution of the search, deg.  [default: 0.001 passage, 0.005 steady]"),
     ] = None
+    wells: Annotated[
+        int | None,
+        typer.Option(
+            help="Wells to pass in steady motion.  [default: 10, below 20 steps per contact 100]"
+        ),
+    ] = None
 
-    def check(self, steps_per_contact: float | None) -> None:
+    def check(self, system: SystemOptions) -> None:
         """Raise RequestError for a tolerance out of range and options that exclude one another."""
         from harness.errors import RequestError
 
@@ -52,11 +58,17 @@ class RouteOptions:
                 f"--tolerance {self.tolerance!r} is not allowed: must be from 1e-9 to 1 deg"
             )
         steady = self.method is Method.STEADY
-        if self.extrapolate and (steps_per_contact is not None or steady):
-            option = "--method steady" if steady else "--steps-per-contact"
-            raise RequestError(
-                f"{option} cannot go with --extrapolate, which runs a ladder of steps"
-            )
+        if self.wells is not None and not steady:
+            raise RequestError(f"--wells {self.wells}: goes with --method steady only")
+        given = {
+            "--method steady": steady or None,
+            "--steps-per-contact": system.steps_per_contact,
+            "--engine-step": system.engine_step,
+        }
+        for option, value in given.items():
+            if self.extrapolate and value is not None:
+                text = f"{option} cannot go with --extrapolate, which runs a ladder of steps"
+                raise RequestError(text)
 
 
 @dataclass(frozen=True)
@@ -72,6 +84,15 @@ class SystemOptions:
             help="Steps per contact time pi sqrt(m/k).  [default: 50]", rich_help_panel=_CONTACT
         ),
     ] = None
+    engine_step: Annotated[
+        float | None,
+        typer.Option(
+            metavar="NUMBER",
+            help="The step as the engine counts it, in place of --steps-per-contact: of MFiX "
+            "its DTSOLID_FACTOR.",
+            rich_help_panel=_CONTACT,
+        ),
+    ] = None
     diameter: Annotated[
         float, typer.Option(help="Diameter of all spheres, m.", rich_help_panel=_SYSTEM)
     ] = 1.0
@@ -83,6 +104,17 @@ class SystemOptions:
         ),
     ] = None
     gravity: Annotated[float, typer.Option(help="Gravity, m/s2.", rich_help_panel=_SYSTEM)] = 9.81
+
+    def steps(self, engine: str, contact: Contact) -> float | None:
+        """Return the steps per contact that are asked for, in either way; None where none are."""
+        from harness.engines.registry import engine_class
+        from harness.errors import RequestError
+
+        if self.engine_step is None:
+            return self.steps_per_contact
+        if self.steps_per_contact is not None:
+            raise RequestError("--engine-step and --steps-per-contact: must be one of the two")
+        return engine_class(engine).steps_of(self.engine_step, contact)
 
 
 @dataclass(frozen=True)
@@ -168,26 +200,30 @@ def critical_angle(
     from harness.cli.engine_options import runs_made
     from harness.cli.history_records import angle_quantities
     from harness.cli.output import print_json, print_record
+    from harness.cli.qualified import end_unqualified, qualification
     from harness.cli.recording import recorded
+    from harness.theory.critical_angle import critical_angle as closed_form
 
-    route.check(system.steps_per_contact)
     default = ContactName.PLASTIC if route.extrapolate else ContactName.SOURCE
-    case = _case(system, contact.contact_or(default))
+    touching = contact.contact_or(default)
+    route.check(system)
+    case = _case(system, touching, system.steps(engine.engine, touching))
     with recorded("critical-angle") as told, engine.run() as opened:
         found = _measure(case, opened, route)
-        record = {"closed_form_deg": _closed_form(), **found, **runs_made(opened)}
+        found |= qualification(opened, told)
+        record = {"closed_form_deg": closed_form(), **found, **runs_made(opened)}
         told.engine, told.quantities = record, angle_quantities(record)
     if json:
         print_json(record)
     else:
         print_record(record)
+    end_unqualified(record, engine.engine)
 
 
-def _case(system: SystemOptions, contact: Contact) -> Incline:
+def _case(system: SystemOptions, contact: Contact, steps: float | None) -> Incline:
     from harness.cases.incline.parameters import Incline
     from harness.parameters.material import UNIT_MASS_DENSITY
 
-    steps = system.steps_per_contact
     return Incline(
         stiffness=system.stiffness,
         steps_per_contact=50.0 if steps is None else steps,
@@ -204,13 +240,11 @@ def _measure(case: Incline, engine: Engine, route: RouteOptions) -> dict[str, An
 
     if not route.extrapolate:
         return verb.critical_angle(
-            case, method=route.method.value, tolerance_deg=route.tolerance, engine=engine
+            case,
+            method=route.method.value,
+            tolerance_deg=route.tolerance,
+            wells=route.wells,
+            engine=engine,
         ).record()
     with progress_bars() as progress:
         return verb.extrapolated_critical_angle(case, engine=engine, progress=progress).record()
-
-
-def _closed_form() -> float:
-    from harness.theory.critical_angle import critical_angle as closed_form
-
-    return closed_form()

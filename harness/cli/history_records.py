@@ -40,6 +40,8 @@ def angle_quantities(record: Mapping[str, Any]) -> list[Quantity]:
             f"k = {record['stiffness_N_per_m']:.12g} N/m, "
             f"{record['steps_per_contact']:.12g} steps per contact"
         )
+    if record.get("wells", 10) != 10:
+        where += f", {record['wells']} wells"
     name = f"critical angle: {record['method']}, {_contact(record)}, {where}"
     return [
         Quantity(

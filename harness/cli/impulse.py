@@ -148,6 +148,7 @@ def impulse(
     """
     from harness.cli.files import read_reference, save_figure, write_all
     from harness.cli.history_records import impulse_quantities
+    from harness.cli.qualified import end_unqualified, qualification
     from harness.cli.recording import recorded
 
     files.check()
@@ -161,6 +162,7 @@ def impulse(
             name,
             {"mass_kg": table.mass, "gravity_m_per_s2": table.gravity},
         )
+        more = qualification(engine, told)
     writers: dict[tuple[str, Path], Any] = {}
     if files.csv is not None:
         writers["--csv", files.csv] = lambda path: found.to_csv(path, index=False)
@@ -169,7 +171,11 @@ def impulse(
             lambda: _draw(found, points, reading, name), files.figure.suffix
         )
     write_all(writers)
-    _print(found, points, reading, name, json)
+    if json:
+        _print_json(found, points, {"solver": name, "reading": reading, **more})
+    else:
+        _print_tables(found, reading, name)
+    end_unqualified(more, name)
 
 
 def _draw(found: pd.DataFrame, points: ReferencePoints | None, reading: str, solver: str) -> Figure:
@@ -181,19 +187,12 @@ def _draw(found: pd.DataFrame, points: ReferencePoints | None, reading: str, sol
     )
 
 
-def _print(
-    found: pd.DataFrame, points: ReferencePoints | None, reading: str, solver: str, json: bool
+def _print_json(
+    found: pd.DataFrame, points: ReferencePoints | None, record: dict[str, Any]
 ) -> None:
     from harness.cli.output import print_json
 
-    if not json:
-        _print_tables(found, reading, solver)
-        return
-    record: dict[str, Any] = {
-        "solver": solver,
-        "reading": reading,
-        "rows": found.to_dict(orient="records"),
-    }
+    record["rows"] = found.to_dict(orient="records")
     if points is not None:
         pairs = zip(points.heights, points.angles_deg, strict=True)
         record["reference"] = [{"h_over_d": h, "theta_deg": angle} for h, angle in pairs]

@@ -54,27 +54,30 @@ def run(
     from harness.cli.history_records import run_quantities
     from harness.cli.lists import named_values
     from harness.cli.output import print_json
+    from harness.cli.qualified import end_unqualified, qualification
     from harness.cli.recording import recorded
     from harness.workflows import run as run_case
 
     values = named_values(settings or (), "--set")
     runner.check_names([runner.engine or "lammps"])
-    runs: dict[str, int] = {}
+    more: dict[str, Any] = {}
 
     @contextmanager
     def open_one(name: str) -> Iterator[Engine]:
         with runner.open(name, runner.integrator) as engine:
             yield engine
-            runs.update(runs_made(engine))
+            more.update(qualification(engine, told))
+            more.update(runs_made(engine))
 
     with recorded("run") as told:
         found = run_case(case, values, runner.engine, open_one=open_one)
-        record = {**found.record(), **runs}
+        record = {**found.record(), **more}
         told.engine, told.quantities = record, run_quantities(record, values)
     if json:
         print_json(record)
     else:
         _print(record)
+    end_unqualified(record, found.engine)
 
 
 def _print(record: Mapping[str, Any]) -> None:

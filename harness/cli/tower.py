@@ -109,6 +109,7 @@ def tower(
     from harness.cli.files import check_target, write_all
     from harness.cli.history_records import tower_quantities
     from harness.cli.output import print_json
+    from harness.cli.qualified import end_unqualified, qualification
     from harness.cli.recording import recorded
     from harness.observables.summary import summary
 
@@ -123,6 +124,7 @@ def tower(
             engine=engine,
         )
         record = summary(found, run.window.value, covering(found, run.window.value, engine))
+        record |= qualification(engine, told)
         record |= runs_made(engine)
         told.engine, told.quantities = {**solver.own_record, **record}, tower_quantities(record)
     if run.series is not None:
@@ -131,6 +133,7 @@ def tower(
         print_json(record)
     else:
         _print(record)
+    end_unqualified(record, solver.solver)
 
 
 def _print(record: dict[str, object]) -> None:

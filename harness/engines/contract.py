@@ -33,6 +33,7 @@ from harness.observables.provenance import Provenance
 
 if TYPE_CHECKING:
     from harness.engines.scene import SceneBuilder
+    from harness.parameters.contact import Contact
 
 Value = str | int | float
 Values = Mapping[str, Value]
@@ -103,6 +104,14 @@ class Engine(ABC):
     def states(cls, template: Template) -> bool:
         """Return whether the engine can run a template at all: here, whether it has a scene."""
         return template.scene is not None
+
+    @classmethod
+    def steps_of(cls, own: float, contact: Contact) -> float:  # noqa: ARG003
+        """Return the steps per pi sqrt(m/k) of a step in a measure of the engine's own.
+
+        Raise RequestError for one that is not allowed, and where there is no such measure.
+        """
+        raise RequestError(f"engine {cls.name!r} has no measure of a step but steps per contact")
 
     def refuses(self, job: Job) -> str:
         """Return why the engine cannot run a job, or nothing where it can."""

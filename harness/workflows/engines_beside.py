@@ -135,8 +135,7 @@ class EnginesBeside:
             row = failed_part(f"{engine.name}: qualification", error, kind=Kind.ANALYTIC)
             return row.note, [row]
         self.found.findings.setdefault(engine.name, {}).update(found.findings)
-        failures = "" if found.holds else found.failures or "nothing was checked"
-        return failures, list(found.checks)
+        return found.reason, list(found.checks)
 
     def _case(self, case: Case[Any], engine: Engine) -> list[Check]:
         """Return the rows of a case in an engine; one that raises is one failed row."""

@@ -80,6 +80,8 @@ def test_the_steady_route(answer):
         (["--mpirun", "no-such-launcher -np 2"], ["--mpirun 'no-such-launcher'"]),
         (["--extrapolate", "--steps-per-contact", "50"], ["--steps-per-contact"]),
         (["--extrapolate", "--method", "steady"], ["--method steady"]),
+        (["--wells", "20"], ["--wells 20", "--method steady only"]),
+        (["--method", "steady", "--wells", "0"], ["wells = 0", "greater than or equal to 1"]),
         (["--method", "other"], ["passage", "steady"]),
     ],
 )

@@ -62,6 +62,7 @@ class CriticalAngle:
             "diameter_m": case.diameter,
             "density_kg_per_m3": case.density,
             "gravity_m_per_s2": case.gravity,
+            **({"wells": case.wells} if self.method == "steady" else {}),
             "monotone": self.monotone,
             "note": self.note,
             "runs": len(self.samples),

@@ -14,7 +14,7 @@ from harness.cases.incline.parameters import Incline
 from harness.cases.incline.passage import PHASES, critical_angle_by_passage
 from harness.cases.incline.rebound import ONE_SHOCK, rebound
 from harness.cases.incline.runs import measured
-from harness.cases.incline.steady import critical_angle_by_steady_motion
+from harness.cases.incline.steady import COARSE, COARSE_WELLS, critical_angle_by_steady_motion
 from harness.engines.contract import Engine
 from harness.engines.parallel import cores, parallel_map
 from harness.engines.registry import open_engine
@@ -25,6 +25,9 @@ Method = Literal["passage", "steady"]
 
 TOLERANCES_DEG = {"passage": 1e-3, "steady": 5e-3}
 
+TIME_PER_WELL = 40.0
+"""[sqrt(d/g)] Least time limit of steady motion for each well."""
+
 
 def critical_angle(
     case: Incline | None = None,
@@ -32,13 +35,15 @@ def critical_angle(
     method: Method = "passage",
     tolerance_deg: float | None = None,
     phases: int = PHASES,
+    wells: int | None = None,
     engine: Engine | None = None,
 ) -> CriticalAngle:
     """Return the critical angle of a case (the source's contact unless told otherwise).
 
     ``method`` is ``passage`` (root of the energy margin over one well) or
     ``steady`` (smallest angle that keeps moving, the source's definition);
-    ``phases`` is how many starts within a step the passage is averaged over.
+    ``phases`` is how many starts within a step the passage is averaged over; ``wells`` are to be
+    passed in steady motion: those of the case unless given, 100 or more at coarse steps.
     Without an engine, LAMMPS in-process is opened and closed again. Raise
     EngineError when the engine fails.
     """
@@ -46,12 +51,19 @@ def critical_angle(
     if engine is None:
         with open_engine() as opened:
             return critical_angle(
-                case, method=method, tolerance_deg=tolerance_deg, phases=phases, engine=opened
+                case,
+                method=method,
+                tolerance_deg=tolerance_deg,
+                phases=phases,
+                wells=wells,
+                engine=opened,
             )
     tolerance = TOLERANCES_DEG[method] if tolerance_deg is None else tolerance_deg
     if method == "steady":
         return critical_angle_by_steady_motion(
-            lambda cases: measured(engine, cases, "steady"), case, tolerance_deg=tolerance
+            lambda cases: measured(engine, cases, "steady"),
+            _passing(case, wells),
+            tolerance_deg=tolerance,
         )
     return critical_angle_by_passage(
         lambda cases: measured(engine, cases, "passage"),
@@ -59,6 +71,13 @@ def critical_angle(
         tolerance_deg=tolerance,
         phases=phases,
     )
+
+
+def _passing(case: Incline, wells: int | None) -> Incline:
+    """Return a case with the wells to pass in steady motion, and the time for them."""
+    if wells is None:
+        wells = max(case.wells, COARSE_WELLS if case.steps_per_contact < COARSE else 0)
+    return case.replace(wells=wells, time_limit=max(case.time_limit, TIME_PER_WELL * wells))
 
 
 def critical_angles(

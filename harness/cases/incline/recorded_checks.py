@@ -10,7 +10,7 @@ from harness.cases.incline.given_start import steady_runs
 from harness.cases.incline.recorded import START_SPEED, RecordedAngle, case_at, recorded_angles
 from harness.cases.incline.routes import start_in_well
 from harness.cases.incline.rules import SOURCE_ROLE
-from harness.cases.incline.steady import critical_angle_by_steady_motion
+from harness.cases.incline.steady import COARSE_WELLS, critical_angle_by_steady_motion
 from harness.cases.incline.tolerances import RECORDED
 from harness.comparison.verdicts import Check, Kind, finding, judge, not_tested
 from harness.engines.reference.engine import Reference
@@ -31,7 +31,7 @@ COARSE = 50
 """Factor of 4.8 steps per contact: how long one waits decides there on what lasts."""
 
 WELLS = 20
-"""Wells to pass in steady motion: jitter of coarse steps may carry a grain over a few."""
+"""Wells to pass in steady motion, beyond those of ``COARSE``, whose jitter asks for more."""
 
 SHOWN: dict[LevelName, tuple[tuple[float, int], ...]] = {
     "quick": ((1e6, 500),),
@@ -58,7 +58,8 @@ def angle_in_scheme(stiffness: float, factor: int, engine: Reference) -> Critica
     recorded angles were found; fine ones by passage, which is the same there and
     asks for a tenth of the steps.
     """
-    case = case_at(10.2, stiffness, factor).replace(wells=WELLS, time_limit=100.0 * WELLS)
+    wells = COARSE_WELLS if factor <= COARSE else WELLS
+    case = case_at(10.2, stiffness, factor).replace(wells=wells, time_limit=100.0 * wells)
     try:
         if factor >= FINE:
             return critical_angle(case, engine=engine)

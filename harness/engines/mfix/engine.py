@@ -14,6 +14,7 @@ from harness.engines.mfix.declared import OBTAIN, TRAITS
 from harness.engines.mfix.read import check_end, forced_table, path_table
 from harness.engines.mfix.scripts import input_files
 from harness.engines.mfix.solver import Run, Solver, version_of
+from harness.engines.mfix.step import steps_per_contact
 from harness.engines.mfix.system import System, contact_in, system_of
 from harness.engines.output import SERIES, Output, Table
 from harness.engines.parallel import cores, parallel_map
@@ -22,11 +23,12 @@ from harness.engines.programs import find_program
 from harness.engines.scene import LOOK, Scene
 from harness.errors import EngineError, EngineMissingError, EngineOutputError, RequestError
 from harness.observables.provenance import Provenance
+from harness.parameters.contact import Contact
 
 MOST_FRAMES = 100_000
 """Files that a run writes at most: MFiX writes one a sample."""
 
-STRETCHES = (8.0, 32.0, 128.0)
+STRETCHES = (8.0, 32.0, 128.0, 512.0)
 """[sqrt(d/g)] that a scene is run for before all its steps: MFiX cannot stop early."""
 
 
@@ -64,6 +66,11 @@ class Mfix(Engine):
             script="mfix.dat",
             integrator="mfix-euler",
         )
+
+    @classmethod
+    def steps_of(cls, own: float, contact: Contact) -> float:
+        """Return the steps per contact of a ``DTSOLID_FACTOR``."""
+        return steps_per_contact(own, contact)
 
     def refuses(self, job: Job) -> str:
         """Return why the engine cannot run a job, or nothing where it can."""

@@ -43,7 +43,9 @@ def factor(steps: float, contact: Contact) -> float:
 
 def _steps_of_factor_one(contact: Contact) -> float:
     if contact.effective_mass != "half":
-        raise RequestError("effective_mass = 'full': MFiX takes half the mass, must be 'half'")
+        raise RequestError(
+            "effective_mass = 'full': MFiX takes half the mass, must be 'half' (--half-mass)"
+        )
     if contact.zeta >= 1.0:
         raise RequestError(
             f"damping ratio = {contact.zeta:g}: MFiX's contact time asks for less than 1"

@@ -2,14 +2,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from harness.cases.incline.critical_angles import critical_angle
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.passage import critical_angle_by_passage
+from harness.cases.incline.recorded import case_at
 from harness.cases.incline.result import Motion
 from harness.cases.incline.steady import critical_angle_by_steady_motion
+from harness.engines.reference.engine import Reference
 from harness.errors import EngineOutputError
-from harness.theory.critical_angle import critical_angle
+from harness.theory.critical_angle import critical_angle as closed_form
 
 CASE = Incline()
+COARSE = Incline(steps_per_contact=10.0)
 
 
 def in_bands(*bands, otherwise):
@@ -27,7 +31,7 @@ def in_bands(*bands, otherwise):
 def test_bracket_of_the_theory_map_holds_the_closed_form_with_few_runs(synthetic):
     engine = synthetic()
     found = critical_angle_by_steady_motion(engine.steady, CASE, tolerance_deg=1e-3)
-    assert abs(found.value_deg - critical_angle()) <= found.uncertainty_deg
+    assert abs(found.value_deg - closed_form()) <= found.uncertainty_deg
     assert found.uncertainty_deg <= 1e-3
     assert found.monotone
     assert found.note == ""
@@ -135,3 +139,60 @@ def test_window_is_respected_when_it_holds_the_change(synthetic):
     angles = [case.angle for case in engine.cases]
     assert min(angles) == pytest.approx(10.1)
     assert max(angles) == pytest.approx(10.3)
+
+
+def test_probes_of_coarse_steps_find_what_the_scan_missed(synthetic):
+    fate = in_bands(
+        (0.0, 10.152, Motion.TRAPPED),
+        (10.152, 10.154, Motion.MOVES_ON),
+        (10.154, 10.159, Motion.TRAPPED),
+        (10.159, 10.161, Motion.MOVES_ON),
+        (10.161, 10.165, Motion.TRAPPED),
+        otherwise=Motion.MOVES_ON,
+    )
+    fine = critical_angle_by_steady_motion(synthetic(fate=fate).steady, CASE, tolerance_deg=1e-3)
+    assert fine.monotone  # missed: the scan and the bisection never fall into the bands
+    engine = synthetic(fate=fate)
+    found = critical_angle_by_steady_motion(engine.steady, COARSE, tolerance_deg=1e-3)
+    assert not found.monotone
+    assert found.value_deg == pytest.approx(10.152, abs=5e-4)
+    assert 10.165 <= found.value_deg + found.uncertainty_deg <= 10.166
+    assert len(engine.cases) <= 100
+
+
+def test_what_probes_confirm_keeps_its_value(synthetic):
+    fine, coarse = (
+        critical_angle_by_steady_motion(synthetic().steady, case, tolerance_deg=1e-4)
+        for case in (CASE, COARSE)
+    )
+    assert coarse.monotone
+    assert coarse.value_deg == fine.value_deg
+    assert coarse.uncertainty_deg == fine.uncertainty_deg
+    assert len(fine.samples) < len(coarse.samples) <= 75
+
+
+def test_fates_without_order_come_to_an_end(synthetic):
+    engine = synthetic(
+        fate=lambda a: Motion.MOVES_ON if a * 1e4 % 1.7 > 0.8 and a > 3.0 else Motion.TRAPPED
+    )
+    found = critical_angle_by_steady_motion(engine.steady, COARSE)
+    assert not found.monotone
+    assert len(engine.cases) <= 2000
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "recorded_deg"), [(1e5, 10.168), (1e6, 10.196), (1e7, 10.204)]
+)
+def test_coarse_steps_as_mfix_takes_them_give_what_mfix_gave(stiffness, recorded_deg):
+    """Ten wells and the scan alone gave 10.1523 +- 0.0008 deg for 10.168 deg at 1e5 N/m."""
+    case = case_at(10.2, stiffness, 50)
+    with Reference("mfix-euler") as engine:
+        found = critical_angle(case, method="steady", tolerance_deg=1e-3, engine=engine)
+        few = critical_angle(case, method="steady", tolerance_deg=1e-3, wells=10, engine=engine)
+    assert found.case.wells == 100
+    assert found.record()["wells"] == 100
+    assert abs(found.value_deg - recorded_deg) <= found.uncertainty_deg + 0.002
+    assert found.uncertainty_deg <= 0.008
+    assert few.case.wells == 10
+    assert not few.monotone
+    assert few.uncertainty_deg > found.uncertainty_deg
