@@ -18,7 +18,6 @@ from harness.engines.lammps.engine import Lammps
 from harness.errors import EngineError
 
 PATH = ("time_s", "x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
-TOWER = ("step", "x_m", "vx_m_per_s", "contact_force_N")
 TOLD = ("verdict", "margin_J", "touching", "time_s", "steps")
 
 
@@ -41,10 +40,7 @@ class Mutant(Engine):
     def run(self, jobs):
         self.check(jobs)
         changed = [replace(job, values=self.change_values(job)) for job in jobs]
-        keys = [
-            (job.template.name, job.variant, job.sampled, tuple(sorted(job.values.items())))
-            for job in changed
-        ]
+        keys = [key_of(job) for job in changed]
         new = {key: job for key, job in zip(keys, changed, strict=True) if key not in self.kept}
         made = self.inner.run(list(new.values())) if new else []
         for (key, job), output in zip(new.items(), made, strict=True):
@@ -62,6 +58,10 @@ class Mutant(Engine):
         return changed
 
 
+def key_of(job):
+    return job.template.name, job.variant, job.sampled, tuple(sorted(job.values.items()))
+
+
 def as_told(job, output):
     """Return an output of the reference DEM as LAMMPS's script leaves it, which judges itself."""
     if job.template.name != "incline" or isinstance(output, EngineError) or output.results:
@@ -75,14 +75,13 @@ def as_told(job, output):
         for number, (time, margin) in enumerate(np.array(list(crests)).reshape(-1, 2).tolist(), 1)
     ]
     numbers = {
-        "crests_passed": found.crests.time_s.size,
         "margin_J": found.margin_J,
         "touching": int(found.touching),
         "time_s": found.time_s,
         "steps": round(looks["step"][found.row]),
         "verdict": found.motion.value,
     }
-    results += [(name, f"{value}") for name, value in numbers.items()]
+    results = [("route", route), *results, *((name, f"{told}") for name, told in numbers.items())]
     tables = {}
     if job.sampled:
         series = output.tables["series"]
@@ -142,26 +141,34 @@ def _swapped(one, other):
     return on_table(lambda table: {**table, one: table[other], other: table[one]})
 
 
+FORCE = "the force"
+"""Whatever column of forces an engine writes."""
+
+
 def columns(names):
     """Return each column lost, doubled, halved, negated, or NaN in one row, by name."""
     changes = {
         "doubled": lambda column: 2.0 * column,
         "halved": lambda column: 0.5 * column,
         "negated": lambda column: -column,
+        "not a number in one row": _with_nan,
+        "lost": None,
     }
-    found = {}
-    for name in names:
-        found[f"column {name} lost"] = on_table(
-            lambda table, name=name: {key: table[key] for key in table if key != name}
-        )
-        for told, change in changes.items():
-            found[f"{name} {told}"] = on_table(
-                lambda table, name=name, change=change: _with(table, name, change)
-            )
-        found[f"{name} not a number in one row"] = on_table(
-            lambda table, name=name: _with(table, name, _with_nan)
-        )
-    return found
+    return {
+        f"{name} {told}": _of_column(name, change)
+        for name in names
+        for told, change in changes.items()
+    }
+
+
+def _of_column(name, change):
+    def mutation(table):
+        there = next(key for key in table if key == name or (name == FORCE and key.endswith("_N")))
+        if change is None:
+            return {key: column for key, column in table.items() if key != there}
+        return _with(table, there, change)
+
+    return on_table(mutation)
 
 
 def _with_nan(column):
@@ -188,7 +195,7 @@ PATHS = {
 
 TOWERS = {
     **TABLE,
-    **columns(TOWER),
+    **columns(("step", "x_m", "vx_m_per_s", FORCE)),
     "x_m and vx_m_per_s swapped": _swapped("x_m", "vx_m_per_s"),
     "the last particle lost": on_table(
         lambda table: {n: c if c.ndim == 1 else c[:, :-1] for n, c in table.items()}
@@ -275,7 +282,7 @@ RESULTS = {
     "six digits of the numbers": on_results(
         lambda name, text: (
             text
-            if name in ("verdict", "steps", "touching")
+            if name in ("route", "verdict", "steps", "touching")
             else " ".join(f"{float(word):.6g}" for word in text.split())
         )
     ),
@@ -314,6 +321,9 @@ def displaced(job, output, by=1e-4):
     return _of_crests(lower)(job, on_table(moved)(job, output))
 
 
+CRESTS["second sphere displaced by 1e-4 d"] = displaced
+
+
 def scaled(**factors):
     """Return a change of the values of a job: each times a factor."""
     return lambda job: {
@@ -327,3 +337,28 @@ def shifted(**steps):
     return lambda job: {
         name: value + steps[name] if name in steps else value for name, value in job.values.items()
     }
+
+
+VALUES = {
+    "angle 1e-5 deg off": shifted(angle=1e-5),
+    "gravity 1e-9 off": scaled(gravity=1.0 + 1e-9),
+    "stiffness 1e-6 off": scaled(stiffness=1.0 + 1e-6),
+    "diameter 1e-6 off": scaled(diameter=1.0 + 1e-6),
+    "twice the steps": scaled(steps_per_contact=2.0),
+}
+"""Other values than were asked for, in a run of the incline."""
+
+DAMPING = {"damping 1e-6 off": scaled(damping_ratio=1.0 + 1e-6)}
+
+OF_A_TOWER = {
+    "gravity 1e-3 off": scaled(gravity=1.0 + 1e-3),
+    "speed 1e-4 off": scaled(speed=1.0 + 1e-4),
+    "stiffness 1e-4 off": scaled(stiffness=1.0 + 1e-4),
+    "mass 1e-4 off": scaled(mass=1.0 + 1e-4),
+}
+
+OF_A_DROP = {
+    "gravity 1 % off": scaled(gravity=1.01),
+    "stiffness 1 % off": scaled(stiffness=1.01),
+    "half the restitution": scaled(restitution=0.5),
+}

@@ -106,12 +106,14 @@ def _parts(verifying: Verifying, reference: Reference) -> Iterator[Part]:
 
 
 def _angle_at(evidence: InclineEvidence, contact: str, stiffness: float) -> CriticalAngle | None:
-    for angle in evidence.by_contact.get(contact, []):
-        case = angle.case
-        same = math.isclose(case.stiffness, stiffness, rel_tol=1e-12)
-        if same and case.steps_per_contact == STEPS[contact]:
-            return angle
-    return None
+    angles = evidence.by_contact.get(contact, [])
+    return next((angle for angle in angles if is_compared(angle.case, contact, stiffness)), None)
+
+
+def is_compared(case: Incline, contact: str, stiffness: float) -> bool:
+    """Return whether a case is the one of a contact and stiffness that is compared."""
+    same = math.isclose(case.stiffness, stiffness, rel_tol=1e-12)
+    return same and case.contact.name == contact and case.steps_per_contact == STEPS[contact]
 
 
 def _angle(name: str, found: CriticalAngle, reference: Reference, phases: int) -> list[Check]:
@@ -166,12 +168,12 @@ def _told_energy(name: str, run: InclineRun, path: Trajectory, spring: Spring) -
     """Hold the energy that a run tells of against that of the last sample of its path."""
     case = run.case
     well = max(1, run.crests.time_s.size + (run.motion is not Motion.MOVES_ON))
-    last = (float(getattr(path, column)[-1]) for column in COLUMNS[1:])
+    x, y, vx, vy = (float(getattr(path, column)[-1]) for column in COLUMNS[1:])
     return judge(
         f"{name}, energy told and of its path",
         Kind.CROSS_CODE,
         run.margin_J / case.weight_energy,
-        margin(case, well, *last, spring) / case.weight_energy,
+        margin(case, well, x, y, vx, vy, spring) / case.weight_energy,
         TOLD_ENERGY,
     )
 

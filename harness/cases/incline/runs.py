@@ -66,8 +66,8 @@ def read(
     Raise EngineOutputError for what is missing, out of order or cut short, EngineNaNError for
     values that are not finite.
     """
-    # a script that judges by its own looks tells of the crests, and whether the grain touches
-    judged = output.has("touching") or output.has("crests_passed") or not output.tables
+    # a script that judges by its own looks names its route, and tells whether the grain touches
+    judged = output.has("route") or output.has("touching") or not output.tables
     path = path_in(output.table(COLUMNS)) if every is not None else None
     if judged:
         return _told(case, route, output, path, every)
@@ -152,7 +152,7 @@ def _consistent(run: InclineRun, wells: int, numbers: np.ndarray, who: str) -> N
 
 def _complete(path: Trajectory, rows: int, who: str) -> None:
     """Raise EngineOutputError for a path that lacks samples."""
-    if path.time_s.size < rows:
+    if path.time_s.size != rows:
         raise EngineOutputError(f"{who} left {path.time_s.size} rows of a series of {rows}")
     if path.time_s.size > 2 and np.ptp(np.diff(path.time_s[:rows])) > 1e-6 * path.time_s[-1]:
         raise EngineOutputError(f"{who} left a series with samples missing in between")
