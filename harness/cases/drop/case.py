@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.cases.contract import Case, Reference, Study, failed_part
+from harness.cases.contract import Case, LevelName, Reference, Study, failed_part
 from harness.cases.drop.evidence import DropEvidence
 from harness.cases.drop.expected import references_of
 from harness.cases.drop.parameters import Drop
@@ -92,6 +92,13 @@ class DropCase(Case[Drop]):
     def references(self, parameters: Drop, traits: Traits) -> Mapping[str, Reference]:
         """Return what is expected under an engine's spring."""
         return references_of(parameters, traits.spring)
+
+    def expected_rows(self, level: LevelName, engine: Engine) -> int:  # noqa: ARG002
+        """Return a row for each drop, and for each named contact that the engine refuses."""
+        from harness.cases.drop.checks import drop_tests
+
+        refused = [c for c in (SOURCE, PLASTIC) if engine.traits.refuses_contact(c)]
+        return len(list(drop_tests(engine.traits))) + len(refused)
 
     def verify(self, engine: Engine, study: Study) -> Findings:  # noqa: ARG002
         """Run the drops that an engine can state and judge each against what its rules ask for."""

@@ -230,6 +230,8 @@ def _oblique(traits: Traits) -> DropTest:
     def kept(run: DropRun) -> float:
         path = run.path
         momentum = path.x_m * path.vy_m_per_s - path.y_m * path.vx_m_per_s
+        if momentum[0] == 0.0:
+            raise EngineOutputError(f"{run.provenance.engine}: the grain never moved sideways")
         return float(momentum[-1] / momentum[0])
 
     width = max(1e-9, 10.0 * 10.0 ** (1 - traits.digits))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import ClassVar
 
-from harness.cases.contract import Case, Reference, Study, rows_of_parts
+from harness.cases.contract import Case, LevelName, Reference, Study, rows_of_parts
 from harness.cases.incline.engine_angle import EngineAngle
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.runs import read
@@ -80,6 +80,12 @@ class InclineCase(Case[Incline]):
             return {}
         margin = passage_margin(parameters.angle, SHOCK_WITHOUT_REBOUND)
         return {"margin_over_mgd": Reference(margin, "closed form")}
+
+    def expected_rows(self, level: LevelName, engine: Engine) -> int:
+        """Return how many rows a level leaves."""
+        from harness.cases.incline.expected_rows import expected_rows
+
+        return expected_rows(level, engine)
 
     def verify(self, engine: Engine, study: Study) -> Findings:
         """Hold an engine against the closed form, the reference DEM and itself."""

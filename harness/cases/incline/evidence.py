@@ -43,6 +43,7 @@ class InclineEvidence:
     by_contact: dict[str, list[CriticalAngle]] = field(default_factory=dict)
     routes: list[CriticalAngle] = field(default_factory=list)
     motions: list[InclineRun] = field(default_factory=list)
+    passages: list[InclineRun] = field(default_factory=list)
     recursion: Recursion | None = None
 
 

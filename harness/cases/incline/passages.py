@@ -37,7 +37,7 @@ def passages(verifying: Verifying) -> list[Check]:
     for case in CASES:
         refused = verifying.refusal(case)
         if refused:
-            rows.append(not_tested(_name(case), Kind.CROSS_CODE, refused))
+            rows.append(not_tested(passage_row(case), Kind.CROSS_CODE, refused))
         else:
             cases.append(case)
     if not cases:
@@ -45,11 +45,13 @@ def passages(verifying: Verifying) -> list[Check]:
     for case, run in zip(cases, run_inclines(engine, cases, "passage", every=EVERY), strict=True):
         if isinstance(run, EngineError):
             verifying.found.errors[passage_name(case, engine.name)] = run
-            rows.append(failed_run(_name(case), Kind.CROSS_CODE, run))
+            rows.append(failed_run(passage_row(case), Kind.CROSS_CODE, run))
         else:
             verifying.found.records.append(passage_case(run))
+            verifying.evidence.passages.append(run)
     return rows
 
 
-def _name(case: Incline) -> str:
+def passage_row(case: Incline) -> str:
+    """Return what rows call the passage of a contact."""
     return f"incline: {case.contact.name} contact, passage at {case.angle:g} deg"

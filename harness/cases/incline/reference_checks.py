@@ -7,7 +7,7 @@ integration itself is worth, the adaptive integrator says.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
 
 import numpy as np
@@ -18,12 +18,15 @@ from harness.cases.incline.critical_angles import critical_angle
 from harness.cases.incline.engine_angle import OWN
 from harness.cases.incline.evidence import InclineEvidence, Verifying
 from harness.cases.incline.given_start import follow
+from harness.cases.incline.judge import COLUMNS
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.passage import PHASES
+from harness.cases.incline.passages import EVERY, passage_row
 from harness.cases.incline.result import InclineRun, Motion
-from harness.cases.incline.routes import Start
+from harness.cases.incline.routes import Start, margin
 from harness.cases.incline.rules import reference_for
 from harness.cases.incline.runs import measured, run_inclines
+from harness.cases.incline.template import Route
 from harness.cases.incline.tolerances import (
     ADAPTIVE_RESTITUTION,
     REFERENCE_ANGLE,
@@ -31,12 +34,15 @@ from harness.cases.incline.tolerances import (
     REFERENCE_FIRST_CRESTS,
     REFERENCE_PATH,
     REFERENCE_SPEED,
+    TOLD_ENERGY,
 )
 from harness.comparison.tolerances import Tolerance
 from harness.comparison.verdicts import Check, Kind, failed_run, finding, judge, not_tested
 from harness.engines.reference.engine import Reference
+from harness.engines.scene import LOOK
 from harness.errors import EngineError, EngineOutputError
-from harness.parameters.contact import CONTACTS, PLASTIC, SOURCE, Contact
+from harness.observables.trajectory import Trajectory
+from harness.parameters.contact import CONTACTS, PLASTIC, SOURCE, Contact, Spring
 from harness.theory.dashpot import restitution_unclipped
 
 STIFFNESSES = (1e5, 1e6, 1e7)
@@ -87,7 +93,10 @@ def _parts(verifying: Verifying, reference: Reference) -> Iterator[Part]:
     if verifying.engine.traits.digits >= ENOUGH_DIGITS:
         for run in evidence.motions:
             name = f"incline: path at {run.case.angle:.2f} deg, {who} against the reference DEM"
-            yield name, partial(_path, name, run, reference)
+            yield name, partial(_path, name, run, reference, "steady", MOTION_EVERY)
+        for run in evidence.passages:
+            name = f"{passage_row(run.case)}, {who} against the reference DEM"
+            yield name, partial(_path, name, run, reference, "passage", EVERY)
         if evidence.recursion is not None:
             run = evidence.recursion.run
             name = f"incline: crests at {run.case.angle:g} deg, {who} against the reference DEM"
@@ -97,12 +106,14 @@ def _parts(verifying: Verifying, reference: Reference) -> Iterator[Part]:
 
 
 def _angle_at(evidence: InclineEvidence, contact: str, stiffness: float) -> CriticalAngle | None:
-    for angle in evidence.by_contact.get(contact, []):
-        case = angle.case
-        same = math.isclose(case.stiffness, stiffness, rel_tol=1e-12)
-        if same and case.steps_per_contact == STEPS[contact]:
-            return angle
-    return None
+    angles = evidence.by_contact.get(contact, [])
+    return next((angle for angle in angles if is_compared(angle.case, contact, stiffness)), None)
+
+
+def is_compared(case: Incline, contact: str, stiffness: float) -> bool:
+    """Return whether a case is the one of a contact and stiffness that is compared."""
+    same = math.isclose(case.stiffness, stiffness, rel_tol=1e-12)
+    return same and case.contact.name == contact and case.steps_per_contact == STEPS[contact]
 
 
 def _angle(name: str, found: CriticalAngle, reference: Reference, phases: int) -> list[Check]:
@@ -110,67 +121,90 @@ def _angle(name: str, found: CriticalAngle, reference: Reference, phases: int) -
     return [judge(name, Kind.CROSS_CODE, found.value_deg, own.value_deg, REFERENCE_ANGLE)]
 
 
-def _path(name: str, run: InclineRun, reference: Reference) -> list[Check]:
-    """Hold the path over the first wells against the reference's, at every sample of the plan."""
+def _path(
+    name: str, run: InclineRun, reference: Reference, route: Route, every: int
+) -> list[Check]:
+    """Hold a path against the reference's at every sample of the plan, and the energy told of it.
+
+    A steady run is followed over its first wells.
+    """
     case, path = run.case, run.trajectory
     if path is None:
         raise EngineOutputError("it kept no path")
-    short = case.replace(time_limit=PATH_TIME)
-    (own,) = run_inclines(reference, [short], "steady", every=MOTION_EVERY)
+    short = case if route == "passage" else case.replace(time_limit=PATH_TIME)
+    (own,) = run_inclines(reference, [short], route, every=every)
     if isinstance(own, EngineError):
         raise own
     assert own.trajectory is not None
-    rows = own.trajectory.time_s.size
+    # a code that is judged by its samples may end between two looks
+    rows = own.trajectory.time_s.size - LOOK // every
     if own.motion is not Motion.UNDECIDED and own.motion is not run.motion:
         raise EngineOutputError(f"it is {run.motion} where the reference DEM is {own.motion}")
     late = path.time_s[:rows].size < rows or not np.allclose(
-        path.time_s[:rows], own.trajectory.time_s, rtol=0.0, atol=0.5 * case.step
+        path.time_s[:rows], own.trajectory.time_s[:rows], rtol=0.0, atol=0.5 * case.step
     )
     if late:
         raise EngineOutputError(
             f"its path of {path.time_s.size} samples does not have the {rows} times of the plan"
         )
     x, y, vx, vy = (
-        getattr(path, column)[:rows] - getattr(own.trajectory, column)
+        getattr(path, column)[:rows] - getattr(own.trajectory, column)[:rows]
         for column in ("x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
     )
     apart = float(np.hypot(x, y).max()) / case.diameter
     faster = float(np.hypot(vx, vy).max()) / math.sqrt(case.gravity * case.diameter)
-    return [
+    rows_of_path = [
         judge(f"{name}, largest distance", Kind.CROSS_CODE, apart, 0.0, REFERENCE_PATH),
         judge(f"{name}, largest velocity apart", Kind.CROSS_CODE, faster, 0.0, REFERENCE_SPEED),
+        _told_energy(name, run, path, reference.traits.spring),
     ]
+    if route == "steady":
+        first = min(FIRST_CRESTS, own.crests.time_s.size)
+        return [*rows_of_path, *_at_crests(name, run, own, [(first, REFERENCE_FIRST_CRESTS)])]
+    return rows_of_path
+
+
+def _told_energy(name: str, run: InclineRun, path: Trajectory, spring: Spring) -> Check:
+    """Hold the energy that a run tells of against that of the last sample of its path."""
+    case = run.case
+    well = max(1, run.crests.time_s.size + (run.motion is not Motion.MOVES_ON))
+    x, y, vx, vy = (float(getattr(path, column)[-1]) for column in COLUMNS[1:])
+    return judge(
+        f"{name}, energy told and of its path",
+        Kind.CROSS_CODE,
+        run.margin_J / case.weight_energy,
+        margin(case, well, x, y, vx, vy, spring) / case.weight_energy,
+        TOLD_ENERGY,
+    )
 
 
 def _crests(name: str, run: InclineRun, reference: Reference) -> list[Check]:
     """Hold energy and time at every crest against the reference's."""
-    case = run.case
-    (own,) = measured(reference, [case], "steady")
+    (own,) = measured(reference, [run.case], "steady")
     count = own.crests.time_s.size
     if run.crests.time_s.size != count:
         raise EngineOutputError(
             f"it passed {run.crests.time_s.size} crests, the reference DEM {count}"
         )
-    energy = np.abs(run.crests.margin_J - own.crests.margin_J) / case.weight_energy
-    time = np.abs(run.crests.time_s - own.crests.time_s) / case.step
+    held = [(FIRST_CRESTS, REFERENCE_FIRST_CRESTS), (count, REFERENCE_CRESTS)]
+    return _at_crests(name, run, own, held)
+
+
+def _at_crests(
+    name: str, run: InclineRun, own: InclineRun, held: Sequence[tuple[int, Tolerance]]
+) -> list[Check]:
+    """Return the rows of the energy at so many crests as are held, and of the time at the most."""
+    count = held[-1][0]
+    if run.crests.time_s.size < count:
+        raise EngineOutputError(f"it passed {run.crests.time_s.size} crests of {count}")
+    ours, theirs = run.crests, own.crests
+    energy = np.abs(ours.margin_J[:count] - theirs.margin_J[:count]) / run.case.weight_energy
+    time = np.abs(ours.time_s[:count] - theirs.time_s[:count]) / run.case.step
     step = Tolerance("steps", 0.5, 0.0, "the same steps in two codes, counted")
+    rows = [(f"energy, the worst of {some}", energy[:some], width) for some, width in held]
     return [
-        judge(
-            f"{name}, energy, the worst of {some}",
-            Kind.CROSS_CODE,
-            float(energy[:some].max(initial=0.0)),
-            0.0,
-            tolerance,
-        )
-        for some, tolerance in ((FIRST_CRESTS, REFERENCE_FIRST_CRESTS), (count, REFERENCE_CRESTS))
-    ] + [
-        judge(
-            f"{name}, time, the worst of {count}",
-            Kind.CROSS_CODE,
-            float(time.max(initial=0.0)),
-            0.0,
-            step,
-        ),
+        judge(f"{name}, {what}", Kind.CROSS_CODE, float(apart.max(initial=0.0)), 0.0, width)
+        for what, apart, width in [*rows, (f"time, the worst of {count}", time, step)]
     ]
 
 

@@ -66,8 +66,8 @@ def read(
     Raise EngineOutputError for what is missing, out of order or cut short, EngineNaNError for
     values that are not finite.
     """
-    # a script that judges by its own looks also tells whether the grain touches there
-    judged = output.has("touching") or not output.tables
+    # a script that judges by its own looks names its route, and tells whether the grain touches
+    judged = output.has("route") or output.has("touching") or not output.tables
     path = path_in(output.table(COLUMNS)) if every is not None else None
     if judged:
         return _told(case, route, output, path, every)
@@ -143,11 +143,16 @@ def _consistent(run: InclineRun, wells: int, numbers: np.ndarray, who: str) -> N
         )
     if late:
         raise EngineOutputError(f"{who} passed a crest after the end of its run")
+    if run.motion is Motion.MOVES_ON and not (
+        run.time_s - times[-1] <= 0.5 * run.case.step
+        and math.isclose(run.margin_J, run.crests.margin_J[-1], rel_tol=1e-9)
+    ):
+        raise EngineOutputError(f"{who} tells of another time or energy than at its last crest")
 
 
 def _complete(path: Trajectory, rows: int, who: str) -> None:
     """Raise EngineOutputError for a path that lacks samples."""
-    if path.time_s.size < rows:
+    if path.time_s.size != rows:
         raise EngineOutputError(f"{who} left {path.time_s.size} rows of a series of {rows}")
     if path.time_s.size > 2 and np.ptp(np.diff(path.time_s[:rows])) > 1e-6 * path.time_s[-1]:
         raise EngineOutputError(f"{who} left a series with samples missing in between")

@@ -61,6 +61,13 @@ REFERENCE_CRESTS = Tolerance(
     "the same steps in two codes, ten wells: round-off has grown to what a step is worth in "
     "energy at 200 steps per contact, 2e-6 m g d, times 10",
 )
+TOLD_ENERGY = Tolerance(
+    "m g d",
+    1e-8,
+    0.0,
+    "the same state, or a part of a sampling interval later, where the contact has settled and "
+    "its dashpot takes next to nothing: round-off",
+)
 ADAPTIVE_RESTITUTION = Tolerance(
     "",
     1e-8,

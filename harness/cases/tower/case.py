@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 
-from harness.cases.contract import Case, Measured, Reference, Study, rows_of_parts
+from harness.cases.contract import Case, LevelName, Measured, Reference, Study, rows_of_parts
 from harness.cases.tower.engine_runs import read
 from harness.cases.tower.parameters import TowerRunParameters
 from harness.cases.tower.records import NAME
@@ -96,6 +96,12 @@ class TowerCase(Case[TowerRunParameters]):
             steps_per_contact=parameters.steps_per_contact,
         )
         return Measured(_quantities(run, parameters))
+
+    def expected_rows(self, level: LevelName, engine: Engine) -> int:
+        """Return how many rows a level leaves."""
+        from harness.cases.tower.checks import expected_rows
+
+        return expected_rows(level, engine)
 
     def verify(self, engine: Engine, study: Study) -> Findings:
         """Hold an engine against the exact propagator, law by law."""

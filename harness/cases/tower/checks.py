@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 
-from harness.cases.contract import Part, Study, rows_of_parts, title_of
+from harness.cases.contract import LevelName, Part, Study, rows_of_parts, title_of
 from harness.cases.tower import tolerances
 from harness.cases.tower.against_exact import against_exact, order
 from harness.cases.tower.chain_checks import bessel
@@ -48,6 +48,17 @@ def engine_findings(engine: Engine, study: Study) -> Findings:
         ]
     found.checks += rows_of_parts(NAME, [(name, asked(part)) for name, part in parts])
     return found
+
+
+def expected_rows(level: LevelName, engine: Engine) -> int:
+    """Return the rows of a level: three for each height and an order for a law, 1 where refused.
+
+    The overlap law has an impulse ratio for each height too, and the tall tower.
+    """
+    heights = len(LEVELS[level].heights)
+    stated = [law for law in LAWS if not refusal(engine, Tower(height=2, law=law))]
+    rows = sum(3 * heights + 1 if law in stated else 1 for law in LAWS)
+    return rows + (1 + heights if "overlap" in stated else 0)
 
 
 def refusal(engine: Engine, case: Tower) -> str:

@@ -84,6 +84,7 @@ def read(
     interval = timing.step * timing.every
     if np.abs(time - interval * np.arange(rows)).max() > LATE * interval:
         raise EngineOutputError(f"{output.who} wrote samples at other times than were asked for")
+    _same_motion(x, v, np.diff(time), traits.digits, output.who)
     smallest = _rounding(case, timing.step, traits, x, v)
     if forces == CONTACT_FORCE:
         force = np.where(f > smallest, f, 0.0)
@@ -96,6 +97,24 @@ def read(
     return tower_run(
         case, timing.step, time, displacement, v, force, output.provenance, profiles=profiles
     )
+
+
+def _same_motion(
+    x: NDArray[np.float64],
+    v: NDArray[np.float64],
+    interval: NDArray[np.float64],
+    digits: int,
+    who: str,
+) -> None:
+    """Raise EngineOutputError for positions that do not move with the velocities.
+
+    From sample to sample a particle goes by the mean of its velocities, to within what they
+    change in an interval and the digits of the positions.
+    """
+    moved = np.abs(np.diff(x, axis=0) - 0.5 * interval[:, None] * (v[1:] + v[:-1]))
+    room = interval.max() * np.abs(np.diff(v, axis=0)).max(initial=0.0)
+    if moved.max(initial=0.0) > room + 10.0 ** (1 - digits) * np.abs(x).max():
+        raise EngineOutputError(f"{who} wrote positions and velocities that contradict each other")
 
 
 def _rounding(

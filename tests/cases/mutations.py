@@ -1,0 +1,364 @@
+"""Faults of an engine's outputs, each by its name, for the standing test of the judges.
+
+A mutation changes the output of a job; which jobs it is planted in is said apart, by a target.
+Outputs are recorded once and replayed under each mutation.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from harness.cases.incline.judge import judge, path_in
+from harness.cases.incline.result import Motion
+from harness.cases.incline.template import case_of
+from harness.engines.contract import Engine
+from harness.engines.lammps.engine import Lammps
+from harness.errors import EngineError
+
+PATH = ("time_s", "x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
+TOLD = ("verdict", "margin_J", "touching", "time_s", "steps")
+
+
+class Mutant(Engine):
+    """An engine with the traits of LAMMPS that replays another's outputs, with one fault."""
+
+    name = "mutant"
+    title = "Mutant"
+
+    def __init__(self, inner, kept, values=None, output=None):
+        """Take the engine to record, where outputs are kept, and changes of values and output."""
+        self.inner, self.kept, self.acted = inner, kept, False
+        self.traits = replace(Lammps.traits, laws=inner.traits.laws)
+        self.change_values = values or (lambda job: job.values)
+        self.change_output = output or (lambda _, output: output)
+
+    def identify(self):
+        return replace(self.inner.identify(), engine=self.name)
+
+    def run(self, jobs):
+        self.check(jobs)
+        changed = [replace(job, values=self.change_values(job)) for job in jobs]
+        keys = [key_of(job) for job in changed]
+        new = {key: job for key, job in zip(keys, changed, strict=True) if key not in self.kept}
+        made = self.inner.run(list(new.values())) if new else []
+        for (key, job), output in zip(new.items(), made, strict=True):
+            self.kept[key] = as_told(job, output)
+        outputs = [self._mutated(job, self.kept[k]) for job, k in zip(jobs, keys, strict=True)]
+        pairs = zip(jobs, changed, strict=True)
+        self.acted = self.acted or any(job.values != other.values for job, other in pairs)
+        return outputs
+
+    def _mutated(self, job, output):
+        if isinstance(output, EngineError):
+            return output
+        changed = self.change_output(job, output)
+        self.acted = self.acted or changed is not output
+        return changed
+
+
+def key_of(job):
+    return job.template.name, job.variant, job.sampled, tuple(sorted(job.values.items()))
+
+
+def as_told(job, output):
+    """Return an output of the reference DEM as LAMMPS's script leaves it, which judges itself."""
+    if job.template.name != "incline" or isinstance(output, EngineError) or output.results:
+        return output
+    case, route = case_of(job.values), job.values["route"]
+    looks = output.tables["stages"]
+    found = judge(case, route, path_in(looks))
+    crests = zip(found.crests.time_s, found.crests.margin_J, strict=True)
+    results = [
+        ("crest", f"{number} {time!r} {margin!r} 1")
+        for number, (time, margin) in enumerate(np.array(list(crests)).reshape(-1, 2).tolist(), 1)
+    ]
+    numbers = {
+        "margin_J": found.margin_J,
+        "touching": int(found.touching),
+        "time_s": found.time_s,
+        "steps": round(looks["step"][found.row]),
+        "verdict": found.motion.value,
+    }
+    results = [("route", route), *results, *((name, f"{told}") for name, told in numbers.items())]
+    tables = {}
+    if job.sampled:
+        series = output.tables["series"]
+        ended = series["time_s"] <= found.time_s + 0.5 * case.step
+        tables = {"series": {name: column[ended] for name, column in series.items()}}
+    return replace(output, results=tuple(results), tables=tables)
+
+
+def on_table(change):
+    """Return a mutation of the series; it leaves outputs without one alone."""
+
+    def mutation(_, output):
+        if not output.tables:
+            return output
+        return replace(output, tables={"series": change(dict(output.tables["series"]))})
+
+    return mutation
+
+
+def kept_rows(rows):
+    """Return a mutation that keeps some rows: ``rows(count)``."""
+    return on_table(
+        lambda table: {name: column[rows(len(column))] for name, column in table.items()}
+    )
+
+
+def without_rows(rows):
+    return kept_rows(lambda count: np.delete(np.arange(count), rows(count)))
+
+
+ROWS = {
+    "first row lost": without_rows(lambda _: 0),
+    "last row lost": without_rows(lambda _: -1),
+    "middle row lost": without_rows(lambda count: count // 2),
+    "every second row lost": kept_rows(lambda _: slice(None, None, 2)),
+    "97 % of the rows lost": kept_rows(lambda count: slice(0, max(1, count * 3 // 100))),
+    "all but five rows lost": kept_rows(lambda _: slice(0, 5)),
+    "a hole of 20 % of the rows": without_rows(
+        lambda count: slice(count * 4 // 10, count * 6 // 10)
+    ),
+    "rows in reverse": kept_rows(lambda _: slice(None, None, -1)),
+    "a row twice": kept_rows(lambda count: np.sort(np.r_[0:count, count // 2])),
+    "no rows": kept_rows(lambda _: slice(0, 0)),
+}
+
+
+def _digits(values, digits=6):
+    """Return numbers as an output with six significant digits has them."""
+    return np.vectorize(lambda value: float(f"{value:.{digits}g}"))(values)
+
+
+def _with(table, name, change):
+    return {**table, name: change(table[name])}
+
+
+def _swapped(one, other):
+    return on_table(lambda table: {**table, one: table[other], other: table[one]})
+
+
+FORCE = "the force"
+"""Whatever column of forces an engine writes."""
+
+
+def columns(names):
+    """Return each column lost, doubled, halved, negated, or NaN in one row, by name."""
+    changes = {
+        "doubled": lambda column: 2.0 * column,
+        "halved": lambda column: 0.5 * column,
+        "negated": lambda column: -column,
+        "not a number in one row": _with_nan,
+        "lost": None,
+    }
+    return {
+        f"{name} {told}": _of_column(name, change)
+        for name in names
+        for told, change in changes.items()
+    }
+
+
+def _of_column(name, change):
+    def mutation(table):
+        there = next(key for key in table if key == name or (name == FORCE and key.endswith("_N")))
+        if change is None:
+            return {key: column for key, column in table.items() if key != there}
+        return _with(table, there, change)
+
+    return on_table(mutation)
+
+
+def _with_nan(column):
+    changed = np.array(column, dtype=float)
+    changed[len(changed) // 2] = np.nan
+    return changed
+
+
+TABLE = {
+    **ROWS,
+    "no table": lambda _, output: replace(output, tables={}) if output.tables else output,
+    "six digits of the table": on_table(
+        lambda table: {name: _digits(column) for name, column in table.items()}
+    ),
+}
+
+PATHS = {
+    **TABLE,
+    **columns(PATH),
+    "x_m and y_m swapped": _swapped("x_m", "y_m"),
+    "velocities swapped": _swapped("vx_m_per_s", "vy_m_per_s"),
+    "x_m and vx_m_per_s swapped": _swapped("x_m", "vx_m_per_s"),
+}
+
+TOWERS = {
+    **TABLE,
+    **columns(("step", "x_m", "vx_m_per_s", FORCE)),
+    "x_m and vx_m_per_s swapped": _swapped("x_m", "vx_m_per_s"),
+    "the last particle lost": on_table(
+        lambda table: {n: c if c.ndim == 1 else c[:, :-1] for n, c in table.items()}
+    ),
+    "the first two particles swapped": on_table(
+        lambda t: _with(t, "x_m", lambda x: x[:, [1, 0, *range(2, x.shape[1])]])
+    ),
+}
+
+
+def on_results(change):
+    """Return a mutation of the result lines: ``change(name, text)`` is a text, None to drop it."""
+
+    def mutation(_, output):
+        told = [(name, change(name, text)) for name, text in output.results]
+        kept = tuple((name, text) for name, text in told if text is not None)
+        return output if kept == output.results else replace(output, results=kept)
+
+    return mutation
+
+
+def _number(change, *names):
+    """Return a mutation of the numbers of these names, written as they are read."""
+
+    def one(name, text):
+        if name not in names:
+            return text
+        value = change(float(text))
+        return str(round(value)) if name == "steps" else repr(value)
+
+    return on_results(one)
+
+
+def _of_crests(change):
+    """Return a mutation of the lines of crests, shape (K, 4)."""
+
+    def mutation(job, output):
+        lines = [text.split() for name, text in output.results if name == "crest"]
+        if not lines:
+            return output
+        rows = change(np.array(lines, dtype=float), case_of(job.values))
+        told = [("crest", f"{int(n)} {t!r} {m!r} {int(c)}") for n, t, m, c in rows.tolist()]
+        rest = [pair for pair in output.results if pair[0] != "crest"]
+        return replace(output, results=(*told, *rest))
+
+    return mutation
+
+
+def _verdicts(one, other):
+    return on_results(
+        lambda name, text: other if name == "verdict" and text == one else text,
+    )
+
+
+def _exchange(one, other):
+    def mutation(_, output):
+        values = dict(output.results)
+        return on_results(lambda name, text: values.get({one: other, other: one}.get(name), text))(
+            _, output
+        )
+
+    return mutation
+
+
+RESULTS = {
+    **{
+        f"result {lost} left out": on_results(
+            lambda name, text, lost=lost: None if name == lost else text
+        )
+        for lost in TOLD
+    },
+    "time_s doubled": _number(lambda value: 2.0 * value, "time_s"),
+    "steps doubled": _number(lambda value: 2.0 * value, "steps"),
+    "time_s and steps doubled": _number(lambda value: 2.0 * value, "time_s", "steps"),
+    "time_s and steps halved": _number(lambda value: 0.5 * value, "time_s", "steps"),
+    "margin_J doubled": _number(lambda value: 2.0 * value, "margin_J"),
+    "margin_J halved": _number(lambda value: 0.5 * value, "margin_J"),
+    "margin_J negated": _number(lambda value: -value, "margin_J"),
+    "margin_J 1e-6 J off": _number(lambda value: value + 1e-6, "margin_J"),
+    "margin_J and time_s swapped": _exchange("margin_J", "time_s"),
+    "moves on said to be trapped": _verdicts(Motion.MOVES_ON.value, Motion.TRAPPED.value),
+    "trapped said to move on": _verdicts(Motion.TRAPPED.value, Motion.MOVES_ON.value),
+    "no result at all": lambda _, output: replace(output, results=()),
+    "six digits of the numbers": on_results(
+        lambda name, text: (
+            text
+            if name in ("route", "verdict", "steps", "touching")
+            else " ".join(f"{float(word):.6g}" for word in text.split())
+        )
+    ),
+}
+
+CRESTS = {
+    "first crest lost": _of_crests(lambda rows, _: rows[1:]),
+    "last crest lost": _of_crests(lambda rows, _: rows[:-1]),
+    "middle crest lost": _of_crests(lambda rows, _: np.delete(rows, len(rows) // 2, axis=0)),
+    "middle crest lost, renumbered": _of_crests(
+        lambda rows, _: np.column_stack(
+            [rows[:-1, 0], np.delete(rows, len(rows) // 2, axis=0)[:, 1:]]
+        )
+    ),
+    "a crest twice": _of_crests(lambda rows, _: np.vstack([rows, rows[-1:]])),
+    "energy at the crests doubled": _of_crests(lambda rows, _: rows * [1.0, 1.0, 2.0, 1.0]),
+    "energy at the crests halved": _of_crests(lambda rows, _: rows * [1.0, 1.0, 0.5, 1.0]),
+    "energy at the crests negated": _of_crests(lambda rows, _: rows * [1.0, 1.0, -1.0, 1.0]),
+    "time at the crests halved": _of_crests(lambda rows, _: rows * [1.0, 0.5, 1.0, 1.0]),
+    "time and energy at the crests swapped": _of_crests(lambda rows, _: rows[:, [0, 2, 1, 3]]),
+}
+
+
+def displaced(job, output, by=1e-4):
+    """Mutate as a second sphere that stands ``by`` diameters ahead: path and energy beyond it."""
+    case = case_of(job.values)
+
+    def moved(table):
+        beyond = table["x_m"] > 1.5 * case.diameter
+        return _with(table, "x_m", lambda x: x + by * case.diameter * beyond)
+
+    def lower(rows, case):
+        height = by * case.weight_energy * np.sin(np.radians(case.angle))
+        return rows + np.outer(rows[:, 0] > 1.0, [0.0, 0.0, height, 0.0])
+
+    return _of_crests(lower)(job, on_table(moved)(job, output))
+
+
+CRESTS["second sphere displaced by 1e-4 d"] = displaced
+
+
+def scaled(**factors):
+    """Return a change of the values of a job: each times a factor."""
+    return lambda job: {
+        name: value * factors[name] if name in factors else value
+        for name, value in job.values.items()
+    }
+
+
+def shifted(**steps):
+    """Return a change of the values of a job: each plus a difference."""
+    return lambda job: {
+        name: value + steps[name] if name in steps else value for name, value in job.values.items()
+    }
+
+
+VALUES = {
+    "angle 1e-5 deg off": shifted(angle=1e-5),
+    "gravity 1e-9 off": scaled(gravity=1.0 + 1e-9),
+    "stiffness 1e-6 off": scaled(stiffness=1.0 + 1e-6),
+    "diameter 1e-6 off": scaled(diameter=1.0 + 1e-6),
+    "twice the steps": scaled(steps_per_contact=2.0),
+}
+"""Other values than were asked for, in a run of the incline."""
+
+DAMPING = {"damping 1e-6 off": scaled(damping_ratio=1.0 + 1e-6)}
+
+OF_A_TOWER = {
+    "gravity 1e-3 off": scaled(gravity=1.0 + 1e-3),
+    "speed 1e-4 off": scaled(speed=1.0 + 1e-4),
+    "stiffness 1e-4 off": scaled(stiffness=1.0 + 1e-4),
+    "mass 1e-4 off": scaled(mass=1.0 + 1e-4),
+}
+
+OF_A_DROP = {
+    "gravity 1 % off": scaled(gravity=1.01),
+    "stiffness 1 % off": scaled(stiffness=1.01),
+    "half the restitution": scaled(restitution=0.5),
+}

@@ -1,0 +1,228 @@
+"""The standing test of the judges: a fault that is planted in an engine's outputs must show.
+
+Each must fail a row of the case's own verification at level quick; the regression against the
+baseline, which comes later, is not among them.
+"""
+
+from dataclasses import replace
+
+import pytest
+
+from harness.cases.contract import Study
+from harness.cases.drop.case import CASE as DROP
+from harness.cases.incline import checks as incline_checks
+from harness.cases.incline.case import CASE as INCLINE
+from harness.cases.tower import against_exact
+from harness.cases.tower import checks as tower_checks
+from harness.cases.tower.case import CASE as TOWER
+from harness.comparison.triage import Triage
+from harness.comparison.verdicts import Kind, Verdict
+from harness.engines.lammps.engine import Lammps
+from harness.engines.reference.engine import Reference
+from harness.workflows.main_engine import MainRun
+from tests.cases import mutations
+from tests.cases.doubles import Twin
+from tests.cases.mutations import Mutant
+from tests.cases.tower.row_engine import RowEngine
+
+QUICK = Study("quick")
+KEPT = {}
+"""Outputs by job: each runs once, whatever is planted in it afterwards."""
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _what_no_fault_changes_is_computed_once():
+    """Keep the references and extrapolations: each test computes only what its fault changes."""
+    references, angles, towers = {}, {}, {}
+    run, extrapolate, tower = Reference.run, incline_checks.extrapolate, tower_checks.tower
+
+    def run_once(engine, jobs):
+        if type(engine) is not Reference:
+            return run(engine, jobs)
+        key = tuple(mutations.key_of(job) for job in jobs)
+        if key not in references:
+            references[key] = run(engine, jobs)
+        return references[key]
+
+    def extrapolate_once(found):
+        key = tuple((one.case, one.value_deg, one.uncertainty_deg) for one in found)
+        if key not in angles:
+            angles[key] = extrapolate(found)
+        return angles[key]
+
+    def tower_once(case, solver="", **options):
+        if solver != "exact":
+            return tower(case, solver=solver, **options) if solver else tower(case, **options)
+        key = case, *sorted(options.items())
+        if key not in towers:
+            towers[key] = tower(case, solver=solver, **options)
+        return towers[key]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Reference, "run", run_once)
+        patch.setattr(incline_checks, "extrapolate", extrapolate_once)
+        patch.setattr(tower_checks, "tower", tower_once)
+        patch.setattr(against_exact, "tower", tower_once)
+        yield
+
+
+def passage(job):
+    return job.values["route"] == "passage"
+
+
+def steady(job):
+    return not passage(job)
+
+
+TARGETS = {
+    "passages": passage,
+    "sampled passages": lambda job: passage(job) and job.sampled,
+    "steady runs": steady,
+    "motions": lambda job: steady(job) and job.sampled,
+    "recursion": lambda job: steady(job) and job.values["angle"] == 10.6,
+    "all towers": lambda _: True,
+    "tower of 2": lambda job: job.values["height"] == 2,
+    "ladder": lambda job: job.values["height"] == 3,
+    "all drops": lambda _: True,
+}
+
+
+def planted(engine, kept, target, output=None, values=None):
+    """Return an engine with a fault in the jobs of a target."""
+    there = TARGETS[target]
+    return Mutant(
+        engine,
+        kept,
+        values and (lambda job: values(job) if there(job) else job.values),
+        output and (lambda job, told: output(job, told) if there(job) else told),
+    )
+
+
+def assert_seen(case, engine):
+    checks = case.verify(engine, QUICK).checks
+    assert engine.acted
+    failed = [row for row in checks if row.verdict is Verdict.FAIL]
+    assert failed
+    assert not any(row.kind is Kind.REGRESSION for row in failed)
+    assert [row.note for row in failed if row.triage is Triage.HARNESS] == []
+
+
+def all_of(case, mutations_of, *without):
+    """Return parameters of a test, by their names; ``without`` are faults that do not act."""
+    return [
+        pytest.param(case, target, mutation, id=f"{target}, {name}")
+        for target, mutations in mutations_of.items()
+        for name, mutation in mutations.items()
+        if (target, name) not in without
+    ]
+
+
+ALIKE = {INCLINE: Twin, TOWER: RowEngine, DROP: Twin}
+"""Engines that need no process, which tell what LAMMPS tells."""
+
+OUTPUTS = [
+    *all_of(
+        INCLINE,
+        {
+            "passages": mutations.RESULTS,
+            "sampled passages": mutations.PATHS | mutations.RESULTS,
+            "steady runs": mutations.RESULTS | mutations.CRESTS,
+            "motions": mutations.PATHS | mutations.RESULTS | mutations.CRESTS,
+            "recursion": mutations.RESULTS | mutations.CRESTS,
+        },
+        # all are trapped, or all move on
+        ("sampled passages", "moves on said to be trapped"),
+        ("recursion", "trapped said to move on"),
+        # the path tells it all
+        ("sampled passages", "no result at all"),
+        # margins near 0: six digits are 1e-9 of m g d
+        ("sampled passages", "six digits of the numbers"),
+    ),
+    *all_of(TOWER, dict.fromkeys(("all towers", "tower of 2", "ladder"), mutations.TOWERS)),
+    *all_of(DROP, {"all drops": mutations.PATHS}),
+]
+
+VALUES = [
+    *all_of(
+        INCLINE,
+        {
+            "motions": mutations.VALUES,
+            "recursion": mutations.VALUES | mutations.DAMPING,
+            "sampled passages": mutations.DAMPING,
+        },
+    ),
+    *all_of(TOWER, {"tower of 2": mutations.OF_A_TOWER}),
+    *all_of(DROP, {"all drops": mutations.OF_A_DROP}),
+]
+
+faults = pytest.mark.parametrize(("case", "target", "mutation"), OUTPUTS)
+values = pytest.mark.parametrize(("case", "target", "change"), VALUES)
+
+
+@pytest.mark.parametrize("case", ALIKE, ids=lambda case: case.name)
+def test_an_engine_without_a_fault_passes(case):
+    found = case.verify(Mutant(ALIKE[case](), KEPT), QUICK)
+    assert not [row for row in found.checks if row.verdict is Verdict.FAIL]
+
+
+@faults
+def test_a_fault_of_an_output_shows(case, target, mutation):
+    assert_seen(case, planted(ALIKE[case](), KEPT, target, mutation))
+
+
+@values
+def test_other_values_than_were_asked_for_show(case, target, change):
+    assert_seen(case, planted(ALIKE[case](), KEPT, target, values=change))
+
+
+@pytest.mark.parametrize(
+    "rules",
+    [
+        {},
+        {"tails": ("clipped",)},
+        {"effective_masses": ("half",)},
+        {"integrator": ""},
+        {"digits": 6},
+        {"restitution_floor": 1e-3},
+        {"most_damping": 0.9},
+    ],
+    ids=str,
+)
+@pytest.mark.parametrize("case", ALIKE, ids=lambda case: case.name)
+def test_each_row_of_the_plan_is_expected_whatever_an_engine_refuses(case, rules):
+    engine = Mutant(ALIKE[case](), KEPT)
+    engine.traits = replace(engine.traits, **rules)
+    assert len(case.verify(engine, QUICK).checks) == case.expected_rows("quick", engine)
+
+
+def test_a_verification_that_lost_rows_fails(monkeypatch):
+    monkeypatch.setattr(incline_checks, "two_ways", lambda _: [])
+    engine = Mutant(Twin(), KEPT)
+    run = MainRun([INCLINE], QUICK, engine, engine.identify())
+    run.cases_side_by_side()
+    lost = next(row for row in run.checks if row.name == "incline: rows of level quick, mutant")
+    assert (lost.verdict, lost.note) == (Verdict.FAIL, "1 rows are missing")
+
+
+@pytest.fixture(scope="module")
+def lammps():
+    """Return LAMMPS and its outputs by job."""
+    with Lammps() as engine:
+        yield engine, {}
+
+
+@pytest.mark.slow
+@pytest.mark.live
+@pytest.mark.parametrize("case", ALIKE, ids=lambda case: case.name)
+def test_lammps_without_a_fault_passes(lammps, case):
+    engine = Mutant(*lammps)
+    found = case.verify(engine, QUICK)
+    assert not [row for row in found.checks if row.verdict is Verdict.FAIL]
+    assert len(found.checks) == case.expected_rows("quick", engine)
+
+
+@pytest.mark.slow
+@pytest.mark.live
+@faults
+def test_a_fault_of_an_output_of_lammps_shows(lammps, case, target, mutation):
+    assert_seen(case, planted(*lammps, target, mutation))
