@@ -147,7 +147,7 @@ VALUES = [
         INCLINE,
         {
             "motions": mutations.VALUES,
-            "recursion": mutations.VALUES | mutations.DAMPING,
+            "recursion": mutations.VALUES,
             "sampled passages": mutations.DAMPING,
         },
     ),

@@ -47,6 +47,13 @@ REFERENCE_SPEED = Tolerance(
     0.0,
     "as for the path, times the rate of the contact, omega sqrt(d/g) = 3e2 at k = 1e6 N/m",
 )
+REFERENCE_PASSAGE = Tolerance(
+    "",
+    1e-8,
+    0.0,
+    "the same steps in two codes, one well: round-off of 1e-15, times 20 at the shock and the rate "
+    "of the contact, 3e2, in a velocity",
+)
 REFERENCE_FIRST_CRESTS = Tolerance(
     "m g d",
     1e-8,

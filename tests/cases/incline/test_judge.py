@@ -133,6 +133,8 @@ def test_a_script_that_judges_is_taken_at_its_word():
         ({"crests": ["2 0.001 0.5 1"]}, "after 1 crests"),
         ({"crests": ["1 9.0 0.5 1"]}, "passed a crest after the end"),
         ({"crests": ["1 0.001 0.5"]}, "incomplete result"),
+        ({"crests": ["1 0.001 0.5 1"]}, "another time or energy than at its last crest"),
+        ({"margin_J": "1.0"}, "another time or energy than at its last crest"),
     ],
 )
 def test_a_result_that_contradicts_itself_is_no_result(changes, words):
@@ -143,7 +145,7 @@ def test_a_result_that_contradicts_itself_is_no_result(changes, words):
 
 def test_every_well_must_have_its_crest():
     case = Incline(wells=3)
-    rows = [f"{n} {30 * n * case.step!r} 0.5 1" for n in (1, 2, 3)]
+    rows = [f"{n} {25 * (n + 1) * case.step!r} 0.5 1" for n in (1, 2, 3)]
     assert len(read(case, "steady", told(case, crests=rows), "linear").crests.time_s) == 3
     for broken in (rows[:2], [rows[0], rows[2]], [rows[1], rows[0], rows[2]]):
         with pytest.raises(EngineOutputError, match="crests of 3"):
