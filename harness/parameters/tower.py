@@ -14,6 +14,9 @@ Property = Literal["mass", "stiffness", "diameter"]
 Law = Literal["overlap", "deformable"]
 LAWS: tuple[Law, ...] = ("overlap", "deformable")
 Base = Literal["fixed", "free"]
+MOST_CONTACTS = 10_000_000
+"""Of a tower: the kernels take some 160 bytes a particle."""
+
 MOST_COMPRESSION = 0.25
 """[diameters] of the lowest contact at rest; twice that is what two neighbours may overlap."""
 
@@ -37,7 +40,11 @@ class Tower(Parameters):
     """
 
     height: int = Field(
-        default=1, ge=1, strict=True, description="[contacts] of the tower, particles - 1"
+        default=1,
+        ge=1,
+        le=MOST_CONTACTS,
+        strict=True,
+        description="[contacts] of the tower, particles - 1",
     )
     stiffness: PerParticle = Field(default=1e6, description="[N/m] normal stiffness")
     mass: PerParticle = Field(default=1.0, description="[kg] mass")

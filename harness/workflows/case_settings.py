@@ -74,11 +74,19 @@ def _changed(parameters: Parameters, tree: Tree, prefix: str) -> Parameters:
 
 
 def _values(kind: type[Parameters], tree: Tree) -> Tree:
-    """Return settings with ``none`` as None where a parameter may be left out."""
-    optional = {
-        name for name, field in kind.model_fields.items() if type(None) in _kinds(field.annotation)
-    }
-    return {k: None if v == NONE and k in optional else v for k, v in tree.items()}
+    """Return settings as values: whole numbers, and ``none`` where one may be left out."""
+    return {name: _value(kind, name, text) for name, text in tree.items()}
+
+
+def _value(kind: type[Parameters], name: str, text: Any) -> Any:
+    field = kind.model_fields.get(name)
+    if field is None or not isinstance(text, str):
+        return text
+    if text == NONE and type(None) in _kinds(field.annotation):
+        return None
+    # a strict whole number is not read from a text
+    whole = field.annotation is int and text.strip().lstrip("+-").isdecimal()
+    return int(text) if whole else text
 
 
 def _kinds(annotation: Any) -> tuple[Any, ...]:

@@ -53,8 +53,8 @@ class TowerCase(Case[TowerRunParameters]):
     def presets(self) -> Mapping[str, TowerRunParameters]:
         """Return towers of the source: three particles under each law, and the tallest."""
         return {
-            "source": TowerRunParameters(law="deformable"),
             "source-overlap": TowerRunParameters(),
+            "source": TowerRunParameters(law="deformable"),
             "source-tallest": TowerRunParameters(height=19, law="deformable"),
             "grain-on-one": TowerRunParameters(height=1),
         }

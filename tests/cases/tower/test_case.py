@@ -13,6 +13,7 @@ from harness.comparison.verdicts import Kind, Verdict
 from harness.engines.output import Output
 from harness.errors import EngineCrashError, EngineError, EngineOutputError, RequestError
 from harness.parameters.tower import Tower
+from harness.workflows.case_settings import parameters_of
 from tests.cases.tower.row_engine import RowEngine
 
 QUICK = Study(level="quick")
@@ -257,3 +258,14 @@ def test_reading_needs_nothing_but_the_output():
     (output,) = engine.run([CASE.job(parameters)])
     assert isinstance(output, Output)
     assert CASE.read(parameters, output, engine.traits) == CASE.measure(parameters, engine).values
+
+
+def test_a_height_is_read_from_a_setting():
+    assert parameters_of(CASE, {"height": "3"}).height == 3
+    for text in ("3.5", "three", "9" * 30):
+        with pytest.raises(RequestError, match=r"^--set: height = "):
+            parameters_of(CASE, {"height": text})
+
+
+def test_without_settings_it_is_the_tower_that_every_code_can_state():
+    assert parameters_of(CASE, {}).law == "overlap"
