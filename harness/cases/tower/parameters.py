@@ -5,7 +5,7 @@ from __future__ import annotations
 from pydantic import Field
 
 from harness.observables.windows import SEARCH
-from harness.parameters.tower import Law, Tower
+from harness.parameters.tower import MOST_CONTACTS, Law, Tower
 
 
 class TowerRunParameters(Tower):
@@ -16,7 +16,11 @@ class TowerRunParameters(Tower):
     """
 
     height: int = Field(
-        default=2, ge=1, strict=True, description="[contacts] of the tower, particles - 1"
+        default=2,
+        ge=1,
+        le=MOST_CONTACTS,
+        strict=True,
+        description="[contacts] of the tower, particles - 1",
     )
     law: Law = Field(default="overlap", description="[-] contact law")
     duration: float = Field(
