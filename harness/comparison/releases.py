@@ -108,8 +108,7 @@ class ReleaseMatrix:
         return pd.DataFrame(
             [
                 {
-                    "record": row.record,
-                    "label": row.label,
+                    "case": row.record,
                     "quantity": row.quantity,
                     "unit": row.unit,
                     "release": column.release,
@@ -119,6 +118,7 @@ class ReleaseMatrix:
                     "tolerance": row.tolerance,
                     "change": str(cell.change),
                     "note": cell.note,
+                    "label": row.label,
                 }
                 for row in self.rows
                 for column, cell in zip(self.columns, row.cells, strict=True)
@@ -146,6 +146,7 @@ class ReleaseMatrix:
 
     def _row(self, row: Row) -> dict[str, Any]:
         told = published(row)
+        told["case"] = told.pop("record")
         for cell, column in zip(told["cells"], self.columns, strict=True):
             cell["release"] = column.release
         return told

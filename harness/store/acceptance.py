@@ -49,7 +49,7 @@ class Change:
     def record(self) -> dict[str, object]:
         """Return it as a JSON-ready mapping."""
         return {
-            "record": self.measured.name,
+            "case": self.measured.name,
             "kind": str(self.kind),
             "changes": list(self.lines),
         }

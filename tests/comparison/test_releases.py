@@ -81,5 +81,5 @@ def test_status_is_1_when_a_value_moved_and_0_when_none_did(after, status):
 def test_rows_and_record_name_the_record_with_its_label():
     found = release_matrix("quick", "", [column("a", case(1.0))], TOLERANCES)
     (row,) = found.record()["rows"]
-    assert (row["record"], row["label"], row["tolerance"]) == (CASE.name, "an angle", 1e-9)
+    assert (row["case"], row["label"], row["tolerance"]) == (CASE.name, "an angle", 1e-9)
     assert row["cells"][0]["release"] == "a"

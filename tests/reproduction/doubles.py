@@ -39,12 +39,12 @@ class FateEngine:
         }
         results = {
             "verdict": fate.value,
-            "margin_J": "0",
+            "margin_J": "0.1" if fate is Motion.MOVES_ON else "0",
             "touching": "1",
             "time_s": repr(float(time[-1])),
             "steps": str(every * (ROWS - 1)),
         }
         passed = job.values["wells"] if fate is Motion.MOVES_ON else 3
-        times = np.linspace(0, time[-1], passed + 2)[1:-1]
+        times = np.linspace(0, time[-1], passed + 1)[1:]
         crests = [("crest", f"{n} {at!r} 0.1 1") for n, at in enumerate(times.tolist(), 1)]
         return Output((*results.items(), *crests), Provenance("lammps", "test"), {"series": path})

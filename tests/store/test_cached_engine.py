@@ -68,7 +68,7 @@ class Synthetic(Engine):
             "steps": "100",
         }
         if run.motion is Motion.MOVES_ON:
-            results["crest"] = f"1 {50 * run.case.step!r} {run.margin_J!r} 1"
+            results["crest"] = f"1 {100 * run.case.step!r} {run.margin_J!r} 1"
         table = {name: np.linspace(0.1, 0.3, 7) ** 0.5 for name in COLUMNS}
         table["force"] = np.arange(6.0).reshape(3, 2) / 7.0
         tables = {"series": table, "of all / things": table} if job.sampled else {}
