@@ -3,13 +3,12 @@ import sys
 
 import pytest
 
-from harness.cases.incline.parameters import Incline
+from harness.cases.incline.case import InclineCase
 from harness.cases.incline.runs import read
 from harness.cases.incline.template import job_of
 from harness.engines.lammps.engine import Lammps
 from harness.engines.process import Limits
 from harness.engines.script import Script, Task
-from harness.parameters.contact import CONTACTS
 
 pytestmark = [pytest.mark.live, pytest.mark.slow]
 
@@ -42,7 +41,7 @@ def run_committed(lmp, contact, inputs):
     """Run the committed input as it stands; return the release and the result."""
     name = f"incline-{contact}.in"
     text = (inputs / name).read_text(encoding="utf-8")
-    case = Incline(contact=CONTACTS[contact], steps_per_contact=100.0)
+    case = InclineCase().presets[contact]
     with Lammps(lmp=lmp, workers=1, limits=Limits(seconds=120)) as engine:
         who = engine.identify()
         task = Task(job_of(case, "steady"), Script(name, text, frozenset()), {})
