@@ -22,3 +22,5 @@ def test_towers_come_with_their_cases():
 def test_towers_of_other_steps_were_not_recorded():
     with pytest.raises(RequestError, match="f = 500: no tower was recorded"):
         recorded_tower(500)
+    with pytest.raises(RequestError, match=r"must be 50 or 5000"):
+        recorded_tower(500)

@@ -41,3 +41,17 @@ def test_the_default_factor_of_50_is_not_five_steps_at_the_recorded_restitution(
 def test_steps_that_mfix_cannot_take_are_refused(steps, contact, said):
     with pytest.raises(RequestError, match=said):
         factor(steps, contact)
+
+
+def test_without_damping_the_contact_time_is_that_of_half_the_mass():
+    undamped = CONTACT.replace(restitution=1.0)
+    assert steps_per_contact(50, undamped) == pytest.approx(50 * math.sqrt(2))
+
+
+@pytest.mark.parametrize(
+    ("given_factor", "contact"),
+    [(0.0, CONTACT), (math.nan, CONTACT), (50, SOURCE), (50, CONTACT.replace(restitution=0.0))],
+)
+def test_a_step_that_mfix_does_not_have_is_refused(given_factor, contact):
+    with pytest.raises(RequestError):
+        steps_per_contact(given_factor, contact)
