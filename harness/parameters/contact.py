@@ -51,6 +51,11 @@ class Contact(Parameters):
         return super().replace(**changes)
 
     @property
+    def stated_restitution(self) -> float | None:
+        """Return the restitution that states the damping, None where a damping ratio does."""
+        return self.restitution if self.damping_ratio is None else None
+
+    @property
     def zeta(self) -> float:
         """Return the damping ratio: |ln e| / sqrt(pi^2 + ln^2 e), 1 for e = 0 (critical)."""
         if self.damping_ratio is not None:

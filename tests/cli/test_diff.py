@@ -7,6 +7,7 @@ from harness.comparison.tolerances import Tolerance
 from harness.comparison.verdicts import Kind, judge
 from harness.report.diff_folder import write_diff
 from harness.workflows import diff
+from tests.published_run import RUN
 
 FIGURE = '<svg viewBox="0 0 72 36" xmlns="http://www.w3.org/2000/svg"><path d="M 0 0"/></svg>'
 
@@ -18,18 +19,7 @@ def check(value):
 @pytest.fixture
 def runs(tmp_path):
     """Two runs as verify leaves them: the second is off, its script and one figure are changed."""
-    record = {
-        "schema": 1,
-        "level": "quick",
-        "started": "2030-01-01T00:00:00+00:00",
-        "seconds": 1.0,
-        "platform": "a test",
-        "harness_version": "1",
-        "status": 0,
-        "engine": None,
-        "closed_form_deg": 10.2,
-        "checks": [check(10.2)],
-    }
+    record = RUN | {"checks": [check(10.2)]}
     for name in ("one", "two"):
         folder = tmp_path / name
         for below in ("figures", "scripts"):

@@ -4,6 +4,7 @@ import pytest
 
 from harness.comparison.results import read_published
 from harness.comparison.run_diff import Change, diff_runs
+from tests.published_run import RUN
 
 
 def row(name="angle", verdict="pass", kind="analytic", **changes):
@@ -22,21 +23,8 @@ def row(name="angle", verdict="pass", kind="analytic", **changes):
 
 
 def run(*rows, **changes):
-    return read_published(
-        {
-            "schema": 1,
-            "level": "quick",
-            "started": "2030-01-01T00:00:00+00:00",
-            "seconds": 1.0,
-            "platform": "a test",
-            "harness_version": "1",
-            "status": 0,
-            "engine": {"engine": "lammps", "engine_version": "1 Jan 2030"},
-            "closed_form_deg": 10.2,
-            "checks": rows,
-            **changes,
-        }
-    )
+    engine = {"engine": "lammps", "engine_version": "1 Jan 2030"}
+    return read_published({**RUN, "engine": engine, "checks": rows, **changes})
 
 
 def only(found):

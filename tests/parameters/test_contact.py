@@ -54,6 +54,13 @@ def test_damping_ratio_wins_over_restitution():
     assert Contact(restitution=0.5, damping_ratio=3.0).zeta == 3.0
 
 
+def test_a_restitution_is_stated_where_no_damping_ratio_is():
+    assert SOURCE.stated_restitution == 1e-20
+    assert CLIPPED.stated_restitution == 0.0
+    assert PLASTIC.stated_restitution is None
+    assert SOURCE.replace(damping_ratio=0.5).stated_restitution is None
+
+
 @given(st.floats(0.0, 100.0))
 def test_half_the_mass_gives_the_dashpot_of_half_the_mass(zeta):
     half = Contact(damping_ratio=zeta, effective_mass="half")

@@ -6,19 +6,7 @@ import pytest
 
 from harness.errors import RequestError
 from harness.workflows import diff
-
-RUN = {
-    "schema": 1,
-    "level": "quick",
-    "started": "2030-01-01T00:00:00+00:00",
-    "seconds": 1.0,
-    "platform": "a test",
-    "harness_version": "1",
-    "status": 0,
-    "engine": None,
-    "closed_form_deg": 10.2,
-    "checks": [],
-}
+from tests.published_run import RUN
 
 
 @pytest.fixture

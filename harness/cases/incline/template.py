@@ -73,7 +73,7 @@ def scene_of(values: Mapping[str, Any], spring: Spring) -> Scene:
         gravity=(case.gravity * math.sin(tilt), -case.gravity * math.cos(tilt)),
         stiffness=case.stiffness,
         damping_ratio=case.contact.zeta,
-        restitution=case.contact.restitution if case.contact.damping_ratio is None else None,
+        restitution=case.contact.stated_restitution,
         tail=case.contact.tail,
         effective_mass=case.contact.effective_mass,
         step=case.step,

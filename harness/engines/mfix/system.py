@@ -88,8 +88,8 @@ class System:
     @property
     def restitution(self) -> float:
         """Return the nominal restitution that states the contact's damping ratio."""
-        if self.contact.damping_ratio is None and self.contact.restitution is not None:
-            return self.contact.restitution
+        if (stated := self.contact.stated_restitution) is not None:
+            return stated
         zeta = self.contact.zeta
         return math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta * zeta))
 
