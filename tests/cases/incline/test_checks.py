@@ -1,6 +1,7 @@
 """The judge of the incline: what an honest engine gets, and faults that must not pass."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -239,19 +240,15 @@ def test_a_twin_is_held_against_the_engine_and_closed():
 
 @pytest.mark.live
 def test_lammps_is_the_committed_baseline_to_the_last_bit_in_its_passages():
-    import json
-    from pathlib import Path
-
     from harness.cases.incline.passages import passages
     from harness.engines.registry import open_engine
+    from harness.store.baseline import read_baseline
 
-    folder = Path(__file__).parents[3] / "reports" / "baseline"
-    kept = folder / "lammps" / "incline-path-plastic-10.2-deg.json"
-    if not kept.is_file():
-        pytest.skip("the baseline is a table")
+    name = "lammps/incline-path-plastic-10.2-deg"
+    known = read_baseline(Path(__file__).parents[3] / "reports" / "baseline").records[name]
     with open_engine("lammps") as engine:
         told = verifying(engine)
         assert passages(told) == []
-    (found,) = [r for r in told.found.records if r.name.endswith("path-plastic-10.2-deg")]
-    known = json.loads(kept.read_text(encoding="utf-8"))["quantities"]["margin_over_mgd"]
-    assert found.quantities["margin_over_mgd"].value == known["value"]
+    (found,) = [r for r in told.found.records if r.name == name]
+    wanted = known.quantities["margin_over_mgd"].value
+    assert found.quantities["margin_over_mgd"].value == wanted
