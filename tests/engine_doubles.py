@@ -1,28 +1,40 @@
-"""Engines that stand in for others: the reference DEM under other names and traits."""
-
-from __future__ import annotations
+"""The reference DEM under other names, rules and faults, in place of other engines."""
 
 from dataclasses import replace
 
 from harness.engines.reference.engine import Reference
+from harness.errors import EngineCrashError, EngineError
 
-TRAITS = replace(Reference.traits, install_hint="apt install it")
+TRAITS = replace(Reference.traits, install_hint="apt install it", title="")
 
 
 class Twin(Reference):
-    """Runs jobs as the reference DEM does, in the scheme that it declares."""
+    """The reference DEM in the scheme that it declares.
+
+    ``change_values`` and ``change_output`` are faults: of what it is told, of what it tells.
+    """
 
     name = "twin"
-    traits = replace(TRAITS, lineage="LAMMPS", caveats=("It grew out of LAMMPS.",))
+    traits = replace(TRAITS, lineage="LAMMPS", title="Twin")
 
-    def __init__(self, program: str | None = None) -> None:
-        super().__init__(self.traits.integrator)
-        self.program = program
+    def __init__(self, change_values=dict, change_output=lambda _, output: output):
+        super().__init__(self.traits.integrator or "velocity-verlet", spring=self.traits.spring)
+        self.change_values, self.change_output = change_values, change_output
+        self.jobs = []
+
+    def run(self, jobs):
+        self.check(jobs)
+        self.jobs += jobs
+        scenes = [job.template.scene(self.change_values(job.values), self._spring) for job in jobs]
+        return [
+            output if isinstance(output, EngineError) else self.change_output(job, output)
+            for job, output in zip(jobs, self.run_scenes(scenes), strict=True)
+        ]
 
 
 class Clamped(Twin):
     name = "clamped"
-    traits = replace(TRAITS, tails=("clipped",), caveats=("It always clips.",))
+    traits = replace(TRAITS, tails=("clipped",))
 
 
 class Half(Twin):
@@ -32,3 +44,15 @@ class Half(Twin):
     traits = replace(
         TRAITS, tails=("attractive",), effective_masses=("half",), integrator="mfix-euler"
     )
+
+
+class Crashing(Twin):
+    name = "crashing"
+
+    def run(self, jobs):
+        deaths = []
+        for _ in jobs:
+            error = EngineCrashError("signal SIGSEGV")
+            error.log = "input\nlast words\n"
+            deaths.append(error)
+        return deaths

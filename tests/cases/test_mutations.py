@@ -21,9 +21,9 @@ from harness.engines.lammps.engine import Lammps
 from harness.engines.reference.engine import Reference
 from harness.workflows.main_engine import MainRun
 from tests.cases import mutations
-from tests.cases.doubles import Twin
 from tests.cases.mutations import Mutant
 from tests.cases.tower.row_engine import RowEngine
+from tests.engine_doubles import Twin
 
 QUICK = Study("quick")
 KEPT = {}

@@ -12,7 +12,7 @@ from harness.engines.reference.engine import Reference
 from harness.errors import RequestError
 from harness.parameters.contact import PLASTIC, Contact
 from harness.report.figures.style import house_style
-from tests.cases.doubles import Crashing, Twin
+from tests.engine_doubles import Crashing, Twin
 
 KNOWN = {
     "head-on": {"restitution", "largest_overlap_m", "end_speed_m_per_s"},

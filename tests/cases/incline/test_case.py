@@ -20,7 +20,7 @@ from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE, Contact
 from harness.report.figures.style import house_style
 from harness.theory.critical_angle import critical_angle as closed_form
 from harness.theory.energy_map import passage_margin
-from tests.cases.doubles import Twin
+from tests.engine_doubles import Twin
 
 HALF = Contact(restitution=0.5, damping_ratio=None)
 

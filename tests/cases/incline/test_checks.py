@@ -17,7 +17,7 @@ from harness.comparison.verdicts import Kind, Verdict
 from harness.engines.reference.engine import Reference
 from harness.errors import EngineMissingError, EngineOutputError
 from harness.theory.critical_angle import critical_angle
-from tests.cases.doubles import TRAITS, Clamped, Crashing, Twin
+from tests.engine_doubles import TRAITS, Clamped, Crashing, Twin
 
 
 @pytest.fixture(scope="module")

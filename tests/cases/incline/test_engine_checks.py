@@ -16,7 +16,7 @@ from harness.cases.incline.rules import Stated, contacts_of, reference_for
 from harness.comparison.verdicts import Kind, Verdict
 from harness.engines.reference.engine import Reference
 from harness.parameters.contact import CLIPPED, PLASTIC
-from tests.cases.doubles import TRAITS, Clamped, Crashing, Half, Twin
+from tests.engine_doubles import TRAITS, Clamped, Crashing, Half, Twin
 
 
 @pytest.fixture(scope="module")
