@@ -1,0 +1,62 @@
+"""Rules in which codes differ that state one and the same contact law; each moves the results.
+
+Whether Mindlin's spring is total or incremental, and what becomes of it when the overlap shrinks,
+is in the name of the law (``mindlin``, ``mindlin/force``, ``mindlin_rescale``, ...). Turning the
+spring with the contact or projecting it differs by the square of the angle turned in a step only:
+both have one limit, so that it is no rule here.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from harness.parameters.base import Parameters
+
+
+class Rules(Parameters):
+    """What a code does where the law leaves a choice; the defaults are LAMMPS's.
+
+    Two defaults are the literature's where LAMMPS's releases depart from it: ``tsuji_mass`` and
+    ``marshall_stiffness``.
+    """
+
+    cap: Literal["cut_back", "force_only"] = Field(
+        "cut_back",
+        description="[-] Coulomb's limit: cuts the spring back, or the force only (it goes on)",
+    )
+    damping_in_cap: Literal["inside", "outside", "sticking_only"] = Field(
+        "inside",
+        description="[-] dashpot: limited with the spring, added to the limited spring, or off "
+        "while sliding",
+    )
+    mindlin_factor: Literal["1", "2/3"] = Field(
+        "1", description="[-] factor on Mindlin's stiffness 8 G* a"
+    )
+    torque_lever: Literal["contact_point", "radius"] = Field(
+        "contact_point",
+        description="[-] lever of the tangential force between spheres: r - overlap/2, or r",
+    )
+    velocity_lever: Literal["contact_point", "radius"] = Field(
+        "radius", description="[-] lever of omega in the velocity at the contact, likewise"
+    )
+    spring_spin: Literal["none", "mean"] = Field(
+        "none",
+        description="[-] springs turn about the normal: never, or with the bodies' mean spin",
+    )
+    pull_off: Literal["largest_tension", "fold"] = Field(
+        "largest_tension",
+        description="[-] jkr parts at its largest tension 3 pi gamma R*, or where no area is left",
+    )
+    frozen_mass: Literal["infinite", "own"] = Field(
+        "infinite", description="[-] mass of a frozen partner in m*"
+    )
+    tsuji_mass: Literal["twice_effective", "effective"] = Field(
+        "twice_effective",
+        description="[-] M in Tsuji's eta_n = alpha sqrt(M F/overlap): 2 m* gives the restitution",
+    )
+    marshall_stiffness: Literal["spring", "coefficient"] = Field(
+        "spring",
+        description="[-] K in Marshall's twisting stiffness K a^2/2: 8 G* a, or 8 G* without a",
+    )

@@ -1,0 +1,97 @@
+"""The law of a contact: its submodels take what is theirs, and nothing else."""
+
+import pytest
+from pydantic import Field
+
+from harness.errors import RequestError
+from harness.parameters.contact_law import TAKES, ContactLaw
+
+NEEDED = {
+    "damping_coefficient": 1.0,
+    **dict.fromkeys(("rolling_stiffness", "rolling_damping", "rolling_friction"), 1.0),
+    **dict.fromkeys(("twisting_stiffness", "twisting_damping", "twisting_friction"), 1.0),
+}
+"""Coefficients without a default."""
+
+
+class Case(ContactLaw):
+    """What a case does: parameters of its own beside the law's, and other defaults."""
+
+    normal_stiffness: float | None = Field(5e4, gt=0.0, description="[N/m]")
+    speed: float = Field(2.0, description="[m/s]")
+
+
+def test_defaults_are_those_of_the_submodels_alone():
+    law = ContactLaw(tangential="linear_history")
+    assert law.normal_stiffness == 1e6
+    assert law.tangential_stiffness == pytest.approx(2e6 / 7)
+    assert law.youngs_modulus is None
+    assert law.restitution is None
+
+
+def test_the_tangential_stiffness_follows_the_normal_one():
+    law = ContactLaw(tangential="linear_history", normal_stiffness=7.0)
+    assert law.tangential_stiffness == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize(
+    ("part", "model"), [(part, model) for part in TAKES for model in TAKES[part]]
+)
+def test_every_submodel_can_be_chosen_and_left_again(part, model):
+    settings = {part: model}
+    if "mindlin" in model or model == "tsuji":
+        settings["normal"] = "hertz"
+    if model == "linear_nohistory":
+        settings["damping"] = "coeff_restitution"
+    if model == "marshall":
+        settings["tangential"] = "linear_history"
+    mine = TAKES[part][model]
+    settings |= {name: value for name, value in NEEDED.items() if name in mine}
+    law = ContactLaw(**settings)
+    assert all(getattr(law, name) is not None for name in mine)
+    others = ContactLaw.coefficients() - law.taken({p: getattr(law, p) for p in TAKES})
+    assert all(getattr(law, name) is None for name in others)
+    assert law.replace(**dict.fromkeys(TAKES, "none") | {"normal": "hooke"}) == ContactLaw()
+
+
+def test_a_case_changes_a_submodel_and_its_default_goes_with_it():
+    hertz = Case().replace(normal="hertz", speed=3.0)
+    assert (hertz.normal_stiffness, hertz.youngs_modulus, hertz.speed) == (None, 70e9, 3.0)
+    assert Case(normal="hertz") == hertz.replace(speed=2.0)
+    assert hertz.replace(normal="hooke").normal_stiffness == 5e4
+    assert hertz.law == ContactLaw(normal="hertz")
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"friction": 0.3}, "friction = 0.3: tangential = 'none' takes none (tangential = lin"),
+        ({"restitution": 0.5}, "restitution = 0.5: damping = 'none' takes none (damping = tsuji"),
+        (
+            {"damping": "velocity", "damping_coefficient": 1.0, "restitution": 0.5},
+            "restitution = 0.5: damping = 'velocity' takes none",
+        ),
+        ({"damping": "velocity"}, "damping = 'velocity': needs damping_coefficient"),
+        ({"rolling": "sds"}, "rolling = 'sds': needs rolling_stiffness"),
+        ({"youngs_modulus": 1e9}, "youngs_modulus = 1000000000.0: normal = 'hooke' takes none"),
+        ({"tangential": "linear_nohistory"}, "tangential = 'linear_nohistory': needs a damping"),
+        ({"tangential": "mindlin"}, "tangential = 'mindlin': needs a material"),
+        ({"twisting": "marshall"}, "twisting = 'marshall': takes its coefficients from a tang"),
+        ({"damping": "tsuji"}, "damping = 'tsuji': is fitted to normal = hertz"),
+        ({"normal": "jkr", "clipped": True}, "clipped = True: normal = 'jkr' attracts"),
+        (
+            {"normal": "dmt", "damping": "coeff_restitution"},
+            "damping = 'coeff_restitution': needs normal = hooke or hertz",
+        ),
+        ({"tangential": "linear_history", "friction": -0.1}, "friction = -0.1: must be greater"),
+        ({"normal": "hertz", "poisson_ratio": 0.51}, "poisson_ratio = 0.51: must be greater than"),
+        ({"normal": "hertz", "poisson_ratio": -1.0}, "poisson_ratio = -1.0: must be greater than"),
+        ({"damping": "tsuji", "normal": "hertz", "restitution": 1.5}, "restitution = 1.5: must be"),
+        ({"normal": "soft"}, "normal = 'soft': must be 'hooke', 'hertz', 'dmt' or 'jkr'"),
+        ({"normal": ["hooke"]}, "normal = ['hooke']: must be 'hooke'"),
+    ],
+)
+def test_what_does_not_fit_is_named(settings, message):
+    with pytest.raises(RequestError) as caught:
+        ContactLaw(**settings)
+    assert str(caught.value).startswith(message)
