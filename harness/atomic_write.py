@@ -18,6 +18,8 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
+from harness.shared_memory import remove_segments
+
 PREFIX = ".dem-harness-"
 WHOLE, OLD = "whole", "old"
 
@@ -48,11 +50,15 @@ def whole_folder(target: Path, *, replace: bool = False) -> Iterator[Path]:
 
 
 def sweep(parent: Path) -> None:
-    """Remove folders aside that no living process holds."""
+    """Remove folders aside that no living process holds, and the shared memory of what ran in them.
+
+    A folder that a process still works for is left to a later run.
+    """
     for path in parent.glob(f"{PREFIX}*"):
         with contextlib.suppress(OSError), _handle(path) as handle:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
             _put_back(path)
+            remove_segments(path)
             shutil.rmtree(path, ignore_errors=True)
 
 

@@ -20,12 +20,13 @@ PRODUCERS = {"harness.theory", "harness.chain", "harness.engines"}
 
 ALLOWED = {
     "errors.py": set(),
-    "atomic_write.py": set(),
+    "shared_memory.py": set(),
+    "atomic_write.py": {"harness.shared_memory"},
     "__init__.py": set(),
     "parameters": {"harness.errors"},
     "theory": MEASURED,
     "chain": MEASURED,
-    "engines": {*MEASURED, "harness.atomic_write"},
+    "engines": {*MEASURED, "harness.atomic_write", "harness.shared_memory"},
     "observables": ANYWHERE,
     "comparison": MEASURED,
     "report": {*JUDGED, "harness.atomic_write"},

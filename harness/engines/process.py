@@ -21,12 +21,13 @@ from harness.errors import (
     EngineOutputError,
     EngineTimeoutError,
 )
+from harness.shared_memory import MARK, advice, record_segments, remove_segments
 
 LAST_WORDS = 4000
 """Characters that are kept of what a program said."""
 
-LOOK_SECONDS = 0.5
-"""Between two looks at the progress of a program."""
+FIRST_LOOK, LOOK_SECONDS = 0.05, 0.5
+"""[s] to the first look at a program, and at most between two."""
 
 LARGEST_FILE = 1024**3
 """Bytes of a file that a program may write, and that are read of one."""
@@ -86,7 +87,7 @@ class Processes:
         seconds: float,
         memory: int,
         environment: Mapping[str, str] | None = None,
-        progress: Callable[[], int] | None = None,
+        progress: Callable[[], int] = int,
     ) -> Ended:
         """Run a command in a folder, one thread, its words in ``folder/said``; wait for its end.
 
@@ -105,15 +106,17 @@ class Processes:
                     stdout=said,
                     stderr=subprocess.STDOUT,
                     cwd=folder,
-                    env={**(os.environ if environment is None else environment), **ONE_THREAD},
+                    env=environment_in(folder, environment),
                     process_group=group,
                 )
             try:
-                timed_out = _hangs(process, seconds, progress)
+                timed_out = _hangs(process, seconds, progress, folder)
             finally:
                 # also when the harness is interrupted
+                record_segments(folder)
                 _kill(group)
                 process.wait()
+                remove_segments(folder, mapped=True)
         words = last_text(folder / "said")
         return Ended(words, process.returncode, time.monotonic() - start, timed_out)
 
@@ -136,8 +139,13 @@ class Processes:
                 self._live.discard(guard.pid)
 
 
-ONE_THREAD = {"OMP_NUM_THREADS": "1"}
-"""Runs go side by side, one a core."""
+def environment_in(folder: Path, environment: Mapping[str, str] | None = None) -> Mapping[str, str]:
+    """Return the environment of a process of a folder: marked with it, one thread a core.
+
+    The harness's own unless another is given.
+    """
+    given = os.environ if environment is None else environment
+    return {**given, "OMP_NUM_THREADS": "1", MARK: str(folder)}
 
 
 def way_of_death(code: int) -> str:
@@ -154,6 +162,8 @@ def death(who: str, code: int, said: str) -> EngineError:
     way = way_of_death(code)
     if way == "signal SIGXFSZ" or os.strerror(errno.EFBIG) in said:
         return EngineOutputError(f"{who} wrote a file of more than {LARGEST_FILE} bytes")
+    if way == "signal SIGBUS":
+        return EngineMemoryError(f"{who} died: {way}: {advice()}")
     return EngineCrashError(f"{who} died: {way}{last_words(said)}")
 
 
@@ -195,17 +205,21 @@ def first_text(path: Path, size: int) -> str:
 
 
 def _hangs(
-    process: subprocess.Popen[bytes], seconds: float, progress: Callable[[], int] | None
+    process: subprocess.Popen[bytes], seconds: float, progress: Callable[[], int], folder: Path
 ) -> bool:
-    """Wait for the end of a process; return whether it went ``seconds`` without progress."""
-    state = None if progress is None else progress()
-    since = time.monotonic()
+    """Wait for the end of a process; return whether it went ``seconds`` without progress.
+
+    Its shared memory is written down in its folder meanwhile.
+    """
+    state, since, look = progress(), time.monotonic(), FIRST_LOOK
     while (left := since + seconds - time.monotonic()) > 0.0:
         try:
-            process.wait(left if progress is None else min(left, LOOK_SECONDS))
+            process.wait(min(left, look))
         except subprocess.TimeoutExpired:
-            if progress is not None and progress() != state:
-                state, since = progress(), time.monotonic()
+            look = min(2.0 * look, LOOK_SECONDS)
+            record_segments(folder)
+            if (new := progress()) != state:
+                state, since = new, time.monotonic()
         else:
             return False
     return process.poll() is None

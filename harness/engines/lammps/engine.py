@@ -23,13 +23,15 @@ from harness.engines.script import Task
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineMissingError, RequestError
 from harness.observables.provenance import Provenance
+from harness.shared_memory import processes_with_room
 
 
 class Lammps(LammpsLanguage):
     """LAMMPS in-process (default), or the executable ``lmp`` with an optional MPI launcher.
 
     ``program`` is another name for ``lmp``. ``workers`` processes run side by side, as many as
-    there are cores unless told otherwise (one under a launcher, which has ranks of its own).
+    there are cores unless told otherwise (one under a launcher, which has ranks of its own), at
+    most as many as shared memory has room for.
     Raise RequestError when the executable or the launcher is not there.
     """
 
@@ -60,8 +62,7 @@ class Lammps(LammpsLanguage):
         self._asked = {"lmp": lmp, "launcher": launcher, "program": program}
         self._launcher = launcher_words(launcher)
         super().__init__(_executable(lmp, launcher, program), workers, limits)
-        if self._launcher:
-            self.workers = 1
+        self.workers = 1 if self._launcher else self._with_room()
         self._inprocess = None if self.program else InProcess(self.workers, self.limits)
 
     @classmethod
@@ -176,6 +177,11 @@ class Lammps(LammpsLanguage):
         if self._inprocess is not None:
             self._inprocess.close()
         super().close()
+
+    def _with_room(self) -> int:
+        """Return how many workers find room in shared memory: MPI dies where there is none."""
+        room = processes_with_room()
+        return self.workers if room is None else min(self.workers, room)
 
     def _batch_words(self) -> list[str]:
         return [*self._launcher, self.program, "-in", "batch.in"]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import os
 import selectors
 import subprocess
 import sys
@@ -17,7 +16,7 @@ from typing import Any, NamedTuple
 from harness.engines.batches import finished
 from harness.engines.lammps.language import file_of
 from harness.engines.lammps.read import error_from_text, version_in
-from harness.engines.process import Limits, last_text, text_of
+from harness.engines.process import Limits, environment_in, last_text, text_of
 from harness.engines.script import Script
 from harness.errors import (
     EngineCrashError,
@@ -27,6 +26,7 @@ from harness.errors import (
     EngineTimeoutError,
 )
 from harness.observables.provenance import Provenance
+from harness.shared_memory import record_segments
 
 START_SECONDS = 60.0
 
@@ -61,8 +61,10 @@ class Worker:
             stdout=subprocess.PIPE,
             stderr=self._errors,
             cwd=self._folder,
-            env=_environment(),
+            env={**environment_in(self._folder), "PYTHONUNBUFFERED": "1"},
         )
+        # the worker takes the name away at once; killed before that, the next run does
+        record_segments(self._folder, f"mpich_shm_{self._process.pid:x}_0")
         try:
             hello = self._listen(time.monotonic() + START_SECONDS)
         except EngineError:
@@ -167,11 +169,6 @@ class Worker:
         said = last_text(self._folder / "stderr")
         error = error_from_text(said, self._process.returncode)
         return error if str(error) else EngineCrashError("LAMMPS (in-process) died")
-
-
-def _environment() -> dict[str, str]:
-    """Return the worker's environment: one thread each, since the workers share the cores."""
-    return {**os.environ, "OMP_NUM_THREADS": "1", "PYTHONUNBUFFERED": "1"}
 
 
 def _library() -> str:

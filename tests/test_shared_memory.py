@@ -1,0 +1,139 @@
+"""Segments of MPICH: unlinked when what was started is gone, by the next run after kill -9."""
+
+import contextlib
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections import namedtuple
+from pathlib import Path
+
+import pytest
+
+from harness import shared_memory
+from harness.atomic_write import PREFIX, sweep
+from harness.engines.lammps.engine import Lammps
+from harness.engines.process import Processes
+from harness.errors import EngineMemoryError
+from harness.shared_memory import SHARED
+
+pytestmark = pytest.mark.skipif(not SHARED.is_dir(), reason=f"no {SHARED} here")
+
+MEMORY = 4 * 1024**3
+USAGE = namedtuple("USAGE", "total used free")
+
+MAPS = """
+import mmap, sys, time
+with open(sys.argv[1], "w+b") as file:
+    file.truncate(4096)
+    held = mmap.mmap(file.fileno(), 4096)
+print("mapped", flush=True)
+time.sleep(100)
+"""
+
+OWNER = """
+import sys
+from harness.engines.process import Processes
+from harness.engines.programs import fresh_folder
+with fresh_folder() as folder:
+    Processes().run([sys.executable, *sys.argv[1:]], folder, seconds=100.0, memory=2**32)
+"""
+
+
+@pytest.fixture
+def segment():
+    """Return the path of a segment of this test, which is removed in the end."""
+    path = SHARED / f"mpich_shm_{os.getpid():x}_77"
+    yield path
+    path.unlink(missing_ok=True)
+
+
+def _wait(for_what):
+    deadline = time.monotonic() + 20.0
+    while not for_what():
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+def test_a_program_that_hangs_leaves_no_segment(tmp_path, segment):
+    another = segment.with_name(segment.name + "9")
+    another.touch()  # of this user, yet of nothing that was started here
+    words = [sys.executable, "-c", MAPS, str(segment)]
+    ended = Processes().run(words, tmp_path, seconds=1.0, memory=MEMORY)
+    assert ended.timed_out
+    assert "mapped" in ended.said
+    assert not segment.exists()
+    assert another.exists()
+    another.unlink()
+
+
+def test_after_kill_9_of_all_the_next_run_unlinks_it_once_it_is_not_in_use(tmp_path, segment):
+    owner = subprocess.Popen(
+        [sys.executable, "-c", OWNER, "-c", MAPS, str(segment)],
+        cwd=Path(__file__).parents[1],
+        env={**os.environ, "TMPDIR": str(tmp_path)},
+    )
+    _wait(lambda: list(tmp_path.glob(f"{PREFIX}*/{shared_memory.RECORD}")))
+    for pid in [owner.pid, *_with_mark(tmp_path)]:
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGKILL)
+    owner.wait()
+    _wait(lambda: not _with_mark(tmp_path))
+    assert segment.exists()
+    user = subprocess.Popen([sys.executable, "-c", MAPS, str(segment)], stdout=subprocess.PIPE)
+    assert user.stdout.readline() == b"mapped\n"
+    sweep(tmp_path)
+    assert segment.exists()
+    user.kill()
+    user.communicate()
+    sweep(tmp_path)
+    assert not segment.exists()
+    assert list(tmp_path.iterdir()) == []
+
+
+def _with_mark(folder):
+    """Return the processes that were started in a folder below this one."""
+    found = []
+    for process in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):
+            if f"{shared_memory.MARK}={folder}/".encode() in (process / "environ").read_bytes():
+                found.append(int(process.name))
+    return found
+
+
+@pytest.mark.parametrize("name", ["mpich_shm_1_0", "other", "../mpich_shm_1_0"])
+def test_only_segments_written_down_are_unlinked(tmp_path, monkeypatch, name):
+    shared = tmp_path / "shared"
+    shared.mkdir()
+    monkeypatch.setattr(shared_memory, "SHARED", shared)
+    for file in (tmp_path / "mpich_shm_1_0", shared / "mpich_shm_1_0", shared / "other"):
+        file.touch()
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    (folder / shared_memory.RECORD).write_text(name + "\n")
+    shared_memory.remove_segments(folder)
+    assert (tmp_path / "mpich_shm_1_0").exists()
+    assert (shared / "other").exists()
+    assert (shared / "mpich_shm_1_0").exists() == (name == "other")
+
+
+def test_one_that_dies_for_want_of_shared_memory_is_told_what_helps(tmp_path, monkeypatch):
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: USAGE(64 * 10**6, 63 * 10**6, 10**6))
+    source = "import os, signal; os.kill(os.getpid(), signal.SIGBUS)"
+    words = [sys.executable, "-c", source]
+    ended = Processes().run(words, tmp_path, seconds=60.0, memory=MEMORY)
+    error = ended.error("LAMMPS", 60.0)
+    assert type(error) is EngineMemoryError
+    assert "signal SIGBUS" in str(error)
+    assert f"{SHARED} holds 64 MB, 1 MB of it free" in str(error)
+    assert "fewer workers" in str(error)
+    assert "--shm-size" in str(error)
+
+
+@pytest.mark.parametrize(("free", "workers"), [(64 * 1024**2, 10), (0, 1), (1024**4, 70)])
+def test_no_more_workers_than_shared_memory_has_room_for(monkeypatch, free, workers):
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: USAGE(free, 0, free))
+    with Lammps(workers=70) as engine:
+        assert engine.workers == workers
