@@ -127,6 +127,36 @@ def mpirun(lmp):  # noqa: ARG001
     return path
 
 
+@pytest.fixture(scope="session")
+def browser():
+    """Start the Chromium that is here; skip, with the reason, where there is none."""
+    names = ("chromium", "chromium-browser", "google-chrome")
+    path = next(filter(None, map(shutil.which, names)), None)
+    if path is None:
+        pytest.skip(f"no browser on PATH ({', '.join(names)}); Debian's package is chromium")
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    with playwright.sync_playwright() as started:
+        # a root user, as in a container, has no sandbox of Chromium's
+        chromium = started.chromium.launch(executable_path=path, args=["--no-sandbox"])
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture(scope="session")
+def barriers():
+    """Return a function from an open page to what axe finds wrong in it."""
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
+
+    def found(page):
+        return [
+            (one["id"], node["target"], node["failureSummary"])
+            for one in axe.run(page).response["violations"]
+            for node in one["nodes"]
+        ]
+
+    return found
+
+
 @pytest.fixture
 def script_file(tmp_path):
     """Return a function that writes an executable shell script and returns its path."""

@@ -81,13 +81,14 @@ class Row:
 
 @dataclass(frozen=True)
 class ReleaseMatrix:
-    """Records by releases; the first release that ran is the reference."""
+    """Records by releases of ``engine``; the first release that ran is the reference."""
 
     level: str
     platform: str
     columns: tuple[Column, ...]
     reference: int
     rows: tuple[Row, ...]
+    engine: str = "engine"
 
     @property
     def status(self) -> int:
@@ -153,9 +154,12 @@ class ReleaseMatrix:
 
 
 def release_matrix(
-    level: str, platform: str, columns: Sequence[Column], tolerances: ByCase
+    level: str, platform: str, columns: Sequence[Column], tolerances: ByCase, engine: str = "engine"
 ) -> ReleaseMatrix:
-    """Return the matrix of what each release measured, against the first that ran."""
+    """Return the matrix of what each release measured, against the first that ran.
+
+    ``engine`` is its name as reports write it.
+    """
     allowed = Allowed(tolerances)
     reference = next((i for i, column in enumerate(columns) if column.records), 0)
     measured = [{record.name: record for record in column.records} for column in columns]
@@ -174,7 +178,7 @@ def release_matrix(
                 for i, column in enumerate(columns)
             )
             rows.append(Row(name, first.label, quantity, wanted.unit, width, cells))
-    return ReleaseMatrix(level, platform, tuple(columns), reference, tuple(rows))
+    return ReleaseMatrix(level, platform, tuple(columns), reference, tuple(rows), engine)
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,11 @@ from pathlib import Path
 from harness.atomic_write import whole_folder
 from harness.comparison.releases import Change, ReleaseMatrix
 from harness.report.figures.releases import changes as draw_changes
-from harness.report.figures.style import house_style
 from harness.report.finite import finite
+from harness.report.gallery import picture
 from harness.report.target import check_folder
 
+CHANGES = "Largest change of each case"
 SHOWN = {
     Change.SAME: "same",
     Change.ROUNDING: "round-off",
@@ -34,17 +35,15 @@ def write_releases(found: ReleaseMatrix, folder: Path) -> None:
         found.frame().to_csv(aside / "results.csv", index=False)
         record = json.dumps(finite(found.record()), indent=2, ensure_ascii=False)
         (aside / "results.json").write_text(record + "\n", encoding="utf-8")
-        with house_style():
-            draw_changes(found).savefig(aside / "changes.svg", metadata={"Date": None})
+        drawn = picture("changes", CHANGES, "", lambda: draw_changes(found))
+        (aside / "changes.svg").write_text(drawn.svg, encoding="utf-8")
 
 
 def markdown(found: ReleaseMatrix) -> str:
     """Return the matrix as Markdown: who ran, how much is of each class, and every row."""
-    reference = found.columns[found.reference].release
-    first = found.columns[found.reference].provenance
-    engine = first.engine if first else "engine"
+    reference, engine = found.columns[found.reference].release, found.engine
     lines = [
-        f"# Releases of {engine}",
+        f"# {engine} releases",
         "",
         f"Cases of `verify --{found.level}`, each release through its own executable, on "
         f"{found.platform}. Changes are against {reference}.",
@@ -57,7 +56,7 @@ def markdown(found: ReleaseMatrix) -> str:
         who = column.provenance.engine_version if column.provenance else column.error
         cells = [str(counts.get(str(c), "")) for c in Change if c != "reference"]
         lines.append(f"| {column.release} | {_cell(who)} | {' | '.join(cells)} |")
-    lines += ["", "![Largest change of each case](changes.svg)", "", "## Every quantity", ""]
+    lines += ["", f"![{CHANGES}](changes.svg)", "", "## Every quantity", ""]
     head = ["case", "quantity", reference, "tolerance"]
     others = [(i, c) for i, c in enumerate(found.columns) if i != found.reference]
     head += [column.release for _, column in others]

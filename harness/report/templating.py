@@ -30,7 +30,7 @@ def environment(*packages: str) -> Environment:
         lstrip_blocks=True,
         loader=ChoiceLoader([PackageLoader(name) for name in ("harness.report", *packages)]),
     )
-    made.filters |= {"number": number, "sortable": sortable, "tail": tail, "safe_path": safe_path}
+    made.filters |= {"number": number, "tail": tail, "safe_path": safe_path}
     made.globals["missing"] = math.nan
     made.globals["file"] = lambda name: Markup(_template(name))
     return made
@@ -39,13 +39,6 @@ def environment(*packages: str) -> Environment:
 def number(value: float, digits: int = 8) -> str:
     """Return a number for a table; a dash for one that is missing."""
     return "-" if math.isnan(value) else f"{value:.{digits}g}"
-
-
-def sortable(value: float) -> str:
-    """Return a number as a script reads it; empty for one that is missing."""
-    if math.isinf(value):
-        return "Infinity" if value > 0 else "-Infinity"
-    return "" if math.isnan(value) else repr(float(value))
 
 
 def tail(text: str) -> str:

@@ -1,24 +1,73 @@
-"""Figures inside a page: SVG with fewer digits, as a data URI."""
+"""Figures inside a page: SVG with fewer digits and no repeated styles, as a data URI."""
 
 from __future__ import annotations
 
 import re
 from urllib.parse import quote
+from xml.etree import ElementTree as Xml
 
-_PATH = re.compile(r' d="([^"]+)"')
+_SVG = "http://www.w3.org/2000/svg"
+_LINK = "{http://www.w3.org/1999/xlink}href"
+_PLACES = ("d", "x", "y", "width", "height", "transform")
 _NUMBER = re.compile(r"-?\d+\.\d{3,}")
+_TURN = re.compile(r"rotate\(-?0 [^)]*\)")
+_WORDS = ("}text", "}tspan", "}style", "}title")
+_SCALE = "scale("
+"""Of formulas and images, whose digits are kept."""
 _SIZE = re.compile(r'<svg[^>]*? viewBox="0 0 ([\d.]+) ([\d.]+)"', re.DOTALL)
-_HEAD = re.compile(r"^.*?(?=<svg)|<metadata>.*?</metadata>|<!--.*?-->", re.DOTALL)
 
 
 def compact(svg: str) -> str:
-    """Return a figure without metadata, its paths to a hundredth of a point.
+    """Return a figure without metadata, lengths to a hundredth of a point, each style said once.
 
     A hundredth of a point is 1/7200 inch: finer than a screen shows at eight times
-    the size. Glyphs are drawn at 64 units a point size and lose nothing.
+    the size. Styles become classes, and groups that carry nothing are taken away.
     """
-    svg = _PATH.sub(lambda path: f' d="{_NUMBER.sub(_rounded, path[1])}"', svg)
-    return re.sub(r">\s+<", "><", _HEAD.sub("", svg)).replace(" \n", " ").strip()
+    Xml.register_namespace("", _SVG)
+    Xml.register_namespace("xlink", "http://www.w3.org/1999/xlink")
+    root = Xml.fromstring(svg)
+    used = set(re.findall(r'(?:url\(|href=")#([^)"]+)', svg))
+    classes: dict[str, str] = {}
+    for parent in list(root.iter()):
+        parent[:] = [child for child in parent if not child.tag.endswith("}metadata")]
+        _shorten(parent, used, classes)
+    _unwrap(root)
+    sheet = Xml.Element(f"{{{_SVG}}}style")
+    sheet.text = "".join(f".{name}{{{style}}}" for style, name in classes.items())
+    root.insert(0, sheet)
+    return Xml.tostring(root, encoding="unicode").replace(" />", "/>").strip()
+
+
+def _shorten(node: Xml.Element, used: set[str], classes: dict[str, str]) -> None:
+    """Round what has a place, name the style, and drop an id that nothing refers to."""
+    node.tail = (node.tail or "").strip() or None
+    if not node.tag.endswith(_WORDS):
+        node.text = None
+    if node.get("id") not in used:
+        node.attrib.pop("id", None)
+    for name in _PLACES:
+        text = node.get(name)
+        if text is None or (name == "transform" and _SCALE in text):
+            continue
+        text = _NUMBER.sub(_rounded, _TURN.sub("", " ".join(text.split()))).strip()
+        if text:
+            node.set(name, text)
+        else:
+            del node.attrib[name]
+    style = node.attrib.pop("style", "")
+    if style:
+        tidy = re.sub(r"\s*([:;,])\s*", r"\1", style)
+        node.set("class", classes.setdefault(tidy, f"s{len(classes)}"))
+
+
+def _unwrap(node: Xml.Element) -> None:
+    """Put the children of groups without attributes in their place."""
+    children: list[Xml.Element] = []
+    for child in node:
+        _unwrap(child)
+        plain = child.tag.endswith("}g") and not child.attrib
+        children += list(child) if plain else [child]
+    node[:] = children
 
 
 def size(svg: str) -> tuple[float, float]:
@@ -30,7 +79,7 @@ def size(svg: str) -> tuple[float, float]:
 
 def data_uri(svg: str) -> str:
     """Return an SVG as a URI; percent-encoded, which is a quarter shorter than base64."""
-    return "data:image/svg+xml," + quote(svg, safe=" /:;=,'()!*+-._~?@$<>\n").replace("\n", " ")
+    return "data:image/svg+xml," + quote(svg, safe=" /:;=,'()!*+-._~?@$<>{}\n").replace("\n", " ")
 
 
 def _rounded(found: re.Match[str]) -> str:

@@ -60,7 +60,7 @@ def releases(
     chosen = chosen_cases(cases)
     opens = _releases_of(engine)
     _check(names, opens)
-    columns = []
+    columns, title = [], engine.upper()
     for number, name in enumerate(names):
         progress("releases", number, len(names))
 
@@ -69,13 +69,15 @@ def releases(
 
         try:
             with opens.release(name, folder) as own, remember(own) as opened:
+                title = own.title
                 found = verify(level, cases=cases, engine=opened, progress=told, baseline=False)
         except EngineError as error:
             columns.append(Column(name, None, error=f"{error.kind}: {error}"))
         else:
             columns.append(_column(name, found))
     progress("releases", len(names), len(names))
-    return release_matrix(level, here(), columns, {case.name: case.regression for case in chosen})
+    tolerances = {case.name: case.regression for case in chosen}
+    return release_matrix(level, here(), columns, tolerances, title)
 
 
 def _releases_of(engine: str) -> Releases:

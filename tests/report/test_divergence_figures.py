@@ -83,6 +83,7 @@ def matrix():
             Column("2019.1.1", None, error="not found: pip could not | install"),
         ],
         {CASE.case: {"peak_force_N": Tolerance("N", 1e-6, 0.0, "a reason")}},
+        "LAMMPS",
     )
 
 
@@ -96,6 +97,8 @@ def test_releases_are_drawn_against_their_tolerance(matrix):
 
 def test_releases_as_markdown(matrix):
     text = markdown(matrix)
+    assert text.startswith("# LAMMPS releases\n")
+    assert "| release | LAMMPS | same to the last bit |" in text
     assert "| 2023.8.2.3.1 | 2 Aug 2023 | 1 |" in text
     assert "| lammps/tower | peak_force_N | 1400 N | 1e-06 | same | **moved** (+1.0e+00) |" in text
     assert "pip could not \\| install" in text

@@ -37,7 +37,24 @@ def picture():
 
 def test_a_figure_is_valid_and_shows_the_same_to_a_hundredth_of_a_point(picture):
     assert ElementTree.fromstring(picture.svg).tag.endswith("svg")
-    assert not re.search(r' d="[^"]*\.\d{3}', picture.svg)
+    assert not re.search(r' (?:d|x|y)="[^"]*\.\d{3}', picture.svg)
+
+
+def test_what_a_figure_refers_to_is_in_it_and_each_style_is_said_once(picture):
+    root = ElementTree.fromstring(picture.svg)
+    found = {node.get("id") for node in root.iter()} - {None}
+    assert found == set(re.findall(r'(?:url\(|href=")#([^)"]+)', picture.svg))
+    sheet = re.findall(r"\.(s\d+)\{([^}]+)\}", picture.svg)
+    assert len({style for _, style in sheet}) == len(sheet) > 3
+    assert {node.get("class") for node in root.iter()} - {None} == {name for name, _ in sheet}
+    assert all(node.attrib for node in root.iter() if node.tag.endswith("}g"))
+
+
+def test_the_words_of_a_figure_are_text_in_a_font_that_others_can_stand_in_for(picture):
+    root = ElementTree.fromstring(picture.svg)
+    words = {node.text for node in root.iter() if node.tag.endswith("}text")}
+    assert {"time (s)", "force (N)"} <= words
+    assert "'DejaVu Sans','Verdana',sans-serif" in picture.svg
 
 
 def test_the_uri_stands_in_an_attribute_and_gives_the_figure_back(picture):

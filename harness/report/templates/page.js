@@ -2,7 +2,12 @@
 (() => {
   document.documentElement.classList.remove("nojs");
   const table = document.querySelector("table.checks");
-  if (table) sortAndFilter(table);
+  if (table) {
+    // laid out as cards on a phone, it stays a table for those who have it read out
+    for (const [selector, role] of [["thead, tbody", "rowgroup"], ["tr", "row"], ["th", "columnheader"], ["td", "cell"]])
+      for (const node of table.querySelectorAll(selector)) node.setAttribute("role", role);
+    sortAndFilter(table);
+  }
   enlarge(document.querySelector("dialog"), [...document.querySelectorAll("a.paper")]);
 
   // a link to a row that is filtered away, or not shown yet, shows it first
@@ -26,8 +31,9 @@
       more.firstElementChild.textContent = `Show all ${found.length}`;
     }
     function value(row, column) {
-      const cell = row.cells[column], number = cell.dataset.v;
-      return number === undefined ? cell.textContent.trim().toLowerCase() : number === "" ? NaN : Number(number);
+      const cell = row.cells[column], said = cell.dataset.v ?? cell.textContent.trim();
+      if (!cell.classList.contains("n") && !cell.dataset.v) return said.toLowerCase();
+      return Number(said.replace("inf", "Infinity").replace(/^(?:> )?(\S+) %$/, "$1") || NaN);
     }
     function compare(a, b, sign) {
       if (Number.isNaN(a) || Number.isNaN(b)) return Number.isNaN(a) - Number.isNaN(b); // missing ones last

@@ -1,6 +1,4 @@
-"""Movies of the page in a browser: still until started, and for those who want no motion."""
-
-import shutil
+"""The page in a browser: movies still until started, and nothing that axe objects to."""
 
 import pytest
 
@@ -8,19 +6,6 @@ from harness.reproduction.movies import Film
 from harness.reproduction.pages.page import html_page
 
 FILM = Film("two-particles", "Two particles", "They exchange.", b"", b"", b"")
-
-
-@pytest.fixture(scope="module")
-def browser():
-    sync_api = pytest.importorskip("playwright.sync_api")
-    names = ("chromium", "chromium-browser", "google-chrome")
-    path = next(filter(None, map(shutil.which, names)), None)
-    if path is None:
-        pytest.skip(f"no browser on PATH ({', '.join(names)}); Debian's package is chromium")
-    with sync_api.sync_playwright() as started:
-        chromium = started.chromium.launch(executable_path=path, args=["--no-sandbox"])
-        yield chromium
-        chromium.close()
 
 
 def test_a_movie_is_still_until_it_is_started(browser, reproduction, tmp_path):
@@ -40,3 +25,15 @@ def test_a_movie_is_still_until_it_is_started(browser, reproduction, tmp_path):
     button.click()
     assert image.get_attribute("src") == "movies/two-particles.png"
     page.close()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [1300, 390])
+def test_axe_finds_nothing(browser, barriers, reproduction, tmp_path, width, scheme):
+    path = tmp_path / "report.html"
+    path.write_text(html_page(reproduction, [], [FILM], "../.."), encoding="utf-8")
+    context = browser.new_context(viewport={"width": width, "height": 844}, color_scheme=scheme)
+    page = context.new_page()
+    page.goto(path.as_uri())
+    assert barriers(page) == []
+    context.close()
