@@ -38,8 +38,12 @@ def program_files(program: Path) -> list[Path]:
     return [program, *found] if found else []
 
 
+@cache
 def with_libraries(program: Path, *more: Path) -> list[Path]:
-    """Return a program or library, what the loader gives it, and ``more``; nothing on failure."""
+    """Return a program or library, what the loader gives it, and ``more``; nothing on failure.
+
+    The loader is asked once: the fingerprint of an engine is asked for with every batch of runs.
+    """
     try:
         done = subprocess.run(
             ["ldd", str(program)],

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import multiprocessing
+import os
+import sys
 from collections import Counter
 from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -43,24 +48,65 @@ def draw_sections(sections: Sequence[Section]) -> list[Drawn]:
     depend on it.
     """
     seen: Counter[str] = Counter()
+    drawings = []
+    for drawing in (drawing for section in sections for drawing in section.drawings):
+        name = safe_path(drawing.name).replace("/", "-")
+        seen[name] += 1
+        drawings.append((name if seen[name] == 1 else f"{name}-{seen[name]}", drawing))
+    outcomes = iter(_all_drawn(drawings))
     drawn = []
     for section in sections:
-        pictures, failures = [], []
-        for drawing in section.drawings:
-            name = safe_path(drawing.name).replace("/", "-")
-            seen[name] += 1
-            unique = name if seen[name] == 1 else f"{name}-{seen[name]}"
-            try:
-                pictures.append(_drawn(unique, drawing))
-            except Exception as error:  # code of a plug-in, anything can go wrong in it
-                reason = one_line(f"{type(error).__name__}: {error}")
-                failures.append(f"Figure {drawing.title!r} could not be drawn: {reason}")
-        drawn.append(Drawn(section, tuple(pictures), tuple(failures)))
+        own = [next(outcomes) for _ in section.drawings]
+        pictures = tuple(one for one in own if isinstance(one, Picture))
+        drawn.append(Drawn(section, pictures, tuple(one for one in own if isinstance(one, str))))
     return drawn
 
 
-def _drawn(name: str, drawing: Drawing) -> Picture:
-    return picture(name, drawing.title, drawing.caption, drawing.draw)
+Named = tuple[str, Drawing]
+"""A figure and the name of its file."""
+
+
+def _all_drawn(drawings: Sequence[Named]) -> list[Picture | str]:
+    """Return each figure, or why it could not be drawn, over the cores where a process can fork.
+
+    A forked process has the runs that figures are drawn from; another would have to be sent them.
+    """
+    if sys.platform != "linux" or len(drawings) < 2:
+        return [_drawn(one) for one in drawings]
+    import matplotlib.backends.backend_agg
+    import matplotlib.backends.backend_svg  # noqa: F401 - once, for all processes
+
+    _of_workers[:] = drawings
+    workers, fork = len(os.sched_getaffinity(0)), multiprocessing.get_context("fork")
+    try:
+        with ProcessPoolExecutor(workers, fork, initializer=_plain_streams) as pool:
+            return list(pool.map(_drawn_in_worker, range(len(drawings))))
+    except BrokenProcessPool:
+        return [_drawn(one) for one in drawings]
+    finally:
+        _of_workers.clear()
+
+
+_of_workers: list[Named] = []
+"""The figures as a forked process finds them."""
+
+
+def _drawn_in_worker(index: int) -> Picture | str:
+    return _drawn(_of_workers[index])
+
+
+def _plain_streams() -> None:
+    """Write past progress bars, whose lock a thread may have held when the process forked."""
+    sys.stdout, sys.stderr = sys.__stdout__, sys.__stderr__
+
+
+def _drawn(named: Named) -> Picture | str:
+    name, drawing = named
+    try:
+        return picture(name, drawing.title, drawing.caption, drawing.draw)
+    except Exception as error:  # code of a plug-in, anything can go wrong in it
+        reason = one_line(f"{type(error).__name__}: {error}")
+        return f"Figure {drawing.title!r} could not be drawn: {reason}"
 
 
 def picture(name: str, title: str, caption: str, draw: Callable[[], Figure]) -> Picture:
@@ -69,9 +115,10 @@ def picture(name: str, title: str, caption: str, draw: Callable[[], Figure]) -> 
 
     with house_style():
         figure = draw()
-        # the layout is most of the work: once for both formats
-        figure.draw_without_rendering()
-        figure.set_layout_engine("none")
+        engine = figure.get_layout_engine()
+        if engine is not None:  # much of the work: once for both formats
+            engine.execute(figure)
+            figure.set_layout_engine("none")
         svg, png = io.StringIO(), io.BytesIO()
         figure.savefig(svg, format="svg", metadata={"Date": None})
         figure.savefig(png, format="png", metadata={"Software": None})
