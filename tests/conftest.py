@@ -1,5 +1,6 @@
 """What several test files share: a synthetic incline in place of an engine, and LAMMPS itself."""
 
+import os
 import shutil
 import stat
 import sys
@@ -8,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from harness.cases.incline.result import Crests, InclineRun, Motion
+from harness.home import cache_place
 from harness.observables.provenance import Provenance
 from harness.theory.energy_map import after_next_shock, passage_margin, well_depth
 
@@ -19,7 +21,11 @@ SYNTHETIC = Provenance("synthetic", "1")
 @pytest.fixture(autouse=True, scope="session")
 def _nothing_in_the_home_of_the_user(tmp_path_factory):
     """Keep cache and history out of the home, also of fixtures wider than a test."""
+    kernels = os.environ.get("NUMBA_CACHE_DIR") or str(cache_place().path / "numba")
     with pytest.MonkeyPatch.context() as patch:
+        # compiled once, and not for the home of each test
+        patch.setenv("NUMBA_CACHE_DIR", kernels)
+        patch.setattr("numba.config.CACHE_DIR", kernels)
         patch.setenv("DEM_HARNESS_HOME", str(tmp_path_factory.mktemp("home")))
         yield
 

@@ -14,6 +14,7 @@ from harness.engines.registry import ENGINES
 ROOT = Path(harness.__file__).parent
 MODULES = sorted(ROOT.rglob("*.py"))
 ANYWHERE = {"harness", "harness.errors", "harness.parameters"}
+FILES = {"harness.home", "harness.atomic_write"}
 MEASURED = {*ANYWHERE, "harness.observables"}
 JUDGED = {*MEASURED, "harness.comparison"}
 PRODUCERS = {"harness.theory", "harness.chain", "harness.engines"}
@@ -21,18 +22,24 @@ PRODUCERS = {"harness.theory", "harness.chain", "harness.engines"}
 ALLOWED = {
     "errors.py": set(),
     "shared_memory.py": set(),
+    "home.py": {"harness.errors"},
+    "compiled.py": {"harness.home"},
     "atomic_write.py": {"harness.shared_memory"},
     "__init__.py": set(),
     "parameters": {"harness.errors"},
     "theory": MEASURED,
-    "chain": MEASURED,
-    "engines": {*MEASURED, "harness.atomic_write", "harness.shared_memory"},
+    "chain": {*MEASURED, "harness.compiled"},
+    "engines": {*MEASURED, *FILES, "harness.compiled", "harness.shared_memory"},
     "observables": ANYWHERE,
     "comparison": MEASURED,
     "report": {*JUDGED, "harness.atomic_write"},
-    "store": {*JUDGED, "harness.atomic_write", "harness.engines"},
+    "store": {*JUDGED, *FILES, "harness.engines"},
     "cases": {*JUDGED, *PRODUCERS, "harness.report"},
-    "workflows": {*JUDGED, "harness.engines", "harness.cases", "harness.report", "harness.store"},
+    "workflows": {
+        *JUDGED,
+        *FILES,
+        *(f"harness.{name}" for name in ("engines", "cases", "report", "store")),
+    },
     "reproduction": {
         *JUDGED,
         *PRODUCERS,

@@ -1,13 +1,6 @@
-"""Compile the kernels of the chain once, ahead of a run, and cache them on disk."""
+"""How the kernels of the chain are compiled."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
-from typing import Any, TypeVar, cast
-
-import numba
-
-Function = TypeVar("Function", bound=Callable[..., Any])
+from harness.compiled import Function, jit
 
 
 def compiled(function: Function) -> Function:
@@ -16,5 +9,4 @@ def compiled(function: Function) -> Function:
     IEEE arithmetic, but for the fusing of a product and a sum. Nothing is
     reordered: equal particles in equal states must stay equal to the last bit.
     """
-    decorate = numba.njit(cache=True, error_model="numpy", fastmath={"contract"})
-    return cast(Function, decorate(function))
+    return jit(function, error_model="numpy", fastmath={"contract"})

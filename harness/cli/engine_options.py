@@ -104,8 +104,8 @@ class CacheOptions:
 
         Raise RequestError for a place that was named.
         """
+        from harness.home import cache_place
         from harness.store.entries import Entries, tell_stderr
-        from harness.store.home import cache_place
 
         place = cache_place(self.cache)
         try:

@@ -88,10 +88,10 @@ def _number(value: Any) -> float:
 def _begin(command: str) -> Iterator[Finish]:
     """Insert a run that starts now; yield what completes it."""
     from harness import __version__
+    from harness.home import history_place
     from harness.store.checkout import commit
     from harness.store.entries import tell_stderr
     from harness.store.history import History, Start
-    from harness.store.home import history_place
 
     place = history_place()
     system = f"{platform.system()} {platform.machine()}, Python {platform.python_version()}"

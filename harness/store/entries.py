@@ -7,6 +7,7 @@ the key, a line with the SHA-256 of the payload, and the payload.
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import hashlib
 import os
 import shutil
@@ -17,11 +18,13 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-FORM = b"dem-harness entry 1"
-LIMIT = 1024**3
-"""[bytes] of all entries; beyond it the ones not asked for the longest are dropped."""
+from harness.engines import environments
 
-ASIDE = ".aside"
+FORM = b"dem-harness entry 1"
+LIMIT = 2 * 1024**3
+"""[bytes] of entries and environments; beyond it those not asked for the longest are dropped."""
+
+ASIDE, PRUNING = ".aside", ".pruning"
 ABANDONED_SECONDS = 3600.0
 """An entry is written in a fraction of a second: older ones aside belong to nobody."""
 
@@ -36,7 +39,8 @@ def tell_stderr(note: str) -> None:
 class Entries:
     """A folder of entries, safe to use from several threads and processes.
 
-    ``limit`` [bytes] bounds its size, give or take a tenth. What goes wrong
+    ``limit`` [bytes] bounds its size, give or take a tenth, with that of the environments of
+    releases in it; those that are used are counted and stay. What goes wrong
     with the folder later is told once, and nothing more is written: a cache
     must not end a run. Raise OSError when the folder cannot be made or written.
     """
@@ -119,24 +123,30 @@ class Entries:
             if self._unpruned < self._limit / 10:
                 return
             self._unpruned = 0
-        self._prune()
+        with (self.folder / PRUNING).open("w") as lock, contextlib.suppress(BlockingIOError):
+            # who prunes measures anew: of several at a time one does, and the others go on
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            self._prune()
 
     def _prune(self) -> None:
-        """Drop the entries not asked for the longest until nine tenths of the limit are left."""
+        """Drop what was not asked for the longest until nine tenths of the limit are left."""
         self._sweep()
-        found = []
+        found: list[tuple[float, int, Path, Callable[[Path], None]]] = []
         for path in self.folder.glob("??/*"):
             with contextlib.suppress(OSError):
                 state = path.stat()
-                found.append((state.st_mtime, state.st_size, path))
-        excess = sum(size for _, size, _ in found) - self._limit * 9 // 10
+                found.append((state.st_mtime, state.st_size, path, Path.unlink))
+        for home in (self.folder / environments.FOLDER).glob("*"):
+            with contextlib.suppress(OSError):
+                found.append((*environments.last_use_and_size(home), home, environments.drop))
+        excess = sum(size for _, size, *_ in found) - self._limit * 9 // 10
         if excess <= self._limit // 10:
             return
-        for _, size, path in sorted(found):
+        for _, size, path, drop in sorted(found, key=lambda one: one[:3]):
             if excess <= 0:
                 return
             with contextlib.suppress(OSError):
-                path.unlink()
+                drop(path)
                 excess -= size
 
     def _sweep(self) -> None:

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 from harness.errors import RequestError
+from harness.home import history_place
 from harness.store import history_query
 from harness.store.history import History
 from harness.store.history_query import HistoryQuery
-from harness.store.home import history_place
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -1,3 +1,4 @@
+import fcntl
 import os
 import subprocess
 import sys
@@ -8,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from harness.engines.environments import COMPLETE, USED, held
 from harness.store.entries import ABANDONED_SECONDS, ASIDE, Entries
 from harness.store.keys import key_of
 
@@ -132,6 +134,53 @@ def test_the_ones_not_asked_for_the_longest_are_dropped(tmp_path):
     assert entries.get(names[0]) is not None
     assert entries.get(names[1]) is None
     assert entries.get(names[29]) is not None
+
+
+PRUNER = """
+import sys, time
+from pathlib import Path
+from harness.store.entries import Entries
+entries = Entries(Path(sys.argv[1]), limit=10_000_000)
+print("ready", flush=True)
+sys.stdin.readline()
+entries.put(f"aa{sys.argv[2]}", b"")
+"""
+
+
+def test_several_processes_that_prune_at_a_time_prune_once(tmp_path):
+    (tmp_path / "00").mkdir()
+    for age in range(12_000):
+        (tmp_path / "00" / f"{age}").write_bytes(bytes(1000))
+    words = [sys.executable, "-c", PRUNER, tmp_path]
+    processes = [
+        subprocess.Popen([*words, str(n)], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        for n in range(4)
+    ]
+    for process in processes:
+        assert process.stdout.readline() == b"ready\n"
+    for process in processes:
+        process.stdin.write(b"\n")
+        process.stdin.flush()
+    for process in processes:
+        process.communicate()
+    # nine tenths of the limit, less at most one entry, and the four that were written
+    left = sum(path.stat().st_size for path in tmp_path.glob("??/*"))
+    assert 9_000_000 - 1000 <= left <= 9_000_000 + 4 * 200
+
+
+def test_environments_of_releases_count_and_are_dropped_in_their_turn(tmp_path):
+    entries = Entries(tmp_path, limit=20_000)
+    homes = [tmp_path / "releases" / name for name in ("old", "used", "new")]
+    for age, home in enumerate(homes):
+        (home / "lib").mkdir(parents=True)
+        (home / "lib" / "lmp").write_bytes(bytes(6000))
+        (home / COMPLETE).touch()
+        os.utime(home / COMPLETE, (age, age))
+    entries.put(KEY, bytes(500))  # 18,600: pruned from 20,000 on
+    with held(homes[1], USED, fcntl.LOCK_SH):
+        entries.put(OTHER, bytes(9000))
+    assert [home.exists() for home in homes] == [False, True, False]
+    assert entries.get(OTHER) == bytes(9000)
 
 
 def test_what_a_killed_process_left_aside_is_removed_after_a_while(entries):

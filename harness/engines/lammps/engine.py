@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from harness.engines.lammps.fingerprint import fingerprint
 from harness.engines.lammps.inprocess import InProcess
 from harness.engines.lammps.language import LammpsLanguage
 from harness.engines.lammps.read import version_in
-from harness.engines.lammps.releases import executable_of, is_release
+from harness.engines.lammps.releases import executable_of, in_use, is_release
 from harness.engines.lammps.worker_process import Order
 from harness.engines.output import Output
 from harness.engines.process import Limits, first_words
@@ -59,6 +60,7 @@ class Lammps(LammpsLanguage):
         limits: Limits | None = None,
         program: str | None = None,
     ) -> None:
+        self._environment = ExitStack()
         self._asked = {"lmp": lmp, "launcher": launcher, "program": program}
         self._launcher = launcher_words(launcher)
         super().__init__(_executable(lmp, launcher, program), workers, limits)
@@ -95,7 +97,10 @@ class Lammps(LammpsLanguage):
 
         Raise EngineMissingError when it cannot be installed.
         """
-        return cls(lmp=executable_of(name, folder))
+        with in_use(name, folder) as environment:
+            engine = cls(lmp=executable_of(name, folder))
+            engine._environment = environment.pop_all()
+            return engine
 
     def twin(self) -> Lammps | None:
         """Return the executable on PATH, or beside this Python, of LAMMPS in-process."""
@@ -177,6 +182,7 @@ class Lammps(LammpsLanguage):
         if self._inprocess is not None:
             self._inprocess.close()
         super().close()
+        self._environment.close()
 
     def _with_room(self) -> int:
         """Return how many workers find room in shared memory: MPI dies where there is none."""

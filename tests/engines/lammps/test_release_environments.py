@@ -2,11 +2,12 @@ import subprocess
 
 import pytest
 
+from harness.engines.environments import drop, environments_folder
 from harness.engines.lammps import releases
 from harness.engines.lammps.releases import (
     COMPLETE,
-    cache_folder,
     executable_of,
+    in_use,
     install,
     is_release,
 )
@@ -102,9 +103,19 @@ def test_neither_a_release_nor_a_program(tmp_path):
     assert executable_of("sh", tmp_path) == "sh"
 
 
-def test_cache_follows_the_environment(monkeypatch, tmp_path):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    assert cache_folder() == tmp_path / "dem-harness" / "releases"
-    monkeypatch.delenv("XDG_CACHE_HOME")
-    monkeypatch.setenv("HOME", str(tmp_path))
-    assert cache_folder() == tmp_path / ".cache" / "dem-harness" / "releases"
+def test_environments_are_in_the_cache_folder(monkeypatch, tmp_path):
+    monkeypatch.setenv("DEM_HARNESS_HOME", str(tmp_path))
+    assert environments_folder() == tmp_path / "cache" / "releases"
+
+
+def test_an_environment_in_use_is_not_dropped(calls, tmp_path):
+    calls.folder = tmp_path
+    install("2024.8.29.3.0", tmp_path)
+    home = tmp_path / "2024.8.29.3.0"
+    with in_use("2024.8.29.3.0", tmp_path):
+        with pytest.raises(BlockingIOError):
+            drop(home)
+        assert install("2024.8.29.3.0", tmp_path) == home / "bin" / "lmp"
+        assert len(calls) == 2
+    drop(home)
+    assert not home.exists()

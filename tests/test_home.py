@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from harness.store.home import VARIABLE, cache_place, history_place
+from harness.home import VARIABLE, cache_place, history_place
 
 
 def test_the_option_wins_for_the_cache_and_leaves_the_history(monkeypatch):

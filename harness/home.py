@@ -1,6 +1,7 @@
-"""Where things are kept: the cache of results, and the history of runs.
+"""Where things are kept: the cache, and the history of runs.
 
-Both are found in this order: the option ``--cache`` (the cache only), the
+In the cache are results, environments of engines' releases (``releases``) and compiled kernels
+(``numba``). Both are found in this order: the option ``--cache`` (the cache only), the
 environment variable ``DEM_HARNESS_HOME`` (``cache`` and ``history.sqlite``
 under that folder), else the places of the XDG base directory specification.
 """
