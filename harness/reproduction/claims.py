@@ -9,14 +9,15 @@ correction.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+import string
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from harness.reproduction.source import Source
+from harness.reproduction.source import SOURCES, Source
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -93,26 +94,42 @@ def bounded(value: float, bound: float = ROUND_OFF) -> str:
     return f"less than {bound:.0e}" if abs(value) < bound else f"{value:.0e}"
 
 
+class _Sentences(string.Formatter):
+    """Put numbers into a sentence of ``source.toml``: ``{x:.3f}``, of a list one by one.
+
+    ``{x:bound}`` is what :func:`bounded` says.
+    """
+
+    def format_field(self, value: Any, format_spec: str) -> str:
+        """Return a number, or several with commas between them."""
+        if isinstance(value, (list, tuple, np.ndarray)):
+            return ", ".join(self.format_field(one, format_spec) for one in value)
+        return bounded(value) if format_spec == "bound" else format(value, format_spec)
+
+
+_SENTENCES = _Sentences()
+
+
 def compare(
-    source: Source,
+    source: Source | str,
     *,
     printed: ArrayLike,
     found: ArrayLike,
-    computed: str,
     corrected: ArrayLike = math.nan,
     tolerance: float | None = None,
-    correction: str | None = None,
+    **numbers: Any,
 ) -> Statement:
     """Return the row of a statement that gives a number, or of a formula tried at many samples.
 
-    Reproduced if ``printed`` is ``found`` within the tolerance, at every sample; with a
-    correction if only ``corrected`` is; else not reproduced. NaN is never reproduced. Of
-    samples, which have one length, the row shows that at which ``printed`` lies furthest off
-    (the middle one where all agree), and ``computed`` is given the largest differences. A
-    correction that was not needed, or fails anywhere, is left out of the row. Tolerance and
-    correction are the source's unless given.
+    Reproduced if ``printed`` is ``found`` within the tolerance (the source's unless given), at
+    every sample; with a correction if only ``corrected`` is; else not reproduced. NaN is never
+    reproduced. Of samples, which have one length, the row shows that at which ``printed`` lies
+    furthest off (the middle one where all agree), and its sentence ends with the largest
+    differences. A correction that was not needed, or fails anywhere, is left out of the row.
+    ``numbers`` are those of the sentence, beside the three and ``samples``, how many there are.
     """
-    width = source.tolerance if tolerance is None else tolerance
+    named = named_source(source)
+    width = named.tolerance if tolerance is None else tolerance
     right = np.ravel(np.asarray(found, float))
     stated, other = (
         np.broadcast_to(np.ravel(np.asarray(values, float)), right.shape)
@@ -120,29 +137,21 @@ def compare(
     )
     off = np.nan_to_num(np.abs(stated - right), nan=math.inf)
     repaired = bool(np.all(np.abs(other - right) <= width))
-    at = int(np.argmax(off >= off.max() * (1 - ROUND_OFF)))
-    if off.max() <= width:
-        at = right.size // 2
+    holds = bool(off.max() <= width)
+    at = right.size // 2 if holds else int(np.argmax(off >= off.max() * (1 - ROUND_OFF)))
+    largest = ""
     if np.ndim(found):
-        computed = f"{computed}; {_largest(off, other - right, width, source.unit)}"
+        largest = f"; {_largest(off, other - right, width, named.unit)}"
         stated = np.where(np.abs(stated) < 1e-14 * np.abs(right).max(), 0.0, stated)
         other = other if repaired else np.full_like(right, math.nan)
-    if off.max() <= width:
-        status = ClaimStatus.REPRODUCED
-    else:
-        status = ClaimStatus.CORRECTED if repaired else ClaimStatus.NOT_REPRODUCED
-    return Statement(
-        source,
-        status,
-        computed,
-        _correction(source, status, correction),
-        source.evidence,
-        float(stated[at]),
-        float(right[at]),
-        float(other[at]),
-        width,
-        source.why,
-    )
+    shown: dict[str, Any] = {
+        "printed": float(stated[at]),
+        "found": float(right[at]),
+        "corrected": float(other[at]),
+    }
+    numbers |= {"samples": right.size}
+    row = claim(named, holds=holds, corrected_holds=repaired, **shown, **numbers)
+    return replace(row, computed=row.computed + largest, tolerance=width, **shown)
 
 
 def _largest(printed: Floats, corrected: Floats, width: float, unit: str) -> str:
@@ -158,39 +167,48 @@ def _largest(printed: Floats, corrected: Floats, width: float, unit: str) -> str
     return f"{said} as printed, {bound if most <= width else f'{rounded(most):.1e}'} corrected"
 
 
-def _correction(source: Source, status: ClaimStatus, given: str | None) -> str:
-    if status is ClaimStatus.REPRODUCED:
-        return ""
-    return source.correction if given is None else given
-
-
 def claim(
-    source: Source,
+    source: Source | str,
     *,
     holds: bool,
-    computed: str,
     corrected_holds: bool = False,
     correction: str | None = None,
     evidence: tuple[str, ...] | None = None,
+    **numbers: Any,
 ) -> Statement:
-    """Return the row of a statement in words, judged by a condition on this run's numbers."""
+    """Return the row of a statement in words, judged by a condition on this run's numbers.
+
+    ``numbers`` are those of its sentence in the source; correction and evidence are the
+    source's unless given.
+    """
+    named = named_source(source)
     status = ClaimStatus.CORRECTED if corrected_holds else ClaimStatus.NOT_REPRODUCED
     if holds:
-        status = ClaimStatus.REPRODUCED
+        status, correction = ClaimStatus.REPRODUCED, ""
+    elif correction is None:
+        correction = _SENTENCES.vformat(named.correction, (), numbers)
     return Statement(
-        source,
+        named,
         status,
-        computed,
-        _correction(source, status, correction),
-        source.evidence if evidence is None else evidence,
-        why=source.why,
+        _SENTENCES.vformat(named.finds, (), numbers),
+        correction,
+        named.evidence if evidence is None else evidence,
+        why=named.why,
     )
 
 
-def untestable(source: Source, why: str = "", *, computed: str = "not computed") -> Statement:
+def untestable(source: Source | str, why: str = "", **numbers: Any) -> Statement:
     """Return the row of a statement that needs what is not here, with the reason."""
-    reason = why or source.untestable or source.why
-    return Statement(source, ClaimStatus.UNTESTABLE, computed, why=reason)
+    named = named_source(source)
+    computed = _SENTENCES.vformat(named.finds, (), numbers) if numbers else "not computed"
+    return Statement(
+        named, ClaimStatus.UNTESTABLE, computed, why=why or named.untestable or named.why
+    )
+
+
+def named_source(source: Source | str) -> Source:
+    """Return the source of a key; raise KeyError for one that the publication has not."""
+    return SOURCES[source] if isinstance(source, str) else source
 
 
 @dataclass(frozen=True)

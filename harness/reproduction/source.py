@@ -20,7 +20,8 @@ class Source:
     """A place in the publication, and what stands there.
 
     ``key`` is unique (``eq-6``, ``table-1-well``, ``text-t-c``, ``fig-4``, ``erratum-3``);
-    ``where`` names section and number; ``says`` is one sentence or formula. ``tolerance``
+    ``where`` names section and number; ``says`` is one sentence or formula, ``finds`` what a run
+    finds, with its numbers in braces. ``tolerance``
     [``unit``] is how far printed and found may lie apart, ``why`` where it comes from.
     ``evidence`` are links, relative to the report's folder or the repository
     (``figures/x.svg``, ``tests/theory/test_shock.py``). ``title`` is that of a figure;
@@ -30,6 +31,7 @@ class Source:
     key: str
     where: str
     says: str
+    finds: str = "{computed}"
     tolerance: float = math.nan
     unit: str = ""
     why: str = ""

@@ -3,7 +3,7 @@
 No row is typed in. What the source prints is evaluated by
 :mod:`harness.reproduction.as_printed` and held against a route that shares no
 code with it: theory, exact propagator, complementarity, iteration, root finding, or
-algebra over random samples with a fixed seed.
+algebra over random samples with a fixed seed. The sentences stand in ``source.toml``.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ from harness.engines.contract import Engine
 from harness.reproduction.as_printed import PRINTED, Printed
 from harness.reproduction.claims import Ledger, Statement, untestable
 from harness.reproduction.ledger import (
-    appendix_boundaries,
     appendix_chains,
     appendix_window,
     background_energy,
@@ -28,14 +27,12 @@ from harness.reproduction.ledger import (
     methods_chain,
     methods_pair,
     methods_scales,
-    methods_shock,
     results,
-    results_impulse,
 )
 from harness.reproduction.source import SOURCES
 from harness.workflows.progress import Progress, silent
 
-Section = Callable[[], list[Statement]]
+Section = Callable[[Printed], Iterable[Statement]]
 
 
 def statements(
@@ -46,11 +43,24 @@ def statements(
     Rows of the incline that need an engine cannot be tested without one; a failure of
     the engine becomes their reason.
     """
-    sections = _sections(printed, engine)
+    sections: tuple[Section, ...] = (
+        introduction.statements,
+        background_energy.statements,
+        background_shock.statements,
+        partial(background_incline.statements, engine=engine),
+        methods_scales.statements,
+        methods_pair.statements,
+        methods_chain.statements,
+        results.statements,
+        discussion.statements,
+        appendix_chains.statements,
+        appendix_window.statements,
+        beyond.statements,
+    )
     rows = [untestable(s) for s in SOURCES.values() if s.untestable and not s.title]
     for done, section in enumerate(sections):
         progress("ledger", done, len(sections) + 1)
-        rows += section()
+        rows += section(printed)
     progress("ledger", len(sections), len(sections) + 1)
     rows += errata.statements(printed, Ledger(tuple(rows)))
     progress("ledger", len(sections) + 1, len(sections) + 1)
@@ -61,24 +71,3 @@ def in_order(rows: Iterable[Statement]) -> list[Statement]:
     """Return rows in the order of the publication."""
     place = {key: number for number, key in enumerate(SOURCES)}
     return sorted(rows, key=lambda row: place[row.source.key])
-
-
-def _sections(printed: Printed, engine: Engine | None) -> list[Section]:
-    """Return the parts of the source, in its order, and what was found wrong beyond the errata."""
-    return [
-        introduction.statements,
-        partial(background_energy.statements, printed),
-        partial(background_shock.statements, printed),
-        partial(background_incline.statements, printed, engine),
-        partial(methods_scales.statements, printed),
-        methods_shock.statements,
-        partial(methods_pair.statements, printed),
-        methods_chain.statements,
-        partial(results.statements, printed),
-        partial(results_impulse.statements, printed),
-        partial(discussion.statements, printed),
-        appendix_boundaries.statements,
-        appendix_chains.statements,
-        partial(appendix_window.statements, printed),
-        beyond.statements,
-    ]

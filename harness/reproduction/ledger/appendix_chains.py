@@ -1,164 +1,241 @@
-"""Appendix A, which particles form chains: equations (A8) to (A11)."""
+"""Appendix A: boundaries of one chain, (A1) to (A7), and which particles form one, to (A11)."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 import numpy as np
+from scipy.optimize import brentq
 
 from harness.chain import sweeps
 from harness.reproduction import as_printed
-from harness.reproduction.claims import Statement, bounded, claim, compare
-from harness.reproduction.ledger.samples import RADIUS, Row, rows, touching_chains
-from harness.reproduction.source import SOURCES
+from harness.reproduction.as_printed import Printed
+from harness.reproduction.claims import Statement, claim, compare
+from harness.reproduction.ledger.samples import (
+    RADIUS,
+    Floats,
+    Opening,
+    Row,
+    TouchingChain,
+    off_from_sweeps,
+    openings,
+    rows,
+    touching_chains,
+)
 
 
-def statements() -> list[Statement]:
-    """Return the rows of this part."""
-    near = rows()
-    return [
-        _many_groupings(near),
-        _bound(),
-        _bound_everywhere(near),
-        _sweeps(near),
-        _not_in_contact(near),
-        _smaller_deformation(near),
-        _contradiction(near),
+def statements(_: Printed) -> Iterator[Statement]:
+    """Yield the rows of this part."""
+    yield from _boundaries(touching_chains())
+    yield from _deformations(touching_chains())
+    yield from _lengths()
+    yield _swapped()
+    yield from _four()
+    yield _odd_coefficients()
+    yield from _bounds(rows())
+    yield _many_groupings(rows()[:50])
+    yield from _proof(openings(rows()))
+
+
+def _boundaries(chains: Sequence[TouchingChain]) -> Iterator[Statement]:
+    edges = [
+        (x, before, after)
+        for chain in chains
+        for x, (before, after) in zip(chain.centres, pairwise(chain.boundaries), strict=True)
     ]
+    yield compare(
+        "eq-a1",
+        printed=[as_printed.next_boundary(x, before) for x, before, _ in edges],
+        found=[after for _, _, after in edges],
+        chains=len(chains),
+    )
 
+    def general_sum(chain: TouchingChain) -> float:
+        n = chain.centres.size
+        signs = (-1.0) ** (n - np.arange(1, n + 1))
+        return float(2 * signs @ chain.centres + (-1) ** n * chain.boundaries[0])
 
-@dataclass(frozen=True)
-class Opening:
-    """Two neighbours that do not touch: their distance, and each with what presses it [m]."""
-
-    distance: float
-    deformations: tuple[float, float]
-    beyond: tuple[float, float]  # distance of each to its other neighbour, infinite at an end
-
-
-def openings(some: Sequence[Row]) -> list[Opening]:
-    """Return every pair of neighbours of ``some`` rows that are not in contact."""
-    found = []
-    for row in some:
-        apart = np.concatenate(([np.inf], row.distances, [np.inf]))
-        for i in np.flatnonzero(row.compressions == 0):
-            found.append(
-                Opening(
-                    float(row.distances[i]),
-                    (float(row.deformations[i]), float(row.deformations[i + 1])),
-                    (float(apart[i]), float(apart[i + 2])),
-                )
-            )
-    return found
-
-
-def _many_groupings(some: Sequence[Row]) -> Statement:
-    """Count contact sets in which all closed contacts press and axisymmetry holds."""
-    counts = []
-    for row in some[:50]:
-        overlap = 1.0 - row.distances
-        consistent = 0
-        for code in range(2**overlap.size):
-            closed = np.array([code >> j & 1 for j in range(overlap.size)], dtype=bool)
-            consistent += _presses(closed, overlap)
-        counts.append(consistent)
-    return claim(
-        SOURCES["text-many-groupings"],
-        holds=float(np.median(counts)) > 1,
-        computed=f"contact sets in which every closed contact presses, {len(counts)} random rows: "
-        f"{min(counts)} to {max(counts)}, median {np.median(counts):g}; that open contacts must "
-        "not overlap leaves one",
+    yield compare(
+        "eq-a2",
+        printed=[as_printed.last_boundary(c.centres, float(c.boundaries[0])) for c in chains],
+        found=[float(c.boundaries[-1]) for c in chains],
+        corrected=[general_sum(c) for c in chains],
+    )
+    yield compare(
+        "eq-a3",
+        printed=[as_printed.deformation(x, before, RADIUS) for x, before, _ in edges],
+        found=np.concatenate([np.convolve(c.compressions, [1, 1]) for c in chains]),
+        chains=len(chains),
     )
 
 
-def _presses(closed: np.ndarray, overlap: np.ndarray) -> bool:
-    """Return whether all contacts of ``closed`` carry a positive compression."""
-    if not closed.any():
-        return True
-    n = closed.size
-    law = np.eye(n) + 0.5 * (np.eye(n, k=1) + np.eye(n, k=-1))
-    held = np.flatnonzero(closed)
-    return bool((np.linalg.solve(law[np.ix_(held, held)], overlap[held]) > 0).all())
+def _deformations(chains: Sequence[TouchingChain]) -> Iterator[Statement]:
+    recovered = [sweeps.compressions(c.centres, 2 * RADIUS) for c in chains]
+    yield compare(
+        "eq-a4",
+        printed=np.concatenate([np.convolve(pressed, [1, 1]) for pressed in recovered]),
+        found=np.concatenate([c.deformations for c in chains]),
+    )
+    yield compare(
+        "eq-a5",
+        printed=[float(c[end]) for c in recovered for end in (0, -1)],
+        found=[float(c.deformations[end]) for c in chains for end in (0, -1)],
+    )
+    yield compare(
+        "eq-a6",
+        printed=[as_printed.first_deformation(c.deformations[1:]) for c in chains],
+        found=[float(c.deformations[0]) for c in chains],
+    )
 
 
-def _bound() -> Statement:
+def _lengths() -> Iterator[Statement]:
+    """Try what the centres say of the length of a chain: that of odd chains they do not give."""
+
+    def change(particles: int) -> float:
+        """Return how b_n - b_0 of one set of centres changes as b_0 moves by 0.01 m."""
+        chain = touching_chains(1, (particles,))[0]
+        lengths = []
+        for first in (float(chain.boundaries[0]), float(chain.boundaries[0]) + 0.01):
+            edge = first
+            for centre in chain.centres:
+                edge = 2 * float(centre) - edge
+            lengths.append(edge - first)
+        return lengths[1] - lengths[0]
+
+    triple = touching_chains(50, (3,))
+    yield compare(
+        "eq-chain-length",
+        printed=[
+            2 * (c.centres[2] - c.centres[1] + c.centres[0] - c.boundaries[0]) for c in triple
+        ],
+        found=[float(c.boundaries[3] - c.boundaries[0]) for c in triple],
+    )
+    odd, even = ([change(n) for n in sizes] for sizes in ((3, 5, 7), (2, 4, 6)))
+    yield claim("text-odd-chains", holds=max(map(abs, odd)) < 1e-12, changes=odd)
+    most = max(map(abs, even))
+    yield claim("text-even-chains", holds=most < 1e-12 and min(map(abs, odd)) > 1e-3, most=most)
+
+
+def _swapped() -> Statement:
+    """Return the row of two particles that swap their deformations."""
+    one, other = (
+        np.cumsum([0.0, *(1.0 - value for value in deformed)])
+        for deformed in ((0.15, 0.05), (0.05, 0.15))
+    )
+    apart = [float(np.diff(0.5 * (b[1:] + b[:-1]))[0]) for b in (one, other)]
+    return claim(
+        "text-swapped",
+        holds=abs(apart[0] - apart[1]) < 1e-12
+        and abs(one[-1] - other[-1]) < 1e-12
+        and abs(one[1] - other[1]) > 0.01,
+        apart=apart,
+        one=one,
+        other=other,
+    )
+
+
+def _four() -> Iterator[Statement]:
+    """Try the example of four particles: its third line, solved for b_0, and its last."""
+    chains = touching_chains(50, (4,))
+    exact = [float(c.boundaries[0]) for c in chains]
+
+    def solved(centres: Floats) -> float:
+        return float(
+            brentq(lambda b: as_printed.imbalance_of_four(centres, b, RADIUS), -100.0, 100.0)
+        )
+
+    last_line = [as_printed.boundary_of_four(c.centres) for c in chains]
+    yield compare(
+        "eq-four-inserted",
+        printed=[solved(c.centres) for c in chains],
+        found=exact,
+        corrected=last_line,
+    )
+    yield compare("eq-four", printed=last_line, found=exact)
+
+
+def _odd_coefficients() -> Statement:
+    """Find the weights of the centres by moving one centre at a time, r_0 by itself."""
+    found = {}
+    for n in range(2, 8):
+        balance = np.zeros((n + 1, n + 1))  # b_0 to b_n from centres and the alternating sum
+        for i in range(n):
+            balance[i, i : i + 2] = 1.0
+        alternating = (-1.0) ** np.arange(n)
+        balance[n, :-1] += alternating  # sum (-1)^i (2r_0 - (b_(i+1) - b_i)) = 0
+        balance[n, 1:] -= alternating
+        inverse = np.linalg.inv(balance)
+        found[n] = 2 * n * inverse[0, :n], -2 * alternating.sum() * n * inverse[0, n] + 0.0
+    odd = all(
+        np.allclose(centres, (-1.0) ** np.arange(n) * np.arange(2 * n - 1, 0, -2))
+        for n, (centres, _) in found.items()
+    )
+    return claim(
+        "text-odd-coefficients",
+        holds=odd and all(abs(radius) < 1e-9 for _, radius in found.values()),
+        corrected_holds=odd
+        and all(abs(radius - ((-1) ** n - 1) / 2) < 1e-9 for n, (_, radius) in found.items()),
+        weights=found,
+    )
+
+
+def _bounds(some: Sequence[Row]) -> Iterator[Statement]:
     pairs = touching_chains(50, (2,))
-    return compare(
-        SOURCES["eq-a8"],
+    yield compare(
+        "eq-a8",
         printed=[as_printed.largest_compression(RADIUS, float(p.deformations[0])) for p in pairs],
         found=[float(p.compressions[0]) for p in pairs],
-        computed="two particles alone, where the bound is reached: as printed it is the length of "
-        "the deformed particle, which no compression comes near",
         corrected=[2 * RADIUS - float(p.centres[1] - p.centres[0]) for p in pairs],
     )
-
-
-def _bound_everywhere(some: Sequence[Row]) -> Statement:
     excess = max(
         float((row.compressions - (1.0 - row.distances))[row.compressions > 0].max())
         for row in some
         if (row.compressions > 0).any()
     )
-    return claim(
-        SOURCES["text-bound"],
-        holds=excess < 1e-12,
-        computed=f"c minus the bound is {bounded(excess)} m in {len(some)} random rows",
+    yield claim("text-bound", holds=excess < 1e-12, excess=excess, rows=len(some))
+    off = off_from_sweeps(some)
+    yield claim("text-sweeps", holds=off < 1e-12, off=off, rows=len(some))
+
+
+def _many_groupings(some: Sequence[Row]) -> Statement:
+    """Count contact sets in which all closed contacts press and axisymmetry holds."""
+    counts = []
+    for row in some:
+        overlap = 1.0 - row.distances
+        n = overlap.size
+        law = np.eye(n) + 0.5 * (np.eye(n, k=1) + np.eye(n, k=-1))
+        sets = [np.flatnonzero(code >> np.arange(n) & 1) for code in range(2**n)]
+        pressing = [np.linalg.solve(law[np.ix_(held, held)], overlap[held]) > 0 for held in sets]
+        counts.append(sum(bool(every.all()) for every in pressing))
+    median = float(np.median(counts))
+    return claim("text-many-groupings", holds=median > 1, counts=sorted(counts), median=median)
+
+
+def _proof(pairs: Sequence[Opening]) -> Iterator[Statement]:
+    """Try the steps of the proof by contradiction on pairs that do not touch."""
+    gap = min(p.distance - (1.0 - sum(p.deformations) / 2) for p in pairs)
+    yield claim("eq-a9", holds=gap > -1e-12, pairs=len(pairs), gap=gap)
+    smaller = sum(p.distance > 1.0 - min(p.deformations) for p in pairs)
+    larger = sum(p.distance >= 1.0 - max(p.deformations) - 1e-12 for p in pairs)
+    yield claim(
+        "eq-a10",
+        holds=smaller == len(pairs),
+        corrected_holds=larger == len(pairs),
+        pairs=len(pairs),
+        smaller=smaller,
+        larger=larger,
     )
-
-
-def _sweeps(some: Sequence[Row]) -> Statement:
-    off = max(
-        float(np.abs(sweeps.compressions(row.centres, 2 * RADIUS) - row.compressions).max())
-        for row in some
+    pressed = [p for p in pairs if max(p.deformations) > 0]
+    less, more = (
+        sum(p.distance > p.beyond[int(side(p.deformations))] for p in pressed)
+        for side in (np.argmin, np.argmax)
     )
-    return claim(
-        SOURCES["text-sweeps"],
-        holds=off < 1e-12,
-        computed=f"sweeps and complementarity differ by {bounded(off)} m on {len(some)} random "
-        "rows, each contact kept between what its neighbours can press at most and at least; "
-        "joining chains because their boundaries overlap at the moment would not do (beyond-2)",
-    )
-
-
-def _not_in_contact(some: Sequence[Row]) -> Statement:
-    open_pairs = openings(some)
-    gaps = [p.distance - (1.0 - sum(p.deformations) / 2) for p in open_pairs]
-    return claim(
-        SOURCES["eq-a9"],
-        holds=min(gaps) > -1e-12,
-        computed=f"smallest gap of {len(open_pairs)} pairs that do not touch: {min(gaps):.1e} m",
-    )
-
-
-def _smaller_deformation(some: Sequence[Row]) -> Statement:
-    open_pairs = openings(some)
-    smaller = sum(p.distance > 1.0 - min(p.deformations) for p in open_pairs)
-    larger = sum(p.distance >= 1.0 - max(p.deformations) - 1e-12 for p in open_pairs)
-    return claim(
-        SOURCES["eq-a10"],
-        holds=smaller == len(open_pairs),
-        corrected_holds=larger == len(open_pairs),
-        computed=f"of {len(open_pairs)} pairs that do not touch {smaller} obey it with the smaller "
-        f"deformation, {larger} with the larger: the smaller one makes the right side larger, "
-        "which does not keep the inequality",
-    )
-
-
-def _contradiction(some: Sequence[Row]) -> Statement:
-    pressed = [p for p in openings(some) if max(p.deformations) > 0]
-
-    def follows(pair: Opening, larger: bool) -> bool:
-        side = int(np.argmax(pair.deformations) if larger else np.argmin(pair.deformations))
-        return bool(pair.distance > pair.beyond[side])
-
-    as_it_stands = sum(follows(p, larger=False) for p in pressed)
-    repaired = sum(follows(p, larger=True) for p in pressed)
-    return claim(
-        SOURCES["eq-a11"],
-        holds=as_it_stands == len(pressed),
-        corrected_holds=repaired == len(pressed),
-        computed=f"of {len(pressed)} pairs that do not touch, one of them pressed from its other "
-        f"side, {as_it_stands} lie further apart than the less deformed one from its other "
-        f"neighbour, {repaired} than the more deformed one",
+    yield claim(
+        "eq-a11",
+        holds=less == len(pressed),
+        corrected_holds=more == len(pressed),
+        pairs=len(pressed),
+        less=less,
+        more=more,
     )

@@ -6,6 +6,8 @@ the erratum, not of the source.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from harness.reproduction.as_printed import Printed
@@ -15,16 +17,28 @@ from harness.reproduction.source import SOURCES, Source
 from harness.theory.tower import series_stiffness
 
 
-def statements(printed: Printed, rows: Ledger) -> list[Statement]:
-    """Return the errata; ``rows`` are those of the source."""
-    named = [source for source in SOURCES.values() if source.wrong]
-    return [
-        *(judged(source, rows) for source in named),
-        _steady_state(rows),
-        _crest_time(printed, rows),
-        _energies(rows),
-        _series(),
-    ]
+def statements(printed: Printed, rows: Ledger) -> Iterator[Statement]:
+    """Yield the errata; ``rows`` are those of the source."""
+    yield from (judged(source, rows) for source in SOURCES.values() if source.wrong)
+    balance = rows["eq-6"]
+    yield claim(
+        "erratum-1",
+        holds=abs(balance.printed - 13.87) < 0.005
+        and abs(balance.corrected - 10.21) < 0.005
+        and balance.status is ClaimStatus.CORRECTED,
+        evidence=balance.evidence,
+        row=_line(balance),
+    )
+    yield _crest_time(printed, rows)
+    yield _energies(rows)
+    contacts = 10
+    yield compare(
+        "erratum-13",
+        printed=series_stiffness(contacts, 1.0, deformable=True),
+        found=1 / (2 * row_energy(contacts, 1.0, 1.0)),
+        contacts=contacts,
+        springs=1 / contacts,
+    )
 
 
 def judged(erratum: Source, rows: Ledger) -> Statement:
@@ -35,8 +49,8 @@ def judged(erratum: Source, rows: Ledger) -> Statement:
         erratum,
         holds=all(row.status is not ClaimStatus.REPRODUCED for row in wrong)
         and all(row.status is ClaimStatus.REPRODUCED for row in right),
-        computed="; ".join(_line(row) for row in (*wrong, *right)),
         evidence=tuple(dict.fromkeys(link for row in wrong for link in row.evidence)),
+        computed="; ".join(_line(row) for row in (*wrong, *right)),
     )
 
 
@@ -51,30 +65,18 @@ def _line(row: Statement) -> str:
     return f"{key}, {row.status}: {numbers}{'' if unit == '1' else f' {unit}'}"
 
 
-def _steady_state(rows: Ledger) -> Statement:
-    row = rows["eq-6"]
-    return claim(
-        SOURCES["erratum-1"],
-        holds=abs(row.printed - 13.87) < 0.005
-        and abs(row.corrected - 10.21) < 0.005
-        and row.status is ClaimStatus.CORRECTED,
-        computed=_line(row),
-        evidence=row.evidence,
-    )
-
-
 def _crest_time(printed: Printed, rows: Ledger) -> Statement:
-    formula = rows["eq-11"].found
+    formula, separation = rows["eq-11"].found, rows["text-separation"]
     ratio = formula / printed.contact_time
-    separated = rows["text-separation"].status is ClaimStatus.REPRODUCED
     told = abs(formula - 0.029) < 0.0005 and round(ratio) == 4
     return claim(
-        SOURCES["erratum-7"],
-        holds=told and not separated,
+        "erratum-7",
+        holds=told and separation.status is not ClaimStatus.REPRODUCED,
         corrected_holds=told,
-        computed=f"{_line(rows['text-t-c'])}; over t_n {ratio:.2f}; "
-        + rows["text-separation"].computed,
-        evidence=rows["text-separation"].evidence,
+        evidence=separation.evidence,
+        row=_line(rows["text-t-c"]),
+        ratio=ratio,
+        separation=separation.computed,
     )
 
 
@@ -82,25 +84,14 @@ def _energies(rows: Ledger) -> Statement:
     square, two = rows["eq-18"], rows["eq-u-2"]
     wrong = all(row.status is ClaimStatus.CORRECTED for row in (square, two))
     stiffness, first, n = 100.0, 0.2, 10
-    with_square = n * 0.5 * stiffness * (n * first) ** 2
-    right = n * 0.5 * stiffness * first**2
+    with_square, right = (n * 0.5 * stiffness * c**2 for c in (n * first, first))
     return claim(
-        SOURCES["erratum-12"],
+        "erratum-12",
         holds=wrong and abs(with_square - right) < 1e-9,
         corrected_holds=wrong,
-        computed=f"{_line(square)}; {_line(two)}; n (1/2 k c_n^2) would be {with_square:g} J where "
-        f"the springs store {right:g} J (n = {n})",
         evidence=square.evidence,
-    )
-
-
-def _series() -> Statement:
-    n = 10
-    found = 1 / (2 * row_energy(n, 1.0, 1.0))
-    return compare(
-        SOURCES["erratum-13"],
-        printed=series_stiffness(n, 1.0, deformable=True),
-        found=found,
-        computed=f"force over approach of the outer centres of {n} contacts under the deformable "
-        f"law: {found:.6f} k; k/n would be {1 / n:g} k",
+        rows=f"{_line(square)}; {_line(two)}",
+        with_square=with_square,
+        right=right,
+        springs=n,
     )

@@ -1,8 +1,9 @@
-"""Section Methods: rigidity and the two time scales, equations (10) to (12)."""
+"""Section Methods: rigidity, the two time scales, the shock of a base, equations (10) to (13)."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 from scipy.integrate import quad
@@ -16,26 +17,74 @@ from harness.reproduction.claims import Statement, claim, compare
 from harness.reproduction.ledger.contact import integrate
 from harness.reproduction.ledger.runs import impulses
 from harness.reproduction.ledger.samples import generator
-from harness.reproduction.source import SOURCES
 from harness.theory.critical_angle import critical_angle, no_flight_bound
 from harness.theory.energy_map import steady_energy
+from harness.theory.two_spheres import impulse_on_fixed
 
 _MASS, _DIAMETER = 1.0, 1.0  # [kg], [m] of the source's towers
 _GLASS_MODULUS, _GLASS_DENSITY, _PACKING = 70e9, 2500.0, 0.6  # [Pa], [kg/m3], [1] usual values
+_RATIOS = np.linspace(0.3, 1.0, 15)
+_REACHED = 0.54  # of tall towers, for the numbers in words
 
 
-def statements(printed: Printed) -> list[Statement]:
-    """Return the rows of this part."""
-    return [
-        _rigidity(),
-        _glass(printed),
-        _orders(printed),
-        *_stiffnesses(printed),
-        *_crest(printed),
-        _collision(printed),
-        *_contact_time(printed),
-        _separation(printed),
-    ]
+def statements(printed: Printed) -> Iterator[Statement]:
+    """Yield the rows of this part."""
+    yield from _rigidity(printed)
+    yield from _stiffnesses(printed)
+    yield from _crest(printed)
+    yield from _contact(printed)
+    yield from _shock()
+
+
+def _rigidity(printed: Printed) -> Iterator[Statement]:
+    metres = np.array([1e5, 9.81, _DIAMETER])  # N/m, N/m2, m
+    centimetres = metres * (1 / 100, 1 / 100**2, 100)
+    ratios = [as_printed.rigidity(*unit[:2]) for unit in (metres, centimetres)]
+    repaired = [ratio / unit[2] for ratio, unit in zip(ratios, (metres, centimetres), strict=True)]
+    yield claim(
+        "eq-10",
+        holds=math.isclose(*ratios, rel_tol=1e-12),
+        corrected_holds=math.isclose(*repaired, rel_tol=1e-12),
+        ratios=ratios,
+        repaired=repaired,
+    )
+    pressure = _GLASS_DENSITY * _PACKING * printed.gravity * printed.glass_depth
+    yield compare(
+        "text-glass-bead",
+        printed=printed.glass_rigidity,
+        found=(_GLASS_MODULUS / pressure) ** (2 / 3),
+        modulus=_GLASS_MODULUS / 1e9,
+        pressure=pressure / 1e3,
+        density=_GLASS_DENSITY,
+        packing=_PACKING,
+    )
+    low, high = printed.rigidities
+    yield compare(
+        "text-orders-of-magnitude",
+        printed=printed.orders_of_magnitude,
+        found=math.log10(high / low),
+        corrected=float(len(STIFFNESSES) - 1),  # steps of ten between its values
+        low=low,
+        high=high,
+    )
+
+
+def _stiffnesses(printed: Printed) -> Iterator[Statement]:
+    weight = _MASS * printed.gravity / _DIAMETER  # N/m, the pressure of a row of disks
+    pairs = zip(printed.rigidities, printed.stiffnesses, strict=True)
+    for name, (kappa, stiffness) in zip(("lowest", "highest"), pairs, strict=True):
+        value = stiffness / weight
+        yield compare(
+            f"text-stiffness-{name}",
+            printed=kappa,
+            found=value,
+            above=100 * (value / kappa - 1),
+        )
+    median = float(np.median(STIFFNESSES))
+    middle = median * (printed.rigidities[0] / printed.stiffnesses[0])
+    yield compare(
+        "text-median-rigidity", printed=printed.median_rigidity, found=middle, stiffness=median
+    )
 
 
 def rise_time(angle_deg: float) -> float:
@@ -49,153 +98,97 @@ def rise_time(angle_deg: float) -> float:
     return float(quad(slowness, 0.0, rise)[0]) * math.sqrt(_DIAMETER / 9.81)
 
 
-def _crest(printed: Printed) -> list[Statement]:
+def _crest(printed: Printed) -> Iterator[Statement]:
     drop = 1 - math.sqrt(3) / 2  # [d] from crest to well of a level row, Pythagoras
     escape = math.sqrt(2 * printed.gravity * drop * 2.0)
+    by_formula = as_printed.crest_time(1.0, printed.gravity)
     evaluated = escape / 8 / printed.gravity
+    yield compare("eq-11", printed=by_formula, found=evaluated, escape=escape)
     needed = brentq(
         lambda r: as_printed.crest_time(r, printed.gravity) - printed.crest_time, 1e-3, 1e6
     )
-    fastest, slow = rise_time(no_flight_bound()), rise_time(critical_angle() + 1e-6)
-    return [
-        compare(
-            SOURCES["eq-11"],
-            printed=as_printed.crest_time(1.0, printed.gravity),
-            found=evaluated,
-            computed=f"escape from the well of a level row of radius 1 m takes {escape:.4f} m/s "
-            f"(geometry); an eighth of it over g is {evaluated:.4f} s; r is the radius here and "
-            "the distance of centres in Table I; the source gives no reason for the factor 1/4",
-        ),
-        compare(
-            SOURCES["text-t-c"],
-            printed=printed.crest_time,
-            found=evaluated,
-            computed=f"{evaluated:.4f} s for r = 1 m; 0.41 s needs r = {needed:.0f} m",
-            correction=f"t_c = {evaluated:.3f} s by the formula",
-        ),
-        claim(
-            SOURCES["text-crest-time"],
-            holds=fastest <= printed.crest_time <= slow,
-            computed=f"steady motion over spheres of 1 m, integrated: {fastest:.3f} s at "
-            f"{no_flight_bound():.2f} deg, {slow:.2f} s 1e-6 deg above theta_c, "
-            "without bound at theta_c: the number is of the right size though its formula is not",
-        ),
-    ]
+    yield compare("text-t-c", printed=printed.crest_time, found=evaluated, needed=needed)
+    flight = no_flight_bound()
+    fastest, slow = rise_time(flight), rise_time(critical_angle() + 1e-6)
+    yield claim(
+        "text-crest-time",
+        holds=fastest <= printed.crest_time <= slow,
+        fastest=fastest,
+        flight=flight,
+        slow=slow,
+    )
+    longest = max(row.window_s for row in impulses())
+    yield claim(
+        "text-separation",
+        holds=fastest > 10 * printed.contact_time,
+        printed=printed.crest_time / printed.contact_time,
+        formula=by_formula / printed.contact_time,
+        fastest=fastest,
+        contacts=fastest / printed.contact_time,
+        windows=fastest / longest,
+        longest=longest,
+    )
 
 
-def _collision(printed: Printed) -> Statement:
+def _contact(printed: Printed) -> Iterator[Statement]:
     random = generator()
     cases = [tuple(random.uniform([50, 0.3, 0.5], [200, 1.0, 5.0])) for _ in range(50)]
-    return compare(
-        SOURCES["eq-12"],
+    yield compare(
+        "eq-12",
         printed=[as_printed.collision_time(k, m, g, printed.damping_factor) for k, m, g in cases],
         found=[integrate(k, m, g).time for k, m, g in cases],
-        computed="m_eff x'' + gamma x' + k x = 0 integrated until x is 0 again, 50 random cases",
         corrected=[as_printed.collision_time(k, m, g, 0.25) for k, m, g in cases],
     )
-
-
-def _contact_time(printed: Printed) -> list[Statement]:
     stiffness = printed.stiffnesses[0]
     modes = np.linalg.eigvalsh(stiffness / _MASS * np.array([[1.0, -1.0], [-1.0, 1.0]]))
-    found = math.pi / math.sqrt(modes[1])
-    held = Tower(stiffness=stiffness, gravity=0.0).contact_time
-    effective = stiffness / modes[1]
-    return [
-        compare(
-            SOURCES["text-effective-mass"],
-            printed=_MASS * _MASS / (_MASS + _MASS),
-            found=float(effective),
-            computed=f"stiffness over squared frequency of two free particles: {effective:.4f} kg; "
-            "against the fixed particles of this model it is m, not m/2",
-        ),
-        compare(
-            SOURCES["text-t-n"],
-            printed=printed.contact_time,
-            found=found,
-            computed=f"half a period of two free particles of 1 kg: {found:.5f} s; of a grain on a "
-            f"fixed one, which is the case at hand, {held:.5f} s",
-        ),
-    ]
-
-
-def _separation(printed: Printed) -> Statement:
-    by_formula = as_printed.crest_time(1.0, printed.gravity) / printed.contact_time
-    fastest = rise_time(no_flight_bound())
-    longest = max(row.window_s for row in impulses())
-    return claim(
-        SOURCES["text-separation"],
-        holds=fastest > 10 * printed.contact_time,
-        computed=f"the two numbers printed are {printed.crest_time / printed.contact_time:.0f} "
-        f"apart, by the formula {by_formula:.1f}; the fastest rise, {fastest:.3f} s, is "
-        f"{fastest / printed.contact_time:.0f} contacts long, but only {fastest / longest:.1f} of "
-        f"the longest window over which an impulse is taken ({longest:.4f} s, Appendix B)",
+    yield compare(
+        "text-effective-mass",
+        printed=_MASS * _MASS / (_MASS + _MASS),
+        found=float(stiffness / modes[1]),
+    )
+    yield compare(
+        "text-t-n",
+        printed=printed.contact_time,
+        found=math.pi / math.sqrt(modes[1]),
+        held=Tower(stiffness=stiffness, gravity=0.0).contact_time,
     )
 
 
-def _rigidity() -> Statement:
-    stiffness, pressure = 1e5, 9.81  # SI
-    per_centimetre = 1 / 100
-    # N/m to N/cm, N/m2 to N/cm2
-    other = as_printed.rigidity(stiffness * per_centimetre, pressure * per_centimetre**2)
-    repaired = stiffness / (pressure * _DIAMETER)
-    repaired_other = (stiffness * per_centimetre) / (
-        pressure * per_centimetre**2 * (_DIAMETER * 100)
-    )
-    printed = as_printed.rigidity(stiffness, pressure)
-    return claim(
-        SOURCES["eq-10"],
-        holds=math.isclose(printed, other, rel_tol=1e-12),
-        corrected_holds=math.isclose(repaired, repaired_other, rel_tol=1e-12),
-        computed=f"1e5 N/m over 9.81 N/m2 is {printed:.5g} in metres and {other:.5g} in "
-        f"centimetres: a length; k/(P d) is {repaired:.5g} and {repaired_other:.5g}",
+def _shock() -> Iterator[Statement]:
+    """Hold the shock to the velocity it is made of, and to what an impulse in vectors leaves."""
+    speed, after = 1.0, 0.5
+    yield compare(
+        "eq-13-reference",
+        printed=impulse_on_fixed(_MASS, 1e6, speed, 0.0),  # the two-particle run is elastic
+        found=_MASS * speed,  # what stops the normal velocity at e_n = 0
     )
 
+    def kept(ratio: float) -> float:
+        return as_printed.modified_velocity(after, ratio) ** 2
 
-def _glass(printed: Printed) -> Statement:
-    pressure = _GLASS_DENSITY * _PACKING * printed.gravity * printed.glass_depth
-    found = (_GLASS_MODULUS / pressure) ** (2 / 3)
-    return compare(
-        SOURCES["text-glass-bead"],
-        printed=printed.glass_rigidity,
-        found=found,
-        computed=f"Hertz contact, (E/P)^(2/3) with E = {_GLASS_MODULUS / 1e9:g} GPa and "
-        f"P = {pressure / 1e3:.2f} kPa ({_GLASS_DENSITY:g} kg/m3, packing {_PACKING:g}): "
-        f"{found:.0f}; a linear k/P has no value for it",
+    def lost(ratio: float) -> float:
+        return as_printed.modified_shock(speed, after, ratio)
+
+    yield compare(
+        "eq-13",
+        printed=[lost(a) for a in _RATIOS],
+        found=[kept(a) for a in _RATIOS],
+        falls=[critical_angle(lost(a)) for a in (1.0, _REACHED)],
+        rises=[critical_angle(kept(a)) for a in (1.0, _REACHED)],
+        reached=_REACHED,
     )
+    before = np.array([math.sqrt(3) / 2, 0.5])  # normal and tangential part
 
+    def left(ratio: float) -> float:
+        return float((before[0] * (1 - ratio)) ** 2 + before[1] ** 2)
 
-def _orders(printed: Printed) -> Statement:
-    low, high = printed.rigidities
-    spanned = math.log10(high / low)
-    return compare(
-        SOURCES["text-orders-of-magnitude"],
-        printed=printed.orders_of_magnitude,
-        found=spanned,
-        computed=f"log10({high:g}/{low:g}) = {spanned:g}",
-        corrected=float(len(STIFFNESSES) - 1),  # steps of ten between its values
+    yield compare(
+        "eq-13-direction",
+        printed=[lost(a) for a in _RATIOS],
+        found=[left(a) for a in _RATIOS],
+        corrected=[0.25 + 0.75 * (1 - a) ** 2 for a in _RATIOS],
+        left=left(_REACHED),
+        stated=lost(_REACHED),
+        reached=_REACHED,
+        angle=critical_angle(left(_REACHED)),
     )
-
-
-def _stiffnesses(printed: Printed) -> list[Statement]:
-    weight = _MASS * printed.gravity / _DIAMETER  # N/m, the pressure of a row of disks
-    found = [k / weight for k in printed.stiffnesses]
-    of_stiffness = printed.rigidities[0] / printed.stiffnesses[0]
-    middle = float(np.median(STIFFNESSES)) * of_stiffness
-    return [
-        compare(
-            SOURCES[f"text-stiffness-{name}"],
-            printed=kappa,
-            found=value,
-            computed=f"k d/(m g) of 1 kg and 1 m: {value:.0f}, "
-            f"{100 * (value / kappa - 1):.1f} % above; other grains have another",
-        )
-        for name, kappa, value in zip(("lowest", "highest"), printed.rigidities, found, strict=True)
-    ] + [
-        compare(
-            SOURCES["text-median-rigidity"],
-            printed=printed.median_rigidity,
-            found=middle,
-            computed=f"median of the three used: {middle:g}, that is {middle / of_stiffness:g} N/m",
-        )
-    ]

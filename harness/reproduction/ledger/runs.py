@@ -6,17 +6,21 @@ integrator. Towers are the source's (1 kg, 1 m, 9.81 m/s2) unless a row says oth
 
 from __future__ import annotations
 
+import math
 from functools import cache
 
-from harness.cases.tower.impulse_table import HEIGHTS, SPEEDS, STIFFNESSES, impulse_table
+from harness.cases.tower.impulse_table import SPEEDS, STIFFNESSES, impulse_table
 from harness.cases.tower.run import tower
 from harness.observables.impulse import ImpulseRow
+from harness.observables.summary import grain_alone
 from harness.observables.tower import TowerRun
-from harness.observables.windows import Window
 from harness.parameters.tower import Law, Tower
 
 SAMPLES = 2000
 """For each run: enough to name a time to a thousandth of t0; changes of contact are exact."""
+
+MEDIAN = (1e6, 2.0)
+"""[N/m], [m/s] of the runs that the source tells most about."""
 
 Ratios = dict[tuple[float, float], dict[int, float]]
 
@@ -49,29 +53,22 @@ def ratios(law: Law = "deformable") -> Ratios:
 
 
 @cache
-def windows(law: Law, window: Window, heights: tuple[int, ...] = HEIGHTS) -> dict[int, ImpulseRow]:
-    """Return the rows of another window by height, at 1e6 N/m and 2 m/s."""
+def heights_with_structure_window(law: Law, tallest: int = 8) -> tuple[int, ...]:
+    """Return the heights from 1 to ``tallest`` that have a structure window, median run."""
     rows = impulse_table(
         laws=(law,),
-        windows=(window,),
-        heights=heights,
-        stiffnesses=(1e6,),
-        speeds=(2.0,),
-        solver="exact",
+        windows=("structure",),
+        heights=range(1, tallest + 1),
+        stiffnesses=MEDIAN[:1],
+        speeds=MEDIAN[1:],
     )
-    return {row.height: row for row in rows}
+    return tuple(row.height for row in rows if math.isfinite(row.window_s))
 
 
 def contact_intervals(one: TowerRun) -> list[tuple[float, float]]:
     """Return when the grain touches anything [t0], from and to; cut off by the end of the run."""
-    touching = one.grain_force > 0
-    times = one.time_over_t0
-    found: list[tuple[float, float]] = []
-    begin: float | None = None
-    for time, on in zip(times, touching, strict=True):
-        if on and begin is None:
-            begin = float(time)
-        elif not on and begin is not None and time > begin:
-            found.append((begin, float(time)))
-            begin = None
-    return found if begin is None else [*found, (begin, float(times[-1]))]
+    first, *_, last = (float(time) for time in one.time_over_t0)
+    alone = [*grain_alone(one), (last, last)]
+    begins = [first, *(end for _, end in alone)]
+    ends = [begin for begin, _ in alone]
+    return [pair for pair in zip(begins, ends, strict=False) if pair[0] < pair[1]]

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from harness.chain import sweeps
 from harness.chain.complementarity import contact_forces
 
 Floats = NDArray[np.float64]
@@ -81,3 +83,32 @@ def rows(count: int = 500, closest: tuple[float, float] = (0.9, 1.1)) -> tuple[R
         centres = np.concatenate(([0.0], np.cumsum(apart)))
         result.append(Row(centres, contact_forces(centres, 1.0, 1.0)))
     return tuple(result)
+
+
+def off_from_sweeps(some: Sequence[Row]) -> float:
+    """Return how far the compressions by sweeps lie off those of ``some`` rows at most [m]."""
+    return max(
+        float(np.abs(sweeps.compressions(row.centres, 2 * RADIUS) - row.compressions).max())
+        for row in some
+    )
+
+
+@dataclass(frozen=True)
+class Opening:
+    """Two neighbours that do not touch: their distance, and each with what presses it [m]."""
+
+    distance: float
+    deformations: tuple[float, float]
+    beyond: tuple[float, float]  # distance of each to its other neighbour, infinite at an end
+
+
+def openings(some: Sequence[Row]) -> list[Opening]:
+    """Return every pair of neighbours of ``some`` rows that are not in contact."""
+    found = []
+    for row in some:
+        apart = np.concatenate(([np.inf], row.distances, [np.inf]))
+        for i in np.flatnonzero(row.compressions == 0):
+            pressed = float(row.deformations[i]), float(row.deformations[i + 1])
+            beyond = float(apart[i]), float(apart[i + 2])
+            found.append(Opening(float(row.distances[i]), pressed, beyond))
+    return found

@@ -5,8 +5,7 @@ from hypothesis import strategies as st
 
 from harness.chain.complementarity import contact_forces
 from harness.reproduction import as_printed
-from harness.reproduction.ledger.appendix_chains import Opening, openings
-from harness.reproduction.ledger.samples import Row, rows, touching_chains
+from harness.reproduction.ledger.samples import Opening, Row, openings, rows, touching_chains
 
 
 def row_of(distances):

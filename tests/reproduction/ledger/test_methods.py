@@ -5,9 +5,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from harness.reproduction import as_printed
-from harness.reproduction.ledger import methods_shock
+from harness.reproduction.as_printed import PRINTED
+from harness.reproduction.ledger import methods_scales
 from harness.reproduction.ledger.background_shock import collide
-from harness.reproduction.ledger.beyond_towers import impulse_ratio_at
+from harness.reproduction.ledger.beyond import impulse_ratio_at
 from harness.reproduction.ledger.methods_pair import peak_error, pushes
 from harness.reproduction.ledger.methods_scales import rise_time
 from harness.theory.energy_map import steady_energy
@@ -47,7 +48,7 @@ def test_part_of_the_impulse_of_a_collision_leaves_the_energy_in_vectors(ratio):
     impulse = collide(before, 0.0) - before
     after = before + ratio * impulse
     assert after @ after == pytest.approx(0.25 + 0.75 * (1 - ratio) ** 2, abs=1e-15)
-    (row,) = [r for r in methods_shock.statements() if r.source.key == "eq-13-direction"]
+    (row,) = [r for r in methods_scales.statements(PRINTED) if r.source.key == "eq-13-direction"]
     assert row.found == pytest.approx(0.25 + 0.75 * 0.5**2)  # furthest off at one half
 
 
