@@ -113,9 +113,9 @@ _SENTENCES = _Sentences()
 def compare(
     source: Source | str,
     *,
-    printed: ArrayLike,
     found: ArrayLike,
-    corrected: ArrayLike = math.nan,
+    printed: ArrayLike | None = None,
+    corrected: ArrayLike | None = None,
     tolerance: float | None = None,
     **numbers: Any,
 ) -> Statement:
@@ -126,9 +126,13 @@ def compare(
     reproduced. Of samples, which have one length, the row shows that at which ``printed`` lies
     furthest off (the middle one where all agree), and its sentence ends with the largest
     differences. A correction that was not needed, or fails anywhere, is left out of the row.
-    ``numbers`` are those of the sentence, beside the three and ``samples``, how many there are.
+    ``printed`` and ``corrected`` are what the source's formulas give for ``numbers``, unless
+    given. ``numbers`` are also those of the sentence, beside the three and ``samples``, how many
+    there are.
     """
     named = named_source(source)
+    printed = named.printed(**numbers) if printed is None else printed
+    corrected = named.corrected(**numbers) if corrected is None else corrected
     width = named.tolerance if tolerance is None else tolerance
     right = np.ravel(np.asarray(found, float))
     stated, other = (

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import pairwise
 
 import numpy as np
 from scipy.optimize import brentq
 
 from harness.chain import sweeps
-from harness.reproduction import as_printed
 from harness.reproduction.as_printed import Printed
 from harness.reproduction.claims import Statement, claim, compare
 from harness.reproduction.ledger.samples import (
     RADIUS,
-    Floats,
     Opening,
     Row,
     TouchingChain,
@@ -23,6 +20,7 @@ from harness.reproduction.ledger.samples import (
     rows,
     touching_chains,
 )
+from harness.reproduction.source import SOURCES
 
 
 def statements(_: Printed) -> Iterator[Statement]:
@@ -39,33 +37,26 @@ def statements(_: Printed) -> Iterator[Statement]:
 
 
 def _boundaries(chains: Sequence[TouchingChain]) -> Iterator[Statement]:
-    edges = [
-        (x, before, after)
-        for chain in chains
-        for x, (before, after) in zip(chain.centres, pairwise(chain.boundaries), strict=True)
-    ]
-    yield compare(
-        "eq-a1",
-        printed=[as_printed.next_boundary(x, before) for x, before, _ in edges],
-        found=[after for _, _, after in edges],
-        chains=len(chains),
+    centres, before, after = (
+        np.concatenate(parts)
+        for parts in zip(
+            *((c.centres, c.boundaries[:-1], c.boundaries[1:]) for c in chains), strict=True
+        )
     )
-
-    def general_sum(chain: TouchingChain) -> float:
-        n = chain.centres.size
-        signs = (-1.0) ** (n - np.arange(1, n + 1))
-        return float(2 * signs @ chain.centres + (-1) ** n * chain.boundaries[0])
-
+    yield compare("eq-a1", found=after, x=centres, b=before, chains=len(chains))
+    law = SOURCES["eq-a2"]
     yield compare(
-        "eq-a2",
-        printed=[as_printed.last_boundary(c.centres, float(c.boundaries[0])) for c in chains],
+        law,
+        printed=[law.printed(**c.symbols) for c in chains],
         found=[float(c.boundaries[-1]) for c in chains],
-        corrected=[general_sum(c) for c in chains],
+        corrected=[law.corrected(**c.symbols) for c in chains],
     )
     yield compare(
         "eq-a3",
-        printed=[as_printed.deformation(x, before, RADIUS) for x, before, _ in edges],
         found=np.concatenate([np.convolve(c.compressions, [1, 1]) for c in chains]),
+        x=centres,
+        b=before,
+        r_0=RADIUS,
         chains=len(chains),
     )
 
@@ -84,7 +75,10 @@ def _deformations(chains: Sequence[TouchingChain]) -> Iterator[Statement]:
     )
     yield compare(
         "eq-a6",
-        printed=[as_printed.first_deformation(c.deformations[1:]) for c in chains],
+        printed=[
+            SOURCES["eq-a6"].printed(dx=c.deformations[1:], i=np.arange(c.centres.size - 1))
+            for c in chains
+        ],
         found=[float(c.deformations[0]) for c in chains],
     )
 
@@ -106,9 +100,7 @@ def _lengths() -> Iterator[Statement]:
     triple = touching_chains(50, (3,))
     yield compare(
         "eq-chain-length",
-        printed=[
-            2 * (c.centres[2] - c.centres[1] + c.centres[0] - c.boundaries[0]) for c in triple
-        ],
+        printed=[SOURCES["eq-chain-length"].printed(**c.symbols) for c in triple],
         found=[float(c.boundaries[3] - c.boundaries[0]) for c in triple],
     )
     odd, even = ([change(n) for n in sizes] for sizes in ((3, 5, 7), (2, 4, 6)))
@@ -139,20 +131,16 @@ def _four() -> Iterator[Statement]:
     """Try the example of four particles: its third line, solved for b_0, and its last."""
     chains = touching_chains(50, (4,))
     exact = [float(c.boundaries[0]) for c in chains]
-
-    def solved(centres: Floats) -> float:
-        return float(
-            brentq(lambda b: as_printed.imbalance_of_four(centres, b, RADIUS), -100.0, 100.0)
-        )
-
-    last_line = [as_printed.boundary_of_four(c.centres) for c in chains]
+    balance = SOURCES["eq-four-inserted"].printed
     yield compare(
         "eq-four-inserted",
-        printed=[solved(c.centres) for c in chains],
+        printed=[
+            brentq(lambda b, c=c: balance(**c.symbols | {"b_0": b}), -100.0, 100.0) for c in chains
+        ],
         found=exact,
-        corrected=last_line,
+        corrected=[SOURCES["eq-four"].printed(**c.symbols) for c in chains],
     )
-    yield compare("eq-four", printed=last_line, found=exact)
+    yield compare("eq-four", found=exact, x=np.array([c.centres for c in chains]).T)
 
 
 def _odd_coefficients() -> Statement:
@@ -184,9 +172,10 @@ def _bounds(some: Sequence[Row]) -> Iterator[Statement]:
     pairs = touching_chains(50, (2,))
     yield compare(
         "eq-a8",
-        printed=[as_printed.largest_compression(RADIUS, float(p.deformations[0])) for p in pairs],
         found=[float(p.compressions[0]) for p in pairs],
-        corrected=[2 * RADIUS - float(p.centres[1] - p.centres[0]) for p in pairs],
+        r_0=RADIUS,
+        dx=[float(p.deformations[0]) for p in pairs],
+        x=np.array([p.centres for p in pairs]).T,
     )
     excess = max(
         float((row.compressions - (1.0 - row.distances))[row.compressions > 0].max())

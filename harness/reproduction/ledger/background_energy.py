@@ -8,10 +8,10 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.optimize import brentq
 
-from harness.reproduction import as_printed
 from harness.reproduction.as_printed import Printed
 from harness.reproduction.claims import Statement, claim, compare
 from harness.reproduction.ledger.samples import generator
+from harness.reproduction.source import SOURCES
 from harness.theory.critical_angle import critical_angle, no_flight_bound
 from harness.theory.energy_map import after_next_shock, steady_energy
 
@@ -52,27 +52,26 @@ def depth_of_well(angle_deg: float) -> float:
 
 
 def _table(printed: Printed) -> Iterator[Statement]:
+    gain = SOURCES["table-1-gain"]
     angles = generator().uniform(0.1, 29.9, _SAMPLES)
-    yield compare(
-        "table-1-well",
-        printed=[as_printed.well(a) for a in angles],
-        found=[depth_of_well(a) for a in angles],
-    )
+    yield compare("table-1-well", found=[depth_of_well(a) for a in angles], theta=angles)
     yield compare(
         "table-1-gain",
-        printed=[as_printed.gain(a) for a in angles],
         found=[height(0.0, 0.0, a) - height(1.0, 0.0, a) for a in angles],
+        theta=angles,
     )
     starts = generator().uniform(0.06, 0.2, _SAMPLES)
     yield compare(
         "table-1-first-shock",
-        printed=[as_printed.energy_after_first(e, as_printed.gain(10.5), 0.25) for e in starts],
         found=[after_next_shock(e, 10.5, 0.25) for e in starts],
+        E_0=starts,
+        dE=gain.printed(theta=10.5),
+        shock=0.25,
     )
     angle = printed.critical_angle_deg
-    depth = as_printed.well(angle)
+    depth = SOURCES["table-1-well"].printed(theta=angle)
     # contact is weakest where the grain is fastest, just before the shock
-    most = 0.5 * math.cos(math.radians(30 + angle)) - as_printed.gain(angle)
+    most = 0.5 * math.cos(math.radians(30 + angle)) - gain.printed(theta=angle)
     weakest, strongest = _extremes_of_contact(angle)
     yield claim(
         "text-constant-contact",
@@ -101,29 +100,15 @@ def _sums() -> Iterator[Statement]:
         for _ in range(_SAMPLES)
     ]
     direct = [iterated(*case) for case in cases]
+    n, start, gained, shock = np.array(cases).T
+    yield compare("eq-2", found=direct, n=n, E_0=start, dE=gained, shock=shock)
     ratios = [(shock, n) for n, _, _, shock in cases]
+    yield compare("eq-3", found=[sum(x**p for p in range(n + 1)) for x, n in ratios], x=shock, n=n)
     yield compare(
-        "eq-2",
-        printed=[as_printed.energy_series(*case) for case in cases],
-        found=direct,
-        corrected=[e * s**n + g * s * sum(s**p for p in range(n)) for n, e, g, s in cases],
+        "eq-3-index", found=[sum(x**p for p in range(n)) for x, n in ratios], x=shock, n=n
     )
-    sums = [as_printed.geometric_sum(x, n) for x, n in ratios]
-    yield compare("eq-3", printed=sums, found=[sum(x**p for p in range(n + 1)) for x, n in ratios])
-    yield compare(
-        "eq-3-index",
-        printed=sums,
-        found=[sum(x**p for p in range(n)) for x, n in ratios],
-        corrected=[as_printed.geometric_sum(x, n - 1) for x, n in ratios],
-    )
-    yield compare(
-        "eq-4",
-        printed=[
-            as_printed.energy_closed(n, as_printed.energy_after_first(e, g, s), g, s)
-            for n, e, g, s in cases
-        ],
-        found=direct,
-    )
+    first = SOURCES["table-1-first-shock"].printed(E_0=start, dE=gained, shock=shock)
+    yield compare("eq-4", found=direct, n=n, E_1=first, dE=gained, shock=shock)
 
 
 def _limits(printed: Printed) -> Iterator[Statement]:
@@ -141,16 +126,12 @@ def _limits(printed: Printed) -> Iterator[Statement]:
         shocks=shocks,
         grow=(above, at, below),
         end=iterated(_LONG, 0.0, 0.2, 0.25),
-        limit=as_printed.limiting_energy(0.2, 0.25),
+        limit=SOURCES["eq-5"].printed(dE=0.2, shock=0.25),
     )
     random = generator()
-    cases = [tuple(random.uniform([0.05, 0.1], [1.0, 0.9])) for _ in range(_SAMPLES)]
-    yield compare(
-        "eq-5",
-        printed=[as_printed.limiting_energy(*case) for case in cases],
-        found=[iterated(_LONG, 0.3, *case) for case in cases],
-        long=_LONG,
-    )
+    gained, shock = random.uniform([0.05, 0.1], [1.0, 0.9], (_SAMPLES, 2)).T
+    ends = [iterated(_LONG, 0.3, *case) for case in zip(gained, shock, strict=True)]
+    yield compare("eq-5", found=ends, dE=gained, shock=shock, long=_LONG)
 
 
 def fate(angle_deg: float, shock: float) -> bool:
@@ -177,13 +158,9 @@ def _angle(printed: Printed) -> Iterator[Statement]:
     found = fate_angle(0.25)
 
     def root(divisor: float) -> float:
-        return float(brentq(lambda a: as_printed.steady_state_margin(a, 0.25, divisor), 0.5, 29.5))
+        margin = SOURCES["eq-6"].printed
+        return float(brentq(lambda a: margin(theta=a, shock=0.25, divisor=divisor), 0.5, 29.5))
 
-    yield compare(
-        "eq-6",
-        printed=root(printed.well_divisor),
-        found=found,
-        corrected=root(2.0),
-        closed=critical_angle(),
-    )
+    printed_root, closed = root(printed.well_divisor), critical_angle()
+    yield compare("eq-6", printed=printed_root, found=found, corrected=root(2.0), closed=closed)
     yield compare("text-critical-angle", printed=printed.critical_angle_deg, found=found)

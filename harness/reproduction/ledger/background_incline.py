@@ -14,10 +14,10 @@ from harness.cases.incline.recorded import recorded_angles
 from harness.engines.contract import Engine
 from harness.errors import EngineError
 from harness.parameters.contact import SOURCE, Contact
-from harness.reproduction import as_printed
 from harness.reproduction.as_printed import Printed
 from harness.reproduction.claims import Statement, claim, compare, untestable
 from harness.reproduction.ledger.contact import integrate
+from harness.reproduction.source import SOURCES
 from harness.theory.critical_angle import critical_angle
 
 _STEPS = (50.0, 100.0, 200.0, 400.0)  # per contact time
@@ -110,8 +110,8 @@ def _lammps(printed: Printed, engine: Engine) -> Iterator[Statement]:
     )
     yield compare(
         "text-restitution-angle",
-        printed=critical_angle(as_printed.shock_of_restitution(_REBOUND)),
+        printed=critical_angle(SOURCES["eq-9"].printed(e=_REBOUND)),
         found=rebound.value_deg,
-        corrected=critical_angle(as_printed.velocity_after(1.0, _REBOUND) ** 2),
+        corrected=critical_angle(SOURCES["eq-9"].corrected(e=_REBOUND)),
         uncertainty=rebound.uncertainty_deg,
     )

@@ -8,9 +8,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.reproduction import as_printed
 from harness.reproduction.as_printed import Printed
 from harness.reproduction.claims import Statement, compare
+from harness.reproduction.source import SOURCES
 from harness.theory.critical_angle import critical_angle
 
 _RESTITUTIONS = np.linspace(0.0, 1.0, 21)
@@ -35,26 +35,15 @@ def statements(printed: Printed) -> Iterator[Statement]:
     kept = [float(v @ v) / float(before @ before) for v in after]
     vector = float(np.sum((before - after[0]) ** 2))
     yield compare(
-        "eq-7",
-        printed=[as_printed.shock_of_velocities(1.0, speed) for speed in speeds],
-        found=kept,
-        corrected=[speed**2 for speed in speeds],
-        vector=vector,
-        angle=critical_angle(vector),
+        "eq-7", found=kept, before=1.0, after=speeds, vector=vector, angle=critical_angle(vector)
     )
-    printed_speeds = [as_printed.velocity_after(1.0, e) for e in _RESTITUTIONS]
-    yield compare("eq-8", printed=printed_speeds, found=speeds)
-    lost = [as_printed.shock_of_restitution(e) for e in _RESTITUTIONS]
+    yield compare("eq-8", found=speeds, before=1.0, e=_RESTITUTIONS)
+    after_8 = SOURCES["eq-8"].printed(before=7.0, e=_RESTITUTIONS)
     yield compare(
         "text-substitution",
-        printed=lost,
-        found=[
-            as_printed.shock_of_velocities(7.0, as_printed.velocity_after(7.0, e))
-            for e in _RESTITUTIONS
-        ],
+        printed=SOURCES["eq-9"].printed(e=_RESTITUTIONS),
+        found=SOURCES["eq-7"].printed(before=7.0, after=after_8),
     )
-    yield compare(
-        "eq-9", printed=lost, found=kept, corrected=[0.25 + 0.75 * e**2 for e in _RESTITUTIONS]
-    )
+    yield compare("eq-9", found=kept, e=_RESTITUTIONS)
     without_rebound = float(np.sum(collide(before, 0.0) ** 2))
     yield compare("text-shock", printed=printed.shock, found=without_rebound)

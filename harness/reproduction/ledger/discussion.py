@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
 from harness.cases.tower.impulse_angles import angle_from_impulse_ratio
 from harness.parameters.tower import LAWS, Tower
-from harness.reproduction import as_printed
 from harness.reproduction.as_printed import Printed
 from harness.reproduction.claims import Statement, claim, compare
 from harness.reproduction.ledger.introduction import stiffness_of_springs
 from harness.reproduction.ledger.results import longest_chains
 from harness.reproduction.ledger.runs import MEDIAN, ratios, run
 from harness.reproduction.ledger.samples import generator
+from harness.reproduction.source import SOURCES
 from harness.theory import energy_scaling
 from harness.theory.free_chain import compliance
 
@@ -30,7 +30,7 @@ def statements(printed: Printed) -> Iterator[Statement]:
     yield from _conclusion(printed)
 
 
-def spring_energy(springs: int, stiffness: float, force: float) -> float:
+def spring_energy(springs: int, stiffness: Any, force: Any) -> Any:
     """Return what equal springs in series store under a force, by solving their equilibrium."""
     return 0.5 * force**2 / (stiffness * stiffness_of_springs(springs))
 
@@ -46,48 +46,33 @@ def row_energy(contacts: int, stiffness: float, force: float) -> float:
 
 def _two_springs() -> Iterator[Statement]:
     random = generator()
-    cases = [tuple(random.uniform([10.0, 0.01], [1000.0, 0.5])) for _ in range(50)]
-    yield compare(
-        "eq-series-force",
-        printed=[k / 2 * (2 * c) / (k * c) for k, c in cases],
-        found=[stiffness_of_springs(2) * 2.0 for _ in cases],
-    )
-    yield compare(
-        "eq-u-1",
-        printed=[0.5 * k * c**2 for k, c in cases],
-        found=[spring_energy(1, k, k * c) for k, c in cases],
-    )
-    yield compare(
-        "eq-u-2",
-        printed=[as_printed.energy_of_two_without_stiffness(c) for _, c in cases],
-        found=[spring_energy(2, k, k * c) for k, c in cases],
-        corrected=[0.25 * 4 * k * c**2 for k, c in cases],
-    )
+    k, c = random.uniform([10.0, 0.01], [1000.0, 0.5], (50, 2)).T
+    yield compare("eq-series-force", found=np.full(50, 2.0 * stiffness_of_springs(2)), k=k, c=c)
+    yield compare("eq-u-1", found=spring_energy(1, k, k * c), k=k, c=c)
+    yield compare("eq-u-2", found=spring_energy(2, k, k * c), k=k, c=c)
 
 
 def _many_springs(printed: Printed) -> Iterator[Statement]:
     springs = [spring_energy(n, 1.0, 1.0) for n in _HEIGHTS]
     particles = [row_energy(n, 1.0, 1.0) for n in _HEIGHTS]
-    yield compare("text-u-n", printed=_HEIGHTS, found=[u / springs[0] for u in springs])
-    yield compare(
-        "text-u-n-particles",
-        printed=_HEIGHTS,
-        found=[u / particles[0] for u in particles],
-        corrected=[2.0 * n - 1 for n in _HEIGHTS],
-    )
-    stiffness, first, last = 100.0, 0.2, _HEIGHTS[-1]
+    n = np.array(_HEIGHTS)
+    yield compare("text-u-n", found=[u / springs[0] for u in springs], n=n)
+    yield compare("text-u-n-particles", found=[u / particles[0] for u in particles], n=n)
+    law, stiffness, first, last = SOURCES["eq-18"], 100.0, 0.2, _HEIGHTS[-1]
     found = [spring_energy(n, stiffness, stiffness * first) for n in _HEIGHTS]
     yield compare(
-        "eq-18",
-        printed=[as_printed.kinetic_energy_of_springs(stiffness, n, n * first) for n in _HEIGHTS],
+        law,
         found=found,
-        corrected=[n * 0.5 * stiffness * first**2 for n in _HEIGHTS],
-        times=last * 0.5 * stiffness * (last * first) ** 2 / found[-1],
+        n=n,
+        k=stiffness,
+        c_n=n * first,
+        c_1=first,
+        times=law.corrected(n=last, k=stiffness, c_1=last * first) / found[-1],
         last=last,
     )
-    literal = [as_printed.kinetic_energy_of_springs(1.0, n, float(n)) for n in _HEIGHTS]
+    literal = law.printed(n=n, k=1.0, c_n=1.0 * n)
     exponent, of_literal, of_particles = (
-        float(np.polyfit(np.log(_HEIGHTS), [0.5 * math.log(u) for u in energies], 1)[0])
+        float(np.polyfit(np.log(n), 0.5 * np.log(energies), 1)[0])
         for energies in (springs, literal, particles)
     )
     yield compare(

@@ -8,7 +8,6 @@ import numpy as np
 
 from harness.cases.tower.impulse_table import impulse_table
 from harness.parameters.tower import Tower
-from harness.reproduction import as_printed
 from harness.reproduction.as_printed import Printed
 from harness.reproduction.claims import Statement, claim, compare
 
@@ -17,11 +16,7 @@ _HEIGHTS = range(1, 21)
 
 def statements(_: Printed) -> Iterator[Statement]:
     """Yield the rows of this part."""
-    yield compare(
-        "eq-1",
-        printed=[as_printed.series_stiffness(1.0, n) for n in _HEIGHTS],
-        found=[stiffness_of_springs(n) for n in _HEIGHTS],
-    )
+    yield compare("eq-1", found=[stiffness_of_springs(n) for n in _HEIGHTS], k=1.0, n=_HEIGHTS)
 
     def ratio(stiffness: float, case: Tower | None = None) -> float:
         return impulse_table(

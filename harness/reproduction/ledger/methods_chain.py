@@ -9,11 +9,11 @@ import numpy as np
 from harness.chain import boundaries, sweeps
 from harness.observables.impulse import impulse
 from harness.parameters.tower import Tower
-from harness.reproduction import as_printed
 from harness.reproduction.as_printed import Printed
 from harness.reproduction.claims import Statement, claim, compare, untestable
 from harness.reproduction.ledger.runs import free_collision, run
 from harness.reproduction.ledger.samples import RADIUS, off_from_sweeps, rows, touching_chains
+from harness.reproduction.source import SOURCES
 from harness.theory.free_chain import compliance, final_velocities
 
 
@@ -86,14 +86,15 @@ def _chains() -> Iterator[Statement]:
     for key in ("eq-16", "eq-a7"):
         yield compare(
             key,
-            printed=[as_printed.first_boundary(c.centres, RADIUS) for c in chains],
+            printed=[SOURCES[key].printed(**c.symbols) for c in chains],
             found=[float(c.boundaries[0]) for c in chains],
             corrected=[boundaries.first_boundary(c.centres, RADIUS) for c in chains],
         )
     yield compare(
         "eq-17",
-        printed=[as_printed.next_boundary(c.centres[-1], c.boundaries[-2]) for c in chains],
         found=[float(c.boundaries[-1]) for c in chains],
+        x=[float(c.centres[-1]) for c in chains],
+        b=[float(c.boundaries[-2]) for c in chains],
     )
     lowest = min(float(np.linalg.eigvalsh(compliance(n, True))[0]) for n in range(1, 20))
     off = off_from_sweeps(rows())

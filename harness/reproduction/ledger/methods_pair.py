@@ -9,7 +9,6 @@ import numpy as np
 from harness.cases.tower.run import tower
 from harness.chain.complementarity import contact_forces
 from harness.parameters.tower import LAWS, Tower
-from harness.reproduction import as_printed
 from harness.reproduction.as_printed import Printed
 from harness.reproduction.claims import Statement, claim, compare
 from harness.reproduction.ledger.runs import free_collision
@@ -54,25 +53,31 @@ def pushes(x: np.ndarray, law_step: float = 1e-7) -> np.ndarray:
 
 
 def _forces() -> Iterator[Statement]:
-    pairs = [np.array([0.0, 1.0 - depth]) for depth in generator().uniform(1e-4, 0.2, 50)]
+    distances = 1.0 - generator().uniform(1e-4, 0.2, 50)
+    pairs = [np.array([0.0, distance]) for distance in distances]
+    forces = np.array([pushes(x) for x in pairs])
     inner = np.array([0.0, 0.93, 1.88])
     compressed = contact_forces(inner, 1.0, 1.0)
     yield compare(
         "eq-14",
-        printed=[as_printed.dashpot_force(_STIFFNESS, 1.0 - float(x[1] - x[0])) for x in pairs],
-        found=[abs(pushes(x)[0]) for x in pairs],
+        found=np.abs(forces[:, 0]),
+        k=_STIFFNESS,
+        dx=1.0 - distances,
         net=pushes(inner)[1],
-        whole=as_printed.dashpot_force(_STIFFNESS, float(compressed.sum())),
+        whole=_STIFFNESS * compressed.sum(),
     )
-    deformed = [float(contact_forces(x, 1.0, 1.0)[0]) for x in pairs]
+    deformed = np.array([float(contact_forces(x, 1.0, 1.0)[0]) for x in pairs])
+    yield compare("eq-pair-distance", found=distances, r_0=RADIUS, dx=deformed)
     yield compare(
-        "eq-pair-distance",
-        printed=[(1 - d) / 2 + (1 - d) / 2 for d in deformed],
-        found=[float(x[1] - x[0]) for x in pairs],
+        "eq-15",
+        found=forces / _MASS,
+        k=_STIFFNESS,
+        m=_MASS,
+        r_0=RADIUS,
+        x_1=0.0,
+        x_2=distances[:, None],
+        sign=np.array([1.0, -1.0]),
     )
-    printed = [as_printed.pair_accelerations(x, RADIUS, _STIFFNESS, _MASS) for x in pairs]
-    found = np.array([pushes(x) / _MASS for x in pairs])
-    yield compare("eq-15", printed=printed, found=found, corrected=-np.array(printed))
 
 
 def _motion() -> Iterator[Statement]:

@@ -11,12 +11,12 @@ from scipy.optimize import brentq
 
 from harness.cases.tower.impulse_table import STIFFNESSES
 from harness.parameters.tower import Tower
-from harness.reproduction import as_printed
 from harness.reproduction.as_printed import Printed
 from harness.reproduction.claims import Statement, claim, compare
 from harness.reproduction.ledger.contact import integrate
 from harness.reproduction.ledger.runs import impulses
 from harness.reproduction.ledger.samples import generator
+from harness.reproduction.source import SOURCES
 from harness.theory.critical_angle import critical_angle, no_flight_bound
 from harness.theory.energy_map import steady_energy
 from harness.theory.two_spheres import impulse_on_fixed
@@ -37,12 +37,13 @@ def statements(printed: Printed) -> Iterator[Statement]:
 
 
 def _rigidity(printed: Printed) -> Iterator[Statement]:
-    metres = np.array([1e5, 9.81, _DIAMETER])  # N/m, N/m2, m
-    centimetres = metres * (1 / 100, 1 / 100**2, 100)
-    ratios = [as_printed.rigidity(*unit[:2]) for unit in (metres, centimetres)]
-    repaired = [ratio / unit[2] for ratio, unit in zip(ratios, (metres, centimetres), strict=True)]
+    metres = {"k": 1e5, "P": 9.81, "d": _DIAMETER}  # N/m, N/m2, m
+    centimetres = {"k": 1e5 / 100, "P": 9.81 / 100**2, "d": _DIAMETER * 100}
+    law = SOURCES["eq-10"]
+    ratios = [law.printed(**unit) for unit in (metres, centimetres)]
+    repaired = [law.corrected(**unit) for unit in (metres, centimetres)]
     yield claim(
-        "eq-10",
+        law,
         holds=math.isclose(*ratios, rel_tol=1e-12),
         corrected_holds=math.isclose(*repaired, rel_tol=1e-12),
         ratios=ratios,
@@ -101,12 +102,10 @@ def rise_time(angle_deg: float) -> float:
 def _crest(printed: Printed) -> Iterator[Statement]:
     drop = 1 - math.sqrt(3) / 2  # [d] from crest to well of a level row, Pythagoras
     escape = math.sqrt(2 * printed.gravity * drop * 2.0)
-    by_formula = as_printed.crest_time(1.0, printed.gravity)
     evaluated = escape / 8 / printed.gravity
-    yield compare("eq-11", printed=by_formula, found=evaluated, escape=escape)
-    needed = brentq(
-        lambda r: as_printed.crest_time(r, printed.gravity) - printed.crest_time, 1e-3, 1e6
-    )
+    formula = SOURCES["eq-11"].printed
+    yield compare("eq-11", found=evaluated, r=1.0, g=printed.gravity, escape=escape)
+    needed = brentq(lambda r: formula(r=r, g=printed.gravity) - printed.crest_time, 1e-3, 1e6)
     yield compare("text-t-c", printed=printed.crest_time, found=evaluated, needed=needed)
     flight = no_flight_bound()
     fastest, slow = rise_time(flight), rise_time(critical_angle() + 1e-6)
@@ -122,7 +121,7 @@ def _crest(printed: Printed) -> Iterator[Statement]:
         "text-separation",
         holds=fastest > 10 * printed.contact_time,
         printed=printed.crest_time / printed.contact_time,
-        formula=by_formula / printed.contact_time,
+        formula=formula(r=1.0, g=printed.gravity) / printed.contact_time,
         fastest=fastest,
         contacts=fastest / printed.contact_time,
         windows=fastest / longest,
@@ -132,20 +131,12 @@ def _crest(printed: Printed) -> Iterator[Statement]:
 
 def _contact(printed: Printed) -> Iterator[Statement]:
     random = generator()
-    cases = [tuple(random.uniform([50, 0.3, 0.5], [200, 1.0, 5.0])) for _ in range(50)]
-    yield compare(
-        "eq-12",
-        printed=[as_printed.collision_time(k, m, g, printed.damping_factor) for k, m, g in cases],
-        found=[integrate(k, m, g).time for k, m, g in cases],
-        corrected=[as_printed.collision_time(k, m, g, 0.25) for k, m, g in cases],
-    )
+    k, m, gamma = random.uniform([50, 0.3, 0.5], [200, 1.0, 5.0], (50, 3)).T
+    times = [integrate(*case).time for case in zip(k, m, gamma, strict=True)]
+    yield compare("eq-12", found=times, k=k, m=m, gamma=gamma, factor=printed.damping_factor)
     stiffness = printed.stiffnesses[0]
     modes = np.linalg.eigvalsh(stiffness / _MASS * np.array([[1.0, -1.0], [-1.0, 1.0]]))
-    yield compare(
-        "text-effective-mass",
-        printed=_MASS * _MASS / (_MASS + _MASS),
-        found=float(stiffness / modes[1]),
-    )
+    yield compare("text-effective-mass", found=float(stiffness / modes[1]), m_1=_MASS, m_2=_MASS)
     yield compare(
         "text-t-n",
         printed=printed.contact_time,
@@ -162,33 +153,28 @@ def _shock() -> Iterator[Statement]:
         printed=impulse_on_fixed(_MASS, 1e6, speed, 0.0),  # the two-particle run is elastic
         found=_MASS * speed,  # what stops the normal velocity at e_n = 0
     )
-
-    def kept(ratio: float) -> float:
-        return as_printed.modified_velocity(after, ratio) ** 2
-
-    def lost(ratio: float) -> float:
-        return as_printed.modified_shock(speed, after, ratio)
-
+    lost, ends = SOURCES["eq-13"].printed, np.array([1.0, _REACHED])
     yield compare(
         "eq-13",
-        printed=[lost(a) for a in _RATIOS],
-        found=[kept(a) for a in _RATIOS],
-        falls=[critical_angle(lost(a)) for a in (1.0, _REACHED)],
-        rises=[critical_angle(kept(a)) for a in (1.0, _REACHED)],
+        found=(after * _RATIOS) ** 2,  # of the second line's velocity
+        v_0=speed,
+        v_s=after,
+        alpha=_RATIOS,
+        falls=[critical_angle(e) for e in lost(v_0=speed, v_s=after, alpha=ends)],
+        rises=[critical_angle(e) for e in (after * ends) ** 2],
         reached=_REACHED,
     )
-    before = np.array([math.sqrt(3) / 2, 0.5])  # normal and tangential part
+    normal, tangential = math.sqrt(3) / 2, 0.5
 
     def left(ratio: float) -> float:
-        return float((before[0] * (1 - ratio)) ** 2 + before[1] ** 2)
+        return (normal * (1 - ratio)) ** 2 + tangential**2
 
     yield compare(
         "eq-13-direction",
-        printed=[lost(a) for a in _RATIOS],
         found=[left(a) for a in _RATIOS],
-        corrected=[0.25 + 0.75 * (1 - a) ** 2 for a in _RATIOS],
+        alpha=_RATIOS,
         left=left(_REACHED),
-        stated=lost(_REACHED),
+        stated=SOURCES["eq-13-direction"].printed(alpha=_REACHED),
         reached=_REACHED,
         angle=critical_angle(left(_REACHED)),
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +36,13 @@ class TouchingChain:
     def deformations(self) -> Floats:
         """Return how much each diameter is shortened (n,) [m]."""
         return np.asarray(1.0 - np.diff(self.boundaries))
+
+    @property
+    def symbols(self) -> dict[str, Any]:
+        """Return the numbers of the source's formulas of chains, by their names there."""
+        n = self.centres.size
+        first = float(self.boundaries[0])
+        return {"x": self.centres, "n": n, "i": np.arange(1, n + 1), "b_0": first, "r_0": RADIUS}
 
 
 @cache

@@ -4,8 +4,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from harness.chain.complementarity import contact_forces
-from harness.reproduction import as_printed
 from harness.reproduction.ledger.samples import Opening, Row, openings, rows, touching_chains
+from harness.reproduction.source import SOURCES
 
 
 def row_of(distances):
@@ -47,8 +47,6 @@ def test_samples_are_the_same_every_time():
 
 
 def test_line_of_the_example_takes_b_0_twice():
-    centres = touching_chains(1, (4,))[0].centres
-    per_metre = as_printed.imbalance_of_four(centres, 1.0, 0.5) - as_printed.imbalance_of_four(
-        centres, 0.0, 0.5
-    )
-    assert per_metre == pytest.approx(5)  # four in the line after it
+    symbols = touching_chains(1, (4,))[0].symbols
+    one, none = (SOURCES["eq-four-inserted"].printed(**symbols | {"b_0": b}) for b in (1.0, 0.0))
+    assert one - none == pytest.approx(5)  # four in the line after it

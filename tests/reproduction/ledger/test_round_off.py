@@ -23,17 +23,20 @@ def rounded_differently(compare, seed):
     """Return ``compare`` for numbers that are off by a few units in the last place."""
     random = np.random.default_rng(seed)
 
-    def perturbed(source, *, printed, found, corrected=np.nan, **others):
+    def perturbed(source, *, found, printed=None, corrected=None, **others):
         def off(values):
             shape = np.shape(values)
             return values * (1 + 1e-15 * random.uniform(-1, 1, shape)) + np.where(
                 np.asarray(values) == 0, 3e-17 * random.uniform(-1, 1, shape), 0.0
             )
 
+        named = claims.named_source(source)
+        printed = named.printed(**others) if printed is None else printed
+        corrected = named.corrected(**others) if corrected is None else corrected
         printed, found, corrected = (np.asarray(v, float) for v in (printed, found, corrected))
         stated = off(printed) if printed.ndim else printed  # a number that is printed is exact
         given = {"printed": stated, "found": off(found), "corrected": off(corrected)}
-        return compare(source, **given, **others)
+        return compare(named, **given, **others)
 
     return perturbed
 
