@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
@@ -15,7 +16,7 @@ from harness.cli.options import Json
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from harness.workflows.history_search import Recorded
+    from harness.workflows.history_search import Recorded, Wanted
 
 SHOWN = 30
 LONGEST = 56
@@ -79,28 +80,17 @@ class SearchOptions:
     ] = None
 
     def find(self, limit: int | None) -> Recorded:
-        """Return what the history holds; ``limit`` counts where none was given.
-
-        Raise RequestError for a date that no clock shows.
-        """
-        from harness.errors import RequestError
+        """Return what the history holds; ``limit`` counts where none was given."""
         from harness.workflows import history as ask
 
-        try:
-            return ask(
-                command=self.command,
-                engine=self.engine,
-                engine_version=self.engine_version,
-                quantity=self.quantity,
-                since=self.since,
-                verdict=self.verdict,
-                status=self.status,
-                limit=limit if self.limit is None else self.limit,
-            )
-        except RequestError:
-            raise
-        except (OverflowError, ValueError):
-            raise RequestError(f"--since {self.since!r}: is beyond the calendar in UTC") from None
+        wanted = self.wanted
+        wanted.setdefault("limit", limit)
+        return ask(**wanted)
+
+    @property
+    def wanted(self) -> Wanted:
+        """Return what was asked for."""
+        return cast("Wanted", {k: v for k, v in vars(self).items() if v is not None})
 
 
 @dataclass(frozen=True)
@@ -132,28 +122,29 @@ def history(search: SearchOptions, files: FileOptions, json: Json = False) -> No
     ~/.local/share/dem-harness/history.sqlite.
     """
     from harness.cli.files import FORMATS, check_target, save_figure, write_all
-    from harness.cli.output import print_json
+    from harness.cli.output import print_json_rows
     from harness.errors import RequestError
+    from harness.workflows.history_search import open_history, write_csv
 
     plot, csv, quantity = files.plot, files.csv, search.quantity
     check_target(plot, "--plot", FORMATS)
     check_target(csv, "--csv")
     if plot is not None and quantity is None:
         raise RequestError("--plot: needs --quantity, the name of what to draw")
-    listed = plot is None and csv is None and not json
-    found = search.find(SHOWN if listed else None)
     writers: dict[tuple[str, Path], Any] = {}
     if csv is not None:
-        writers["--csv", csv] = lambda path: found.frame().to_csv(path, index=False)
+        writers["--csv", csv] = partial(write_csv, **search.wanted)
     if plot is not None:
+        found = search.find(None)
         _check_one(found, str(quantity))
         writers["--plot", plot] = save_figure(lambda: _draw(found, files.against), plot.suffix)
     write_all(writers)
     if json:
-        rows = {"runs": found.runs} if found.quantities is None else {"quantities": found.rows}
-        print_json({"history": str(found.file), **rows})
-    elif listed:
-        _print(found)
+        with open_history(**search.wanted) as (file, rows):
+            name = "runs" if quantity is None else "quantities"
+            print_json_rows({"history": str(file)}, name, rows)
+    elif not writers:
+        _print(search.find(SHOWN))
 
 
 def _check_one(found: Recorded, pattern: str) -> None:

@@ -6,7 +6,7 @@ import contextlib
 import json
 import shutil
 import textwrap
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 
@@ -15,6 +15,24 @@ def print_json(record: Mapping[str, Any]) -> None:
     from harness.report.finite import finite
 
     print(json.dumps(finite(record), indent=2, ensure_ascii=False))
+
+
+def print_json_rows(head: Mapping[str, Any], name: str, rows: Iterable[Mapping[str, Any]]) -> None:
+    """Print one JSON object as :func:`print_json` does, with ``rows`` under ``name`` at its end.
+
+    Each row is printed as it comes: the memory that this takes is that of one row.
+    """
+    from harness.report.finite import finite
+
+    text = json.dumps(finite({**head, name: []}), indent=2, ensure_ascii=False)
+    before, _, after = text.rpartition("]")
+    end = ""
+    print(before, end="")
+    for row in rows:
+        one = json.dumps(finite(row), indent=2, ensure_ascii=False).replace("\n", "\n    ")
+        print(f"{end and ','}\n    {one}", end="")
+        end = "\n  "
+    print(f"{end}]{after}")
 
 
 @contextlib.contextmanager

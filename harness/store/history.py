@@ -119,9 +119,14 @@ class History:
 
     def rows(self, query: str, values: Iterable[Any] = ()) -> list[dict[str, Any]]:
         """Return the rows of a query, columns by name."""
+        return list(self.each(query, values))
+
+    def each(self, query: str, values: Iterable[Any] = ()) -> Iterator[dict[str, Any]]:
+        """Yield the rows of a query, columns by name, each read when it is asked for."""
         cursor = self._db.execute(query, tuple(values))
         names = [column[0] for column in cursor.description or ()]
-        return [dict(zip(names, row, strict=True)) for row in cursor]
+        for row in cursor:
+            yield dict(zip(names, row, strict=True))
 
     def close(self) -> None:
         """Close the database."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
@@ -34,8 +35,8 @@ class HistoryQuery:
     limit: int | None = None
 
 
-def runs(history: History, question: HistoryQuery) -> list[dict[str, Any]]:
-    """Return the runs that fit, newest first, one row each.
+def runs(history: History, question: HistoryQuery) -> Iterator[dict[str, Any]]:
+    """Yield the runs that fit, newest first, one row each.
 
     With a quantity or a verdict, those that have such a one.
     """
@@ -47,11 +48,11 @@ def runs(history: History, question: HistoryQuery) -> list[dict[str, Any]]:
             f" WHERE {' AND '.join(inner)})"
         )
     query = f"SELECT {RUN_COLUMNS} FROM run{_where(where)} ORDER BY started DESC, id DESC"
-    return history.rows(query + _limit(question), [*values, *more])
+    return history.each(query + _limit(question), [*values, *more])
 
 
-def quantities(history: History, question: HistoryQuery) -> list[dict[str, Any]]:
-    """Return the quantities that fit with the columns of their runs, newest first."""
+def quantities(history: History, question: HistoryQuery) -> Iterator[dict[str, Any]]:
+    """Yield the quantities that fit with the columns of their runs, newest first."""
     where, values = _of_run(question)
     inner, more = _of_quantity(question)
     query = (
@@ -60,7 +61,7 @@ def quantities(history: History, question: HistoryQuery) -> list[dict[str, Any]]
         f"{_where([*where, *inner])}"
         " ORDER BY started DESC, run.id DESC, quantity.id"
     )
-    return history.rows(query + _limit(question), [*values, *more])
+    return history.each(query + _limit(question), [*values, *more])
 
 
 def names(history: History) -> list[str]:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import difflib
 import sqlite3
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from itertools import chain, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
@@ -21,6 +24,8 @@ if TYPE_CHECKING:
 UNFINISHED = "unfinished"
 VERDICTS = ("pass", "fail", "not tested", "finding")
 NEAR = 3
+BLOCK = 1000
+"""Rows of a CSV that are in memory at a time."""
 
 
 @dataclass(frozen=True)
@@ -41,17 +46,8 @@ class Recorded:
         return self.runs if self.quantities is None else self.quantities
 
     def frame(self) -> pd.DataFrame:
-        """Return the rows as a table with one type a column, as Parquet wants it.
-
-        Times are UTC; what is missing is NA or NaN.
-        """
-        import pandas as pd
-
-        types = _TYPES if self.quantities is None else {**_TYPES, **_QUANTITY_TYPES}
-        frame = pd.DataFrame(list(self.rows), columns=list(types))
-        for name in ("started", "finished"):
-            frame[name] = pd.to_datetime(frame[name], utc=True, format="ISO8601")
-        return frame.astype(types)
+        """Return the rows as a table, as :func:`table` does."""
+        return table(self.rows, quantities=self.quantities is not None)
 
 
 _TYPES = {
@@ -85,6 +81,20 @@ _QUANTITY_TYPES = {
 }
 
 
+def table(rows: Iterable[Mapping[str, Any]], *, quantities: bool) -> pd.DataFrame:
+    """Return rows as a table with one type a column, as Parquet wants it.
+
+    Times are UTC; what is missing is NA or NaN.
+    """
+    import pandas as pd
+
+    types = {**_TYPES, **_QUANTITY_TYPES} if quantities else _TYPES
+    frame = pd.DataFrame(list(rows), columns=list(types))
+    for name in ("started", "finished"):
+        frame[name] = pd.to_datetime(frame[name], utc=True, format="ISO8601")
+    return frame.astype(types)
+
+
 class Wanted(TypedDict, total=False):
     """What is asked of the history.
 
@@ -111,6 +121,21 @@ def history(file: Path | None = None, **wanted: Unpack[Wanted]) -> Recorded:
     RequestError for what is not allowed, and for a quantity that was never recorded, with the
     names nearest to it.
     """
+    with open_history(file, **wanted) as (path, rows):
+        found = tuple(rows)
+    if wanted.get("quantity") is None:
+        return Recorded(path, found)
+    return Recorded(path, quantities=found)
+
+
+@contextmanager
+def open_history(
+    file: Path | None = None, **wanted: Unpack[Wanted]
+) -> Iterator[tuple[Path, Iterator[dict[str, Any]]]]:
+    """Yield the file, and the rows that :func:`history` returns, each read when it is asked for.
+
+    Raise RequestError as it does.
+    """
     path, quantity = file or history_place().path, wanted.get("quantity")
     question = HistoryQuery(
         command=wanted.get("command"),
@@ -123,18 +148,37 @@ def history(file: Path | None = None, **wanted: Unpack[Wanted]) -> Recorded:
         limit=_count(wanted.get("limit")),
     )
     if not path.is_file():
-        return Recorded(path, quantities=() if quantity is not None else None)
+        yield path, iter(())
+        return
     try:
-        with History(path) as opened:
-            if quantity is None:
-                return Recorded(
-                    path, tuple(_record(row) for row in history_query.runs(opened, question))
-                )
-            found = tuple(_record(row) for row in history_query.quantities(opened, question))
-            if not found:
+        with _opened(path) as opened:
+            query = history_query.runs if quantity is None else history_query.quantities
+            rows = map(_record, query(opened, question))
+            first = next(rows, None)
+            if first is None and quantity is not None:
                 _check_known(quantity, history_query.names(opened))
-            return Recorded(path, quantities=found)
-    except (OSError, sqlite3.Error) as error:
+            yield path, chain([] if first is None else [first], rows)
+    except sqlite3.Error as error:
+        raise RequestError(f"history {path}: cannot be read ({error})") from None
+
+
+def write_csv(file: Path, **wanted: Unpack[Wanted]) -> None:
+    """Write the rows that :func:`history` returns into a file, a block at a time.
+
+    There may be millions. Raise RequestError as it does, OSError where none can be written.
+    """
+    with open_history(**wanted) as (_, rows), file.open("w", encoding="utf-8") as stream:
+        block = list(islice(rows, BLOCK))
+        while block or not stream.tell():
+            frame = table(block, quantities=wanted.get("quantity") is not None)
+            frame.to_csv(stream, index=False, header=not stream.tell())
+            block = list(islice(rows, BLOCK))
+
+
+def _opened(path: Path) -> History:
+    try:
+        return History(path)
+    except OSError as error:
         raise RequestError(f"history {path}: cannot be read ({error})") from None
 
 

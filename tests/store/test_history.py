@@ -56,7 +56,7 @@ def test_quantities_come_back_as_they_were_and_what_is_missing_is_null(path):
 def test_a_name_that_comes_twice_keeps_both(path):
     with History(path) as history:
         history.finish(history.begin(START), END, [RATIO, RATIO, ANGLE])
-        rows = history_query.quantities(history, HistoryQuery(quantity="ratio*"))
+        rows = list(history_query.quantities(history, HistoryQuery(quantity="ratio*")))
     assert [row["name"] for row in rows] == ["ratio", "ratio (2)"]
 
 
@@ -68,9 +68,9 @@ def test_the_end_of_a_run_is_all_or_nothing(path):
             history.finish(number, END, [ANGLE, bad])
         (row,) = history_query.runs(history, HistoryQuery())
         assert row["status"] is None
-        assert history_query.quantities(history, HistoryQuery(quantity="*")) == []
+        assert list(history_query.quantities(history, HistoryQuery(quantity="*"))) == []
         history.finish(number, END, [ANGLE])
-        assert len(history_query.quantities(history, HistoryQuery(quantity="*"))) == 1
+        assert len(list(history_query.quantities(history, HistoryQuery(quantity="*")))) == 1
 
 
 def _version_1(path):
@@ -160,8 +160,8 @@ def test_processes_that_make_and_write_one_history_at_once_lose_nothing(path):
         _, said = writer.communicate(timeout=120)
         assert writer.returncode == 0, said
     with History(path) as history:
-        assert len(history_query.runs(history, HistoryQuery(status="0"))) == 60
-        assert len(history_query.quantities(history, HistoryQuery(quantity="*"))) == 60 * 20
+        assert len(list(history_query.runs(history, HistoryQuery(status="0")))) == 60
+        assert len(list(history_query.quantities(history, HistoryQuery(quantity="*")))) == 60 * 20
     assert integrity(path) == [("ok",)]
 
 
@@ -176,7 +176,7 @@ def test_writers_killed_at_random_moments_lose_no_run_that_they_reported(path):
         reported += 1 + rest.count("\n")
     assert integrity(path) == [("ok",)]
     with History(path) as history:
-        finished = history_query.runs(history, HistoryQuery(status="0"))
+        finished = list(history_query.runs(history, HistoryQuery(status="0")))
         assert len(finished) >= reported
-        rows = history_query.quantities(history, HistoryQuery(quantity="*"))
+        rows = list(history_query.quantities(history, HistoryQuery(quantity="*")))
         assert len(rows) == 20 * len(finished)
