@@ -5,32 +5,18 @@ from __future__ import annotations
 import difflib
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from harness.atomic_write import whole_folder
 from harness.comparison.run_diff import RunDiff
 from harness.report.diff_page import Pair, diff_page
 from harness.report.finite import finite
-from harness.report.page import embedded
+from harness.report.page import Shown
 from harness.report.target import check_folder
-
-if TYPE_CHECKING:
-    from markupsafe import Markup
+from harness.report.vector import data_uri, size
 
 LONGEST = 400
 """Lines of one script's difference that are shown."""
-
-
-@dataclass(frozen=True)
-class Drawing:
-    """A figure of a run as it stands in a page: its URI and size [pt]."""
-
-    uri: Markup
-    width: int
-    height: int
-    title: str
 
 
 def write_diff(found: RunDiff, before: Path, after: Path, folder: Path) -> None:
@@ -61,10 +47,12 @@ def _pairs(before: Path, after: Path) -> Iterator[Pair]:
         yield Pair(name.replace("-", " ").capitalize(), same, drawings)
 
 
-def _drawing(name: str, svg: str | None) -> Drawing | None:
-    if svg is None or "<svg" not in svg:
+def _drawing(name: str, svg: str | None) -> Shown | None:
+    try:
+        width, height = map(round, size(svg or ""))
+    except ValueError:
         return None
-    return Drawing(*embedded(svg), title=name.replace("-", " "))
+    return Shown(name, name.replace("-", " "), "", data_uri(svg or ""), width, height)
 
 
 def _scripts(before: Path, after: Path) -> dict[str, str]:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 from harness.comparison.verdicts import Check, Verdict
 from harness.comparison.verification import Verification
@@ -17,15 +16,12 @@ from harness.report.templating import environment, tail
 from harness.report.vector import data_uri, size
 from harness.report.verdict_summary import SEVERITY, by_severity, headline, summaries
 
-if TYPE_CHECKING:
-    from markupsafe import Markup
-
 NUMERIC = ("value", "expected", "difference", "uncertainty", "tolerance", "used")
 COLUMNS = ("verdict", "check", "kind", "value", "expected", "unit", *NUMERIC[2:])
-WIDE = 2.0
-"""A figure at least this much wider than high takes both columns."""
+WIDE = 560
+"""[pt] A figure wider than this takes both columns: beside another its words would be too small."""
 TALL = 0.95
-"""So does one at least this much of its width high, which would be small beside another."""
+"""So does one at least this much of its width high."""
 
 
 @dataclass(frozen=True)
@@ -92,16 +88,12 @@ class Shown:
     name: str
     title: str
     caption: str
-    uri: Markup | str
+    uri: str
     width: int
     height: int
 
-    @property
-    def look(self) -> str:
-        """Return the class of a figure that takes both columns: wide, tall, or neither."""
-        if self.width >= WIDE * self.height:
-            return "wide"
-        return "tall" if self.height >= TALL * self.width else ""
+    look: str = ""
+    """Whether it takes both columns, as ``wide`` or, limited in width, as ``tall``."""
 
 
 @dataclass(frozen=True)
@@ -131,7 +123,7 @@ def html_page(found: Verification, drawn: Sequence[Drawn]) -> str:
         kinds=[s.kind for s in kinds],
         verdicts=[v for v in SEVERITY if any(c.verdict is v for c in found.checks)],
         parts_of_page=_parts(drawn),
-        pictures=[shown for d in drawn if not d.section.title for shown in figures(d.pictures)],
+        pictures=figures([p for d in drawn if not d.section.title for p in d.pictures]),
         failures=[f for d in drawn if not d.section.title for f in d.failures],
         scripts=found.scripts,
         logs=found.logs,
@@ -158,18 +150,30 @@ def _parts(drawn: Sequence[Drawn]) -> list[Part]:
     return found
 
 
-def figures(shown: Sequence[Picture]) -> Iterator[Shown]:
-    """Yield the figures as a page shows them."""
-    for picture in shown:
-        yield Shown(picture.name, picture.title, picture.caption, *embedded(picture.svg))
+def figures(
+    pictures: Sequence[Picture], address: Callable[[Picture], str] | None = None
+) -> list[Shown]:
+    """Return the figures as a page shows them: inside it, or from an ``address`` beside it.
 
-
-def embedded(svg: str) -> tuple[Markup, int, int]:
-    """Return a figure as a URI that stands in an attribute as it is, with its size [pt]."""
-    from markupsafe import Markup
-
-    width, height = size(svg)
-    return Markup(data_uri(svg)), round(width), round(height)
+    They stand in their order, but that the next figure of one column comes beside each: where a
+    figure of both columns followed a single one, the place beside it would stay empty.
+    """
+    placed: list[Shown] = []
+    alone: int | None = None
+    for picture in pictures:
+        uri = address(picture) if address else data_uri(picture.svg)
+        width, height = map(round, size(picture.svg))
+        look = "wide" if width > WIDE else "tall" if height >= TALL * width else ""
+        shown = Shown(picture.name, picture.title, picture.caption, uri, width, height, look)
+        if look or alone is None:
+            alone = alone if look else len(placed)
+            placed.append(shown)
+        else:
+            placed.insert(alone + 1, shown)
+            alone = None
+    if alone is not None:
+        placed[alone] = replace(placed[alone], look="tall")
+    return placed
 
 
 def _who(found: Verification) -> str:

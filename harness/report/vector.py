@@ -71,15 +71,22 @@ def _unwrap(node: Xml.Element) -> None:
 
 
 def size(svg: str) -> tuple[float, float]:
-    """Return width and height of a figure [pt]."""
+    """Return width and height of a figure [pt]; raise ValueError for one without a size."""
     found = _SIZE.search(svg)
-    assert found is not None, "a figure without a viewBox"
+    if found is None:
+        raise ValueError("a figure without a viewBox")
     return float(found[1]), float(found[2])
 
 
 def data_uri(svg: str) -> str:
-    """Return an SVG as a URI; percent-encoded, which is a quarter shorter than base64."""
-    return "data:image/svg+xml," + quote(svg, safe=" /:;=,'()!*+-._~?@$<>{}\n").replace("\n", " ")
+    """Return an SVG as a URI that stands in an attribute as it is.
+
+    Percent-encoded, which is a quarter shorter than base64.
+    """
+    from markupsafe import Markup
+
+    uri = "data:image/svg+xml," + quote(svg, safe=" /:;=,'()!*+-._~?@$<>{}\n").replace("\n", " ")
+    return Markup(uri)
 
 
 def _rounded(found: re.Match[str]) -> str:

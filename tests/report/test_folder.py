@@ -14,7 +14,7 @@ from harness.report.sections import Drawing, Section
 from harness.report.target import check_folder
 from tests.report.conftest import DIVERGED, draw
 
-FIGURES = {"one", "two", "broad", "four-rows", "extra"}
+FIGURES = {"one", "two", "broad", "odd", "four-rows", "extra"}
 
 
 @pytest.fixture(scope="module")
@@ -91,7 +91,7 @@ def test_the_log_of_a_failed_run_is_found_from_its_row(verification, target):
 
 def test_figures_are_the_same_file_twice(sections, target):
     drawn = draw_sections(sections)
-    assert len(drawn[0].pictures) == 4
+    assert len(drawn[0].pictures) == 5
     for picture in drawn[0].pictures:
         assert picture.svg == (target / "figures" / f"{picture.name}.svg").read_text()
         assert picture.png == (target / "figures" / f"{picture.name}.png").read_bytes()

@@ -17,7 +17,7 @@ from harness.report.page import html_page
 DESK, PHONE = (1280, 800), (390, 844)
 SIZES = pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
 SCHEMES = pytest.mark.parametrize("scheme", ["light", "dark"])
-FIGURES = 5
+FIGURES = 6
 A4_WIDTH = 710
 """Pixels of CSS between the margins of a sheet."""
 
@@ -272,11 +272,11 @@ def test_every_figure_is_drawn(look, size):
     assert all(drawn)
 
 
-def test_figures_stand_two_to_a_row_but_for_wide_and_tall_ones(look):
+def test_figures_stand_two_to_a_row_but_for_wide_and_tall_ones_and_leave_no_hole(look):
     page = look()
     places = {
         name: page.locator(f"#{name} img").bounding_box()
-        for name in ("one", "two", "broad", "four-rows")
+        for name in ("one", "two", "broad", "four-rows", "odd")
     }
     main = page.locator("main").bounding_box()["width"]
     assert places["one"]["y"] == places["two"]["y"]
@@ -284,12 +284,15 @@ def test_figures_stand_two_to_a_row_but_for_wide_and_tall_ones(look):
     # a panel of a figure with four rows is as large as one that stands alone
     assert places["four-rows"]["width"] / 2 > 0.7 * places["one"]["width"]
     assert places["four-rows"]["height"] / 4 > 0.6 * places["one"]["height"]
+    assert places["odd"]["width"] > 0.5 * main  # nothing is left to stand beside it
 
 
-def test_a_large_figure_is_scrolled_on_a_phone_not_shrunk(look):
+def test_the_words_of_a_figure_are_as_large_on_a_phone_as_a_page_needs(look):
     page = look(size=PHONE)
-    for name in ("broad", "four-rows"):
-        assert page.locator(f"#{name} img").bounding_box()["width"] >= 600
+    for name in ("one", "broad", "four-rows"):
+        image = page.locator(f"#{name} img")
+        # the smallest words, of legends, are 8.7 pt, and a reader needs 8 pixels of them
+        assert 8.7 * image.bounding_box()["width"] / float(image.get_attribute("width")) > 8
         assert page.locator(f"#{name} a").bounding_box()["width"] <= PHONE[0]
 
 

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from harness.cases.drop.checks import DropTest
 from harness.cases.drop.result import DropRun
-from harness.report.figures.style import BLACK, COLOURS, MARKERS, STYLES
+from harness.report.figures.style import BLACK, COLOURS, MARKERS, STYLES, legend_below
 
 SHOWN = 4.0
 """[contact times] of the motion that are drawn: later only the source's contact still changes."""
@@ -37,5 +37,5 @@ def speeds_of_collisions(made: Sequence[tuple[DropTest, DropRun]], who: str) -> 
     axes.set(xlabel="time (contact times)", ylabel="normal velocity over the first speed")
     axes.set_xlim(0.0, SHOWN)
     axes.set_title(f"{who}; bars: expected after the rebound")
-    figure.legend(loc="outside lower center", ncols=3)
+    legend_below(figure, 3)
     return figure

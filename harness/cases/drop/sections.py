@@ -50,6 +50,6 @@ def _drawing(evidence: DropEvidence) -> Drawing:
         "drop-collisions",
         "Head-on collisions",
         "Normal speed of a grain over time, before and after it meets a fixed sphere, by contact. "
-        "Dashed: the expected speed of the rebound.",
+        "The bars at the right are the expected speeds of the rebound.",
         lambda: speeds_of_collisions(evidence.made, evidence.who),
     )

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from harness.cases.incline.engine_angle import EngineAngle
 from harness.cases.incline.tolerances import ENGINES_PLASTIC
-from harness.report.figures.style import BLACK, BLUE, RED, label, power
+from harness.report.figures.style import BLACK, BLUE, RED, label, legend_below, power
 
 WIDTH_DEG = ENGINES_PLASTIC.absolute
 """Half the shaded band: what the plastic contact may be off the closed form."""
@@ -50,11 +50,7 @@ def angles_of_engines(angles: Sequence[EngineAngle], closed_form: float) -> Figu
     ticks = np.array([-9, -6, -3, 0, 3, 6, 9])
     near.set_xticks(closed_form + 1e-3 * ticks, [f"{tick:+d}" if tick else "0" for tick in ticks])
     _beyond(near, angles, closed_form, span)
-    handles, labels = whole.get_legend_handles_labels()
-    unique = dict(zip(labels, handles, strict=True))
-    figure.legend(
-        unique.values(), unique.keys(), loc="outside lower center", ncols=min(5, len(unique))
-    )
+    legend_below(figure, 5)
     return figure
 
 

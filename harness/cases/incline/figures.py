@@ -23,6 +23,7 @@ from harness.report.figures.style import (
     ORANGE,
     SKY,
     STYLES,
+    legend_below,
     power,
 )
 
@@ -44,14 +45,13 @@ def speed_against_time(runs: Sequence[InclineRun], who: str) -> Figure:
     axes.set(xlabel="time (s)", ylabel="speed of the grain (m/s)", ylim=(0, None))
     axes.set_title(_conditions(runs[0], who))
     axes.margins(x=0.01)
-    axes.legend(loc="upper right", ncols=2, bbox_to_anchor=(1, 1.02))
-    axes.set_ylim(top=axes.get_ylim()[1] * 1.12)
+    legend_below(figure)
     return figure
 
 
 def path_over_the_bumps(runs: Sequence[InclineRun], bumps: int = 6) -> Figure:
     """Draw the path of the grain's centre over the row of fixed spheres, to scale."""
-    figure = Figure(figsize=(8.0, 2.7))
+    figure = Figure(figsize=(8.0, 3.0))
     axes = figure.add_subplot()
     diameter = runs[0].case.diameter
     start = _last_well(runs) - bumps / 2
@@ -80,7 +80,7 @@ def path_over_the_bumps(runs: Sequence[InclineRun], bumps: int = 6) -> Figure:
     )
     axes.grid(visible=False)
     axes.set_title("path of the grain's centre; drawn with the row level, gravity tilted")
-    axes.legend(loc="upper right", ncols=2, bbox_to_anchor=(1, 1.04))
+    legend_below(figure)
     return figure
 
 
@@ -98,7 +98,7 @@ def _draw_gravity(axes: Axes, x: float, angle_deg: float) -> None:
 
 def extrapolation(found: ExtrapolatedAngle, closed_form: float, who: str) -> Figure:
     """Draw the critical angle against the step, and its limits against the stiffness."""
-    figure = Figure(figsize=(8.6, 3.9))
+    figure = Figure(figsize=(8.6, 4.6))
     left, right = figure.subplots(1, 2)
     for number, (stiffness, limit) in enumerate(found.at_stiffness.items()):
         colour, marker = COLOURS[number % 6], MARKERS[number % 6]
@@ -112,8 +112,8 @@ def extrapolation(found: ExtrapolatedAngle, closed_form: float, who: str) -> Fig
     left.axhline(closed_form, color=BLACK, ls="--", lw=1)
     left.set(xlabel="1 / steps per contact time", ylabel="critical angle (deg)")
     left.set_title("step to zero")
-    left.legend(loc="lower left")
     _stiffness_panel(right, found, closed_form, who)
+    legend_below(figure, 3)
     return figure
 
 
@@ -136,12 +136,11 @@ def _stiffness_panel(axes: Axes, found: ExtrapolatedAngle, closed_form: float, w
         rigid.value + rigid.uncertainty,
         color=GREEN,
         alpha=0.25,
-        label=f"limit {rigid.value:.5f} +- {rigid.uncertainty:.5f} deg",
+        label=f"limit {rigid.value:.5f} ± {rigid.uncertainty:.5f} deg",
     )
     axes.axhline(closed_form, color=BLACK, ls="--", lw=1, label=f"theory {closed_form:.5f} deg")
     axes.set(xscale="log", xlabel="stiffness k (N/m)")
     axes.set_title("then stiffness to infinity")
-    axes.legend(loc="lower right")
 
 
 def contacts_side_by_side(by_contact: dict[str, list[CriticalAngle]], closed_form: float) -> Figure:
@@ -182,8 +181,7 @@ def contacts_side_by_side(by_contact: dict[str, list[CriticalAngle]], closed_for
         axes.minorticks_off()
         axes.margins(x=0.12)
     panels[0].set_ylabel("critical angle (deg)")
-    handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
+    legend_below(figure, 4)
     return figure
 
 
@@ -197,11 +195,11 @@ def energy_after_each_shock(recursion: Recursion, who: str) -> Figure:
     top.plot(shocks, recursion.measured, "o", color=BLUE, label=_conditions(recursion.run, who))
     top.set_ylabel("energy after the shock\n(m g d)")
     top.set_title(f"{case.angle:g} deg, above the critical angle")
-    top.legend()
     bottom.plot(shocks, 1e6 * (recursion.measured - recursion.predicted), "o", color=BLUE)
     bottom.axhline(0, color=BLACK, ls="--", lw=1)
     bottom.set(xlabel="shock", ylabel="difference\n(1e-6 m g d)")
     bottom.set_xticks(shocks)
+    legend_below(figure)
     return figure
 
 

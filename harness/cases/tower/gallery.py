@@ -115,7 +115,7 @@ def _towers(own: OwnEvidence) -> Iterator[Drawing]:
             f"Force and contacts of the grain, {law} law",
             f"A grain dropped on a tower, k = {power(case.stiffness)} N/m, {case.speed:g} m/s. The "
             "force is in units of the largest of all; contacts are those of the chain that begins "
-            "at the grain.",
+            "at the grain, felt above 1e-6 of the peak.",
             partial(runs.force_and_contacts, towers),
         )
     if own.collapse:

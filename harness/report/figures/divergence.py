@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from harness.comparison.divergence import Comparison
-from harness.report.figures.style import BLACK, BLUE, RED, label, panels
+from harness.report.figures.style import BLACK, BLUE, RED, label, legend_below, panels, quantity
 
 AROUND = 0.15
 """Part of the record that is shown on either side of the divergence."""
@@ -63,7 +63,7 @@ def divergence(found: Comparison) -> Figure:
     when = "from the first step" if moment.from_first_step else f"diverge at {moment.time:.5g} s"
     for axes in (above, below):
         axes.axvline(moment.time, color=RED, linestyle=":", linewidth=1.6, label=when)
-        axes.legend(fontsize="small", loc="best")
-    label(above, "", f"{name} ({unit})", f"{found.case}, around the divergence")
-    label(below, "time (s)", f"difference ({unit})", "whole record; shaded: shown above")
+    label(above, "", quantity(name, unit), f"{found.case}, around the divergence")
+    label(below, "time (s)", quantity("difference", unit), "whole record; shaded: shown above")
+    legend_below(figure)
     return figure

@@ -12,7 +12,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from harness.report.figures.style import BLACK, BLUE, GREEN, MARKERS, ORANGE, PURPLE, RED
+from harness.report.figures.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    MARKERS,
+    ORANGE,
+    PURPLE,
+    RED,
+    legend_below,
+    quantity,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -52,9 +62,9 @@ def quantity_history(frame: pd.DataFrame, against: Against) -> Figure:
     _band(axes, x, ordered)
     _points(axes, x, ordered)
     name, unit = str(ordered["name"].iloc[0]), str(ordered["unit"].iloc[0])
-    axes.set_ylabel(f"value ({unit})" if unit else "value (-)")
+    axes.set_ylabel(quantity("value", unit))
     axes.set_title(textwrap.fill(name, LINE))
-    figure.legend(loc="outside lower center", ncols=5)
+    legend_below(figure, 5)
     return figure
 
 

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from harness.comparison.releases import ReleaseMatrix
-from harness.report.figures.style import COLOURS, MARKERS, label
+from harness.report.figures.style import COLOURS, MARKERS, label, legend_below
 
 NONE = 1e-18
 """Where a change of exactly 0 is drawn: below one unit in the last place."""
@@ -48,8 +48,8 @@ def changes(found: ReleaseMatrix) -> Figure:
     axes.set_yticks(place, [f"{row.record}, {row.quantity}" for row in rows], fontsize=6.5)
     axes.set_ylim(len(rows) - 0.4, -0.6)
     reference = found.columns[found.reference].title
-    label(axes, f"change over the value [1], against\n{reference}", "")
-    figure.legend(fontsize="small", loc="outside upper center", ncols=2)
+    label(axes, f"change over the value, against\n{reference}", "")
+    legend_below(figure)
     return figure
 
 

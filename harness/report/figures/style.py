@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -64,13 +64,41 @@ def panels(rows: int, columns: int, width: float = 4.2, height: float = 3.0) -> 
     return figure
 
 
+def quantity(name: str, unit: str = "") -> str:
+    """Return the name of an axis with its unit in round brackets; a pure number has none.
+
+    >>> quantity("peak force", "N"), quantity("restitution", "1")
+    ('peak force (N)', 'restitution')
+    """
+    return f"{name} ({unit})" if unit not in ("", "1") else name
+
+
 def label(axes: Axes, x: str, y: str, title: str = "") -> None:
-    """Name the axes, units in brackets."""
+    """Name the axes, as :func:`quantity` writes them."""
     axes.set_xlabel(x)
     axes.set_ylabel(y)
     if title:
         axes.set_title(title, fontsize="medium")
     axes.grid(visible=True, alpha=0.25)
+
+
+def legend_below(figure: Figure, columns: int = 2, axes: Sequence[Axes] | None = None) -> None:
+    """Put one legend below all panels, each name once: inside a panel it would hide lines."""
+    found: dict[str, Any] = {}
+    for one in axes or figure.axes:
+        for handle, name in zip(*one.get_legend_handles_labels(), strict=True):
+            found.setdefault(name, handle)
+    figure.legends.clear()
+    if found:
+        place: dict[str, Any] = {"loc": "outside lower center", "fontsize": "small"}
+        figure.legend([*found.values()], [*found], ncols=columns, **place)
+
+
+def few_ticks(axes: Axes, values: Sequence[float], most: int = 6) -> None:
+    """Mark about ``most`` of sorted values on a logarithmic axis x, written in full."""
+    chosen = list(values)[:: max(1, -(-len(values) // most))]
+    axes.set_xticks(chosen, [f"{value:.0f}" for value in chosen])
+    axes.minorticks_off()
 
 
 def named(law: str, solver: str) -> str:

@@ -14,7 +14,7 @@ from harness.cases.tower.evidence import Curve
 from harness.cases.tower.figures.impulse import draw_others
 from harness.cases.tower.figures.peak_error import draw_against_stiffness
 from harness.observables.reference import PublishedAngle, ReferencePoints
-from harness.report.figures.style import BLUE, ORANGE, label, panels
+from harness.report.figures.style import BLUE, ORANGE, label, legend_below, panels
 from harness.reproduction.figure_data.velocity_series import VelocitySeries
 
 _LAWS: dict[str, tuple[str, str]] = {"deformable": (BLUE, "o"), "overlap": (ORANGE, "s")}
@@ -36,7 +36,7 @@ def thin_layers(published: PublishedAngle, reference: ReferencePoints | None) ->
         )  # fmt: skip
     else:
         axes.set_ylim(top=max(12.0, 1.1 * max(reference.angles_deg)))
-    figure.legend(loc="outside lower center", fontsize="small")
+    legend_below(figure, 1)
     return figure
 
 
@@ -60,7 +60,7 @@ def structure_window(
     heights = sorted(frame["height"].unique())
     axes.set(xlabel="height n (contacts)", ylabel=_ANGLE, ylim=(0, 11.5), xticks=heights)
     axes.set_xlim(heights[0] - 0.3, heights[-1] + 0.3)
-    figure.legend(loc="outside lower center", ncols=2, fontsize="small")
+    legend_below(figure)
     return figure
 
 
@@ -80,8 +80,8 @@ def error_against_stiffness(curves: Mapping[str, Curve]) -> Figure:
         [CLAIM_PER_CENT] * 2, color="0.45", lw=3, alpha=0.6,
         label="source: falling, and below 0.5 % from 1e4 N/m on",
     )  # fmt: skip
-    label(axes, "stiffness k [N/m]", "error of peak deformation [%]", "two particles")
-    figure.legend(loc="outside lower center", ncols=2, fontsize="small")
+    label(axes, "stiffness k (N/m)", "error of peak deformation (%)", "two particles")
+    legend_below(figure)
     return figure
 
 

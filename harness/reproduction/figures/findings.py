@@ -6,7 +6,16 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from harness.report.figures.style import BLACK, COLOURS, MARKERS, STYLES, label, panels
+from harness.report.figures.style import (
+    BLACK,
+    COLOURS,
+    MARKERS,
+    STYLES,
+    label,
+    legend_below,
+    panels,
+    power,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -32,7 +41,7 @@ def angle_against_mfix_step(findings: Findings) -> Figure:
             color=colour,
             linestyle=STYLES[number - 1],
             capsize=2,
-            label=f"k = {k:.0e} N/m, reference DEM, Euler",
+            label=f"k = {power(k)} N/m, reference DEM, Euler",
         )
         recorded = frame[frame["recorded_deg"].notna()]
         axes.plot(
@@ -41,7 +50,7 @@ def angle_against_mfix_step(findings: Findings) -> Figure:
             MARKERS[number - 1],
             color=colour,
             markerfacecolor="white",
-            label=f"k = {k:.0e} N/m, MFiX-DEM 21.3.2, recorded",
+            label=f"k = {power(k)} N/m, MFiX-DEM 21.3.2, recorded",
         )
         axes.annotate(
             f"no step: {limits[k]:.3f}", (5600, limits[k]), color=colour, fontsize=8.5, va="center"
@@ -56,8 +65,8 @@ def angle_against_mfix_step(findings: Findings) -> Figure:
     )
     axes.set_xscale("log")
     axes.set_xlim(42, 14000)
-    label(axes, "steps in a contact time of MFiX, f (-)", "critical angle (deg)")
-    figure.legend(loc="outside lower center", ncols=2)
+    label(axes, "steps in a contact time of MFiX, f", "critical angle (deg)")
+    legend_below(figure)
     return figure
 
 
@@ -71,9 +80,9 @@ def angle_against_restitution(findings: Findings, engine: str) -> Figure:
     axes.plot(e, frame["lost_deg"], STYLES[2], color=COLOURS[1], label="theory, velocity lost")
     _bars(axes, frame, "reference", "o-", BLACK, "reference DEM, steady motion, k = 1e6 N/m")
     _bars(axes, frame, "engine", "s", COLOURS[3], f"{engine}, the same")
-    label(axes, "restitution e (-)", "critical angle (deg)")
+    label(axes, "restitution e", "critical angle (deg)")
     axes.set_ylim(0, None)
-    axes.legend()
+    legend_below(figure)
     return figure
 
 

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Circle
 
-from harness.report.figures.style import BLACK, BLUE, GREEN, PURPLE, RED
+from harness.report.figures.style import BLACK, BLUE, GREEN, PURPLE, RED, legend_below
 from harness.reproduction.figure_data.schematics import ForceDiagram, Layers, Points, QuartierSystem
 
 _ACROSS, _UP = "across (diameters)", "up (diameters)"
@@ -52,7 +52,7 @@ def quartier_system(system: QuartierSystem) -> Figure:
     _gravity(axes, (float(system.spheres[-1][0]) + 0.4, 1.2))
     _frame(axes, f"the row is tilted by theta = {system.angle_deg:.2f} deg, its critical angle")
     axes.plot([], [], "o", color=BLACK, ms=3.5, label="A, C: crests; B: well")
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=3)
+    legend_below(figure, 3)
     return figure
 
 
@@ -82,8 +82,7 @@ def force_diagrams(diagrams: Sequence[ForceDiagram]) -> Figure:
     }  # fmt: skip
     for name, (colour, line) in looks.items():
         figure.axes[0].plot([], [], color=colour, ls=line, label=name)
-    handles, names = figure.axes[0].get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside lower center", ncols=len(names), columnspacing=1.2)
+    legend_below(figure, 3)
     unit = f"arrows: {_FORCE_SCALE:g} d is m g, and sqrt(g d)"
     figure.axes[-1].text(0.99, 0.03, unit, transform=figure.axes[-1].transAxes, ha="right")
     return figure

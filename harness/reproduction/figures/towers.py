@@ -18,12 +18,12 @@ from harness.cases.tower.figures.runs import (
 )
 from harness.observables.significant_contacts import significant_contacts
 from harness.observables.tower import TowerRun
-from harness.report.figures.style import BLACK, GREEN, PURPLE, label, panels
+from harness.report.figures.style import BLACK, GREEN, PURPLE, label, legend_below, panels
 from harness.reproduction.figure_data.towers_in_time import TowersInTime
 from harness.reproduction.figure_data.windows import WindowChoice
 
 _WIDTH, _HEIGHT = 7.6, 2.3  # [in] of a row
-OF_ALL = "peak of all 19"
+OF_ALL = "the largest of all 19"
 
 
 def collapse(runs: Sequence[TowerRun]) -> Figure:
@@ -36,6 +36,7 @@ def collapse(runs: Sequence[TowerRun]) -> Figure:
     label(below, TIME, FELT)
     below.yaxis.set_major_locator(MaxNLocator(integer=True))
     below.sharex(above)
+    legend_below(figure, 1)
     return figure
 
 
@@ -50,7 +51,7 @@ def separation(towers: TowersInTime) -> Figure:
             axes.axvline(felt, color=GREEN, ls=":", lw=1.8, label="base felt")
             told = f"base felt at {felt:.2f} t0"
         axes.set_title(f"{run.tower.particles} particles, {told}", fontsize="medium")
-    _one_legend(figure, len(above))
+    legend_below(figure, 3)
     return figure
 
 
@@ -69,19 +70,9 @@ def window_selection(choices: Sequence[WindowChoice]) -> Figure:
             axes.axvline(time, color=PURPLE, ls=line, lw=2, label=name)
         title = f"{run.tower.particles} particles: compressed most at {at:.3f} t0"
         last = row == len(choices) - 1
-        label(axes, TIME if last else "", "force, compression\n[largest]", title)
-    _one_legend(figure, len(choices))
+        label(axes, TIME if last else "", "force, compression\nover the largest", title)
+    legend_below(figure, 3)
     return figure
-
-
-def _one_legend(figure: Figure, rows: int) -> None:
-    """Put the legend of the first row below all rows: in the panels it would hide lines."""
-    for axes in figure.axes[:rows]:
-        if legend := axes.get_legend():
-            legend.remove()
-    lines = [line for i in (0, rows) for line in figure.axes[i].get_lines()]
-    named = [line for line in lines if not str(line.get_label()).startswith("_")]
-    figure.legend(handles=named, loc="outside lower center", ncols=3, fontsize="small")
 
 
 def of_all_heights(towers: TowersInTime) -> Figure:

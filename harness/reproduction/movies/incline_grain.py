@@ -121,7 +121,7 @@ class InclineGrain:
             self._lines.append(line)
         axes.set_xlim(0, self._motion.time[-1])
         axes.set_ylim(0, None)
-        label(axes, "time [s]", "speed [m/s]")
+        label(axes, "time (s)", "speed (m/s)")
         axes.legend(loc="upper right", ncols=2, bbox_to_anchor=(1.0, 1.12))
         self._cursor = axes.axvline(0, color=BLACK, lw=1)
         return [*self._lines, self._cursor]

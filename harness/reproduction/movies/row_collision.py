@@ -136,13 +136,13 @@ class _Curves:
     def __init__(self, figure: Figure, motion: RowMotion) -> None:
         self._time = motion.time_over_t0
         self._values = (motion.velocity, 1e3 * motion.deformation)
-        names = ("velocity [m/s]", "deformation [mm]")
+        names = ("velocity (m/s)", "deformation (mm)")
         self.moving: list[Artist] = []
         self._lines = []
         self._cursors = []
         for column, (values, name) in enumerate(zip(self._values, names, strict=True)):
             axes = figure.add_axes((0.065 + 0.51 * column, 0.1, 0.41, 0.27))
-            label(axes, "time [t0]", name)
+            label(axes, "time (t0)", name)
             axes.set_xlim(self._time[0], self._time[-1])
             spread = np.ptp(values)
             axes.set_ylim(values.min() - 0.07 * spread, values.max() + 0.07 * spread)

@@ -110,7 +110,7 @@ class TowerShock:
         axes.tick_params(labelbottom=False, left=False, labelleft=False)
         axes.spines["left"].set_visible(False)
         bar = figure.colorbar(drawn, cax=figure.add_axes((0.895, 0.2, 0.018, 0.69)))
-        bar.set_label("contact force [kN]")
+        bar.set_label("contact force (kN)")
         bar.ax.grid(visible=False)
         self._future = Rectangle((0, 0), 2 * time[-1], n, color="white", lw=0)
         axes.add_patch(self._future)
@@ -121,7 +121,7 @@ class TowerShock:
         run = self._motion.run
         contacts = run.contacts_above(_FELT * float(run.grain_force.max()))
         axes.step(run.time_over_t0, contacts, where="post", color=RED, lw=1.3)
-        label(axes, "time [t0]", "contacts of\nthe grain")
+        label(axes, "time (t0)", "contacts of\nthe grain")
         axes.yaxis.label.set_fontsize(9)
         axes.set_ylim(-0.3, contacts.max() + 0.5)
         axes.yaxis.set_major_locator(MaxNLocator(3, integer=True))

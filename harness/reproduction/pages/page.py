@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from harness.report.gallery import Picture
-from harness.report.page import Shown
-from harness.report.vector import size
+from harness.report.page import figures
 from harness.reproduction.movies import Film
 from harness.reproduction.pages import text
 from harness.reproduction.pages.findings import findings_text
@@ -35,15 +34,8 @@ def html_page(
         findings=Markup(to_html(findings_text(found))),
         rows=[(s, text.explained(s), text.links(s, root)) for s in found.ledger.statements],
         figures_text=text.FIGURES,
-        pictures=[_shown(picture) for picture in pictures],
+        pictures=figures(pictures, lambda picture: f"figures/{picture.name}.svg"),
         movies_text=text.MOVIES,
         films=films,
         provenance=text.provenance(found),
     )
-
-
-def _shown(picture: Picture) -> Shown:
-    """Return a figure as the page shows it: a file beside it."""
-    width, height = size(picture.svg)
-    address = f"figures/{picture.name}.svg"
-    return Shown(picture.name, picture.title, picture.caption, address, round(width), round(height))

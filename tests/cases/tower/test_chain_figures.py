@@ -39,20 +39,17 @@ def runs():
 def test_runs(draw, runs):
     figure = draw(runs)
     assert drawn(figure)
-    names = " ".join(t.get_text() for a in figure.axes for t in [a.title, *_legend(a)])
+    (legend,) = figure.legends
+    titles = [axes.get_title() + axes.get_title(loc="left") for axes in figure.axes]
+    names = " ".join([*titles, *(text.get_text() for text in legend.get_texts())])
     assert "deformable law, exact" in names
-
-
-def _legend(axes):
-    legend = axes.get_legend()
-    return legend.get_texts() if legend else []
 
 
 def test_peak_error():
     steps = np.geomspace(0.01, 0.3, 8)
     figure = chain_peak_error.peak_error({"RK4": (steps, steps**5)}, {"RK4": (1 / steps, steps)})
     assert drawn(figure)
-    assert "order 5.00" in figure.axes[0].get_legend().get_texts()[0].get_text()
+    assert "order 5.00" in figure.legends[0].get_texts()[0].get_text()
     slope, half = chain_peak_error.measured_order(steps, 3 * steps**2)
     assert slope == pytest.approx(2)
     assert half < 1e-6

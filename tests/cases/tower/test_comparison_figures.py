@@ -29,7 +29,7 @@ def drawn(figure):
 
 
 def texts(figure):
-    legends = [axes.get_legend() for axes in figure.axes]
+    legends = [*figure.legends, *(axes.get_legend() for axes in figure.axes)]
     shown = [text.get_text() for legend in legends if legend for text in legend.get_texts()]
     return " | ".join(shown + [axes.get_title(loc="left") for axes in figure.axes])
 

@@ -16,16 +16,16 @@ AXES = {
     "fig-3": {"across (diameters)", "up (diameters)"},
     "fig-4": {"time (s)", "speed (m/s)"},
     "fig-5": {"across (diameters)", "up (diameters)"},
-    "fig-6": {"time [t0]", "velocity [m/s]", "deformation [mm]"},
-    "fig-7": {"stiffness k [N/m]", "error of peak deformation [%]"},
-    "fig-8": {"time [t0]", "force [peak of all 19]", "contacts (1e-6 peak)"},
-    "fig-9": {"time [t0]", "force on the grain [v0 sqrt(k m)]", "contacts (1e-6 peak)"},
+    "fig-6": {"time (t0)", "velocity (m/s)", "deformation (mm)"},
+    "fig-7": {"stiffness k (N/m)", "error of peak deformation (%)"},
+    "fig-8": {"time (t0)", "force over\nthe largest of all 19", "contacts of the grain"},
+    "fig-9": {"time (t0)", "force on the grain (v0 sqrt(k m))", "contacts of the grain"},
     "fig-10": {"height n (contacts)", "impulse ratio alpha = J(n) / J(1)"},
     "fig-11": {"height n (contacts)", "critical angle (deg)"},
     "fig-13": {"height n (contacts)", "critical angle (deg)"},
-    "fig-14": {"time [t0]", "force [peak of all 19]", "contacts (1e-6 peak)"},
+    "fig-14": {"time (t0)", "force over\nthe largest of all 19", "contacts of the grain"},
     "fig-15": {"height n (contacts)", "critical angle (deg)"},
-    "fig-16": {"time [t0]", "force, compression\n[largest]", "contacts (1e-6 peak)"},
+    "fig-16": {"time (t0)", "force, compression\nover the largest", "contacts of the grain"},
 }
 
 SAID = {

@@ -11,13 +11,21 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from harness.cases.tower.comparison import SeriesComparison
-from harness.cases.tower.figures.runs import FELT
+from harness.cases.tower.figures.runs import FELT, TIME
 from harness.cases.tower.step_convergence import Order, StepConvergence
 from harness.observables.significant_contacts import significant_contacts
 from harness.observables.tower import Floats, TowerRun
-from harness.report.figures.style import COLOURS, MARKERS, STYLES, label, named, panels
+from harness.report.figures.style import (
+    COLOURS,
+    MARKERS,
+    STYLES,
+    few_ticks,
+    label,
+    legend_below,
+    named,
+    panels,
+)
 
-_TIME = "time [t0]"
 _LOWEST = 1e-17  # [1] a difference below it is drawn as none
 
 
@@ -33,23 +41,23 @@ def same_law(comparisons: Sequence[SeriesComparison]) -> Figure:
     _force(above, reference, comparisons[0].force.scale, color="0.75", linewidth=5)
     for i, found in enumerate(comparisons):
         look: dict[str, Any] = {"color": COLOURS[i % 7], "linestyle": STYLES[i % 6]}
-        _force(above, found.run, found.force.scale, linewidth=1.2, **look)
+        told = f": largest difference {found.force.peak:.1e}"
+        _force(above, found.run, found.force.scale, told, linewidth=1.2, **look)
         difference = np.abs(found.force_difference)
         below.semilogy(
             found.time / reference.tower.contact_time,
             np.where(difference > _LOWEST, difference, np.nan),
-            linewidth=1.1, label=f"{_code(found.run)}: largest {found.force.peak:.1e}", **look,
+            linewidth=1.1, **look,
         )  # fmt: skip
     bound = max(found.force.interpolation_error for found in comparisons)
     if bound > 0:
         name = f"bound of what interpolation adds, {bound:.0e}"
         below.axhline(bound, color="0.4", linestyle=(0, (1, 2)), linewidth=1.2, label=name)
     tower = reference.tower
-    label(above, "", "force on the grain [peak]", f"{tower.particles} particles, {tower.law} law")
-    label(below, _TIME, "difference [peak]", f"from {_code(reference)}; gaps where it is 0")
+    label(above, "", "force over its peak", f"{tower.particles} particles, {tower.law} law")
+    label(below, TIME, "difference over the peak", f"from {_code(reference)}; gaps where it is 0")
     below.sharex(above)
-    above.legend(fontsize="small", loc="upper right")
-    below.legend(fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
+    legend_below(figure, 1)
     return figure
 
 
@@ -68,12 +76,12 @@ def different_law(comparisons: Sequence[SeriesComparison]) -> Figure:
             contacts.step(run.time_over_t0, significant_contacts(run), where="post", **look)
         parted = "never part" if found.divergence_time is None else _parted(found)
         last = row == len(comparisons) - 1
-        title = f"{found.run.tower.particles} particles, l2 difference {found.force.l2:.2g}, "
-        unit = f"force [peak, {found.reference.tower.law}]"
-        label(force, _TIME if last else "", unit, title + parted)
-        label(contacts, _TIME if last else "", FELT)
+        title = f"{found.run.tower.particles} particles, L2 difference {found.force.l2:.2g}, "
+        name = f"force over the peak\n({found.reference.tower.law} law)"
+        label(force, TIME if last else "", name, title + parted)
+        label(contacts, TIME if last else "", FELT)
         contacts.yaxis.set_major_locator(MaxNLocator(nbins=5, integer=True))
-    figure.axes[0].legend(fontsize="small", loc="upper right")
+    legend_below(figure)
     return figure
 
 
@@ -88,19 +96,18 @@ def error_against_step(convergences: Sequence[StepConvergence]) -> Figure:
     for i, found in enumerate(convergences):
         _errors(peak, found, found.peak_error, found.peak_order, i)
         _errors(l2, found, found.l2_error, found.l2_order, i)
-    label(peak, "steps per contact [1]", "largest force error [peak]")
-    label(l2, "steps per contact [1]", "l2 force error [peak]")
+    label(peak, "steps per contact", "largest force error over the peak")
+    label(l2, "steps per contact", "L2 force error over the peak")
     steps = sorted({float(n) for found in convergences for n in found.steps_per_contact})
     for axes in (peak, l2):
-        axes.set_xticks(steps, [f"{n:.0f}" for n in steps])
-        axes.minorticks_off()
-        axes.legend(fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.17))
+        few_ticks(axes, steps)
+        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.17))
     return figure
 
 
-def _force(axes: Axes, run: TowerRun, scale: float, **look: Any) -> None:
+def _force(axes: Axes, run: TowerRun, scale: float, told: str = "", **look: Any) -> None:
     """Draw the force of a run over ``scale`` [N]."""
-    name = named(run.tower.law, _code(run))
+    name = named(run.tower.law, _code(run)) + told
     axes.plot(run.time_over_t0, run.grain_force / scale, label=name, **look)
 
 

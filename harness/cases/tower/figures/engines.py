@@ -10,7 +10,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from harness.cases.tower.step_convergence import StepConvergence
-from harness.report.figures.style import COLOURS, MARKERS, STYLES, label, power
+from harness.report.figures.style import (
+    COLOURS,
+    MARKERS,
+    STYLES,
+    few_ticks,
+    label,
+    legend_below,
+    power,
+)
 
 
 def tower_error_against_step(convergences: Sequence[StepConvergence]) -> Figure:
@@ -36,10 +44,8 @@ def tower_error_against_step(convergences: Sequence[StepConvergence]) -> Figure:
         _guide(axes, steps, slope, convergences)
     label(axes, "steps per contact", "L2 error of the grain's force over its peak")
     axes.set_title(_of_tower(convergences[0]), fontsize="medium")
-    axes.set_xticks(steps[:: max(1, len(steps) // 5)], minor=False)
-    axes.xaxis.set_major_formatter(lambda value, _: f"{value:.0f}")
-    axes.minorticks_off()
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
+    few_ticks(axes, steps.tolist())
+    legend_below(figure, 3)
     return figure
 
 

@@ -21,6 +21,7 @@ from harness.report.figures.style import (
     ORANGE,
     RED,
     STYLES,
+    legend_below,
     power,
 )
 
@@ -121,19 +122,15 @@ def map_over_gamma(frame: pd.DataFrame, solver: str, marked: Sequence[float] = (
             vmin=lowest, vmax=_ENDS,
         )  # fmt: skip
         for number, gamma in enumerate(marked):
-            name = "_" if number else "Gamma of the source's runs"
-            axes.axvline(gamma, color="white", ls=":", lw=1.2, label=name)
+            axes.axvline(gamma, color="white", ls=":", lw=1.2)
+            if not number:  # white is seen on the map only
+                axes.plot([], [], color="0.3", ls=":", lw=1.2, label="Gamma of the source's runs")
         axes.set(xscale="log", xlabel=_GAMMA, ylabel=_HEIGHT, yticks=_ticks(part))
         axes.set_title(_title(*names, solver), fontsize="medium")
         axes.label_outer()
         axes.grid(visible=False)
     figure.colorbar(mesh, ax=figure.axes, label=_ALPHA, extend="max")
-    handles, labels = grid[0][1].get_legend_handles_labels()
-    if handles:
-        figure.legend(
-            handles, labels, loc="outside lower center", frameon=True, facecolor="0.45",
-            labelcolor="white",
-        )  # fmt: skip
+    legend_below(figure)
     return figure
 
 
@@ -164,7 +161,7 @@ def energy_scaling(
     axes.set(xlabel=_HEIGHT, ylabel=_ANGLE)
     axes.set_ylim(bottom=0)
     axes.set_xticks(_ticks(scaling, reference))
-    figure.legend(loc="outside lower center", ncols=1, fontsize="small")
+    legend_below(figure, 1)
     return figure
 
 
@@ -193,8 +190,7 @@ def _finish(figure: Figure, grid: Panels, y: str, solver: str, x: str = _HEIGHT)
         axes.label_outer()
         if x == _HEIGHT:
             axes.set_xticks(_ticks(part))
-    handles, labels = grid[0][1].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=2, fontsize="small")
+    legend_below(figure, axes=[grid[0][1]])
 
 
 def _runs(part: pd.DataFrame) -> list[tuple[dict[str, Any], pd.DataFrame]]:

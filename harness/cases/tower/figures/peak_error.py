@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 from harness.comparison.convergence import slope_order
-from harness.report.figures.style import COLOURS, MARKERS, STYLES, label, panels
+from harness.report.figures.style import COLOURS, MARKERS, STYLES, label, legend_below, panels
 
 
 def measured_order(sizes: ArrayLike, errors: ArrayLike) -> tuple[float, float]:
@@ -53,13 +53,10 @@ def peak_error(
     left.loglog(
         span, sampled_peak_error(span), color="0.4", linewidth=1, label="bound of a sample, (ωh)²/4"
     )
-    label(left, "step [1/omega]", "relative error of peak deformation [1]", "two particles, RK4")
+    label(left, "step (1/omega)", "relative error of peak deformation", "two particles, RK4")
     draw_against_stiffness(right, by_stiffness)
-    label(right, "stiffness [N/m]", "relative error of peak deformation [1]", "two particles, RK4")
-    left.legend(fontsize="small", loc="upper left")
-    left.set_ylim(top=10 * left.get_ylim()[1])
-    right.legend(fontsize="small", loc="upper left")
-    right.set_ylim(top=10 * right.get_ylim()[1])
+    label(right, "stiffness (N/m)", "relative error of peak deformation", "two particles, RK4")
+    legend_below(figure)
     return figure
 
 

@@ -11,11 +11,11 @@ from matplotlib.ticker import MaxNLocator
 
 from harness.observables.significant_contacts import significant_contacts
 from harness.observables.tower import TowerRun
-from harness.report.figures.style import COLOURS, STYLES, label, named, panels, power
+from harness.report.figures.style import COLOURS, STYLES, label, legend_below, named, panels, power
 
-TIME = "time [t0]"
+TIME = "time (t0)"
 
-FELT = "contacts (1e-6 peak)"
+FELT = "contacts of the grain"
 
 
 def velocity_and_deformation(runs: Sequence[TowerRun]) -> Figure:
@@ -34,15 +34,14 @@ def velocity_and_deformation(runs: Sequence[TowerRun]) -> Figure:
             above.plot(run.time_over_t0, velocities[:, i], label=name, **look)
             below.plot(run.time_over_t0, deformations[:, i], label=name, **look)
         title = f"{run.tower.particles} particles: {named(run.tower.law, run.solver)}"
-        label(above, TIME, "velocity [m/s]", title)
-        label(below, TIME, "deformation [mm]")
-        above.legend(fontsize="small")
-        below.legend(fontsize="small")
+        label(above, TIME, "velocity (m/s)", title)
+        label(below, TIME, "deformation (mm)")
+    legend_below(figure, 3)
     return figure
 
 
 def force_and_contacts(
-    runs: Sequence[TowerRun], peak: float | None = None, of: str = "peak of all"
+    runs: Sequence[TowerRun], peak: float | None = None, of: str = "the largest"
 ) -> Figure:
     """Draw force on the grain and contacts in its chain against t/t0, one row a run.
 
@@ -53,14 +52,15 @@ def force_and_contacts(
     scale = max(float(run.grain_force.max()) for run in runs) if peak is None else peak
     for row, run in enumerate(runs):
         axes = figure.axes[row]
-        joint_legend(axes, draw_force_and_contacts(axes, run, scale))
+        draw_force_and_contacts(axes, run, scale)
         title = f"{run.tower.particles} particles"
-        label(axes, TIME if row == len(runs) - 1 else "", f"force [{of}]", title)
+        label(axes, TIME if row == len(runs) - 1 else "", f"force over\n{of}", title)
+    legend_below(figure, 3)
     return figure
 
 
-def draw_force_and_contacts(axes: Axes, run: TowerRun, scale: float) -> Axes:
-    """Draw force over ``scale`` [N] and, on twin axes that are returned, the grain's contacts."""
+def draw_force_and_contacts(axes: Axes, run: TowerRun, scale: float) -> None:
+    """Draw force over ``scale`` [N] and, on twin axes, the grain's contacts."""
     axes.plot(
         run.time_over_t0, run.grain_force / scale, color=COLOURS[1],
         label=f"force, {named(run.tower.law, run.solver)}",
@@ -71,16 +71,10 @@ def draw_force_and_contacts(axes: Axes, run: TowerRun, scale: float) -> Axes:
         linewidth=1.1, label="contacts",
     )  # fmt: skip
     steps.set_ylabel(FELT)
+    steps.grid(visible=False)
     steps.yaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_ylim(-0.03, 1.08)
     steps.set_ylim(bottom=-0.03 * steps.get_ylim()[1])
-    return steps
-
-
-def joint_legend(axes: Axes, twin: Axes) -> None:
-    """Put the lines of both axes in one legend."""
-    lines = [*axes.get_lines(), *twin.get_lines()]
-    axes.legend(lines, [str(line.get_label()) for line in lines], fontsize="small", loc=1)
 
 
 def collapse(runs: Sequence[TowerRun]) -> Figure:
@@ -89,11 +83,12 @@ def collapse(runs: Sequence[TowerRun]) -> Figure:
     axes = figure.axes[0]
     draw_scaled_forces(axes, runs)
     axes.set_xlabel(TIME)
+    legend_below(figure, 1)
     return figure
 
 
 def draw_scaled_forces(axes: Axes, runs: Sequence[TowerRun]) -> None:
-    """Draw the forces on the grain over v0 sqrt(k m), with a legend of what the runs differ by."""
+    """Draw the forces on the grain over v0 sqrt(k m), named by what the runs differ in."""
     for run, look in zip(runs, runs_apart(len(runs)), strict=True):
         tower = run.tower
         scale = tower.speed * tower.omega * tower.each("mass")[0]
@@ -104,8 +99,7 @@ def draw_scaled_forces(axes: Axes, runs: Sequence[TowerRun]) -> None:
         )  # fmt: skip
     first = runs[0]
     title = f"{first.tower.particles} particles: {named(first.tower.law, first.solver)}"
-    label(axes, "", "force on the grain [v0 sqrt(k m)]", title)
-    axes.legend(fontsize="small")
+    label(axes, "", "force on the grain (v0 sqrt(k m))", title)
 
 
 def runs_apart(count: int) -> list[dict[str, Any]]:
@@ -130,6 +124,6 @@ def energy_drift_in_time(runs: Sequence[TowerRun]) -> Figure:
             run.time_over_t0[1:], drift[1:].clip(1e-17), color=COLOURS[i % 7],
             linestyle=STYLES[i % 6], linewidth=1.2, label=name,
         )  # fmt: skip
-    label(axes, TIME, "energy drift [1]")
-    axes.legend(fontsize="small")
+    label(axes, TIME, "relative energy drift")
+    legend_below(figure, 1)
     return figure
