@@ -1,17 +1,24 @@
-"""Many runs in one process: go on after one that dies or hangs, and collect what was left."""
+"""Many runs: in one process, after one that dies or hangs, in batches, or each on its own."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TypeVar
 
 from harness.engines.output import Output
+from harness.engines.parallel import cores, parallel_each
 from harness.engines.process import Ended, last_words
 from harness.errors import EngineCrashError, EngineError, EngineOutputError, EngineTimeoutError
 
 Item = TypeVar("Item")
+Result = TypeVar("Result")
 Outcome = Output | EngineError
+
+BATCH_SECONDS = 10.0
+"""A batch that takes less is followed by one of twice the runs: starting a process costs a second
+at most, and so much is repeated after kill -9."""
 
 _FINISHED = re.compile(r"^RESULT verdict = ", re.MULTILINE)
 
@@ -19,6 +26,40 @@ _FINISHED = re.compile(r"^RESULT verdict = ", re.MULTILINE)
 def finished(log: str) -> bool:
     """Return whether a log has the line that a script prints last, not only echoes it."""
     return _FINISHED.search(log) is not None
+
+
+def in_batches(
+    items: Sequence[Item], run: Callable[[Sequence[Item]], list[Outcome]]
+) -> Iterator[tuple[int, Outcome]]:
+    """Yield the place and the outcome of each item, run in batches that grow with their speed."""
+    first, size = 0, 2 * cores()
+    while first < len(items):
+        clock = time.monotonic()
+        batch = run(items[first : first + size])
+        if time.monotonic() - clock < BATCH_SECONDS:
+            size *= 2
+        yield from enumerate(batch, first)
+        first += len(batch)
+
+
+def each_alone(
+    items: Sequence[Item], run: Callable[[Item], Result | EngineError], workers: int, who: str
+) -> Iterator[tuple[int, Result | EngineError]]:
+    """Yield the place and the outcome of each item as it is over, run side by side.
+
+    After two in a row for each worker that hang, the rest is not tried.
+    """
+    most, hung = 2 * workers, 0
+
+    def one(item: Item) -> Result | EngineError:
+        nonlocal hung
+        if hung >= most:
+            return EngineTimeoutError(f"{who}: not run after {most} in a row that hung")
+        outcome = run(item)
+        hung = hung + 1 if isinstance(outcome, EngineTimeoutError) else 0
+        return outcome
+
+    yield from parallel_each(one, items, min(workers, len(items)))
 
 
 def run_in_turn(

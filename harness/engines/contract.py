@@ -22,10 +22,11 @@ An engine qualifies on one fixed sphere before its results are used.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
+from harness.engines.batches import in_batches
 from harness.engines.output import Output
 from harness.engines.traits import Traits
 from harness.errors import EngineError, RequestError
@@ -99,6 +100,14 @@ class Engine(ABC):
 
         Raise RequestError, before anything runs, for a job that :meth:`refuses` names.
         """
+
+    def outcomes(self, jobs: Sequence[Job]) -> Iterator[tuple[int, Output | EngineError]]:
+        """Yield the place and the outcome of each job as soon as it is known, in any order.
+
+        Here in batches; an engine whose processes are there already can tell run by run.
+        """
+        self.check(jobs)
+        yield from in_batches(jobs, self.run)
 
     @classmethod
     def states(cls, template: Template) -> bool:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
+import queue
 import sys
-from collections.abc import Callable, Iterable
-from concurrent.futures import Future, ThreadPoolExecutor, wait
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TypeVar
 
 Item = TypeVar("Item")
@@ -26,21 +27,38 @@ def cores() -> int:
 def parallel_map(
     function: Callable[[Item], Result], items: Iterable[Item], threads: int
 ) -> list[Result]:
-    """Return ``function`` of each item, in order; on the first exception, start no more.
+    """Return ``function`` of each item, in order; on the first exception, start no more."""
+    results = dict(parallel_each(function, items, threads))
+    return [results[place] for place in range(len(results))]
 
-    An interrupt does not wait for what runs: closing the engine ends that.
+
+def parallel_each(
+    function: Callable[[Item], Result], items: Iterable[Item], threads: int
+) -> Iterator[tuple[int, Result]]:
+    """Yield the place and ``function`` of each item as it is done; no more after an exception.
+
+    An interrupt, or a caller that leaves, does not wait for what runs: closing the engine ends
+    that.
     """
-    pool = ThreadPoolExecutor(max(1, threads))
+    pool, done = ThreadPoolExecutor(max(1, threads)), queue.SimpleQueue[Future[Result]]()
     try:
-        return [_result(future) for future in [pool.submit(function, item) for item in items]]
+        places = {pool.submit(function, item): place for place, item in enumerate(items)}
+        for future in places:
+            future.add_done_callback(done.put)
+        for _ in places:
+            over = _next(done)
+            yield places[over], over.result()
     finally:
-        pool.shutdown(wait=sys.exc_info()[0] is not KeyboardInterrupt, cancel_futures=True)
+        left = isinstance(sys.exception(), (KeyboardInterrupt, GeneratorExit))
+        pool.shutdown(wait=not left, cancel_futures=True)
 
 
-def _result(future: Future[Result]) -> Result:
-    while not wait([future], LOOK_SECONDS).done:
-        pass
-    return future.result()
+def _next(done: queue.SimpleQueue[Future[Result]]) -> Future[Result]:
+    while True:
+        try:
+            return done.get(timeout=LOOK_SECONDS)
+        except queue.Empty:
+            continue
 
 
 def dealt(count: int, hands: int) -> list[range]:

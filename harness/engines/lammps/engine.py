@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
+from harness.engines.batches import each_alone
 from harness.engines.contract import Job
 from harness.engines.lammps.external_forces import FORCES
 from harness.engines.lammps.fingerprint import fingerprint
@@ -176,6 +177,14 @@ class Lammps(LammpsLanguage):
                 error.log = error.log if isinstance(left, EngineError) else left.log
                 results.append(error)
         return results
+
+    def outcomes(self, jobs: Sequence[Job]) -> Iterator[tuple[int, Output | EngineError]]:
+        """Yield outcomes run by run in-process, in batches through the executable."""
+        if self._inprocess is None:
+            yield from super().outcomes(jobs)
+            return
+        self.check(jobs)
+        yield from each_alone(jobs, lambda job: self.run([job])[0], self.workers, self.title)
 
     def close(self) -> None:
         """End LAMMPS's processes."""

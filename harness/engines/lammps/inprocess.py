@@ -6,15 +6,11 @@ import queue
 from collections.abc import Sequence
 from contextlib import ExitStack
 
+from harness.engines.batches import each_alone
 from harness.engines.lammps.worker_process import Left, Order, Worker
-from harness.engines.parallel import parallel_map
 from harness.engines.process import Limits
 from harness.engines.programs import fresh_folder
-from harness.errors import (
-    EngineCrashError,
-    EngineError,
-    EngineTimeoutError,
-)
+from harness.errors import EngineCrashError, EngineError
 from harness.observables.provenance import Provenance
 
 
@@ -51,19 +47,8 @@ class InProcess:
         """
         if len(jobs) == 1:
             return [self._run_one(jobs[0])]
-        most, hung = 2 * self._workers, 0
-
-        def one(job: Order) -> Left | EngineError:
-            nonlocal hung
-            if hung >= most:
-                return EngineTimeoutError(
-                    f"LAMMPS (in-process): not run after {most} in a row that hung"
-                )
-            left = self._run_one(job)
-            hung = hung + 1 if isinstance(left, EngineTimeoutError) else 0
-            return left
-
-        return parallel_map(one, jobs, min(self._workers, len(jobs)))
+        over = dict(each_alone(jobs, self._run_one, self._workers, "LAMMPS (in-process)"))
+        return [over[place] for place in range(len(jobs))]
 
     def close(self) -> None:
         """End the workers, also those at work, and remove the temporary files."""

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
-from typing import NamedTuple, get_args
+from importlib.metadata import version
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 
 from harness import __version__
+from harness.engines.batches import each_alone
 from harness.engines.contract import Engine, Job
 from harness.engines.output import SERIES, Output
 from harness.engines.parallel import cores, parallel_map
@@ -113,7 +115,22 @@ class Reference(Engine):
         reason = super().refuses(job)
         if reason or job.template.scene is None:
             return reason
-        return unstated(job.template.scene(job.values, self._spring))
+        scene = job.template.scene(job.values, self._spring)
+        return unstated(scene) or self._unstable(scene, row_of(scene))
+
+    def fingerprint(self) -> Mapping[str, Any]:
+        """Return the integrator, the spring and the libraries; its own source is in every key."""
+        return {
+            "engine": self.name,
+            "integrator": self.integrator,
+            "spring": self._spring,
+            "packages": {name: version(name) for name in ("numba", "scipy")},
+        }
+
+    def outcomes(self, jobs: Sequence[Job]) -> Iterator[tuple[int, Output | EngineError]]:
+        """Yield the outcome of each scene as it is over."""
+        self.check(jobs)
+        yield from each_alone(jobs, lambda job: self.run([job])[0], self._workers, self.title)
 
     def run(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         """Run the scenes of the jobs, errors as for :meth:`run_scenes`."""
@@ -180,25 +197,27 @@ class Reference(Engine):
         if not 1 <= scene.steps <= MOST_STEPS:
             raise RequestError(f"steps = {scene.steps}: must be from 1 to {MOST_STEPS:g}")
         row = row_of(scene)
-        if not row.single:
-            self._check_step(scene, row)
+        reason = self._unstable(scene, row)
+        if reason:
+            raise RequestError(reason)
         return row
 
-    def _check_step(self, scene: Scene, row: Row) -> None:
-        """Raise RequestError for a step at which the integrator is unstable in a well."""
-        if self.integrator == ADAPTIVE:
-            return
+    def _unstable(self, scene: Scene, row: Row) -> str:
+        """Return why the step is one at which the integrator is unstable in a well, or nothing."""
+        if self.integrator == ADAPTIVE or row.single:
+            return ""
         zeta = scene.damping_ratio * (math.sqrt(0.5) if scene.effective_mass == "half" else 1.0)
         # the spring is stiffest at the largest overlap, where the dashpot is the linear one
         stiffer = math.sqrt(STIFFEST) if row.hertz else 1.0
         fewest = stiffer * _fewest_steps(self.integrator, zeta / stiffer)
         steps_per_contact = row.contact_time / scene.step
-        if steps_per_contact <= fewest:
-            bound = f"greater than {fewest:.3f}" if math.isfinite(fewest) else "with damping"
-            raise RequestError(
-                f"steps_per_contact = {steps_per_contact:g} is unstable with "
-                f"{self.integrator} at damping ratio {zeta:.4g}: must be {bound}"
-            )
+        if steps_per_contact > fewest:
+            return ""
+        bound = f"greater than {fewest:.3f}" if math.isfinite(fewest) else "with damping"
+        return (
+            f"steps_per_contact = {steps_per_contact:g} is unstable with "
+            f"{self.integrator} at damping ratio {zeta:.4g}: must be {bound}"
+        )
 
     def _mover(self, scene: Scene, row: Row) -> TrajectoryIntegrator:
         grain, step, every = grain_of(scene), scene.step, scene.every
