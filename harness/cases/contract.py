@@ -151,7 +151,7 @@ class Case(ABC, Generic[P]):
         (output,) = engine.run([self.job(parameters)])
         if isinstance(output, EngineError):
             raise output
-        return self._measured(parameters, output, engine.traits)
+        return self.measured(parameters, output, engine.traits)
 
     def plans(self, level: LevelName, traits: Traits) -> Sequence[Plan[P]]:  # noqa: ARG002
         """Return the runs of a level that the default :meth:`verify` judges."""
@@ -206,7 +206,7 @@ class Case(ABC, Generic[P]):
         """Return the parts of the report: of the main engine, own solvers, engines beside it."""
         return ()
 
-    def _measured(self, parameters: P, output: Output, traits: Traits) -> Measured:
+    def measured(self, parameters: P, output: Output, traits: Traits) -> Measured:
         """Return the declared quantities of an output, checked against their declaration."""
         values = dict(self.read(parameters, output, traits))
         check_declared(self, values)
@@ -217,7 +217,7 @@ class Case(ABC, Generic[P]):
         try:
             if isinstance(output, EngineError):
                 raise output
-            found = self._measured(plan.parameters, output, engine.traits)
+            found = self.measured(plan.parameters, output, engine.traits)
         except EngineError as error:
             return [failed_run(name, Kind.ANALYTIC, error)]
         references = self.references(plan.parameters, engine.traits)

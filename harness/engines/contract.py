@@ -26,7 +26,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from harness.engines.batches import in_batches
+from harness.engines.batches import each_alone, in_batches
 from harness.engines.output import Output
 from harness.engines.traits import Traits
 from harness.errors import EngineError, RequestError
@@ -84,6 +84,10 @@ class Engine(ABC):
 
     name: ClassVar[str]
     traits: Traits
+    workers: int = 1
+    """Runs that go side by side."""
+    ready: bool = False
+    """Whether one run more costs no start of a process, and several threads may ask for one."""
 
     @property
     def title(self) -> str:
@@ -104,10 +108,13 @@ class Engine(ABC):
     def outcomes(self, jobs: Sequence[Job]) -> Iterator[tuple[int, Output | EngineError]]:
         """Yield the place and the outcome of each job as soon as it is known, in any order.
 
-        Here in batches; an engine whose processes are there already can tell run by run.
+        Job by job where the engine is ``ready``, else in batches.
         """
         self.check(jobs)
-        yield from in_batches(jobs, self.run)
+        if self.ready:
+            yield from each_alone(jobs, lambda job: self.run([job])[0], self.workers, self.title)
+        else:
+            yield from in_batches(jobs, self.run)
 
     @classmethod
     def states(cls, template: Template) -> bool:

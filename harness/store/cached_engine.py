@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +18,6 @@ from harness.store.outputs import DECODE_ERRORS, pack, unpack
 
 SOURCES = ("parameters", "observables", "engines")
 """Folders of source that turn a job into an output: edited, every job is run again."""
-
-Outcome = tuple[int, Output | EngineError]
-"""The place of a job, and what became of it."""
 
 
 class CachedEngine(Engine):
@@ -52,42 +49,31 @@ class CachedEngine(Engine):
 
     def run(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         """Return the outputs in order, those kept without running them."""
-        results = dict(self._looked_up(jobs, lambda some: enumerate(self._engine.run(some))))
-        return [results[place] for place in range(len(jobs))]
-
-    def outcomes(self, jobs: Sequence[Job]) -> Iterator[tuple[int, Output | EngineError]]:
-        """Yield those that are kept, then each of the others when it is over and kept."""
-        yield from self._looked_up(jobs, self._engine.outcomes)
+        self._engine.check(jobs)
+        who = self._engine.fingerprint()
+        if who is None:
+            return self._counted(self._engine.run(jobs))
+        keys = [run_key(self._engine, job, who) for job in jobs]
+        results: dict[int, Output | EngineError] = {}
+        for index, key in enumerate(keys):
+            kept = None if self._fresh else self._kept(key)
+            if kept is not None:
+                results[index] = kept
+        missing = [index for index in range(len(jobs)) if index not in results]
+        made = self._counted(self._engine.run([jobs[i] for i in missing])) if missing else []
+        for index, output in zip(missing, made, strict=True):
+            results[index] = output
+            if isinstance(output, Output):
+                self._entries.put(keys[index], pack(output))
+        return [results[index] for index in range(len(jobs))]
 
     def kept(self, jobs: Sequence[Job]) -> dict[int, Output]:
         """Return the outputs that are kept, by the places of their jobs; nothing is run."""
-        found = self._looked_up(jobs, lambda _: ())
-        return {place: output for place, output in found if isinstance(output, Output)}
-
-    def _looked_up(
-        self, jobs: Sequence[Job], run: Callable[[list[Job]], Iterable[Outcome]]
-    ) -> Iterator[Outcome]:
-        self._engine.check(jobs)
         who = self._engine.fingerprint()
-        keys = [run_key(self._engine, job, who) if who else str(i) for i, job in enumerate(jobs)]
-        missing: dict[str, list[int]] = {}
-        for place, key in enumerate(keys):
-            # the same job twice is run once
-            kept = None if self._fresh or who is None or key in missing else self._kept(key)
-            if kept is None:
-                missing.setdefault(key, []).append(place)
-            else:
-                yield place, kept
-        wanted = list(missing.items())
-        if not wanted:
-            return
-        for index, output in run([jobs[places[0]] for _, places in wanted]):
-            key, places = wanted[index]
-            with self._lock:
-                self.ran += 1
-            if isinstance(output, Output) and who is not None:
-                self._entries.put(key, pack(output))
-            yield from ((place, output) for place in places)
+        if who is None or self._fresh:
+            return {}
+        found = ((i, self._kept(run_key(self._engine, j, who))) for i, j in enumerate(jobs))
+        return {place: output for place, output in found if output is not None}
 
     def close(self) -> None:
         """End the engine's processes."""
@@ -106,10 +92,16 @@ class CachedEngine(Engine):
             self.read += 1
         return output
 
+    def _counted(self, results: list[Output | EngineError]) -> list[Output | EngineError]:
+        with self._lock:
+            self.ran += len(results)
+        return results
+
 
 _PASSED_ON = frozenset(
     (
         *("name", "title", "states", "refuses", "check", "fingerprint", "fingerprint_of"),
+        *("ready", "workers"),
         *("twin", "twin_options", "script_digest", "inputs", "logs"),
     )
 )

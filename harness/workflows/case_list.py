@@ -85,6 +85,11 @@ def default_of(case: Case[Any]) -> Parameters | None:
         return None
 
 
+def parameters_in(values: Parameters) -> list[tuple[str, ParameterInfo]]:
+    """Return the names, of nested ones with a dot, and what is known of each; values as default."""
+    return list(_parameters(type(values), values, ""))
+
+
 def _parameters(
     kind: type[Parameters], values: Parameters | None, prefix: str
 ) -> Iterator[tuple[str, ParameterInfo]]:

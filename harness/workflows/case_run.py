@@ -92,7 +92,7 @@ def run(
     parameters = parameters_of(chosen, settings or {})
     if isinstance(engine, Engine):
         return _in_engine(chosen, parameters, engine)
-    name = engine or _usual(chosen)
+    name = engine or usual_engine(chosen)
     if name in chosen.solvers and (engine is None or name not in engine_names()):
         measured = chosen.solve(parameters, name)
         who = (name, f"dem-harness {__version__}")
@@ -104,7 +104,7 @@ def run(
         return _in_engine(chosen, parameters, opened)
 
 
-def _usual(case: Case[Any]) -> str:
+def usual_engine(case: Case[Any]) -> str:
     """Return the default engine, or the first solver of a case that it cannot state."""
     from harness.engines.registry import engine_class
 

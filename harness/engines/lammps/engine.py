@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from harness.engines.batches import each_alone
 from harness.engines.contract import Job
 from harness.engines.lammps.external_forces import FORCES
 from harness.engines.lammps.fingerprint import fingerprint
@@ -67,6 +67,7 @@ class Lammps(LammpsLanguage):
         super().__init__(_executable(lmp, launcher, program), workers, limits)
         self.workers = 1 if self._launcher else self._with_room()
         self._inprocess = None if self.program else InProcess(self.workers, self.limits)
+        self.ready = self._inprocess is not None
 
     @classmethod
     def find(cls, program: str | None) -> str:
@@ -111,8 +112,8 @@ class Lammps(LammpsLanguage):
         except RequestError as error:
             raise EngineMissingError(str(error)) from None
 
-    def fingerprint(self) -> Mapping[str, Any] | None:
-        """Return :meth:`fingerprint_of` what was asked for."""
+    @cached_property
+    def _fingerprint(self) -> Mapping[str, Any] | None:
         return self.fingerprint_of(**self._asked)
 
     def refuses(self, job: Job) -> str:
@@ -177,14 +178,6 @@ class Lammps(LammpsLanguage):
                 error.log = error.log if isinstance(left, EngineError) else left.log
                 results.append(error)
         return results
-
-    def outcomes(self, jobs: Sequence[Job]) -> Iterator[tuple[int, Output | EngineError]]:
-        """Yield outcomes run by run in-process, in batches through the executable."""
-        if self._inprocess is None:
-            yield from super().outcomes(jobs)
-            return
-        self.check(jobs)
-        yield from each_alone(jobs, lambda job: self.run([job])[0], self.workers, self.title)
 
     def close(self) -> None:
         """End LAMMPS's processes."""

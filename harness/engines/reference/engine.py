@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from importlib.metadata import version
@@ -13,7 +13,6 @@ from typing import Any, NamedTuple, get_args
 import numpy as np
 
 from harness import __version__
-from harness.engines.batches import each_alone
 from harness.engines.contract import Engine, Job
 from harness.engines.output import SERIES, Output
 from harness.engines.parallel import cores, parallel_map
@@ -79,6 +78,7 @@ class Reference(Engine):
         integrator=DEFAULT_INTEGRATOR,
         title="reference DEM",
     )
+    ready = True
 
     def __init__(
         self,
@@ -98,7 +98,7 @@ class Reference(Engine):
         if type(self).traits is Reference.traits:  # a class of its own declares for itself
             self.traits = replace(self.traits, integrator=integrator, spring=spring)
         self._spring: Spring = spring
-        self._workers = workers or cores()
+        self.workers = workers or cores()
         self._seconds = seconds
 
     def identify(self) -> Provenance:
@@ -126,11 +126,6 @@ class Reference(Engine):
             "spring": self._spring,
             "packages": {name: version(name) for name in ("numba", "scipy")},
         }
-
-    def outcomes(self, jobs: Sequence[Job]) -> Iterator[tuple[int, Output | EngineError]]:
-        """Yield the outcome of each scene as it is over."""
-        self.check(jobs)
-        yield from each_alone(jobs, lambda job: self.run([job])[0], self._workers, self.title)
 
     def run(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         """Run the scenes of the jobs, errors as for :meth:`run_scenes`."""
@@ -169,7 +164,7 @@ class Reference(Engine):
 
         if len(systems) == 1:
             return [one(systems[0])]
-        return parallel_map(one, systems, self._workers)
+        return parallel_map(one, systems, self.workers)
 
     def follow(self, scene: Scene) -> Trajectory:
         """Return the first particle's path over all steps of a scene, whatever its stages.

@@ -1,0 +1,210 @@
+"""``dem-harness sweep``."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from harness.cli.engine_options import Integrator, ProgramOptions
+from harness.cli.options import Json
+
+if TYPE_CHECKING:
+    from harness.cli.recording import Recording
+    from harness.engines.contract import Engine
+    from harness.workflows.sweep_plan import Asked, Plan
+    from harness.workflows.sweep_run import Sweep
+
+FAILED = 3
+"""Exit status where an engine died in a run, or does not qualify."""
+
+MOST_SHOWN = 40
+"""Rows on a terminal; the files hold all."""
+
+
+@dataclass(frozen=True)
+class SweepOptions(ProgramOptions):
+    """What is swept, and in which engines."""
+
+    over: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--over",
+            metavar="NAME=VALUES",
+            help="A parameter and its values, in SI units and degrees: a list `1,2,5`, a range "
+            "`FIRST:LAST:COUNT` of evenly spaced numbers, both ends among them, a range "
+            "`FIRST:LAST:logCOUNT` evenly spaced in the logarithm, or several with commas "
+            "between. Repeat it for every combination with another parameter.",
+        ),
+    ] = None
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUE",
+            help="A parameter that is the same in every run; repeat it for several.",
+        ),
+    ] = None
+    engines: Annotated[
+        str,
+        typer.Option(
+            "--engines",
+            metavar="NAMES",
+            help="Engines that `dem-harness engines` lists and solvers that `dem-harness cases` "
+            "names, with commas between, or `all`.  [default: as of `run`]",
+            rich_help_panel="Engine",
+        ),
+    ] = ""
+    integrator: Integrator = None
+    quantity: Annotated[
+        str,
+        typer.Option(metavar="NAME", help="What the figure shows.  [default: the first measured]"),
+    ] = ""
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Where table and figure are written; the same sweep goes on there.  [default: "
+            "reports/runs/DATE-sweep]",
+        ),
+    ] = None
+
+    def asked(self, target: str) -> Asked:
+        """Return what is to be run: of a case, or of a file with these options on top."""
+        from harness.cli.lists import named_values
+        from harness.workflows.sweep_plan import Asked, asked_in, with_options
+
+        of_file = target.endswith(".toml")
+        base = asked_in(Path(target)) if of_file else Asked(target, {}, {})
+        more = {
+            "over": named_values(self.over or (), "--over"),
+            "fixed": named_values(self.settings or (), "--set"),
+            "engines": self.engines,
+            "quantity": self.quantity,
+        }
+        return with_options(base, more.items())
+
+
+def sweep(
+    target: Annotated[
+        str,
+        typer.Argument(
+            metavar="CASE or FILE.toml",
+            help="A case that `dem-harness cases` lists, or a file that says what is swept.",
+        ),
+    ],
+    options: SweepOptions,
+    json: Json = False,
+) -> None:
+    """Run a case over values of its parameters and over engines: one tidy row a run.
+
+    Runs that were made before are not made again, and one that was killed goes on: every run is
+    kept as soon as it is over. A run that fails is a row with the reason.
+    """
+    from harness.cli.output import print_json
+    from harness.cli.recording import recorded
+    from harness.workflows.sweep_plan import plan
+
+    chosen = plan(options.asked(target))
+    options.check_names(chosen.engines, "--engines")
+    counts: dict[str, int] = {}
+    with recorded("sweep") as told, _folder(options, chosen.asked) as folder:
+        found, unqualified = _run(options, chosen, counts, told)
+        told.folder, told.status = folder, FAILED if found.count("failed") else told.status
+        notes = _written(folder, found)
+    notes += [f"engine {n!r} did not qualify: {reason}" for n, reason in unqualified.items()]
+    if json:
+        print_json({**found.record(), **counts, "output": str(folder), "notes": notes})
+    else:
+        _print(found, notes)
+    if told.status:
+        raise typer.Exit(told.status)
+
+
+def _run(
+    options: SweepOptions, chosen: Plan, counts: dict[str, int], told: Recording
+) -> tuple[Sweep, dict[str, str]]:
+    """Return the sweep, and why engines did not qualify, by their names."""
+    from harness.cli.engine_options import runs_made
+    from harness.cli.progress import progress_bars
+    from harness.cli.qualified import qualification
+    from harness.workflows.sweep_local import Local
+    from harness.workflows.sweep_run import run_plan
+
+    unqualified: dict[str, str] = {}
+
+    @contextlib.contextmanager
+    def open_one(name: str) -> Iterator[Engine]:
+        with options.open(name, options.integrator) as engine:
+            yield engine
+            for key, value in runs_made(engine).items():
+                counts[key] = counts.get(key, 0) + value
+            reason = qualification(engine, told).get("qualification_failures")
+            if reason:
+                unqualified[name] = reason
+
+    executor = Local(open_one, options.entries(), options.fresh)
+    with progress_bars() as progress:
+        return run_plan(chosen, executor, progress), unqualified
+
+
+@contextlib.contextmanager
+def _folder(options: SweepOptions, asked: Asked) -> Iterator[Path]:
+    """Yield the folder of the sweep, held until the end of the block."""
+    from harness.cli.files import output_folder
+    from harness.workflows.sweep_folder import held_sweep
+
+    own = (
+        contextlib.nullcontext(options.output) if options.output else output_folder(None, "-sweep")
+    )
+    with own as folder, held_sweep(folder, asked):
+        yield folder
+
+
+def _written(folder: Path, found: Sweep) -> list[str]:
+    """Write table and figure, all whole; return notes on what is not written, and why."""
+    from functools import partial
+    from importlib.util import find_spec
+
+    from harness.cli.files import Writer, save_figure, write_all
+
+    frame, figure, notes = found.frame(), found.figure(), []
+    files: dict[tuple[str, Path], Writer] = {
+        ("table", folder / "rows.csv"): partial(frame.to_csv, index=False)
+    }
+    if find_spec("pyarrow") is None:
+        hint = "pyarrow is not installed: pip install 'dem-harness[parquet]'"
+        notes.append(f"rows.parquet is not written: {hint}")
+    else:
+        files["table", folder / "rows.parquet"] = partial(frame.to_parquet, index=False)
+    if figure is None:
+        notes.append("no figure: what is to be drawn was measured in no run")
+    else:
+        for suffix in (".svg", ".png"):
+            files["figure", folder / f"figure{suffix}"] = save_figure(lambda: figure, suffix)
+    write_all(files)
+    return notes
+
+
+def _print(found: Sweep, notes: list[str]) -> None:
+    """Print what was swept and measured, a line a run, and what went wrong."""
+    from harness.report.plain import one_line
+    from harness.store.entries import tell_stderr
+
+    frame = found.frame()
+    measured = [name for name in found.quantities if name in frame and frame[name].notna().any()]
+    shown = frame[["engine", *found.over, *measured, "status"]]
+    print(shown.head(MOST_SHOWN).to_string(index=False, float_format="{:.7g}".format, na_rep="-"))
+    if len(shown) > MOST_SHOWN:
+        print(f"... {len(shown) - MOST_SHOWN} more in rows.csv")
+    reasons = frame.loc[frame["reason"] != "", "reason"].value_counts()
+    for reason, count in reasons.items():
+        tell_stderr(f"{count} of {len(frame)} runs: {one_line(str(reason))}")
+    for engine, reason in found.missing.items():
+        tell_stderr(f"engine {engine!r} is left out: {one_line(reason)}")
+    for note in notes:
+        tell_stderr(note)

@@ -1,0 +1,156 @@
+"""What a sweep runs: every combination of the values of its parameters, in each engine."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from harness.cases.contract import Case
+from harness.cases.registry import get_case
+from harness.engines.registry import engine_class, engine_names
+from harness.errors import RequestError
+from harness.parameters.base import Parameters
+from harness.workflows.case_run import usual_engine
+from harness.workflows.case_settings import parameters_of
+from harness.workflows.sweep_values import MOST_VALUES, as_text, flat, values_of
+
+ALL = "all"
+KEYS = ("case", "engines", "quantity", "set", "over")
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A sweep as it is asked for, texts as on the command line; ``quantity`` is to be drawn."""
+
+    case: str
+    over: Mapping[str, str]
+    fixed: Mapping[str, str]
+    engines: str = ""
+    quantity: str = ""
+
+
+@dataclass(frozen=True)
+class Point:
+    """One combination: the values that were swept, as text, and all parameters."""
+
+    swept: Mapping[str, str]
+    parameters: Parameters
+
+
+@dataclass(frozen=True)
+class Plan:
+    """All that a sweep runs, checked: the points, each in every engine or solver."""
+
+    asked: Asked
+    case: Case[Any]
+    engines: tuple[str, ...]
+    points: tuple[Point, ...]
+
+    def solves(self, engine: str) -> bool:
+        """Return whether this is a solver of the case, of this package."""
+        return engine in self.case.solvers and engine not in engine_names()
+
+
+def asked_in(file: Path) -> Asked:
+    """Return the sweep of a TOML file; raise RequestError for one that is not sound.
+
+    ``case`` is a name, ``engines`` and ``quantity`` may be left out, ``[set]`` and ``[over]`` are
+    tables of parameters.
+    """
+    try:
+        with file.open("rb") as stream:
+            found = tomllib.load(stream)
+    except OSError as error:
+        raise RequestError(f"{file}: {error.strerror or error}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise RequestError(f"{file}: is not TOML ({error})") from None
+    for key, value in found.items():
+        if key not in KEYS:
+            raise RequestError(f"{file}: {key!r} is not known: must be one of {', '.join(KEYS)}")
+        if isinstance(value, Mapping) != (key in ("set", "over")):
+            raise RequestError(f"{file}: {key}: must be {_form(key)}")
+    if not isinstance(found.get("case"), str):
+        raise RequestError(f"{file}: case: must be given, the name of a case")
+    over, fixed = (flat(found.get(key, {})) for key in ("over", "set"))
+    return Asked(
+        found["case"],
+        {name: as_text(values) for name, values in over.items()},
+        {name: as_text(value) for name, value in fixed.items()},
+        as_text(found.get("engines", "")),
+        as_text(found.get("quantity", "")),
+    )
+
+
+def plan(asked: Asked) -> Plan:
+    """Return the runs of a sweep; nothing is run.
+
+    Raise RequestError for a name or a value that is not allowed, by itself or beside the others.
+    """
+    case = get_case(asked.case)
+    if not asked.over:
+        raise RequestError("--over: must be given, a parameter with its values: NAME=VALUES")
+    for name in asked.over:
+        if name in asked.fixed:
+            raise RequestError(f"--over {name}: is set by --set {name}={asked.fixed[name]} already")
+    values = {name: values_of(name, text) for name, text in asked.over.items()}
+    engines = _engines(case, asked.engines)
+    runs = math.prod(len(some) for some in values.values()) * len(engines)
+    if runs > MOST_VALUES:
+        raise RequestError(f"--over: {runs} runs are asked for: must be at most {MOST_VALUES}")
+    points = []
+    for combination in itertools.product(*values.values()):
+        swept = dict(zip(values, combination, strict=True))
+        points.append(Point(swept, _parameters(case, asked.fixed, swept)))
+    _check_quantity(case, asked.quantity)
+    return Plan(asked, case, engines, tuple(points))
+
+
+def _parameters(case: Case[Any], fixed: Mapping[str, str], swept: Mapping[str, str]) -> Parameters:
+    try:
+        return parameters_of(case, {**fixed, **swept})
+    except RequestError as error:
+        where = ", ".join(f"{name}={value}" for name, value in swept.items())
+        raise RequestError(f"--over {where}: {str(error).removeprefix('--set: ')}") from None
+
+
+def _engines(case: Case[Any], text: str) -> tuple[str, ...]:
+    """Return the engines and solvers of a text such as ``one,two``; the usual one for none."""
+    names = [name.strip() for name in text.split(",") if name.strip()]
+    if text and not names:
+        raise RequestError(f"--engines {text!r}: names no engine")
+    known = [*engine_names(), *case.solvers]
+    for name in names:
+        if ":" in name:
+            engine_class(name)  # module:Class, which raises where there is none
+        elif name not in (ALL, *known):
+            must = f"{ALL}, or one or more of {', '.join(known)}"
+            raise RequestError(f"--engines {name!r} is not known: must be {must}")
+    if ALL in names:
+        stating = [name for name in engine_names() if engine_class(name).states(case.template)]
+        names = [*stating, *case.solvers, *(name for name in names if name != ALL)]
+    return tuple(dict.fromkeys(names or [usual_engine(case)]))
+
+
+def _check_quantity(case: Case[Any], name: str) -> None:
+    known = [quantity.name for quantity in case.quantities]
+    if name and name not in known:
+        must = ", ".join(known)
+        raise RequestError(f"--quantity {name!r}: case {case.name!r} measures {must}")
+
+
+def _form(key: str) -> str:
+    return f"a table [{key}]" if key in ("set", "over") else "a text or a list of texts"
+
+
+def with_options(base: Asked, given: Iterable[tuple[str, Any]]) -> Asked:
+    """Return a sweep with what the command line gives besides, which wins over the file."""
+    changed: dict[str, Any] = dict(vars(base))
+    for key, value in given:
+        old = changed[key]
+        changed[key] = {**old, **value} if isinstance(old, Mapping) else value or old
+    return Asked(**changed)

@@ -1,0 +1,204 @@
+"""Sweep a case over its parameters and over engines: one tidy row a run."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from harness.cases.contract import Measured
+from harness.errors import EngineError, EngineMissingError, RequestError
+from harness.home import cache_place
+from harness.observables.declared import Observable
+from harness.parameters.base import Parameters
+from harness.store.entries import Entries
+from harness.workflows.case_list import parameters_in
+from harness.workflows.case_settings import PRESET
+from harness.workflows.progress import Progress, silent
+from harness.workflows.sweep_local import Executor, Local, Ran, Work
+from harness.workflows.sweep_plan import ALL, Asked, Plan, Point, plan
+from harness.workflows.sweep_values import as_text
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+DONE, FAILED, NOT_TESTED = "done", "failed", "not tested"
+
+Row = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """The rows of a sweep, flat: engine, parameters and quantities with units in their names.
+
+    ``over`` are the columns that were swept, ``quantities`` those that were measured; ``missing``
+    says why an engine of ``all`` could not be opened.
+    """
+
+    case: str
+    rows: tuple[Row, ...]
+    over: tuple[str, ...]
+    quantities: tuple[str, ...]
+    quantity: str = ""
+    missing: Mapping[str, str] = field(default_factory=dict)
+
+    def count(self, status: str) -> int:
+        """Return how many rows have a status: ``done``, ``failed`` or ``not tested``."""
+        return sum(row["status"] == status for row in self.rows)
+
+    def record(self) -> dict[str, Any]:
+        """Return it as a JSON-ready mapping."""
+        counts = {"done": DONE, "failed": FAILED, "not_tested": NOT_TESTED}
+        return {
+            "case": self.case,
+            "over": list(self.over),
+            **{name: self.count(status) for name, status in counts.items()},
+            "missing_engines": dict(self.missing),
+            "rows": [dict(row) for row in self.rows],
+        }
+
+    def frame(self) -> pd.DataFrame:
+        """Return the rows as a table; what a run does not have is NaN."""
+        import pandas as pd
+
+        filled = [{k: math.nan if v is None else v for k, v in row.items()} for row in self.rows]
+        return pd.DataFrame(filled)
+
+    def figure(self, quantity: str = "") -> Figure | None:
+        """Return a quantity over the first two columns of ``over``; None where none was measured.
+
+        Of further ones the first value is shown. Without a name, the one that was asked for or
+        the first that was measured.
+        """
+        from harness.report.figures.sweep import sweep_figure
+
+        frame = self.frame()
+        rest = {name: frame[name].iloc[0] for name in self.over[2:]}
+        for name, value in rest.items():
+            frame = frame[frame[name] == value]
+        frame = frame[frame["status"] == DONE]
+        named = quantity or self.quantity
+        measured = [n for n in self.quantities if n in frame and frame[n].notna().any()]
+        if named:
+            measured = [name for name in measured if name in (named, self._column(named))]
+        if not measured:
+            return None
+        shown = ", ".join([self.case, *(f"{name} = {value}" for name, value in rest.items())])
+        return sweep_figure(frame, measured[0], list(self.over[:2]), shown)
+
+    def _column(self, quantity: str) -> str:
+        return next((name for name in self.quantities if name.startswith(f"{quantity}_")), quantity)
+
+    def _repr_html_(self) -> str:
+        """Return the table for a notebook, shortened in the middle."""
+        html: str = self.frame().to_html(max_rows=20, index=False, na_rep="")
+        return html
+
+
+def sweep(
+    case: str,
+    over: Mapping[str, Any],
+    *,
+    fixed: Mapping[str, Any] | None = None,
+    engines: str | Sequence[str] = "",
+    executor: Executor | None = None,
+    quantity: str = "",
+    progress: Progress = silent,
+) -> Sweep:
+    """Run a case at every combination of the values of its parameters, in each engine.
+
+    ``over`` maps the names of parameters (of nested ones with a dot) to values: a sequence, or a
+    text as the command line takes it; ``fixed`` are set in every run. ``engines`` are names of
+    engines and solvers, or ``all``; the usual one unless given. Runs are kept in the default
+    place and not run twice; ``executor`` runs them elsewhere.
+
+    Raise RequestError, before anything runs, for a name or value that is not allowed, and
+    EngineError for a named engine that is not here; a run that fails is a row.
+    """
+    texts = {name: as_text(values) for name, values in over.items()}
+    values = {name: as_text(value) for name, value in (fixed or {}).items()}
+    asked = Asked(case, texts, values, as_text(engines), quantity)
+    return run_plan(plan(asked), executor, progress)
+
+
+def run_plan(chosen: Plan, executor: Executor | None = None, progress: Progress = silent) -> Sweep:
+    """Run a sweep that was checked."""
+    run = executor or Local(entries=Entries(cache_place().path))
+    parameters = [point.parameters for point in chosen.points]
+    rows: list[Row] = []
+    missing: dict[str, str] = {}
+    for engine in chosen.engines:
+        ran: dict[int, Ran] = {}
+        progress(engine, 0, len(parameters))
+        try:
+            for place, outcome in run(Work(chosen.case, engine, parameters)):
+                ran[place] = outcome
+                progress(engine, len(ran), len(parameters))
+        except EngineMissingError as error:
+            if ALL not in chosen.asked.engines.split(","):
+                raise
+            missing[engine] = str(error)
+            continue
+        except EngineError as error:  # the engine died as a whole
+            ran = {place: ran.get(place, error) for place in range(len(parameters))}
+        points = enumerate(chosen.points)
+        rows += [_row(chosen, engine, point, ran[place]) for place, point in points]
+    over = _columns(chosen.points[0], chosen.asked.over)
+    quantities = tuple(_quantity_key(quantity) for quantity in chosen.case.quantities)
+    return Sweep(chosen.case.name, tuple(rows), over, quantities, chosen.asked.quantity, missing)
+
+
+def _row(chosen: Plan, engine: str, point: Point, ran: Ran) -> Row:
+    found = ran.values if isinstance(ran, Measured) else {}
+    who = ran.provenance if isinstance(ran, Measured) else None
+    status = DONE
+    if not isinstance(ran, Measured):
+        status = NOT_TESTED if isinstance(ran, RequestError) else FAILED
+    preset = {PRESET: point.swept[PRESET]} if PRESET in point.swept else {}
+    return {
+        "engine": engine,
+        "engine_version": who.engine_version if who else "",
+        **preset,
+        **_parameters(point.parameters),
+        **{_quantity_key(q): found.get(q.name) for q in chosen.case.quantities},
+        "status": status,
+        "reason": "" if isinstance(ran, Measured) else " ".join(str(ran).split()),
+        "wall_time_s": ran.seconds if isinstance(ran, Measured) else None,
+    }
+
+
+def _parameters(parameters: Parameters) -> dict[str, Any]:
+    """Return every parameter under its name with its unit; lists of numbers as JSON text."""
+    found: dict[str, Any] = {}
+    for name, info in parameters_in(parameters):
+        value = info.default
+        plain = isinstance(value, (bool, int, float, str)) or value is None
+        found[key_of(name, info.unit)] = value if plain else json.dumps(value)
+    return found
+
+
+def _columns(point: Point, names: Mapping[str, str]) -> tuple[str, ...]:
+    """Return the columns of swept parameters; a nested one that is swept whole by its name."""
+    units = {name: info.unit for name, info in parameters_in(point.parameters)}
+    found: list[str] = []
+    for name in names:
+        if name in units or name == PRESET:
+            found.append(key_of(name, units.get(name, "")))
+        else:  # an object by its name
+            found += [key_of(n, u) for n, u in units.items() if n == f"{name}.name"] or [name]
+    return tuple(found)
+
+
+def _quantity_key(quantity: Observable) -> str:
+    return key_of(quantity.name, quantity.unit)
+
+
+def key_of(name: str, unit: str) -> str:
+    """Return a name with its unit, as ``stiffness_N_per_m``; one that ends in it stays."""
+    spelled = unit.replace("/", "_per_").replace(" ", "").replace("^", "")
+    if spelled in ("", "1", "-") or name.endswith(f"_{spelled}"):
+        return name
+    return f"{name}_{spelled}"

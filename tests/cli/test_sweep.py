@@ -1,0 +1,174 @@
+"""``sweep`` from the command line: files, folders, kills."""
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from harness.store.entries import Entries
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "inputs" / "sweeps").glob("*.toml"))
+
+ENGINE = '''
+import os, time
+from harness.engines.reference.engine import Reference
+
+class Counting(Reference):
+    """The reference DEM, slowed down; it writes down which runs it begins."""
+    name = "counting"
+
+    def run(self, jobs):
+        for job in [job for job in jobs if "angle" in job.values]:
+            with open(os.environ["BEGUN"], "a") as file:
+                file.write(f"{job.values['angle']!r}\\n")
+            time.sleep(0.02)
+        return super().run(jobs)
+'''
+
+
+@pytest.mark.live
+@pytest.mark.parametrize("file", EXAMPLES, ids=lambda path: path.stem)
+def test_the_committed_examples_run(file, answer, tmp_path, lammps_here):  # noqa: ARG001
+    found = answer("sweep", str(file), "--output", "mine")
+    assert (found["failed"], found["not_tested"]) == (0, 0)
+    table = pd.read_csv(tmp_path / "mine" / "rows.csv")
+    assert len(table) == len(found["rows"]) == found["done"]
+    assert {"engine", "engine_version", *found["over"]} <= set(table)
+    names = {path.name for path in (tmp_path / "mine").iterdir()}
+    assert names >= {"sweep.json", "rows.csv", "figure.svg", "figure.png"}
+    again = answer("sweep", str(file), "--output", "mine")
+    assert again["engine_runs"] == 0
+    assert again["rows"] == found["rows"]
+
+
+def test_parquet_is_the_same_table(answer, tmp_path):
+    pytest.importorskip("pyarrow", reason="pip install 'dem-harness[parquet]'")
+    answer("sweep", "incline", "--over", "angle=9:11:3", "--engines", "reference", "--output", "a")
+    table = pd.read_parquet(tmp_path / "a" / "rows.parquet")
+    text = pd.read_csv(tmp_path / "a" / "rows.csv", keep_default_na=False, na_values=[""])
+    # an empty text and none are the same in CSV
+    pd.testing.assert_frame_equal(table.drop(columns="reason"), text.drop(columns="reason"))
+
+
+def test_without_pyarrow_the_sweep_says_so(answer, tmp_path, monkeypatch):
+    (tmp_path / "sitecustomize.py").write_text(
+        "import importlib.util as u\nfind = u.find_spec\n"
+        "u.find_spec = lambda name, *a: None if name == 'pyarrow' else find(name, *a)\n",
+        encoding="utf-8",
+    )
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), os.environ["PYTHONPATH"]]))
+    found = answer("sweep", "incline", "--over", "angle=9,10", "--engines", "reference")
+    assert any("pip install 'dem-harness[parquet]'" in note for note in found["notes"])
+    assert not (tmp_path / found["output"] / "rows.parquet").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["nowhere", "--over", "angle=9,10"], "case 'nowhere' is not known"),
+        (["nowhere.toml"], "nowhere.toml: No such file"),
+        (["incline"], "--over: must be given"),
+        (["incline", "--over", "angle=9:99:3"], "--over angle=54: angle = '54' deg: must be"),
+        (["incline", "--over", "angle=9", "--quantity", "mass"], "--quantity 'mass'"),
+        (["incline", "--over", "angle=9", "--output", "file"], "--output file: is a file"),
+    ],
+)
+def test_a_bad_request_is_an_error_of_a_line(arguments, said, harness, tmp_path):
+    (tmp_path / "file").touch()
+    done = harness("sweep", *arguments, status=2)
+    assert said in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert done.stdout == ""
+
+
+def test_what_an_engine_refuses_is_a_row_and_the_rest_goes_on(answer):
+    found = answer("sweep", "tower", "--over", "height=1,2", "--engines", "reference,exact")
+    assert [row["status"] for row in found["rows"]] == ["not tested"] * 2 + ["done"] * 2
+    assert found["rows"][0]["reason"] == "it writes no forces"
+
+
+RUNS = 200
+KILLS = 5
+WORKERS = 2
+SEED = 14
+
+
+@pytest.mark.slow
+def test_a_sweep_killed_five_times_loses_and_repeats_nothing_finished(tmp_path, home):
+    (tmp_path / "counting.py").write_text(ENGINE, encoding="utf-8")
+    begun = tmp_path / "begun"
+    words = [sys.executable, "-m", "harness", "sweep", "incline", "--json", "--output", "mine"]
+    words += ["--over", f"angle=9:11:{RUNS}", "--engines", "counting:Counting"]
+    words += ["--engine-option", f"counting:Counting.workers={WORKERS}"]
+
+    def start():
+        return subprocess.Popen(
+            words,
+            cwd=tmp_path,
+            env={**os.environ, "BEGUN": str(begun)},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+        )
+
+    def kept():
+        cache = home / "cache"
+        return {path.name for path in cache.glob("??/*")}
+
+    chance, before = random.Random(SEED), set()
+    for _ in range(KILLS):
+        process = start()
+        while kept() == before:  # what Python and numba take to start is not what is killed
+            assert process.poll() is None, process.communicate()
+            time.sleep(0.005)
+        time.sleep(chance.uniform(0.0, 0.3))
+        process.send_signal(signal.SIGKILL)
+        process.communicate()
+        assert kept() >= before  # nothing is lost
+        before = kept()
+    assert 0 < len(before) < RUNS
+    done = start()
+    out, said = done.communicate(timeout=300)
+    assert done.returncode == 0, said
+    found = json.loads(out)
+    assert found["done"] == RUNS
+    assert found["engine_runs_from_cache"] == len(before)
+    assert found["engine_runs"] == RUNS - len(before)
+    damaged = []
+    entries = Entries(home / "cache", tell=damaged.append)
+    assert None not in [entries.get(key) for key in kept()]
+    assert damaged == []
+    lines = begun.read_text().splitlines()
+    print(f"\n{RUNS} runs, {KILLS} kills: {len(lines)} begun")
+    assert len(set(lines)) == RUNS
+    # only what was under way in a worker is begun again
+    assert len(lines) <= RUNS + KILLS * WORKERS
+
+
+def test_two_sweeps_in_one_folder_at_once_are_refused(tmp_path, harness):
+    (tmp_path / "counting.py").write_text(ENGINE, encoding="utf-8")
+    begun = tmp_path / "begun"
+    words = ["sweep", "incline", "--over", "angle=9:11:2000", "--engines", "counting:Counting"]
+    words += ["--output", "mine"]
+    first = subprocess.Popen(
+        [sys.executable, "-m", "harness", *words],
+        cwd=tmp_path,
+        env={**os.environ, "BEGUN": str(begun)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    try:
+        while not begun.exists():
+            assert first.poll() is None, first.communicate()
+            time.sleep(0.01)
+        refused = harness(*words, status=2)
+        assert "--output mine: another sweep runs in it" in refused.stderr
+    finally:
+        first.kill()
+        first.communicate()

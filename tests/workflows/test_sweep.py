@@ -1,0 +1,267 @@
+import math
+
+import pandas as pd
+import pytest
+
+from harness import __version__
+from harness.engines.output import Output
+from harness.errors import EngineCrashError, EngineMissingError, RequestError
+from harness.store.cached_engine import CachedEngine
+from harness.store.entries import Entries
+from harness.workflows import sweep
+from harness.workflows.sweep_folder import held_sweep
+from harness.workflows.sweep_local import Local
+from harness.workflows.sweep_plan import Asked, asked_in, with_options
+from harness.workflows.sweep_run import key_of
+from harness.workflows.sweep_values import as_text, values_of
+from tests.workflows import fakes
+
+pytestmark = pytest.mark.usefixtures("registered")
+
+
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        ("1,2,5", ["1", "2", "5"]),
+        ("plastic, source", ["plastic", "source"]),
+        ("9:11:5", ["9", "9.5", "10", "10.5", "11"]),
+        ("0:0.3:4", ["0", "0.1", "0.2", "0.3"]),
+        ("1e5:1e7:log3", ["100000", "1000000", "10000000"]),
+        ("1,2:4:3,2", ["1", "2", "3", "4"]),
+        ("4:2:3", ["4", "3", "2"]),
+    ],
+)
+def test_values_are_lists_and_ranges(text, values):
+    assert values_of("x", text) == values
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("1:2", "must be values as"),
+        ("1:2:3:4", "must be values as"),
+        ("a:2:3", "must be values as"),
+        ("1:2:ten", "must be values as"),
+        ("1:inf:3", "must be values as"),
+        ("1:2:1", "from 2 to 100000 values"),
+        ("1:2:200000", "from 2 to 100000 values"),
+        ("0:2:log3", "must be greater than 0"),
+        ("1,,2", "a value is empty"),
+    ],
+)
+def test_other_values_are_refused_in_a_line(text, said):
+    with pytest.raises(RequestError, match=said) as caught:
+        values_of("x", text)
+    assert str(caught.value).startswith("--over x=")
+    assert "\n" not in str(caught.value)
+
+
+def test_values_of_python_are_those_of_the_command_line():
+    assert as_text([1, 2.5, "a"]) == "1,2.5,a"
+    assert as_text(3) == "3"
+
+
+def test_every_combination_is_a_flat_row_in_every_engine():
+    found = sweep("line", {"slope": [1, 2], "end.x": "3:5:2"}, engines="toy,pencil")
+    frame = found.frame()
+    assert isinstance(frame, pd.DataFrame)
+    assert found.over == ("slope", "end.x_m")
+    assert list(frame["engine"]) == ["toy"] * 4 + ["pencil"] * 4
+    assert list(frame["slope"] * frame["end.x_m"]) == list(frame["y_m"])
+    assert list(frame["engine_version"])[::4] == ["1", f"dem-harness {__version__}"]
+    first = dict(found.rows[0])
+    assert first.pop("wall_time_s") == 0.0
+    assert first == {
+        "engine": "toy",
+        "engine_version": "1",
+        "slope": 1.0,
+        "count": 1,
+        "end.x_m": 3.0,
+        "end.limit_m": None,
+        "y_m": 3.0,
+        "twice_m": 6.0,
+        "status": "done",
+        "reason": "",
+    }
+    assert found.figure().axes[0].get_xlabel() == "slope"
+    assert "<table" in found._repr_html_()
+
+
+def test_presets_are_swept_as_well():
+    frame = sweep("line", {"preset": ["usual", "steep"]}, engines="toy").frame()
+    assert list(frame["preset"]) == ["usual", "steep"]
+    assert list(frame["slope"]) == [3.0, 100.0]
+
+
+@pytest.mark.parametrize(
+    ("over", "fixed", "engines", "said"),
+    [
+        ({}, {}, "toy", "--over: must be given"),
+        ({"slop": "1,2"}, {}, "toy", "--over slop=1: slop: no such parameter"),
+        ({"slope": "1,-2"}, {}, "toy", "--over slope=-2: slope = '-2': must be greater than 0"),
+        ({"slope": "1,2"}, {"slope": "3"}, "toy", "is set by --set slope=3 already"),
+        ({"slope": "1,2"}, {}, "pen", "--engines 'pen' is not known: must be all, or"),
+        ({"slope": "1,2"}, {}, ",", "names no engine"),
+        ({"slope": "1:2:1000", "end.x": "1:2:1000"}, {}, "toy", "1000000 runs are asked for"),
+    ],
+)
+def test_bad_requests_are_refused_before_anything_runs(over, fixed, engines, said, monkeypatch):
+    monkeypatch.setattr(fakes.Toy, "run", lambda *_: pytest.fail("ran"))
+    with pytest.raises(RequestError, match=said) as caught:
+        sweep("line", over, fixed=fixed, engines=engines)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_run_that_fails_is_a_row_with_the_reason(monkeypatch):
+    def one(self, values):
+        if values["slope"] == 2.0:
+            return EngineCrashError("signal SIGSEGV")
+        text = "many" if values["slope"] == 3.0 else "1"
+        return Output((("y", text),), self.identify())
+
+    refused = {4.0: "too steep"}
+    monkeypatch.setattr(fakes.Toy, "_one", one)
+    monkeypatch.setattr(fakes.Toy, "refuses", lambda _, job: refused.get(job.values["slope"], ""))
+    found = sweep("line", {"slope": "1:4:4"}, engines="toy")
+    rows = [(row["status"], row["reason"], row["y_m"]) for row in found.rows]
+    assert rows[0] == ("done", "", 1.0)
+    assert rows[1] == ("failed", "signal SIGSEGV", None)
+    assert rows[2][0] == "failed"
+    assert "y = 'many'" in rows[2][1]
+    assert rows[3] == ("not tested", "too steep", None)
+    assert (found.count("done"), found.count("failed"), found.count("not tested")) == (1, 2, 1)
+    assert math.isnan(found.frame()["y_m"][1])
+
+
+class Absent(fakes.Toy):
+    name = "missing"
+
+    def run(self, jobs):  # noqa: ARG002
+        raise EngineMissingError("no such program")
+
+
+def test_a_named_engine_that_is_missing_is_an_error_and_one_of_all_is_left_out(monkeypatch):
+    monkeypatch.setattr(fakes.Missing, "run", Absent.run)
+    with pytest.raises(EngineMissingError, match="no such program"):
+        sweep("line", {"slope": "1,2"}, engines="missing")
+    monkeypatch.setattr(fakes.Confused, "states", lambda _: False)
+    found = sweep("line", {"slope": "1,2"}, engines="all")
+    assert dict(found.missing) == {"missing": "no such program"}
+    by_engine = {row["engine"]: row["status"] for row in found.rows}
+    assert by_engine["toy"] == by_engine["pencil"] == "done"
+    assert by_engine["dead"] == "failed"  # it is here, and died
+
+
+class Keyed(fakes.Toy):
+    """Counts its runs, and can be told by its content."""
+
+    def __init__(self):
+        self.slopes = []
+
+    def fingerprint(self):
+        return {"engine": "keyed"}
+
+    def run(self, jobs):
+        self.slopes += [job.values["slope"] for job in jobs]
+        return super().run(jobs)
+
+
+def test_what_was_run_before_and_the_same_twice_is_not_run_again(tmp_path):
+    inner = Keyed()
+    engine = CachedEngine(inner, Entries(tmp_path))
+    local = Local(lambda _: engine, Entries(tmp_path))
+    sweep("line", {"slope": "1,2"}, engines="toy", executor=local)
+    again = sweep("line", {"slope": "1:3:3", "count": "1,2"}, engines="toy", executor=local)
+    # the job does not depend on the count
+    assert inner.slopes == [1.0, 2.0, 3.0]
+    assert list(again.frame()["y_m"]) == [2.0, 2.0, 4.0, 4.0, 6.0, 6.0]
+
+
+def test_solvers_are_asked_once(tmp_path, monkeypatch):
+    local = Local(entries=Entries(tmp_path))
+    first = sweep("line", {"slope": "1,2"}, engines="pencil", executor=local)
+    monkeypatch.setattr(fakes.Line, "solve", lambda *_: pytest.fail("solved again"))
+    again = sweep("line", {"slope": "1,2"}, engines="pencil", executor=local)
+    assert first.rows == again.rows
+
+
+def test_a_file_says_what_is_swept_and_options_change_it(tmp_path):
+    file = tmp_path / "s.toml"
+    file.write_text(
+        'case = "line"\nengines = ["toy", "other"]\n[set]\ncount = 2\n'
+        '[over]\nslope = [1, 2]\nend.x = "1:2:2"\n',
+        encoding="utf-8",
+    )
+    asked = asked_in(file)
+    assert asked == Asked("line", {"slope": "1,2", "end.x": "1:2:2"}, {"count": "2"}, "toy,other")
+    changed = with_options(asked, {"over": {"slope": "5"}, "engines": "", "fixed": {}}.items())
+    assert changed.over == {"slope": "5", "end.x": "1:2:2"}
+    assert changed.engines == "toy,other"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("case = ", "is not TOML"),
+        ("[over]\nslope = 1\n", "case: must be given"),
+        ('case = "line"\nover = 3\n', r"over: must be a table \[over\]"),
+        ('case = "line"\nstiffness = 3\n', "'stiffness' is not known: must be one of case"),
+    ],
+)
+def test_a_bad_file_is_named(tmp_path, text, said):
+    file = tmp_path / "s.toml"
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(RequestError, match=said) as caught:
+        asked_in(file)
+    assert str(file) in str(caught.value)
+
+
+def test_two_sweeps_in_one_folder_are_refused(tmp_path):
+    asked, other = Asked("line", {"slope": "1"}, {}), Asked("line", {"slope": "2"}, {})
+    with (
+        held_sweep(tmp_path / "a", asked),
+        pytest.raises(RequestError, match="another sweep runs in it"),
+        held_sweep(tmp_path / "a", asked),
+    ):
+        pytest.fail("held twice")
+    with held_sweep(tmp_path / "a", asked):  # the same goes on
+        pass
+    with (
+        pytest.raises(RequestError, match="holds another sweep"),
+        held_sweep(tmp_path / "a", other),
+    ):
+        pytest.fail("held for another")
+    (tmp_path / "b").mkdir()
+    (tmp_path / "b" / "thesis.tex").touch()
+    with pytest.raises(RequestError, match="something else"), held_sweep(tmp_path / "b", asked):
+        pytest.fail("held over a thesis")
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "key"),
+    [
+        ("stiffness", "N/m", "stiffness_N_per_m"),
+        ("time_s", "s", "time_s"),
+        ("impulse_Ns", "N s", "impulse_Ns"),
+        ("gravity", "m/s2", "gravity_m_per_s2"),
+        ("ratio", "1", "ratio"),
+        ("wells", "", "wells"),
+    ],
+)
+def test_keys_carry_their_units_once(name, unit, key):
+    assert key_of(name, unit) == key
+
+
+def test_many_values_of_the_second_parameter_are_told_by_a_bar():
+    found = sweep("line", {"slope": "1:1000:log3", "end.x": "1:2:12"}, engines="toy,other")
+    figure = found.figure("twice")
+    lines = figure.axes[0].get_lines()
+    assert len(lines) == 24
+    assert figure.axes[0].get_xscale() == "log"
+    assert figure.axes[1].get_ylabel() == "end.x_m"
+    assert list(lines[0].get_ydata()) == pytest.approx([2.0, 2.0 * 1000**0.5, 2000.0])
+
+
+def test_nothing_is_drawn_where_nothing_was_measured(monkeypatch):
+    monkeypatch.setattr(fakes.Toy, "_one", lambda *_: EngineCrashError("dead"))
+    assert sweep("line", {"slope": "1,2"}, engines="toy").figure() is None
