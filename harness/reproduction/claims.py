@@ -9,7 +9,7 @@ correction.
 from __future__ import annotations
 
 import math
-import string
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
@@ -17,17 +17,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from harness.reproduction.source import SOURCES, Source
+from harness.reproduction.source import Source, named_source
+from harness.reproduction.wording import ROUND_OFF, rounded, told
 
 if TYPE_CHECKING:
     import pandas as pd
 
 Floats = NDArray[np.float64]
-DIGITS = 7
-"""Significant digits of a recorded number: round-off of other machines stays below them."""
-
-ROUND_OFF = 1e-12
-"""Of numbers of about 1: a difference below it is told as a bound, not as a number."""
 
 
 class ClaimStatus(StrEnum):
@@ -77,37 +73,6 @@ class Statement:
             "unit": "" if math.isnan(self.printed) else self.source.unit,
             "why": self.why,
         }
-
-
-def rounded(value: float, tolerance: float = 0.0) -> float:
-    """Return a number to :data:`DIGITS` digits, 0 for one below a hundredth of a tolerance.
-
-    A residual of round-off thus becomes 0, and other machines record the same number.
-    """
-    if abs(value) < 0.01 * tolerance:
-        return 0.0
-    return float(f"{value:.{DIGITS}g}") + 0.0  # no minus before a zero
-
-
-def bounded(value: float, bound: float = ROUND_OFF) -> str:
-    """Return the size of a difference in words: ``less than 1e-12`` where it is round-off."""
-    return f"less than {bound:.0e}" if abs(value) < bound else f"{value:.0e}"
-
-
-class _Sentences(string.Formatter):
-    """Put numbers into a sentence of ``source.toml``: ``{x:.3f}``, of a list one by one.
-
-    ``{x:bound}`` is what :func:`bounded` says.
-    """
-
-    def format_field(self, value: Any, format_spec: str) -> str:
-        """Return a number, or several with commas between them."""
-        if isinstance(value, (list, tuple, np.ndarray)):
-            return ", ".join(self.format_field(one, format_spec) for one in value)
-        return bounded(value) if format_spec == "bound" else format(value, format_spec)
-
-
-_SENTENCES = _Sentences()
 
 
 def compare(
@@ -190,29 +155,66 @@ def claim(
     if holds:
         status, correction = ClaimStatus.REPRODUCED, ""
     elif correction is None:
-        correction = _SENTENCES.vformat(named.correction, (), numbers)
+        correction = told(named.correction, numbers)
     return Statement(
         named,
         status,
-        _SENTENCES.vformat(named.finds, (), numbers),
+        told(named.finds, numbers),
         correction,
         named.evidence if evidence is None else evidence,
         why=named.why,
     )
 
 
-def untestable(source: Source | str, why: str = "", **numbers: Any) -> Statement:
-    """Return the row of a statement that needs what is not here, with the reason."""
+Fact = tuple[bool, str]
+"""Whether a part of a statement holds in this run, and what was found, with its numbers."""
+
+
+def claim_of_facts(
+    source: Source | str,
+    facts: Sequence[bool | Fact],
+    *,
+    holds: bool | None = None,
+    corrected_holds: bool = False,
+    correction: str | None = None,
+    **numbers: Any,
+) -> Statement:
+    """Return the row of a statement that holds if every fact does, unless told otherwise.
+
+    Of a bare condition the sentence is the next one of the source's ``facts``. The row tells what
+    agrees and what does not, in this order; the source's ``finds`` may add a remark.
+    """
     named = named_source(source)
-    computed = _SENTENCES.vformat(named.finds, (), numbers) if numbers else "not computed"
-    return Statement(
-        named, ClaimStatus.UNTESTABLE, computed, why=why or named.untestable or named.why
+    sentences = iter(named.facts)
+    every = [
+        fact if isinstance(fact, tuple) else (fact, told(next(sentences), numbers))
+        for fact in facts
+    ]
+    right, wrong = (
+        "; ".join(text for held, text in every if bool(held) is side) for side in (True, False)
+    )
+    said = [f"Agrees: {right}." if right else "", f"Does not agree: {wrong}." if wrong else ""]
+    return claim(
+        named,
+        holds=not wrong if holds is None else holds,
+        corrected_holds=corrected_holds,
+        correction=correction,
+        facts=" ".join(filter(None, said)),
+        **numbers,
     )
 
 
-def named_source(source: Source | str) -> Source:
-    """Return the source of a key; raise KeyError for one that the publication has not."""
-    return SOURCES[source] if isinstance(source, str) else source
+def untestable(
+    source: Source | str, why: str = "", computed: str = "not computed", **numbers: Any
+) -> Statement:
+    """Return the row of a statement that needs what is not here, with the reason.
+
+    What was computed all the same is the source's sentence, with its ``numbers`` if there are any.
+    """
+    named = named_source(source)
+    computed = told(named.finds, numbers) if numbers else computed
+    reason = why or named.untestable or named.why
+    return Statement(named, ClaimStatus.UNTESTABLE, computed, why=reason)
 
 
 @dataclass(frozen=True)

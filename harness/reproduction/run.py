@@ -10,9 +10,8 @@ from harness.engines.contract import Engine
 from harness.engines.registry import open_engine
 from harness.observables.provenance import Provenance
 from harness.reproduction.claims import Ledger
-from harness.reproduction.figure_data.compute import FigureData, figure_data
-from harness.reproduction.findings import findings
-from harness.reproduction.findings.tables import Findings
+from harness.reproduction.figure_data.compute import SourceFigure, source_figures
+from harness.reproduction.findings import Findings, findings
 from harness.reproduction.ledger import in_order, statements
 from harness.reproduction.movies.compute import motions
 from harness.reproduction.movies.frames import Motions
@@ -24,7 +23,7 @@ class Reproduction:
     """All that a reproduction found; the same code and engine give the same."""
 
     ledger: Ledger
-    figure_data: FigureData
+    figures: tuple[SourceFigure, ...]
     motions: Motions
     findings: Findings
     provenance: Provenance
@@ -42,11 +41,11 @@ def reproduce(*, engine: Engine | None = None, progress: Progress = silent) -> R
     if engine is None:
         with open_engine() as opened:
             return reproduce(engine=opened, progress=progress)
-    shown = figure_data(engine, progress)
+    figures = source_figures(engine, progress)
     rows = statements(engine=engine, progress=progress)
     return Reproduction(
-        ledger=Ledger(tuple(in_order([*rows, *shown.statements]))),
-        figure_data=shown,
+        ledger=Ledger(tuple(in_order([*rows, *(figure.statement for figure in figures)]))),
+        figures=figures,
         motions=motions(engine, progress),
         findings=findings(engine, progress),
         provenance=engine.identify(),

@@ -30,10 +30,10 @@ class Source:
     ``key`` is unique (``eq-6``, ``table-1-well``, ``text-t-c``, ``fig-4``, ``erratum-3``);
     ``where`` names section and number; ``says`` is one sentence or formula; ``formula`` computes
     what it gives exactly as it is printed, right or wrong, ``repaired`` what it gives once it is
-    corrected; ``finds`` is what a run finds, with its numbers in braces. ``tolerance``
-    [``unit``] is how far printed and found may lie apart, ``why`` where it comes from.
-    ``evidence`` are links, relative to the report's folder or the repository
-    (``figures/x.svg``, ``tests/theory/test_shock.py``). ``title`` is that of a figure;
+    corrected; ``finds`` is what a run finds, with its numbers in braces, and ``facts`` are the
+    sentences of its parts. ``tolerance`` [``unit``] is how far printed and found may lie apart,
+    ``why`` where it comes from. ``evidence`` are links, relative to the report's folder or the
+    repository (``figures/x.svg``, ``tests/theory/test_shock.py``). ``title`` is that of a figure;
     ``wrong`` and ``right`` are the statements that an erratum is about.
     """
 
@@ -43,6 +43,7 @@ class Source:
     formula: str = ""
     repaired: str = ""
     finds: str = "{computed}"
+    facts: tuple[str, ...] = ()
     tolerance: float = math.nan
     unit: str = ""
     why: str = ""
@@ -76,6 +77,7 @@ def _source(key: str, entry: dict[str, Any]) -> Source:
     if name := fields.pop("name", ""):
         fields["picture"] = f"fig-{int(key.removeprefix('fig-')):02d}-{name}"
         fields["evidence"] = (f"figures/{fields['picture']}.svg",)
+        fields.setdefault("finds", "{facts}")
     elif "evidence" in fields:
         fields["evidence"] = tuple(f"tests/{test}.py" for test in fields["evidence"])
     why = "rows" if "wrong" in fields else fields.get("why", "")
@@ -86,3 +88,8 @@ def _source(key: str, entry: dict[str, Any]) -> Source:
 _TEXT = resources.files("harness.reproduction").joinpath("source.toml").read_text("utf-8")
 SOURCES = {key: _source(key, entry) for key, entry in tomllib.loads(_TEXT).items()}
 FIGURES = {key: source for key, source in SOURCES.items() if source.title}
+
+
+def named_source(source: Source | str) -> Source:
+    """Return the source of a key; raise KeyError for one that the publication has not."""
+    return SOURCES[source] if isinstance(source, str) else source

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -12,118 +12,109 @@ from numpy.typing import NDArray
 from harness.cases.tower.impulse_angles import energy_scaling_angles
 from harness.observables.reference import PEYNEAU_ROUX, ReferencePoints
 from harness.parameters.tower import Tower
-from harness.reproduction.claims import Statement, untestable
-from harness.reproduction.facts import Fact, claim_of_facts
-from harness.reproduction.source import SOURCES
+from harness.reproduction.claims import Fact, Statement, claim_of_facts, untestable
 from harness.theory.energy_scaling import LARGEST_HEIGHT
 
 HALVED = (0.4, 0.6)
 """What "nearly halve" may mean for alpha on the plateau."""
 
+FLAT = 0.01
+"""Of alpha, and of the angle over its first: what a figure shows of a plateau or a rise."""
+
+PUBLISHED = f"{PEYNEAU_ROUX.value_deg:g} +- {PEYNEAU_ROUX.uncertainty_deg:g} deg"
+_LOWEST = PEYNEAU_ROUX.value_deg - PEYNEAU_ROUX.uncertainty_deg
+
 
 def thin_layers(reference: ReferencePoints | None) -> Statement:
     """Return the row of the measured angles: others' points, tested only if the user gives them."""
-    published = (
-        f"{PEYNEAU_ROUX.value_deg:g} +- {PEYNEAU_ROUX.uncertainty_deg:g} deg "
-        f"({PEYNEAU_ROUX.citation})"
-    )
+    published = f"the published angle, {PUBLISHED} ({PEYNEAU_ROUX.citation})."
     if reference is None:
-        return untestable(
-            SOURCES["fig-1"],
-            "an experiment of others (Perrin et al. 2021), whose points the source does not list; "
-            "give them as a CSV with h_over_d and theta_deg",
-            computed=f"Nothing was measured here: drawn is the published angle, {published}.",
-        )
-    order = np.argsort(reference.heights)
-    angles = np.array(reference.angles_deg)[order]
-    facts = [
-        (
-            bool(angles[-1] < angles[0]),
-            f"in {reference.name} the angle goes from {angles[0]:.2f} deg, lowest, to "
-            f"{angles[-1]:.2f} deg, highest",
-        )
-    ]
-    return claim_of_facts(SOURCES["fig-1"], facts, f"Beside it the published angle, {published}.")
+        return untestable("fig-1", computed=f"Nothing was measured here: drawn is {published}")
+    angles = np.array(reference.angles_deg)[np.argsort(reference.heights)]
+    return claim_of_facts(
+        "fig-1",
+        [bool(angles[-1] < angles[0])],
+        name=reference.name,
+        angles=angles,
+        published=published,
+    )
 
 
 def impulse_ratio(frame: pd.DataFrame) -> Statement:
     """Judge alpha(n) of the source's six runs."""
     runs = list(curves(frame, "impulse_ratio"))
-    plateaus = [run.plateau for run in runs]
-    facts = [
-        *_falling(runs, ""),
-        (
-            min(plateaus) > HALVED[0] and max(plateaus) < HALVED[1],
-            f"the plateau is {min(plateaus):.3f} to {max(plateaus):.3f}",
-        ),
-    ]
-    return _row("fig-10", facts, runs)
+    low, high = (pick(run.plateau for run in runs) for pick in (min, max))
+    halved = low > HALVED[0] and high < HALVED[1]
+    return _row("fig-10", runs, "", [(halved, f"the plateau is {low:.3f} to {high:.3f}")])
 
 
 def critical_angles(frame: pd.DataFrame, reference: ReferencePoints | None) -> Statement:
     """Judge theta_c(n) of the six runs and say what the source's other formula makes of it."""
     runs = list(curves(frame, "critical_angle_lost_deg"))
-    other = list(curves(frame, "critical_angle_kept_deg"))
-    plateaus = sorted(run.plateau for run in runs)
-    low = PEYNEAU_ROUX.value_deg - PEYNEAU_ROUX.uncertainty_deg
-    remark = (
-        f"From {runs[0].values[0]:.2f} deg it comes to {plateaus[0]:.2f} to {plateaus[-1]:.2f} "
-        f"deg, {'below' if plateaus[-1] < low else 'reaching'} the published "
-        f"{PEYNEAU_ROUX.value_deg:g} +- {PEYNEAU_ROUX.uncertainty_deg:g} deg; under the source's "
-        f"other formula, v alpha, to {min(r.plateau for r in other):.2f} to "
-        f"{max(r.plateau for r in other):.2f} deg. "
+    plateaus, other = (
+        [pick(run.plateau for run in some) for pick in (min, max)]
+        for some in (runs, list(curves(frame, "critical_angle_kept_deg")))
     )
-    if reference is None:
-        remark += "Perrin's points are not here, so that agreement is not tested."
-    else:
-        remark += f"{reference.name} lies {_distance(runs, reference):.2f} deg away (r.m.s.)."
-    return _row("fig-11", _falling(runs, " deg"), runs, remark)
+    points = "Perrin's points are not here, so that agreement is not tested."
+    if reference is not None:
+        mean = np.mean([run.values for run in runs], axis=0)
+        ours = np.interp(reference.heights, runs[0].heights, mean)
+        off = float(np.sqrt(np.mean((np.array(reference.angles_deg) - ours) ** 2)))
+        points = f"{reference.name} lies {off:.2f} deg away (r.m.s.)."
+    return _row(
+        "fig-11",
+        runs,
+        " deg",
+        first=runs[0].values[0],
+        plateaus=plateaus,
+        reaches="below" if plateaus[-1] < _LOWEST else "reaching",
+        published=PUBLISHED,
+        other=other,
+        points=points,
+    )
 
 
 def energy_scaling() -> tuple[pd.DataFrame, Statement]:
     """Return the angles of alpha = 1/sqrt(n), and whether they fall without an asymptote."""
     scaling = energy_scaling_angles()
     angles = scaling.set_index("height")["critical_angle_lost_deg"]
-    steps = np.diff(angles.to_numpy())
-    ten, tallest = float(angles[LARGEST_HEIGHT]), float(angles.iloc[-1])
-    low = PEYNEAU_ROUX.value_deg - PEYNEAU_ROUX.uncertainty_deg
-    below = angles.index[angles < low]
-    facts = [
-        (
-            bool((steps < 0).all()),
-            f"theta_c falls at every height, from {angles.iloc[0]:.2f} deg to {ten:.2f} deg at "
-            f"{LARGEST_HEIGHT}",
-        ),
-        (
-            ten - tallest > FLAT * float(angles.iloc[0]),
-            f"it goes on to {tallest:.2f} deg at {angles.index[-1]}, without an asymptote",
-        ),
-    ]
-    remark = f"It stays above {low:.2f} deg, the published angle less its uncertainty, throughout."
+    first, ten, last = angles.iloc[0], float(angles[LARGEST_HEIGHT]), float(angles.iloc[-1])
+    below = angles.index[angles < _LOWEST]
+    remark = (
+        f"It stays above {_LOWEST:.2f} deg, the published angle less its uncertainty, throughout."
+    )
     if len(below):
-        remark = (
-            f"It is below the published {PEYNEAU_ROUX.value_deg:g} +- "
-            f"{PEYNEAU_ROUX.uncertainty_deg:g} deg from n = {below[0]} on, long before ten."
-        )
-    return scaling, claim_of_facts(SOURCES["fig-13"], facts, remark)
+        remark = f"It is below the published {PUBLISHED} from n = {below[0]} on, long before ten."
+    return scaling, claim_of_facts(
+        "fig-13",
+        [bool((angles.diff()[1:] < 0).all()), ten - last > FLAT * first],
+        angles=(first, ten, last),
+        ten=LARGEST_HEIGHT,
+        tallest=angles.index[-1],
+        remark=remark,
+    )
 
 
-def _falling(runs: list[Curve], unit: str) -> list[Fact]:
-    """Return which runs fall and which rise on the way, and from which height they are level."""
+def _row(
+    key: str, runs: list[Curve], unit: str, others: list[Fact] | None = None, **numbers: Any
+) -> Statement:
+    """Return the row of runs that fall: corrected if only those that rise are in the way."""
     falling, rising = [r for r in runs if r.falls], [r for r in runs if not r.falls]
     facts: list[Fact] = []
     if falling:
-        first, last = (f(run.level_from for run in falling) for f in (min, max))
-        facts.append(
-            (
-                last <= LARGEST_HEIGHT,
-                f"{len(falling)} of {len(runs)} runs fall and are level from n = "
-                f"{first}{f' to {last}' if last != first else ''} on "
-                f"(source: about {LARGEST_HEIGHT})",
-            )
-        )
+        first, last = (pick(run.level_from for run in falling) for pick in (min, max))
+        told = f"{first} to {last}" if last != first else f"{first}"
+        text = f"{len(falling)} of {len(runs)} runs fall and are level from n = {told} on"
+        facts.append((last <= LARGEST_HEIGHT, f"{text} (source: about {LARGEST_HEIGHT})"))
     facts += [(False, _rising(run, falling, unit)) for run in rising]
-    return facts
+    facts += others or []
+    return claim_of_facts(
+        key,
+        facts,
+        corrected_holds=bool(falling) and sum(not held for held, _ in facts) == len(rising),
+        correction=f"not for {'; '.join(run.name for run in rising)}",
+        **numbers,
+    )
 
 
 def _rising(run: Curve, falling: list[Curve], unit: str) -> str:
@@ -136,30 +127,6 @@ def _rising(run: Curve, falling: list[Curve], unit: str) -> str:
         f"n = {run.heights[row]}, where its window is {run.windows[row]:.1f} t0{beside}; "
         f"level from {run.level_from} on"
     )
-
-
-def _row(key: str, facts: list[Fact], runs: list[Curve], remark: str = "") -> Statement:
-    """Return the row: corrected if only the runs that rise are in the way."""
-    wrong = [run.name for run in runs if not run.falls]
-    return claim_of_facts(
-        SOURCES[key],
-        facts,
-        remark,
-        corrected_holds=len(wrong) < len(runs) and sum(not h for h, _ in facts) == len(wrong),
-        correction=f"not for {'; '.join(wrong)}",
-    )
-
-
-def _distance(runs: list[Curve], reference: ReferencePoints) -> float:
-    """Return how far points are from the mean of our runs, root mean square [deg]."""
-    mean = np.mean([run.values for run in runs], axis=0)
-    ours = np.interp(reference.heights, runs[0].heights, mean)
-    return float(np.sqrt(np.mean((np.array(reference.angles_deg) - ours) ** 2)))
-
-
-SOURCE_LAW = Tower().law
-FLAT = 0.01
-"""Of alpha, and of the angle over its first: what a figure shows of a plateau or a rise."""
 
 
 class Curve(NamedTuple):
@@ -182,14 +149,15 @@ class Curve(NamedTuple):
         return int(self.heights[off[-1] + 1]) if off.size else int(self.heights[0])
 
     @property
-    def rise(self) -> float:
-        """Return the largest rise above any smaller height's value."""
-        return float((self.values - np.minimum.accumulate(self.values)).max())
+    def row_of_rise(self) -> int:
+        """Return where in the arrays it has risen most above any smaller height's value."""
+        return int((self.values - np.minimum.accumulate(self.values)).argmax())
 
     @property
-    def row_of_rise(self) -> int:
-        """Return where in the arrays it has risen most."""
-        return int((self.values - np.minimum.accumulate(self.values)).argmax())
+    def rise(self) -> float:
+        """Return the largest rise above any smaller height's value."""
+        row = self.row_of_rise
+        return float(self.values[row] - self.values[: row + 1].min())
 
     @property
     def falls(self) -> bool:
@@ -200,7 +168,7 @@ class Curve(NamedTuple):
 
 def curves(frame: pd.DataFrame, column: str) -> Iterator[Curve]:
     """Yield the source's law's runs of a table of impulses, each against height."""
-    part = frame[frame["law"] == SOURCE_LAW]
+    part = frame[frame["law"] == Tower().law]
     for (k, v), run in part.groupby(["stiffness_N_per_m", "speed_m_per_s"], sort=False):
         ordered = run.sort_values("height")
         height, value, window = (ordered[n].to_numpy() for n in ("height", column, "window_s"))

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.reproduction.claims import Statement
-from harness.reproduction.facts import claim_of_facts
-from harness.reproduction.source import SOURCES
+from harness.reproduction.claims import Statement, claim_of_facts
 from harness.theory import energy_map, geometry
 from harness.theory.critical_angle import critical_angle
 from harness.theory.shock import SHOCK_WITHOUT_REBOUND
@@ -24,49 +22,34 @@ LAYERS = 4
 """Drawn: enough to see a chain, few enough to read."""
 
 
-@dataclass(frozen=True)
-class QuartierSystem:
-    """The row and the grain on it, to scale with gravity straight down [d].
-
-    ``grains`` maps the source's letters to centres (2,), ``path`` (P, 2) is that
-    of the grain's centre.
-    """
+class QuartierSystem(NamedTuple):
+    """The row and the grain on it, to scale with gravity straight down [d]."""
 
     angle_deg: float
     spheres: Points  # (S, 2)
-    grains: Mapping[str, Points]
-    path: Points
+    grains: Mapping[str, Points]  # by the source's letters, centres (2,)
+    path: Points  # (P, 2) of the grain's centre
 
 
-@dataclass(frozen=True)
-class ForceDiagram:
-    """The grain in the well, on one of the two spheres; gravity straight down.
-
-    ``other`` is the centre of the second sphere, ``velocity_before`` that before the
-    shock, None in the first diagram.
-    """
+class ForceDiagram(NamedTuple):
+    """The grain in the well, on one of the two spheres; gravity straight down."""
 
     name: str
     state: geometry.Dynamics
-    other: Points
-    velocity_before: Points | None = None
+    other: Points  # centre of the second sphere
+    velocity_before: Points | None = None  # the shock; None in the first diagram
 
 
-@dataclass(frozen=True)
-class Layers:
-    """A substrate of several layers with a grain in a well of the top one, to scale [d].
-
-    ``chain`` (L, 2) are the spheres that touch in a straight line below the
-    grain's contact; ``height`` is that of the layers above the fixed row.
-    """
+class Layers(NamedTuple):
+    """A substrate of several layers with a grain in a well of the top one, to scale [d]."""
 
     name: str
     layers: int
     fixed: Points
     mobile: Points
     grain: Points
-    chain: Points
-    height: float
+    chain: Points  # (L, 2) spheres that touch in a straight line below the grain's contact
+    height: float  # of the layers above the fixed row
 
 
 def quartier() -> tuple[QuartierSystem, Statement]:
@@ -78,60 +61,44 @@ def quartier() -> tuple[QuartierSystem, Statement]:
     off = max(
         abs(depth - energy_map.well_depth(angle)), abs(gain - energy_map.gain_per_crest(angle))
     )
-    sides = [geometry.angle_between(grains["B"] - s, (0, 1)) for s in geometry.row(3)[1:]]
     system = QuartierSystem(
         angle,
         geometry.turned(geometry.row(4), angle),
         {name: geometry.turned(at, angle) for name, at in grains.items()},
         geometry.turned(geometry.path(0, 3), angle),
     )
-    facts = [
-        (
-            high["B"] < high["C"] < high["A"],
-            f"drawn to scale at {angle:.4f} deg, the well B is {sides[0]:.2f} and {sides[1]:.2f} "
-            f"deg from the row's normal, {depth:.5f} d below the crest C, and C is {gain:.5f} d "
-            "below A",
-        ),
-        (
-            off < _ROUNDING,
-            "the source's expressions for well and gain are these heights, to "
-            f"{max(off, _ROUNDING):.0e} d",
-        ),
-    ]
-    return system, claim_of_facts(SOURCES["fig-2"], facts)
+    return system, claim_of_facts(
+        "fig-2",
+        [high["B"] < high["C"] < high["A"], off < _ROUNDING],
+        angle=angle,
+        sides=[geometry.angle_between(grains["B"] - s, (0, 1)) for s in geometry.row(3)[1:]],
+        depth=depth,
+        gain=gain,
+        off=max(off, _ROUNDING),
+    )
 
 
 def force_diagrams() -> tuple[tuple[ForceDiagram, ...], Statement]:
     """Return the grain before and after the shock in steady motion at the critical angle."""
     angle = critical_angle()
-    before, after = geometry.steady_shock(angle, SHOCK_WITHOUT_REBOUND)
-    turn = geometry.angle_between(before.velocity, after.velocity)
-    outward = [float(s.contact_force @ (s.grain - s.sphere)) for s in (before, after)]
-    speed = [float(np.hypot(*state.velocity)) for state in (before, after)]
-    normal = [state.normal_weight for state in (before, after)]
-    perpendicular = [abs(float(s.velocity @ (s.grain - s.sphere))) for s in (before, after)]
-    facts = [
-        (
-            max(perpendicular) < _ROUNDING,
-            f"in steady motion at {angle:.4f} deg the velocity, perpendicular to the contact, "
-            f"turns by {turn:.2f} deg and keeps {speed[1] / speed[0]:.4f} of {speed[0]:.4f} "
-            "sqrt(g d)",
-        ),
-        (
-            all(0 < f <= n for f, n in zip(outward, normal, strict=True)),
-            f"the contact force is {outward[0]:.4f} m g before and {outward[1]:.4f} after, the "
-            f"normal component of gravity {normal[0]:.4f} and {normal[1]:.4f}",
-        ),
-    ]
+    states = before, after = geometry.steady_shock(angle, SHOCK_WITHOUT_REBOUND)
+    outward = [float(s.contact_force @ (s.grain - s.sphere)) for s in states]
+    speed = [float(np.hypot(*s.velocity)) for s in states]
+    perpendicular = [abs(float(s.velocity @ (s.grain - s.sphere))) for s in states]
     statement = claim_of_facts(
-        SOURCES["fig-3"],
-        facts,
-        "What the force lacks of that component turns the velocity along the arc.",
+        "fig-3",
+        [
+            max(perpendicular) < _ROUNDING,
+            all(0 < f <= s.normal_weight for f, s in zip(outward, states, strict=True)),
+        ],
+        angle=angle,
+        turn=geometry.angle_between(before.velocity, after.velocity),
+        keeps=speed[1] / speed[0],
+        speed=speed[0],
+        outward=outward,
+        normal=[s.normal_weight for s in states],
     )
-    pre, post = (
-        geometry.Dynamics(*(geometry.turned(vector, angle) for vector in state))
-        for state in (before, after)
-    )
+    pre, post = (geometry.Dynamics(*(geometry.turned(v, angle) for v in s)) for s in states)
     return (
         ForceDiagram("before the shock", pre, post.sphere),
         ForceDiagram("after the shock", post, pre.sphere, pre.velocity),
@@ -140,45 +107,30 @@ def force_diagrams() -> tuple[tuple[ForceDiagram, ...], Statement]:
 
 def layers() -> tuple[tuple[Layers, ...], Statement]:
     """Return the substrate in upright towers and close-packed, with the chain below the contact."""
-    angle, columns = critical_angle(), 6
-    arranged = {
-        "upright towers": geometry.towers(columns, LAYERS),
-        "close-packed": geometry.close_packed(columns, LAYERS),
-    }
-    drawn = []
-    first = columns // 2 - 2
-    for name, spheres in arranged.items():
-        top = spheres[columns * LAYERS :]
-        grain = geometry.resting_on(top[first], top[first + 1])
-        chain = geometry.straight_chain(grain, spheres, top[first + 1])
-        drawn.append(
-            Layers(
-                name,
-                LAYERS,
-                geometry.turned(spheres[:columns], angle),
-                geometry.turned(spheres[columns:], angle),
-                geometry.turned(grain, angle),
-                geometry.turned(chain, angle),
-                float(top[0][1] - spheres[0][1]),
-            )
-        )
-    reach = [len(part.chain) for part in drawn]
-    leaning = geometry.angle_between(geometry.well(0) - geometry.row(2)[1], (0, 1))
-    facts = [
-        (
-            reach[1] == LAYERS + 1,
-            f"close-packed, {drawn[1].height:.3f} d high, the contact of the grain after the shock "
-            f"goes on in a straight chain of {reach[1]} spheres through {LAYERS} layers to the "
-            "fixed row",
-        ),
-        (
-            reach[0] == LAYERS + 1,
-            f"in upright towers, {drawn[0].height:g} d high, that chain has {reach[0]} sphere"
-            f"{'s' if reach[0] != 1 else ''}, as the contact leans {leaning:.1f} deg against the "
-            "tower, with which the one-dimensional collision has it in line",
-        ),
-    ]
-    statement = claim_of_facts(
-        SOURCES["fig-5"], facts, corrected_holds=any(holds for holds, _ in facts)
+    columns = 6
+    upright = _layers("upright towers", geometry.towers(columns, LAYERS), columns)
+    packed = _layers("close-packed", geometry.close_packed(columns, LAYERS), columns)
+    facts = [len(part.chain) == LAYERS + 1 for part in (packed, upright)]
+    return (upright, packed), claim_of_facts(
+        "fig-5",
+        facts,
+        corrected_holds=any(facts),
+        packed=packed,
+        reach=len(packed.chain),
+        upright=upright,
+        ends="1 sphere" if len(upright.chain) == 1 else f"{len(upright.chain)} spheres",
+        leaning=geometry.angle_between(geometry.well(0) - geometry.row(2)[1], (0, 1)),
     )
-    return tuple(drawn), statement
+
+
+def _layers(name: str, spheres: Points, columns: int) -> Layers:
+    """Return an arrangement, the fixed row first, at the critical angle."""
+    top = spheres[columns * LAYERS :]
+    left, right = top[columns // 2 - 2 : columns // 2]
+    grain = geometry.resting_on(left, right)
+    drawn = (spheres[:columns], spheres[columns:], grain)
+    fixed, mobile, resting, chain = (
+        geometry.turned(points, critical_angle())
+        for points in (*drawn, geometry.straight_chain(grain, spheres, right))
+    )
+    return Layers(name, LAYERS, fixed, mobile, resting, chain, float(top[0][1] - spheres[0][1]))

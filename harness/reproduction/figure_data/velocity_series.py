@@ -14,10 +14,8 @@ from harness.cases.incline.result import Motion
 from harness.engines.contract import Engine
 from harness.errors import EngineError
 from harness.observables.trajectory import Trajectory
-from harness.reproduction.claims import Statement, untestable
-from harness.reproduction.facts import claim_of_facts
+from harness.reproduction.claims import Fact, Statement, claim_of_facts, untestable
 from harness.reproduction.incline_runs import sampled
-from harness.reproduction.source import SOURCES
 from harness.theory.critical_angle import critical_angle
 
 ANGLES_DEG = (10.20, 10.22)
@@ -28,13 +26,10 @@ _EVERY = 200  # steps between samples: 0.013 s, as the recorded runs
 
 @dataclass(frozen=True)
 class VelocitySeries:
-    """The speed of one grain near the critical angle, and whether it kept moving.
-
-    ``steps`` are in one contact time of the code.
-    """
+    """The speed of one grain near the critical angle, and whether it kept moving."""
 
     code: str
-    steps: float
+    steps: float  # in one contact time of the code
     angle_deg: float
     moving: bool
     path: Trajectory
@@ -43,6 +38,16 @@ class VelocitySeries:
     def label(self) -> str:
         """Return code and steps: ``LAMMPS, 50 steps``."""
         return f"{self.code}, {self.steps:g} steps"
+
+    @property
+    def fact(self) -> Fact:
+        """Return whether it moves on above the closed form, or stops below it, in words."""
+        fate = "moves on" if self.moving else "is trapped"
+        text = (
+            f"{self.label}, at {self.angle_deg:.2f} deg {fate} "
+            f"({np.ptp(self.path.x_m):.0f} d in {self.path.time_s[-1]:.0f} s)"
+        )
+        return self.moving == (self.angle_deg > critical_angle()), text
 
 
 def velocity_series(
@@ -59,9 +64,7 @@ def velocity_series(
             raise EngineError("no engine was given")
         own = _own(engine, others)
     except EngineError as error:
-        return tuple(others), untestable(
-            SOURCES["fig-4"], f"{error}", computed="the engine did not run"
-        )
+        return tuple(others), untestable("fig-4", f"{error}", computed="the engine did not run")
     return (*own, *others), judged(own, others)
 
 
@@ -106,30 +109,12 @@ def _own(engine: Engine, others: Sequence[VelocitySeries]) -> list[VelocitySerie
 
 def judged(own: Sequence[VelocitySeries], others: Sequence[VelocitySeries]) -> Statement:
     """Return the row: which runs stop below the closed form and move above it."""
-    closed = critical_angle()
-    every = (*own, *others)
-    wrong = [series for series in every if not agrees(series, closed)]
     coarse = min((series.steps for series in others), default=math.nan)
     return claim_of_facts(
-        SOURCES["fig-4"],
-        [(agrees(series, closed), _in_words(series)) for series in every],
-        f"The closed form is {closed:.4f} deg; k = 1e6 N/m, nominal e = 1e-20, steps in one "
-        "contact time of the code.",
-        corrected_holds=all(agrees(s, closed) for s in own)
-        and all(s.steps == coarse for s in wrong),
-        correction=f"not at MFiX's default of {coarse:g} steps, where the grain still moves below",
-    )
-
-
-def agrees(series: VelocitySeries, closed_deg: float) -> bool:
-    """Return whether a grain moves on above the closed form, or stops below it."""
-    return series.moving == (series.angle_deg > closed_deg)
-
-
-def _in_words(series: VelocitySeries) -> str:
-    fate = "moves on" if series.moving else "is trapped"
-    gone = float(np.ptp(series.path.x_m))
-    return (
-        f"{series.label}, at {series.angle_deg:.2f} deg {fate} "
-        f"({gone:.0f} d in {series.path.time_s[-1]:.0f} s)"
+        "fig-4",
+        [series.fact for series in (*own, *others)],
+        corrected_holds=all(series.fact[0] for series in own)
+        and all(series.fact[0] or series.steps == coarse for series in others),
+        coarse=coarse,
+        closed=critical_angle(),
     )

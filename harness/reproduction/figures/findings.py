@@ -20,7 +20,7 @@ from harness.report.figures.style import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from harness.reproduction.findings.tables import Findings
+    from harness.reproduction.findings import Findings
 
 
 def angle_against_mfix_step(findings: Findings) -> Figure:

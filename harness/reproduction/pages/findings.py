@@ -1,4 +1,4 @@
-"""The page of findings: prose whose every number comes from the run."""
+"""The numbers of the page of findings, whose prose is ``findings.md.j2``: all from the run."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ import numpy as np
 import pandas as pd
 
 from harness.observables.windows import WINDOWS
-from harness.reproduction.findings.tables import Findings
-from harness.reproduction.pages.templates import templates
+from harness.reproduction.findings import Findings
 from harness.reproduction.run import Reproduction
 
 TALLEST = 19
@@ -18,40 +17,32 @@ HEIGHTS = (2, 3, 4, 10, TALLEST)
 LOST = "critical_angle_lost_deg"
 
 
-def findings_text(found: Reproduction) -> str:
-    """Return the findings as Markdown."""
+def findings_context(found: Reproduction) -> dict[str, Any]:
+    """Return what the template of the findings is filled with."""
     findings = found.findings
-    return (
-        templates()
-        .get_template("findings.md.j2")
-        .render(
-            closed=findings.closed_form_deg,
-            engine=found.provenance.engine.upper(),
-            **_restitution(findings.restitution),
-            **_heights(findings),
-            **_mfix(findings),
-        )
-    )
-
-
-def _restitution(frame: pd.DataFrame) -> dict[str, Any]:
-    decided = list(frame[frame["reference_deg"].notna()].itertuples())
+    decided = findings.restitution[findings.restitution["reference_deg"].notna()]
+    first, *_, last = decided.itertuples()
     return {
-        "restitution": list(frame.itertuples()),
-        "first": decided[0],
-        "last": decided[-1],
-        "steps": float(frame["steps_per_contact"].iloc[0]),
+        "closed": findings.closed_form_deg,
+        "engine": found.provenance.engine.upper(),
+        "restitution": list(findings.restitution.itertuples()),
+        "first": first,
+        "last": last,
+        "steps": first.steps_per_contact,
+        **_heights(findings),
+        **_mfix(findings),
     }
 
 
 def _heights(findings: Findings) -> dict[str, Any]:
-    at = findings.at_height
+    at, closed = findings.at_height, findings.closed_form_deg
+    tall, overlap = at(TALLEST, "deformable"), at(TALLEST, "overlap")
     return {
-        "tall": at(TALLEST, "deformable"),
-        "overlap": at(TALLEST, "overlap"),
+        "tall": tall,
+        "overlap": overlap,
         "deformable2": at(2, "deformable"),
         "overlap2": at(2, "overlap"),
-        "explained": findings.explained_by_overlap(TALLEST),
+        "explained": (closed - float(overlap[LOST])) / (closed - float(tall[LOST])),
         "windows": [
             (n, law, [_window(at(n, law, window)) for window in WINDOWS])
             for n in HEIGHTS
@@ -68,25 +59,24 @@ def _window(row: pd.Series) -> str:
 
 
 def _mfix(findings: Findings) -> dict[str, Any]:
-    at_1e6 = findings.mfix[findings.mfix["stiffness_N_per_m"] == 1e6]
-    default = float(at_1e6[at_1e6["factor"] == 50]["euler_deg"].iloc[0])
-    limit = findings.limits[findings.limits["stiffness_N_per_m"] == 1e6]
+    closed = findings.closed_form_deg
+    at_1e6 = findings.mfix[findings.mfix["stiffness_N_per_m"] == 1e6].set_index("factor")
+    limits = findings.limits.set_index("stiffness_N_per_m")["critical_angle_deg"]
     return {
         "mfix": list(findings.mfix.itertuples()),
         "limits": list(findings.limits.itertuples()),
-        "default_off": default - findings.closed_form_deg,
-        "crossing": _crossing(at_1e6, findings.closed_form_deg),
-        "limit6": float(limit["critical_angle_deg"].iloc[0]),
+        "default_off": float(at_1e6["euler_deg"][50]) - closed,
+        "crossing": _crossing(at_1e6["euler_deg"].sort_index() - closed),
+        "limit6": float(limits[1e6]),
     }
 
 
-def _crossing(frame: pd.DataFrame, angle: float) -> float:
-    """Return the factor at which the angle first rises through ``angle``, NaN where it does not.
+def _crossing(off: pd.Series) -> float:
+    """Return the factor, the index, at which ``off`` first rises through 0, NaN where it does not.
 
     Straight between two factors on the logarithmic axis of the figure.
     """
-    ordered = frame.sort_values("factor")
-    value, log = ordered["euler_deg"].to_numpy() - angle, np.log(ordered["factor"].to_numpy())
+    value, log = off.to_numpy(), np.log(off.index.to_numpy())
     rises = np.flatnonzero((value[:-1] <= 0) & (value[1:] > 0))
     if rises.size == 0:
         return math.nan

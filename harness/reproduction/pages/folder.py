@@ -9,9 +9,8 @@ from harness.atomic_write import whole_folder
 from harness.errors import RequestError
 from harness.report.target import check_writable
 from harness.reproduction.movies import films as draw_films
-from harness.reproduction.pages.page import html_page
+from harness.reproduction.pages.page import html_page, markdown
 from harness.reproduction.pages.pictures import all_pictures
-from harness.reproduction.pages.text import markdown
 from harness.reproduction.run import Reproduction
 
 LEDGER = "ledger.csv"

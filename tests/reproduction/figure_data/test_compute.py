@@ -2,20 +2,21 @@ import pytest
 
 from harness.observables.reference import ReferencePoints
 from harness.reproduction.claims import ClaimStatus, Ledger
-from harness.reproduction.figure_data.compute import figure_data
+from harness.reproduction.figure_data.compute import source_figures
 from harness.reproduction.source import FIGURES
 
 
 @pytest.fixture(scope="module")
 def found():
-    return figure_data(None)
+    return source_figures(None)
 
 
 def test_one_statement_a_figure_in_the_order_of_the_source(found):
-    keys = [statement.source.key for statement in found.statements]
+    statements = [figure.statement for figure in found]
+    keys = [statement.source.key for statement in statements]
     assert keys == [f"fig-{number}" for number in range(1, 17)] == list(FIGURES)
-    Ledger(found.statements)
-    for statement in found.statements:
+    Ledger(tuple(statements))
+    for statement in statements:
         assert statement.computed
         if statement.status is ClaimStatus.UNTESTABLE:
             assert statement.why
@@ -25,15 +26,15 @@ def test_one_statement_a_figure_in_the_order_of_the_source(found):
 
 
 def test_the_same_statements_twice(found):
-    assert figure_data(None).statements == found.statements
+    again = source_figures(None)
+    assert [one.statement for one in again] == [one.statement for one in found]
 
 
 def test_progress_and_the_users_points():
     heard = []
     points = ReferencePoints("made-up.csv", (2.0, 12.0), (9.0, 6.5))
-    found = figure_data(None, lambda *stage: heard.append(stage), recorded={}, reference=points)
+    found = source_figures(None, lambda *stage: heard.append(stage), recorded={}, reference=points)
     assert [done for _, done, _ in heard] == list(range(1, heard[0][2] + 1))
-    assert found.motions == ()
-    assert found.reference is points
-    assert found.statements[0].status is ClaimStatus.REPRODUCED
-    assert "made-up.csv" in found.statements[10].computed
+    assert [found[3].draw, found[11].draw] == [None, None]  # no runs, a figure of others
+    assert found[0].statement.status is ClaimStatus.REPRODUCED
+    assert "made-up.csv" in found[10].statement.computed

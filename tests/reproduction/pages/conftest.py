@@ -6,8 +6,8 @@ import pytest
 
 from harness.observables.provenance import Provenance
 from harness.reproduction.claims import Ledger, compare, untestable
-from harness.reproduction.figure_data.compute import figure_data
-from harness.reproduction.findings.tables import Findings
+from harness.reproduction.figure_data.compute import source_figures
+from harness.reproduction.findings import Findings
 from harness.reproduction.source import Source
 from harness.theory.critical_angle import critical_angle
 from harness.theory.shock import shock_from_restitution
@@ -116,5 +116,5 @@ def reproduction(findings, ledger):
 
 
 @pytest.fixture(scope="session")
-def data():
-    return figure_data(FateEngine())
+def figures():
+    return source_figures(FateEngine())

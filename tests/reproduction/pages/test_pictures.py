@@ -1,11 +1,10 @@
-from dataclasses import replace
-
 import pytest
 
 from harness.observables.reference import ReferencePoints
 from harness.report.figures.style import house_style
 from harness.report.gallery import picture
-from harness.reproduction.pages.pictures import drawings, source_pictures
+from harness.reproduction.figure_data.compute import source_figures
+from harness.reproduction.pages.pictures import source_pictures
 from harness.reproduction.source import FIGURES
 
 MOST_BYTES = 5_000_000
@@ -47,6 +46,10 @@ SAID = {
 }
 
 
+def drawings(figures):
+    return {row.source.key: draw for row, draw in figures if draw is not None}
+
+
 def texts(figure):
     """Return all that titles and legends say."""
     legends = [*figure.legends, *(a.get_legend() for a in figure.axes if a.get_legend())]
@@ -55,9 +58,9 @@ def texts(figure):
 
 
 @pytest.mark.parametrize("key", AXES)
-def test_axes_and_legends(data, key):
+def test_axes_and_legends(figures, key):
     with house_style():
-        figure = drawings(data)[key]()
+        figure = drawings(figures)[key]()
         names = {text for a in figure.axes for text in (a.get_xlabel(), a.get_ylabel()) if text}
         assert names == AXES[key]
         assert SAID[key] in texts(figure)
@@ -69,9 +72,9 @@ def test_axes_and_legends(data, key):
             assert figure.bbox.y0 <= box.y0
 
 
-def test_lines_of_a_panel_differ_without_colour(data):
+def test_lines_of_a_panel_differ_without_colour(figures):
     """In grey, line style, marker or width must tell lines with a name apart."""
-    for key, draw in drawings(data).items():
+    for key, draw in drawings(figures).items():
         for axes in draw().axes:
             looks = [
                 (str(line.get_linestyle()), line.get_marker(), line.get_linewidth(),
@@ -83,12 +86,12 @@ def test_lines_of_a_panel_differ_without_colour(data):
 
 
 @pytest.fixture(scope="module")
-def shown(data):
-    return source_pictures(data)
+def shown(figures):
+    return source_pictures(figures)
 
 
-def test_every_figure_but_the_one_of_others_is_drawn(shown, data):
-    told = {s.source.key: s.computed for s in data.statements}
+def test_every_figure_but_the_one_of_others_is_drawn(shown, figures):
+    told = {row.source.key: row.computed for row, _ in figures}
     expected = [figure for key, figure in FIGURES.items() if key != "fig-12"]
     assert [p.name for p in shown] == [figure.picture for figure in expected]
     for drawn, figure in zip(shown, expected, strict=True):
@@ -104,19 +107,15 @@ def test_all_figures_together_are_small(shown):
 
 
 @pytest.mark.parametrize("key", ["fig-3", "fig-4", "fig-16"])
-def test_the_same_bytes_twice(shown, data, key):
+def test_the_same_bytes_twice(shown, figures, key):
     (first,) = (p for p in shown if p.name == FIGURES[key].picture)
-    again = picture(first.name, first.title, first.caption, drawings(data)[key])
+    again = picture(first.name, first.title, first.caption, drawings(figures)[key])
     assert again == first
 
 
-def test_without_runs_there_is_no_velocity_series(data):
-    assert "fig-4" not in drawings(replace(data, motions=()))
-
-
-def test_points_of_the_user_are_drawn(data):
+def test_points_of_the_user_are_drawn():
     points = ReferencePoints("made-up.csv", (2.0, 25.0), (14.0, 6.5))
-    drawn = drawings(replace(data, reference=points))
+    drawn = drawings(source_figures(None, recorded={}, reference=points))
     for key in ("fig-1", "fig-11", "fig-13", "fig-15"):
         figure = drawn[key]()
         assert "reference: made-up.csv" in texts(figure), key

@@ -4,9 +4,7 @@ import pytest
 
 from harness.report.gallery import Picture
 from harness.reproduction.movies import Film
-from harness.reproduction.pages.findings import findings_text
-from harness.reproduction.pages.page import html_page
-from harness.reproduction.pages.text import markdown
+from harness.reproduction.pages.page import findings_text, html_page, markdown
 from harness.theory.critical_angle import critical_angle
 
 SVG = '<svg width="400pt" viewBox="0 0 400 200" />'

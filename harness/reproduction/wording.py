@@ -1,0 +1,45 @@
+"""How numbers of a run are told: rounded, bounded, and put into the sentences of the source."""
+
+from __future__ import annotations
+
+import string
+from typing import Any
+
+import numpy as np
+
+DIGITS = 7
+"""Significant digits of a recorded number: round-off of other machines stays below them."""
+
+ROUND_OFF = 1e-12
+"""Of numbers of about 1: a difference below it is told as a bound, not as a number."""
+
+
+def rounded(value: float, tolerance: float = 0.0) -> float:
+    """Return a number to :data:`DIGITS` digits, 0 for one below a hundredth of a tolerance.
+
+    A residual of round-off thus becomes 0, and other machines record the same number.
+    """
+    if abs(value) < 0.01 * tolerance:
+        return 0.0
+    return float(f"{value:.{DIGITS}g}") + 0.0  # no minus before a zero
+
+
+def told(sentence: str, numbers: dict[str, Any]) -> str:
+    """Put numbers into a sentence of ``source.toml``: ``{x:.3f}``, of a list one by one.
+
+    ``{x:bound}`` is what :func:`bounded` says.
+    """
+    return _Sentences().vformat(sentence, (), numbers)
+
+
+class _Sentences(string.Formatter):
+    def format_field(self, value: Any, format_spec: str) -> str:
+        """Return a number, or several with commas between them."""
+        if isinstance(value, (list, tuple, np.ndarray)):
+            return ", ".join(self.format_field(one, format_spec) for one in value)
+        return bounded(value) if format_spec == "bound" else format(value, format_spec)
+
+
+def bounded(value: float, bound: float = ROUND_OFF) -> str:
+    """Return the size of a difference in words: ``less than 1e-12`` where it is round-off."""
+    return f"less than {bound:.0e}" if abs(value) < bound else f"{value:.0e}"
