@@ -17,7 +17,7 @@ ANYWHERE = {"harness", "harness.errors", "harness.parameters"}
 FILES = {"harness.home", "harness.atomic_write"}
 MEASURED = {*ANYWHERE, "harness.observables"}
 JUDGED = {*MEASURED, "harness.comparison"}
-PRODUCERS = {"harness.theory", "harness.chain", "harness.engines"}
+PRODUCERS = {"harness.theory", "harness.chain", "harness.pair", "harness.engines"}
 
 ALLOWED = {
     "errors.py": set(),
@@ -29,6 +29,7 @@ ALLOWED = {
     "parameters": {"harness.errors"},
     "theory": MEASURED,
     "chain": {*MEASURED, "harness.compiled"},
+    "pair": {*ANYWHERE, "harness.compiled"},
     "engines": {*MEASURED, *FILES, "harness.compiled", "harness.shared_memory"},
     "observables": ANYWHERE,
     "comparison": MEASURED,
@@ -57,7 +58,7 @@ LAZY_API = "workflows/__init__.py"
 OF_REPORT = ("harness.report.sections", "harness.report.figures.style")
 """What cases may use of the report."""
 
-WITHOUT_FILES = ("theory", "chain", "observables", "comparison")
+WITHOUT_FILES = ("theory", "chain", "pair", "observables", "comparison")
 PROCESSES_AND_FILES = {"subprocess", "pathlib", "tempfile", "shutil", "io", "multiprocessing"}
 
 GENERIC = ("comparison", "store", "report", "workflows")

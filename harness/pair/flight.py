@@ -1,0 +1,75 @@
+"""When bodies in free flight meet next, in closed form: the first root of a polynomial."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from harness.pair.system import BODY, Floats, System
+
+
+def next_contact(y: Floats, system: System) -> tuple[float, int]:
+    """Return the time until two bodies first touch [s] and which contact it is; inf for none.
+
+    A contact that overlaps and closes begins at once.
+    """
+    found = [(_time_to(y, system, c), c) for c in range(len(system.pairs))]
+    return min(found, default=(math.inf, -1))
+
+
+def flown(y: Floats, system: System, time: float) -> Floats:
+    """Return the state after a flight: parabolas and steady rotation."""
+    result = y.copy()
+    for b in range(len(system.radius)):
+        at = BODY * b
+        velocity, gravity = y[at + 3 : at + 6], system.gravity[b]
+        result[at : at + 3] += velocity * time + 0.5 * gravity * time**2
+        result[at + 3 : at + 6] += gravity * time
+    return result
+
+
+def _time_to(y: Floats, system: System, contact: int) -> float:
+    i, j = system.pairs[contact]
+    place, velocity = y[BODY * i : BODY * i + 3], y[BODY * i + 3 : BODY * i + 6]
+    gravity = system.gravity[i]
+    if j < 0:
+        n = system.normals[-1 - j]
+        gap = (place - system.points[-1 - j]) @ n - system.radius[i]
+        return _first_fall([0.5 * gravity @ n, velocity @ n, gap])
+    apart = place - y[BODY * j : BODY * j + 3]
+    velocity = velocity - y[BODY * j + 3 : BODY * j + 6]
+    gravity = gravity - system.gravity[j]
+    reach = system.radius[i] + system.radius[j]
+    distance = float(np.sqrt(apart @ apart))
+    return _first_fall(
+        [
+            0.25 * gravity @ gravity,
+            gravity @ velocity,
+            velocity @ velocity + gravity @ apart,
+            2.0 * float(velocity @ apart),
+            (distance - reach) * (distance + reach),
+        ]
+    )
+
+
+def _first_fall(polynomial: list[float]) -> float:
+    """Return the first time from 0 on at which a polynomial falls through 0; inf for none."""
+    coefficients = np.trim_zeros(np.array(polynomial, dtype=float), "f")
+    slopes = np.polyder(coefficients) if len(coefficients) > 1 else np.zeros(1)
+    if polynomial[-1] <= 0.0 and _falls_at_once(polynomial):
+        return 0.0
+    if len(coefficients) < 2:
+        return math.inf
+    roots = np.roots(coefficients)
+    real = np.sort(roots[np.abs(roots.imag) <= 1e-7 * np.abs(roots)].real)
+    for root in real[real > 0.0]:
+        if np.polyval(slopes, root) < 0.0:
+            return float(root - np.polyval(coefficients, root) / np.polyval(slopes, root))
+    return math.inf
+
+
+def _falls_at_once(polynomial: list[float]) -> bool:
+    """Return whether the first derivative that is not 0 at time 0 is negative."""
+    moving = [c for c in reversed(polynomial[:-1]) if c != 0.0]
+    return bool(moving) and moving[0] < 0.0

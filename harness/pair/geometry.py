@@ -1,0 +1,119 @@
+"""Where two bodies touch and how they move against each other there."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from harness.pair.system import BODY, CONTACT, Floats, System
+from harness.pair.vectors import Vector, across, compiled, cross, dot, length, plus, scaled
+
+
+class Geometry(NamedTuple):
+    """A contact at one instant: vectors along and across its normal, from body j to body i."""
+
+    normal: Vector
+    turning: Vector  # rate of the normal
+    frame: Vector  # angular velocity of the frame in which springs are kept
+    overlap: float
+    closing: float  # rate of the overlap
+    relative: Vector  # v_i - v_j
+    levers: tuple[float, float]  # of omega_i and omega_j in the velocity at the contact
+    slip: Vector  # tangential velocity at the contact
+    spin: Vector  # omega_i - omega_j
+
+
+@compiled
+def vector(y: Floats, at: int) -> Vector:
+    """Return three numbers of the state."""
+    return (y[at], y[at + 1], y[at + 2])
+
+
+@compiled
+def normal_and_gap(y: Floats, system: System, contact: int) -> tuple[Vector, float, float]:
+    """Return the normal, the overlap [m] by the positions and the distance of the centres [m].
+
+    At a wall: infinite, for a sphere on a plane does not turn the normal.
+    """
+    i, j = system.pairs[contact, 0], system.pairs[contact, 1]
+    place = vector(y, BODY * i)
+    if j < 0:
+        wall = -1 - j
+        point = system.points[wall]
+        unit = system.normals[wall]
+        n = (unit[0], unit[1], unit[2])
+        height = dot(plus(place, -1.0, (point[0], point[1], point[2])), n)
+        return n, system.radius[i] - height, float("inf")
+    apart = plus(place, -1.0, vector(y, BODY * j))
+    distance = length(apart)
+    overlap = system.radius[i] + system.radius[j] - distance
+    return scaled(1.0 / distance, apart), overlap, distance
+
+
+@compiled
+def geometry(y: Floats, system: System, contact: int) -> Geometry:
+    """Return how a contact stands and moves; its overlap is the one in the state."""
+    i, j = system.pairs[contact, 0], system.pairs[contact, 1]
+    n, _, distance = normal_and_gap(y, system, contact)
+    overlap = y[BODY * len(system.radius) + CONTACT * contact]
+    relative, spin = vector(y, BODY * i + 3), vector(y, BODY * i + 6)
+    spin_j, second = (0.0, 0.0, 0.0), 0.0
+    if j >= 0:
+        relative = plus(relative, -1.0, vector(y, BODY * j + 3))
+        spin_j, second = vector(y, BODY * j + 6), system.radius[j]
+    turning = scaled(1.0 / distance, across(relative, n))
+    frame = cross(n, turning)
+    if system.law.mean_spin:
+        frame = plus(frame, 0.5 * dot(plus(spin, 1.0, spin_j), n), n)
+    off = 0.5 * overlap * system.law.velocity_lever if j >= 0 else 0.0
+    levers = (system.radius[i] - off, second - off if j >= 0 else 0.0)
+    arms = plus(scaled(levers[0], spin), levers[1], spin_j)
+    slip = plus(across(relative, n), -1.0, cross(arms, n))
+    closing = -dot(relative, n)
+    return Geometry(
+        n, turning, frame, overlap, closing, relative, levers, slip, plus(spin, -1.0, spin_j)
+    )
+
+
+class Change(NamedTuple):
+    """Rates of what :class:`Geometry` holds, from the bodies' accelerations."""
+
+    closing: float
+    slip: Vector
+    spin: Vector
+
+
+@compiled
+def change(g: Geometry, y: Floats, system: System, contact: int, accelerations: Floats) -> Change:
+    """Return the rates of closing, slip and spin, the vectors in the turning frame.
+
+    ``accelerations``: (bodies, 6), linear and angular.
+    """
+    i, j = system.pairs[contact, 0], system.pairs[contact, 1]
+    relative, spin = _part(accelerations, i, 0), _part(accelerations, i, 3)
+    arms = scaled(g.levers[0], spin)
+    shrink = -0.5 * g.closing * system.law.velocity_lever
+    if j >= 0:
+        relative = plus(relative, -1.0, _part(accelerations, j, 0))
+        arms = plus(arms, g.levers[1], _part(accelerations, j, 3))
+        both = plus(vector(y, BODY * i + 6), 1.0, vector(y, BODY * j + 6))
+        arms = plus(arms, shrink, both)
+        spin = plus(spin, -1.0, _part(accelerations, j, 3))
+    closing = -dot(relative, g.normal) - dot(g.relative, g.turning)
+    slip = plus(across(relative, g.normal), g.closing, g.turning)
+    slip = plus(slip, -1.0, cross(arms, g.normal))
+    slip = plus(slip, -1.0, cross(_arms(g, y, system, contact), g.turning))
+    slip = plus(across(slip, g.normal), -1.0, across(cross(g.frame, g.slip), g.normal))
+    spin = plus(spin, -1.0, cross(g.frame, g.spin))
+    return Change(closing, slip, spin)
+
+
+@compiled
+def _arms(g: Geometry, y: Floats, system: System, contact: int) -> Vector:
+    i, j = system.pairs[contact, 0], system.pairs[contact, 1]
+    arms = scaled(g.levers[0], vector(y, BODY * i + 6))
+    return plus(arms, g.levers[1], vector(y, BODY * j + 6)) if j >= 0 else arms
+
+
+@compiled
+def _part(values: Floats, row: int, at: int) -> Vector:
+    return (values[row, at], values[row, at + 1], values[row, at + 2])

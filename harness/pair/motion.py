@@ -1,0 +1,193 @@
+"""A system of contacts on its way: smooth pieces of motion between events that are located.
+
+Free flight is a parabola, its end the root of a polynomial. In contact, an extrapolation step of
+order 12 with error control goes on until an ending (:func:`harness.pair.rates.endings`) turns
+positive; the ending is located by taking the same step shorter, to round-off.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.optimize import brentq
+
+from harness.pair.extrapolation import ORDER, step
+from harness.pair.flight import flown, next_contact
+from harness.pair.friction import normal_force
+from harness.pair.geometry import geometry
+from harness.pair.path import Event, EventKind, SliderName
+from harness.pair.rates import LOAD, OPEN, OPENING, SIGN, SLIDERS, STATE, TOUCH, endings
+from harness.pair.scales import set_size, state_scales
+from harness.pair.switching import begin, settle, stick, switch
+from harness.pair.system import BODY, Floats, Integers, System
+from harness.parameters.contact_scene import Segment
+
+MOST_EVENTS_AT_ONCE = 50
+START = 1e-12
+"""[overlap / speed] for which springs stick as a contact begins: force and limit are 0 at first."""
+
+PROBE = 1e-6
+"""[overlap / speed] after which a slider shows whether it slides."""
+
+SLIDER_NAMES: tuple[SliderName, ...] = ("tangential", "rolling", "twisting")
+
+
+@dataclass
+class Motion:
+    """State, modes and events of an integration at a time."""
+
+    system: System
+    y: Floats
+    modes: Integers
+    tolerance: float
+    time: float = 0.0
+    h: float = 0.0
+    steps: int = 0
+    at_once: int = 0
+    scale: Floats = field(default_factory=lambda: np.ones(0))
+    events: list[Event] = field(default_factory=list)
+
+    def start(self) -> None:
+        """Note contacts that overlap from the start as begun."""
+        for c in self.closed():
+            set_size(self.y, self.system, c)
+            self._note("begins", c, "")
+        self._rescale()
+        if self.closed():
+            self._settle()
+
+    def closed(self) -> list[int]:
+        """Return the contacts that are closed."""
+        return [int(c) for c in np.flatnonzero(self.modes[:, STATE] != OPEN)]
+
+    def unit(self) -> float:
+        """Return the shortest of the contacts' times overlap / speed [s]."""
+        overlaps, speeds = self.system.sizes[self.closed()].T
+        return float((overlaps / speeds).min())
+
+    def prescribe(self, segment: Segment) -> None:
+        """Give every body the velocities of a segment; springs stay as they are."""
+        for c in self.closed():
+            for kind in range(3):
+                stick(self.y, self.system, self.modes, c, kind)
+        bodies = self.y[: BODY * len(self.system.radius)].reshape(-1, BODY)
+        bodies[:, 3:6], bodies[:, 6:9] = np.array(segment.velocities), np.array(segment.omegas)
+        for c in self.closed():
+            set_size(self.y, self.system, c)
+            self.modes[c, OPENING] = geometry(self.y, self.system, c).closing < 0.0
+        self._rescale()
+        if self.closed():
+            self._settle()
+
+    def advance(self, end: float) -> None:
+        """Move on to a time."""
+        while self.time < end:
+            if self.closed():
+                self._step(end)
+            else:
+                self._fly(end)
+
+    def _fly(self, end: float) -> None:
+        wait, c = next_contact(self.y, self.system)
+        if self.time + wait > end:
+            self.y = flown(self.y, self.system, end - self.time)
+            self.time = end
+            return
+        self.y = flown(self.y, self.system, wait)
+        self.time += wait
+        self._begin(c)
+
+    def _begin(self, c: int) -> None:
+        begin(self.y, self.system, self.modes, c, 0.0)
+        set_size(self.y, self.system, c)
+        self._note("begins", c, "")
+        self._rescale()
+        start = START * self.unit()
+        self.y, _ = step(self.y, start, self.scale, self.system, self.modes)
+        self.time += start
+        self._settle()
+        self.h = start
+
+    def _settle(self) -> None:
+        """Decide which sliders slide, and note them."""
+        for c, kind in settle(self.y, self.system, self.modes, PROBE * self.unit()):
+            self._note("slides", c, SLIDER_NAMES[kind])
+        self._rescale()
+
+    def _step(self, end: float) -> None:
+        """Take one step that the error allows, or the part of it up to the first ending."""
+        self._rescale()
+        h, truncated = min(self.h, end - self.time), self.h > end - self.time
+        while True:
+            y, error = step(self.y, h, self.scale, self.system, self.modes)
+            change = 0.8 * (self.tolerance / max(error, 1e-30)) ** (1.0 / ORDER)
+            if error <= self.tolerance:
+                break
+            h, truncated = h * max(0.1, change), False
+            if not h > 1e-17 * self.unit():
+                raise ArithmeticError(f"contact integration: no step at t = {self.time!r} s")
+        self.steps += 1
+        fired = np.argwhere(endings(y, self.system, self.modes) > 0.0)
+        if not len(fired):
+            self.y, self.at_once = y, 0
+            self.time = end if h == end - self.time else self.time + h
+            self.h = self.h if truncated else h * min(4.0, change)
+            return
+        shortest, where = min(
+            (self._locate((int(c), int(kind)), h), (int(c), int(kind))) for c, kind in fired
+        )
+        self._switch(shortest, where)
+
+    def _locate(self, where: tuple[int, int], h: float) -> float:
+        """Return the time until an ending turns positive, at most h."""
+
+        def ending(part: float) -> float:
+            y, _ = step(self.y, part, self.scale, self.system, self.modes)
+            return float(endings(y, self.system, self.modes)[where])
+
+        # an ending that has just been passed stands at 0, give or take round-off
+        for early in (0.0, 1e-6 * h, 1e-3 * h, 0.1 * h):
+            if ending(early) < 0.0:
+                return float(brentq(ending, early, h, xtol=1e-18 * self.unit(), rtol=1e-15))
+        return 0.0
+
+    def _switch(self, part: float, where: tuple[int, int]) -> None:
+        if part > 0.0:
+            self.y, _ = step(self.y, part, self.scale, self.system, self.modes)
+            self.time += part
+        self.at_once = 0 if part > 1e-12 * self.unit() else self.at_once + 1
+        if self.at_once > MOST_EVENTS_AT_ONCE:
+            raise ArithmeticError(f"contact integration: chatters at t = {self.time!r} s")
+        c, column = where
+        if column == TOUCH and self.modes[c, STATE] == OPEN:
+            self._begin(c)
+            return
+        name: SliderName = ""
+        if SLIDERS <= column < SLIDERS + 3:
+            name = SLIDER_NAMES[column - SLIDERS]
+        before = self._event_values(c)
+        kind = switch(self.y, self.system, self.modes, where)
+        self.events.append(Event(self.time, kind, self.name(c), *before, slider=name))
+        if column == LOAD:
+            self._settle()
+        self._rescale()
+        if self.closed():
+            self.h = min(self.h, 0.1 * self.unit())
+
+    def _rescale(self) -> None:
+        if self.closed():
+            self.scale = state_scales(self.y, self.system, self.modes)
+            self.h = self.h or 1e-3 * self.unit()
+
+    def _event_values(self, c: int) -> tuple[float, float]:
+        g = geometry(self.y, self.system, c)
+        return g.overlap, normal_force(g, self.system, c, int(self.modes[c, SIGN])).force
+
+    def _note(self, kind: EventKind, c: int, slider: SliderName) -> None:
+        self.events.append(Event(self.time, kind, self.name(c), *self._event_values(c), slider))
+
+    def name(self, c: int) -> tuple[int, int]:
+        """Return the bodies of a contact, or its body and plane."""
+        i, j = self.system.pairs[c]
+        return int(i), int(j)

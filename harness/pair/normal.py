@@ -1,0 +1,101 @@
+"""The elastic normal force of two spheres, or of a sphere and a plane, over their overlap.
+
+hooke: k delta. hertz: 4/3 E* a delta with a^2 = R* delta (Hertz 1882; Johnson 1985, section 4.2).
+dmt: Hertz less 4 pi gamma R* (Derjaguin, Muller and Toporov 1975). jkr (Johnson, Kendall and
+Roberts 1971; Johnson 1985, section 5.5), with the work of adhesion 2 gamma:
+
+    F = 4 E* a^3 / (3 R*) - 4 sqrt(pi gamma E* a^3),   delta = a^2 / R* - 2 sqrt(pi gamma a / E*).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from harness.pair.vectors import compiled
+
+HOOKE, HERTZ, DMT, JKR = range(4)
+
+
+class Elastic(NamedTuple):
+    """Force [N] and its slope [N/m], contact radius a [m] and d(ln a)/d(overlap) [1/m]."""
+
+    force: float
+    slope: float
+    radius: float
+    growth: float
+
+
+@compiled
+def elastic(
+    law: int, stiffness: float, surface: float, curvature: float, overlap: float
+) -> Elastic:
+    """Return the elastic force at an overlap [m].
+
+    ``stiffness`` is k [N/m] for hooke, else E* [Pa]; ``surface`` gamma [J/m2]; ``curvature`` R*.
+    """
+    if law == JKR:
+        return _jkr(stiffness, surface, curvature, overlap)
+    if overlap <= 0.0:
+        pull = 4.0 * math.pi * surface * curvature if law == DMT else 0.0
+        return Elastic(-pull, 0.0, 0.0, 0.0)
+    a = math.sqrt(curvature * overlap)
+    growth = 0.5 / overlap
+    if law == HOOKE:
+        return Elastic(stiffness * overlap, stiffness, a, growth)
+    pull = 4.0 * math.pi * surface * curvature if law == DMT else 0.0
+    return Elastic(4.0 / 3.0 * stiffness * a * overlap - pull, 2.0 * stiffness * a, a, growth)
+
+
+@compiled
+def pull_off_force(law: int, surface: float, curvature: float) -> float:
+    """Return the largest tension [N]: 4 pi gamma R* (dmt), 3 pi gamma R* (jkr), else 0."""
+    if law == DMT:
+        return 4.0 * math.pi * surface * curvature
+    return 3.0 * math.pi * surface * curvature if law == JKR else 0.0
+
+
+@compiled
+def last_overlap(law: int, modulus: float, surface: float, curvature: float, fold: bool) -> float:
+    """Return the overlap [m] at which a contact that opens ends; 0 but for jkr.
+
+    jkr: at its largest tension, a^3 = 9 pi gamma R*^2 / (4 E*), delta = -a^2 / (3 R*); or at the
+    ``fold``, where d(delta)/da = 0: a^3 = pi gamma R*^2 / (4 E*), delta = -3 a^2 / R*.
+    """
+    if law != JKR:
+        return 0.0
+    cube = math.pi * surface * curvature**2 / (4.0 * modulus)
+    if fold:
+        return float(-3.0 * cube ** (2.0 / 3.0) / curvature)
+    return float(-((9.0 * cube) ** (2.0 / 3.0)) / (3.0 * curvature))
+
+
+@compiled
+def _jkr(modulus: float, surface: float, curvature: float, overlap: float) -> Elastic:
+    a = _jkr_radius(modulus, surface, curvature, overlap)
+    root = math.sqrt(math.pi * surface * modulus * a)
+    spread = 2.0 * a / curvature - root / (modulus * a)  # d(overlap)/da, 0 at the fold
+    force = 4.0 * modulus * a**3 / (3.0 * curvature) - 4.0 * root * a
+    slope = 4.0 * modulus * a * a / curvature - 6.0 * root
+    spread = max(spread, 1e-12 * a / curvature)
+    return Elastic(force, slope / spread, a, 1.0 / (a * spread))
+
+
+@compiled
+def _jkr_radius(modulus: float, surface: float, curvature: float, overlap: float) -> float:
+    """Return a on the stable branch, by Newton's method in s = sqrt(a) from above the root.
+
+    s^4 / R* - 2 c s - delta = 0 with c = sqrt(pi gamma / E*) is convex for s > 0 and rises from
+    the fold s^3 = c R* / 2 on, so that the iteration falls to the root without passing it.
+    """
+    c = math.sqrt(math.pi * surface / modulus)
+    fold = float((0.5 * c * curvature) ** (1.0 / 3.0))
+    if fold**4 / curvature - 2.0 * c * fold >= overlap:
+        return fold * fold
+    s = float((2.0 * c * curvature) ** (1.0 / 3.0) + max(overlap * curvature, 0.0) ** 0.25)
+    for _ in range(60):
+        change = (s**4 / curvature - 2.0 * c * s - overlap) / (4.0 * s**3 / curvature - 2.0 * c)
+        s -= change
+        if change <= 4e-16 * s:
+            break
+    return s * s

@@ -1,0 +1,206 @@
+"""Rates of the state of a system of contacts, and what ends a smooth piece of its motion."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from harness.pair.friction import (
+    Normal,
+    limits,
+    load_rate,
+    normal_force,
+    slider_of,
+    torque,
+    velocity_rate,
+)
+from harness.pair.geometry import Geometry, change, geometry, normal_and_gap, vector
+from harness.pair.normal import last_overlap
+from harness.pair.slider import OFF, beyond, force, spring, state_rate
+from harness.pair.system import BODY, CONTACT, TANGENTIAL, Floats, Integers, System
+from harness.pair.vectors import Vector, compiled, cross, plus, scaled
+
+OPEN, CLOSED, CLIPPED = range(3)
+"""Of a contact: apart, touching, touching with its attractive force clipped to 0."""
+
+STATE, SIGN, SLIDERS, OPENING = 0, 1, 2, 5
+"""Columns of the modes; three sliders stand from SLIDERS on."""
+
+TOUCH, LOAD, TURN, KINDS = 0, 1, 5, 6
+"""Columns of what ends a piece: contact, sign of the load, three sliders, sign of closing."""
+
+
+NEGLIGIBLE = 1e-8
+"""[force, speed of a contact] below which a friction has no direction and closing no sign."""
+
+
+END = 1e-12
+"""[overlap of a contact] at which a contact that opens ends: at 0 its rates are infinite."""
+
+
+@compiled
+def place_of(system: System, contact: int) -> int:
+    """Return where a contact stands in the state: overlap, then springs."""
+    return int(BODY * len(system.radius) + CONTACT * contact)
+
+
+@compiled
+def forces(y: Floats, system: System, modes: Integers) -> Floats:
+    """Return force [N] and torque [N m] of the contacts on every body, (bodies, 6)."""
+    result = np.zeros((len(system.radius), 6))
+    for c in range(len(system.pairs)):
+        if modes[c, STATE] == CLOSED:
+            _add_contact(result, y, system, modes, c)
+    return result
+
+
+@compiled
+def _add_contact(result: Floats, y: Floats, system: System, modes: Integers, c: int) -> None:
+    i, j = system.pairs[c, 0], system.pairs[c, 1]
+    g = geometry(y, system, c)
+    normal = normal_force(g, system, c, modes[c, SIGN])
+    total, couple = scaled(normal.force, g.normal), (0.0, 0.0, 0.0)
+    off = 0.5 * g.overlap * system.law.torque_lever if j >= 0 else 0.0
+    moment = (0.0, 0.0, 0.0)
+    for kind in range(3):
+        if modes[c, SLIDERS + kind] == OFF:
+            continue
+        f = slider_force(kind, g, normal, y, system, modes, c)
+        if kind == TANGENTIAL:
+            total, moment = plus(total, 1.0, f), cross(g.normal, f)
+        else:
+            couple = plus(couple, 1.0, torque(kind, f, g, system.curvature[c]))
+    _add(result, i, 1.0, total, plus(couple, off - system.radius[i], moment))
+    if j >= 0:
+        _add(result, j, -1.0, total, plus(couple, system.radius[j] - off, moment))
+
+
+@compiled
+def slider_force(
+    kind: int, g: Geometry, normal: Normal, y: Floats, system: System, modes: Integers, c: int
+) -> Vector:
+    """Return the force of one slider on body i."""
+    slider = slider_of(kind, g, normal, system, c, modes[c, OPENING] == 1)
+    q = vector(y, place_of(system, c) + 1 + 3 * kind)
+    cap = slider.friction * normal.load
+    return force(slider, q, modes[c, SLIDERS + kind], cap, limits(kind, system.law))
+
+
+@compiled
+def slider_spring(y: Floats, system: System, modes: Integers, c: int, kind: int) -> Vector:
+    """Return the elastic part of a slider's force on body i."""
+    if modes[c, STATE] != CLOSED or modes[c, SLIDERS + kind] == OFF:
+        return (0.0, 0.0, 0.0)
+    g = geometry(y, system, c)
+    normal = normal_force(g, system, c, modes[c, SIGN])
+    slider = slider_of(kind, g, normal, system, c, modes[c, OPENING] == 1)
+    cut_back, damping = limits(kind, system.law)
+    mode = modes[c, SLIDERS + kind] if cut_back else 1
+    q = vector(y, place_of(system, c) + 1 + 3 * kind)
+    return spring(slider, q, mode, slider.friction * normal.load, damping)
+
+
+@compiled
+def _add(result: Floats, body: int, sign: float, f: Vector, moment: Vector) -> None:
+    for k in range(3):
+        result[body, k] += sign * f[k]
+        result[body, 3 + k] += sign * moment[k]
+
+
+@compiled
+def accelerations(y: Floats, system: System, modes: Integers) -> Floats:
+    """Return linear [m/s2] and angular [rad/s2] accelerations, (bodies, 6)."""
+    result = forces(y, system, modes)
+    for b in range(len(system.radius)):
+        for k in range(3):
+            result[b, k] = result[b, k] * system.inverse_mass[b] + system.gravity[b, k]
+            result[b, 3 + k] *= system.inverse_inertia[b]
+    return result
+
+
+@compiled
+def rates(y: Floats, system: System, modes: Integers, result: Floats) -> None:
+    """Set ``result`` to the rate of the state."""
+    found = accelerations(y, system, modes)
+    for b in range(len(system.radius)):
+        for k in range(3):
+            result[BODY * b + k] = y[BODY * b + 3 + k]
+            result[BODY * b + 3 + k] = found[b, k]
+            result[BODY * b + 6 + k] = found[b, 3 + k]
+    for c in range(len(system.pairs)):
+        at = place_of(system, c)
+        result[at : at + CONTACT] = 0.0
+        if modes[c, STATE] != OPEN:
+            _contact_rates(y, system, modes, found, c, result)
+
+
+@compiled
+def _contact_rates(
+    y: Floats, system: System, modes: Integers, found: Floats, c: int, result: Floats
+) -> None:
+    at = place_of(system, c)
+    g = geometry(y, system, c)
+    result[at] = g.closing
+    if modes[c, STATE] == CLIPPED:
+        return
+    normal = normal_force(g, system, c, modes[c, SIGN])
+    rate = change(g, y, system, c, found)
+    for kind in range(3):
+        mode = modes[c, SLIDERS + kind]
+        if mode == OFF:
+            continue
+        place = at + 1 + 3 * kind
+        q = vector(y, place)
+        slider = slider_of(kind, g, normal, system, c, modes[c, OPENING] == 1)
+        size = system.mass[c] * system.sizes[c, 1] ** 2 / system.sizes[c, 0]
+        cap = (slider.friction * normal.load, NEGLIGIBLE * slider.friction * size)
+        swing = velocity_rate(kind, rate, g, system, c)
+        moved = state_rate(slider, q, mode, cap, limits(kind, system.law), swing)
+        moved = plus(moved, 1.0, cross(g.frame, q))
+        for k in range(3):
+            result[place + k] = moved[k]
+
+
+@compiled
+def endings(y: Floats, system: System, modes: Integers) -> Floats:
+    """Return (contacts, 6) numbers that turn positive where a piece of the motion ends."""
+    found = accelerations(y, system, modes)
+    result = np.full((len(system.pairs), KINDS), -1.0)
+    for c in range(len(system.pairs)):
+        if modes[c, STATE] == OPEN:
+            _, overlap, _ = normal_and_gap(y, system, c)
+            g = geometry(y, system, c)
+            result[c, TOUCH] = overlap if g.closing > 0.0 else -1.0
+        else:
+            _contact_endings(y, system, modes, found, c, result[c])
+    return result
+
+
+@compiled
+def _contact_endings(
+    y: Floats, system: System, modes: Integers, found: Floats, c: int, result: Floats
+) -> None:
+    law = system.law
+    g = geometry(y, system, c)
+    normal = normal_force(g, system, c, modes[c, SIGN])
+    last = last_overlap(law.normal, law.stiffness, law.surface, system.curvature[c], law.fold)
+    if g.closing < 0.0:
+        result[TOUCH] = last + END * system.sizes[c, 0] - g.overlap
+    if modes[c, STATE] == CLIPPED:
+        result[LOAD] = normal.force
+        return
+    if normal.eta > 0.0 and law.surface == 0.0:
+        result[LOAD] = -modes[c, SIGN] * normal.force
+    turned = g.closing if modes[c, OPENING] == 1 else -g.closing
+    result[TURN] = turned - NEGLIGIBLE * system.sizes[c, 1]
+    rate = change(g, y, system, c, found)
+    grows = load_rate(normal, g, rate.closing, law, modes[c, SIGN])
+    for kind in range(3):
+        mode = modes[c, SLIDERS + kind]
+        if mode == OFF:
+            continue
+        slider = slider_of(kind, g, normal, system, c, modes[c, OPENING] == 1)
+        cap = slider.friction * normal.load
+        cap_rate = slider.friction_rate * normal.load + slider.friction * grows
+        q = vector(y, place_of(system, c) + 1 + 3 * kind)
+        swing = velocity_rate(kind, rate, g, system, c)
+        result[SLIDERS + kind] = beyond(slider, q, mode, (cap, cap_rate), limits(kind, law), swing)

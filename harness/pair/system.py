@@ -1,0 +1,181 @@
+"""A scene as arrays and plain numbers, for compiled code."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from harness.pair import damping, normal, slider
+from harness.parameters.contact_law import ContactLaw
+from harness.parameters.contact_rules import Rules
+from harness.parameters.contact_scene import ContactScene
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+BODY = 9
+"""Numbers of a body in the state: position, velocity, angular velocity."""
+
+CONTACT = 10
+"""Numbers of a contact: the overlap, then the springs: tangential, rolling, twisting."""
+
+TANGENTIAL, ROLLING, TWISTING = range(3)
+TWIST_NONE, TWIST_SDS, TWIST_MARSHALL = range(3)
+
+
+class Law(NamedTuple):
+    """The law and its rules as numbers."""
+
+    normal: int
+    stiffness: float
+    surface: float
+    fold: bool
+    damping: int
+    damping_coefficient: float
+    clipped: bool
+    tangential: bool
+    tangential_stiffness: float
+    by_radius: bool  # Mindlin: the stiffness is that times the contact radius
+    by_force: bool  # the state is the force over the coefficient, not a displacement
+    rescaled: bool
+    tangential_damping: float
+    friction: float
+    rolling: bool
+    rolling_coefficients: tuple[float, float, float]
+    twisting: int
+    twisting_coefficients: tuple[float, float, float]
+    marshall_by_radius: bool
+    cut_back: bool
+    damping_in_cap: int
+    torque_lever: float  # how much of half the overlap is taken off the radius
+    velocity_lever: float
+    mean_spin: bool
+
+
+class System(NamedTuple):
+    """Bodies and contacts. A contact's second body is -1 - p where it is plane p."""
+
+    radius: Floats
+    inverse_mass: Floats
+    inverse_inertia: Floats
+    gravity: Floats  # (bodies, 3), 0 for those that forces do not move
+    pairs: Integers  # (contacts, 2)
+    points: Floats  # (planes, 3)
+    normals: Floats  # (planes, 3)
+    curvature: Floats  # (contacts,) R*
+    mass: Floats  # (contacts,) m*
+    sizes: Floats  # (contacts, 2) overlap and speed of a contact while it lasts, set as it begins
+    law: Law
+
+
+def system_of(scene: ContactScene, rules: Rules) -> System:
+    """Return the arrays of a scene."""
+    bodies, moved = scene.bodies, not scene.segments
+    free = np.array([moved and not body.frozen for body in bodies], dtype=float)
+    pairs = [
+        (i, j)
+        for i in range(len(bodies))
+        for j in range(i + 1, len(bodies))
+        if not (bodies[i].frozen and bodies[j].frozen and moved)
+    ]
+    walls = [
+        (i, -1 - p)
+        for i, body in enumerate(bodies)
+        for p in range(len(scene.planes))
+        if not (body.frozen and moved)
+    ]
+    contacts = pairs + walls
+    return System(
+        radius=np.array([body.radius for body in bodies]),
+        inverse_mass=free / [body.mass for body in bodies],
+        inverse_inertia=free / [body.inertia for body in bodies],
+        gravity=free[:, None] * np.array(scene.gravity, dtype=float),
+        pairs=np.array(contacts, dtype=np.int64).reshape(-1, 2),
+        points=np.array([plane.point for plane in scene.planes], dtype=float).reshape(-1, 3),
+        normals=np.array([plane.direction for plane in scene.planes]).reshape(-1, 3),
+        curvature=np.array([_curvature(scene, i, j) for i, j in contacts]),
+        mass=np.array([_mass(scene, rules, i, j) for i, j in contacts]),
+        sizes=np.ones((len(contacts), 2)),
+        law=law_of(scene.law, rules),
+    )
+
+
+def law_of(law: ContactLaw, rules: Rules) -> Law:
+    """Return the law and its rules as numbers."""
+    modulus, shear = effective_moduli(law)
+    kinds = {"hooke": normal.HOOKE, "hertz": normal.HERTZ, "dmt": normal.DMT, "jkr": normal.JKR}
+    sticky = (law.surface_energy or 0.0) > 0.0
+    mindlin = "mindlin" in law.tangential
+    factor = 2.0 / 3.0 if rules.mindlin_factor == "2/3" else 1.0
+    return Law(
+        normal=kinds[law.normal] if sticky or law.normal == "hooke" else normal.HERTZ,
+        stiffness=law.normal_stiffness or modulus,
+        surface=law.surface_energy or 0.0,
+        fold=rules.pull_off == "fold",
+        damping=damping.KINDS[law.damping],
+        damping_coefficient=damping.coefficient(law, rules),
+        clipped=law.clipped,
+        tangential=bool(law.friction),
+        tangential_stiffness=8.0 * shear * factor if mindlin else law.tangential_stiffness or 0.0,
+        by_radius=mindlin,
+        by_force=law.tangential.endswith("/force"),
+        rescaled="rescale" in law.tangential,
+        tangential_damping=law.tangential_damping or 0.0,
+        friction=law.friction or 0.0,
+        rolling=bool(law.rolling_friction),
+        rolling_coefficients=_three(
+            law.rolling_stiffness, law.rolling_damping, law.rolling_friction
+        ),
+        twisting=_twisting(law),
+        twisting_coefficients=_three(
+            law.twisting_stiffness, law.twisting_damping, law.twisting_friction
+        ),
+        marshall_by_radius=mindlin and rules.marshall_stiffness == "spring",
+        cut_back=rules.cap == "cut_back",
+        damping_in_cap=("inside", "outside", "sticking_only").index(rules.damping_in_cap),
+        torque_lever=1.0 if rules.torque_lever == "contact_point" else 0.0,
+        velocity_lever=1.0 if rules.velocity_lever == "contact_point" else 0.0,
+        mean_spin=rules.spring_spin == "mean",
+    )
+
+
+def effective_moduli(law: ContactLaw) -> tuple[float, float]:
+    """Return E* = E / (2 (1 - nu^2)) and G* = G / (2 (2 - nu)) [Pa] of two equal materials.
+
+    Johnson (1985), equations 4.3 and 7.43, with G = E / (2 (1 + nu)). 0 without a material.
+    """
+    if law.youngs_modulus is None or law.poisson_ratio is None:
+        return 0.0, 0.0
+    young, poisson = law.youngs_modulus, law.poisson_ratio
+    shear = young / (2.0 * (1.0 + poisson))
+    return young / (2.0 * (1.0 - poisson**2)), shear / (2.0 * (2.0 - poisson))
+
+
+def first_modes(system: System) -> Integers:
+    """Return the modes of contacts that are open: closed, sign, three sliders, unloading."""
+    return np.tile(np.array([0, 1, slider.OFF, slider.OFF, slider.OFF, 0]), (len(system.pairs), 1))
+
+
+def _curvature(scene: ContactScene, i: int, j: int) -> float:
+    radius = scene.bodies[i].radius
+    return radius if j < 0 else radius * scene.bodies[j].radius / (radius + scene.bodies[j].radius)
+
+
+def _mass(scene: ContactScene, rules: Rules, i: int, j: int) -> float:
+    """Return m*: 1/m* is the sum over both, 0 for a wall and, as a rule, a frozen body."""
+    both = [scene.bodies[k] for k in (i, j) if k >= 0]
+    moving = [b for b in both if not b.frozen or rules.frozen_mass == "own" or scene.segments]
+    return 1.0 / sum(1.0 / body.mass for body in moving)
+
+
+def _twisting(law: ContactLaw) -> int:
+    if law.twisting == "marshall":
+        return TWIST_MARSHALL if law.friction else TWIST_NONE
+    return TWIST_SDS if law.twisting_friction else TWIST_NONE
+
+
+def _three(*values: float | None) -> tuple[float, float, float]:
+    stiffness, dashpot, friction = (value or 0.0 for value in values)
+    return stiffness, dashpot, friction
