@@ -14,9 +14,12 @@ from harness.comparison.regression import earliest
 from harness.comparison.regression_tolerances import Allowed, ByCase
 from harness.errors import RequestError
 from harness.observables.provenance import Provenance
+from harness.shown import Shown
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from harness.shown.figure import Figure
 
 ROUND_OFF = 1e-12
 """Relative change that is taken for rounding: some thousand units in the last place."""
@@ -50,11 +53,8 @@ class Column:
     @property
     def title(self) -> str:
         """Return the release with the version that the engine itself gives."""
-        return (
-            f"{self.release} ({self.provenance.engine_version})"
-            if self.provenance
-            else self.release
-        )
+        who = self.provenance
+        return f"{self.release} ({who.engine_version})" if who else self.release
 
 
 @dataclass(frozen=True)
@@ -79,8 +79,8 @@ class Row:
     cells: tuple[Cell, ...]
 
 
-@dataclass(frozen=True)
-class ReleaseMatrix:
+@dataclass(frozen=True, repr=False)
+class ReleaseMatrix(Shown):
     """Records by releases of ``engine``; the first release that ran is the reference."""
 
     level: str
@@ -101,6 +101,25 @@ class ReleaseMatrix:
         """Return how many cells of a column are of each class."""
         found = [row.cells[column].change for row in self.rows]
         return {str(change): found.count(change) for change in Change if change in found}
+
+    def told(self) -> dict[str, str]:
+        """Return what moved in each release, against which one."""
+        counts = {
+            column.title: column.error or ", ".join(f"{n} {c}" for c, n in self.counts(i).items())
+            for i, column in enumerate(self.columns)
+        }
+        return {**counts, "engine": self.engine, "cases": f"{self.level} on {self.platform}"}
+
+    def drawn(self) -> Figure:
+        """Draw by how many tolerances each quantity moved, release by release."""
+        from harness.shown.figure import beside_tolerance
+
+        moved = [(row.cells, row.tolerance) for row in self.rows if row.tolerance]
+        groups = {
+            column.title: [(cells[i].difference or 0.0) / width for cells, width in moved]
+            for i, column in enumerate(self.columns)
+        }
+        return beside_tolerance(groups, "change over its tolerance")
 
     def frame(self) -> pd.DataFrame:
         """Return the cells as a table, one row each."""

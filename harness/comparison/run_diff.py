@@ -12,9 +12,12 @@ from typing import TYPE_CHECKING, Any
 from harness.comparison.published import published
 from harness.comparison.results import Results
 from harness.comparison.verdicts import Check, Verdict
+from harness.shown import Shown
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from harness.shown.figure import Figure
 
 
 class Change(StrEnum):
@@ -105,8 +108,8 @@ class MetadataChange:
     after: str
 
 
-@dataclass(frozen=True)
-class RunDiff:
+@dataclass(frozen=True, repr=False)
+class RunDiff(Shown):
     """All that is not the same in two runs; ``rows`` are the gravest first, then the largest."""
 
     before: Results
@@ -128,6 +131,26 @@ class RunDiff:
         import pandas as pd
 
         return pd.DataFrame([row.record() for row in self.rows])
+
+    def told(self) -> dict[str, str]:
+        """Return what became of the rows, and which runs they are of."""
+        counts = [f"{self.count(change)} {change}" for change in Change if self.count(change)]
+        return {
+            "rows": ", ".join(counts),
+            "before": f"{self.before.started}, {self.before.level}",
+            "after": f"{self.after.started}, {self.after.level}",
+            "engine": self.after.engine.told if self.after.engine else "none",
+        }
+
+    def drawn(self) -> Figure:
+        """Draw by how many tolerances each row moved."""
+        from harness.shown.figure import beside_tolerance
+
+        groups = {
+            str(change): [row.in_tolerances for row in self.rows if row.change is change]
+            for change in dict.fromkeys(row.change for row in self.rows)
+        }
+        return beside_tolerance(groups, "moved by, over the tolerance")
 
     def record(self) -> dict[str, Any]:
         """Return everything as a JSON-ready mapping; rows that stayed the same by number only."""

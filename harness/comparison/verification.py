@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -16,13 +17,16 @@ from harness.comparison.results import SCHEMA as SCHEMA
 from harness.comparison.results import DivergenceRow, Engines, Results
 from harness.comparison.verdicts import Check, Verdict
 from harness.observables.provenance import Provenance
+from harness.shown import Shown, value_text
 
 if TYPE_CHECKING:
     import pandas as pd
 
+    from harness.shown.figure import Figure
 
-@dataclass(frozen=True)
-class Verification:
+
+@dataclass(frozen=True, repr=False)
+class Verification(Shown):
     """The result of ``verify``.
 
     ``main`` are the findings of each case in the main engine, ``own`` those of the harness's own
@@ -84,6 +88,22 @@ class Verification:
 
         return pd.DataFrame([check.record() for check in self.checks])
 
+    def told(self) -> dict[str, str]:
+        """Return the verdicts counted by kind, the headline, and who was verified."""
+        told = [
+            f"{h.name}: {value_text(h.value, h.uncertainty, h.unit)}" for h in self.headlines[:1]
+        ]
+        return {
+            "verdicts": counted(self.checks),
+            **({"headline": told[0]} if told else {}),
+            "cases": f"{', '.join(self.cases)}; {self.level}",
+            "engine": self.provenance.told if self.provenance else "none",
+        }
+
+    def drawn(self) -> Figure:
+        """Draw how much of its tolerance each row takes."""
+        return beside_tolerances(self.checks)
+
     @property
     def results(self) -> Results:
         """Return everything but the series, as it is published."""
@@ -123,3 +143,20 @@ class Verification:
             for name, rows in found.published.items():
                 record["engines"].setdefault(name, []).extend(rows)
         return record
+
+
+def counted(checks: Sequence[Check]) -> str:
+    """Return how many rows of each kind have each verdict; kinds are never added up."""
+    rows = Counter((check.kind, check.verdict) for check in checks)
+    return "; ".join(f"{kind}: {number} {verdict}" for (kind, verdict), number in rows.items())
+
+
+def beside_tolerances(checks: Sequence[Check]) -> Figure:
+    """Draw the difference over the tolerance of each judged row, kind by kind."""
+    from harness.shown.figure import beside_tolerance
+
+    groups: dict[str, list[float]] = {}
+    for check in checks:
+        if check.judged and check.tolerance > 0.0:
+            groups.setdefault(str(check.kind), []).append(check.difference / check.tolerance)
+    return beside_tolerance(groups, "difference over its tolerance")

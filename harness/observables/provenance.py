@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 
@@ -16,12 +16,17 @@ class Provenance:
 
     engine: str
     engine_version: str
-    packages: tuple[str, ...] = ()
+    packages: tuple[str, ...] = field(default=(), repr=False)
     executable: str = ""
     how: str = ""
     script: str = ""
     script_sha256: str = ""
     integrator: str = ""
+
+    @property
+    def told(self) -> str:
+        """Return the engine with its version, and how it was run."""
+        return ", ".join(filter(None, (f"{self.engine} {self.engine_version}".strip(), self.how)))
 
     def record(self) -> dict[str, Any]:
         """Return the fields as a JSON-ready mapping."""

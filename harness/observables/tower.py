@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -12,6 +12,10 @@ from numpy.typing import NDArray
 from harness.observables.declared import Observable
 from harness.observables.provenance import Provenance
 from harness.parameters.tower import Tower
+from harness.shown import Shown, power
+
+if TYPE_CHECKING:
+    from harness.shown.figure import Figure
 
 Floats = NDArray[np.float64]
 
@@ -40,9 +44,12 @@ class Profiles(NamedTuple):
     forces: Floats  # (M, n) [N]
 
 
-@dataclass(frozen=True)
-class TowerRun:
+@dataclass(frozen=True, repr=False)
+class TowerRun(Shown):
     """A tower in time: M samples, declared in :data:`SERIES`, and the last state.
+
+    Time and step [s], displacements and compression [m], velocities and the rate of compression
+    [m/s], forces [N], energies [J], momentum [kg m/s]; each series has the shape (M,).
 
     Samples need not be equally far apart. ``step`` [s] is None for a solver
     without one. ``profiles`` is None unless they were asked for, ``provenance`` unless
@@ -111,6 +118,30 @@ class TowerRun:
         for observable in SERIES:
             columns[_column(observable)] = getattr(self, observable.name)
         return pd.DataFrame(columns).astype({"contacts": int})
+
+    def told(self) -> dict[str, str]:
+        """Return the largest force, the case, and who ran it."""
+        case, step = self.tower, "no step" if self.step is None else f"a step of {self.step:.4g} s"
+        return {
+            "peak force": f"{self.grain_force.max():.7g} N",
+            "velocity of the grain at the end": f"{self.final_velocity[0]:.7g} m/s",
+            "case": f"tower of height {case.height}, {case.law} law, "
+            f"k = {power(case.each('stiffness')[0])} N/m, {case.speed:g} m/s",
+            "length": f"{self.time_over_t0[-1]:.4g} t0, {self.time.size} samples",
+            "engine": self.provenance.told if self.provenance else f"{self.solver}, {step}",
+        }
+
+    def drawn(self) -> Figure:
+        """Draw force and contacts of the grain against time."""
+        from harness.shown.figure import Figure, label
+
+        figure = Figure(figsize=(6.5, 4.4), layout="constrained")
+        force, contacts = figure.subplots(2, 1, sharex=True)
+        force.plot(self.time_over_t0, self.grain_force)
+        contacts.step(self.time_over_t0, self.contacts, where="post")
+        label(force, "", "force on the grain (N)", self.told()["case"])
+        label(contacts, "time (t0)", "contacts of the grain")
+        return figure
 
 
 def _column(observable: Observable) -> str:

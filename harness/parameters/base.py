@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from inspect import cleandoc
 from typing import TYPE_CHECKING, Any, Self
 
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -27,6 +28,13 @@ class Parameters(BaseModel):
                 super().__init__(**values)
             except ValidationError as error:
                 raise RequestError(_one_line(type(self), error)) from None
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        """Let ``help`` tell every field with its unit."""
+        super().__pydantic_init_subclass__(**kwargs)
+        fields = "\n".join(f"{name}: {one.description}" for name, one in cls.model_fields.items())
+        cls.__doc__ = f"{cleandoc(cls.__doc__ or '')}\n\nFields, with their units:\n\n{fields}"
 
     def replace(self, **changes: Any) -> Self:
         """Return a copy with ``changes``, validated again."""

@@ -9,9 +9,9 @@ from harness.comparison.verification import Verification
 from harness.report.gallery import Drawn, Picture
 from harness.report.plain import markdown_text
 from harness.report.sections import Table
-from harness.report.templating import number
 from harness.report.text import provenance, summary
 from harness.report.verdict_summary import KINDS
+from harness.shown import number
 
 CHECKS = Table(
     "",

@@ -177,6 +177,6 @@ def figures(
 
 
 def _who(found: Verification) -> str:
-    who = text.engine_name(found.provenance) if found.provenance else "no engine"
+    who = found.provenance.told if found.provenance else "no engine"
     started = found.started[:16].replace("T", " ")
     return f"{who} · {started} UTC · {found.level} · {found.seconds:.0f} s"

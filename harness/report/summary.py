@@ -9,10 +9,10 @@ from harness.comparison.verdicts import Check, Kind, Verdict
 from harness.comparison.verification import Verification
 from harness.report.markdown import opening_markdown
 from harness.report.plain import markdown_text
-from harness.report.templating import number
 from harness.report.text import provenance
 from harness.report.triage import details, happened, triage
 from harness.report.verdict_summary import KINDS, by_severity, summaries
+from harness.shown import number
 
 LIMIT = 60_000
 """Characters. A comment on GitHub holds 65,536, of which others may want some."""

@@ -7,6 +7,7 @@ from importlib import resources
 from typing import TYPE_CHECKING
 
 from harness.report.plain import printable, safe_path
+from harness.shown import number as number
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -34,11 +35,6 @@ def environment(*packages: str) -> Environment:
     made.globals["missing"] = math.nan
     made.globals["file"] = lambda name: Markup(_template(name))
     return made
-
-
-def number(value: float, digits: int = 8) -> str:
-    """Return a number for a table; a dash for one that is missing."""
-    return "-" if math.isnan(value) else f"{value:.{digits}g}"
 
 
 def tail(text: str) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from harness.comparison.verdicts import Check
-from harness.report.templating import number
+from harness.shown import number
 
 EXPLAINED = {
     "diverged from the first step": "The two differ from the start: another law, parameter or "

@@ -4,22 +4,29 @@ from __future__ import annotations
 
 import platform
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from harness import __version__
 from harness.engines.contract import Engine
 from harness.engines.registry import open_engine
 from harness.observables.provenance import Provenance
-from harness.reproduction.claims import Ledger
+from harness.reproduction.claims import ClaimStatus, Ledger
 from harness.reproduction.figure_data.compute import SourceFigure, source_figures
 from harness.reproduction.findings import Findings, findings
 from harness.reproduction.ledger import in_order, statements
 from harness.reproduction.movies.compute import motions
 from harness.reproduction.movies.frames import Motions
+from harness.shown import Shown
 from harness.workflows.progress import Progress, silent
 
+if TYPE_CHECKING:
+    import pandas as pd
 
-@dataclass(frozen=True)
-class Reproduction:
+    from harness.shown.figure import Figure
+
+
+@dataclass(frozen=True, repr=False)
+class Reproduction(Shown):
     """All that a reproduction found; the same code and engine give the same."""
 
     ledger: Ledger
@@ -29,6 +36,26 @@ class Reproduction:
     provenance: Provenance
     platform: str
     harness_version: str
+
+    def frame(self) -> pd.DataFrame:
+        """Return the ledger as a table, a row for each statement."""
+        return self.ledger.frame()
+
+    def told(self) -> dict[str, str]:
+        """Return how many statements have each status, and who ran what it took."""
+        counts = {str(status): str(self.ledger.count(status)) for status in ClaimStatus}
+        return {**counts, "engine": self.provenance.told}
+
+    def drawn(self) -> Figure:
+        """Draw how many statements have each status."""
+        from harness.shown.figure import Figure, label
+
+        figure = Figure(figsize=(7.0, 2.6), layout="constrained")
+        axes = figure.add_subplot()
+        axes.barh([*map(str, ClaimStatus)], [self.ledger.count(status) for status in ClaimStatus])
+        axes.invert_yaxis()
+        label(axes, "statements of the source", "status")
+        return figure
 
 
 def reproduce(*, engine: Engine | None = None, progress: Progress = silent) -> Reproduction:

@@ -37,6 +37,21 @@ _HOMES = {
 }
 """Where each function is. No function has the name of a module of this package."""
 
+_RUN_ENGINES = {
+    "compare_with_baseline",
+    "critical_angle",
+    "critical_angles",
+    "extrapolated_critical_angle",
+    "impulse_angles",
+    "impulse_table",
+    "releases",
+    "reproduce",
+    "run",
+    "tower",
+    "verify",
+}
+"""Those for which an engine is opened by its name, and its runs are kept."""
+
 if TYPE_CHECKING:
     from harness.cases.incline.closed_forms import theory as theory
     from harness.cases.incline.critical_angles import critical_angle as critical_angle
@@ -71,6 +86,10 @@ def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     value = getattr(import_module(_HOMES[name]), name)
+    if name in _RUN_ENGINES:
+        from harness.workflows.opened import opening
+
+        value = opening(value)
     globals()[name] = value
     return value
 

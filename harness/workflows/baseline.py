@@ -6,22 +6,28 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from harness.comparison.regression import Baseline
 from harness.comparison.verdicts import Check, Kind
-from harness.comparison.verification import Verification
+from harness.comparison.verification import Verification, beside_tolerances, counted
 from harness.engines.contract import Engine
 from harness.errors import EngineError, RequestError
+from harness.shown import Shown
 from harness.store.acceptance import Change, changes, check_target, write
 from harness.store.baseline import checkout_baseline, committed
 from harness.workflows.progress import Progress, silent
 from harness.workflows.request import chosen_baseline
 from harness.workflows.verification_run import verify
 
+if TYPE_CHECKING:
+    import pandas as pd
 
-@dataclass(frozen=True)
-class BaselineComparison:
+    from harness.shown.figure import Figure
+
+
+@dataclass(frozen=True, repr=False)
+class BaselineComparison(Shown):
     """A run against the baseline: the rows of kind regression, and what accepting would change."""
 
     found: Verification
@@ -38,6 +44,25 @@ class BaselineComparison:
         if self.found.engine_errors:
             return 3
         return 1 if any(check.verdict == "fail" for check in self.checks) else 0
+
+    def frame(self) -> pd.DataFrame:
+        """Return the rows against the baseline as a table."""
+        import pandas as pd
+
+        return pd.DataFrame([check.record() for check in self.checks])
+
+    def told(self) -> dict[str, str]:
+        """Return the verdicts, what accepting would change, and who ran."""
+        return {
+            "verdicts": counted(self.checks) or "none",
+            "accepting would write": f"{len(self.changes)} records",
+            "baseline": self.found.baseline,
+            "engine": self.found.provenance.told if self.found.provenance else "none",
+        }
+
+    def drawn(self) -> Figure:
+        """Draw how much of its tolerance each row takes."""
+        return beside_tolerances(self.checks)
 
     def record(self) -> dict[str, Any]:
         """Return everything but the series as a JSON-ready mapping."""

@@ -14,6 +14,7 @@ from harness.comparison.published import published
 from harness.engines.registry import engine_class, engine_names
 from harness.errors import RequestError
 from harness.parameters.base import Parameters
+from harness.shown import Listing
 
 
 @dataclass(frozen=True)
@@ -49,9 +50,9 @@ class CaseInfo:
         return published(self)
 
 
-def cases() -> list[CaseInfo]:
+def cases() -> Listing[CaseInfo]:
     """Return every case that can be used, those of this package first."""
-    return [_info(case) for case in all_cases().values()]
+    return Listing(_info(case) for case in all_cases().values())
 
 
 def _info(case: Case[Any]) -> CaseInfo:

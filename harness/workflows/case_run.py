@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,11 +16,14 @@ from harness.engines.registry import DEFAULT, engine_names, open_engine
 from harness.engines.traits import Traits
 from harness.errors import RequestError
 from harness.parameters.base import Parameters
+from harness.shown import Shown
 from harness.workflows.case_settings import parameters_of
 from harness.workflows.verification_run import Open
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from harness.shown.figure import Figure
 
 NO_RULES = Traits(install_hint="", versions=(), integrator="")
 """Of a solver, which follows the parameters as they are."""
@@ -38,8 +40,8 @@ class RunQuantity:
     difference: Number = math.nan
 
 
-@dataclass(frozen=True)
-class RunResult:
+@dataclass(frozen=True, repr=False)
+class RunResult(Shown):
     """One run of a case: who ran it, with which parameters, and what was measured."""
 
     case: str
@@ -59,18 +61,28 @@ class RunResult:
         rows = [{"quantity": name, **vars(one)} for name, one in self.quantities.items()]
         return pd.DataFrame(rows, columns=["quantity", *RunQuantity.__dataclass_fields__])
 
-    def _repr_html_(self) -> str:
-        """Return a short table for a notebook: values beside what is expected."""
-        rows = "".join(
-            f"<tr><td>{html.escape(name)}</td><td>{one.value:.10g} {html.escape(one.unit)}</td>"
-            f"<td>{_expected(one)}</td></tr>"
-            for name, one in self.quantities.items()
-        )
-        who = html.escape(f"{self.case}, {self.engine} {self.engine_version}")
-        return (
-            f"<table><caption>{who}</caption><thead><tr><th>quantity</th><th>value</th>"
-            f"<th>reference</th></tr></thead><tbody>{rows}</tbody></table>"
-        )
+    def told(self) -> dict[str, str]:
+        """Return the quantities beside their references, and who ran the case."""
+        found = {name: _told(one) for name, one in self.quantities.items()}
+        return {**found, "case": self.case, "engine": f"{self.engine} {self.engine_version}"}
+
+    def drawn(self) -> Figure:
+        """Draw how far each quantity is off its reference; those without one are named so."""
+        from harness.shown.figure import Figure, label
+
+        figure = Figure(figsize=(7.0, 1.3 + 0.4 * len(self.quantities)), layout="constrained")
+        axes = figure.add_subplot()
+        for place, one in enumerate(self.quantities.values()):
+            off = one.difference / (abs(one.reference) or 1.0)
+            if math.isnan(off):
+                across = axes.get_yaxis_transform()
+                axes.text(0.5, place, "no reference", va="center", transform=across)
+            axes.plot(off, place, "o")
+        axes.axvline(0.0, color="black", ls="--", lw=1)
+        axes.set_yticks(range(len(self.quantities)), [*self.quantities])
+        axes.set_ylim(len(self.quantities) - 0.5, -0.5)
+        label(axes, "difference over the reference (over 1 where that is 0)", "quantity", self.case)
+        return figure
 
 
 def run(
@@ -82,8 +94,9 @@ def run(
 ) -> RunResult:
     """Run a case once and return its quantities beside their references.
 
-    ``settings`` are texts by the names of parameters, of nested ones with a dot, and ``preset``
-    for a known set. ``engine`` is an open engine, or the name of an engine or of a solver
+    ``settings`` are texts by the names of parameters, in SI units and degrees as :func:`cases`
+    lists them (k in [N/m]), of nested ones with a dot, and ``preset`` for a known set; each
+    quantity names its unit. ``engine`` is an open engine, or the name of an engine or of a solver
     of the case; the default engine unless given. ``open_one`` opens one by its name. Raise
     RequestError for a name or value that is not allowed, and for an engine that cannot run the
     case, with the reason; EngineError for a run that failed.
@@ -151,7 +164,9 @@ def _quantity(value: float, unit: str, reference: Reference | None) -> RunQuanti
     return RunQuantity(value, unit, reference.value, reference.kind, value - reference.value)
 
 
-def _expected(one: RunQuantity) -> str:
+def _told(one: RunQuantity) -> str:
+    """Return a value with its unit, and what is expected."""
+    said = f"{one.value:.10g} {'' if one.unit == '1' else one.unit}".rstrip()
     if one.reference_kind == "none":
-        return ""
-    return f"{one.reference:.10g} ({one.reference_kind}; {one.difference:+.2g})"
+        return said
+    return f"{said}; {one.reference:.10g} by {one.reference_kind}, {one.difference:+.2g} off"

@@ -14,12 +14,16 @@ from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 from harness.errors import RequestError
 from harness.home import history_place
+from harness.shown import Shown
 from harness.store import history_query
 from harness.store.history import History
 from harness.store.history_query import HistoryQuery
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from harness.shown.figure import Figure
+
 
 UNFINISHED = "unfinished"
 VERDICTS = ("pass", "fail", "not tested", "finding")
@@ -28,8 +32,8 @@ BLOCK = 1000
 """Rows of a CSV that are in memory at a time."""
 
 
-@dataclass(frozen=True)
-class Recorded:
+@dataclass(frozen=True, repr=False)
+class Recorded(Shown):
     """What the history holds on a question: runs, or quantities of runs, newest first.
 
     Each row is a JSON-ready mapping; in a row of ``quantities`` the columns of
@@ -49,16 +53,23 @@ class Recorded:
         """Return the rows as a table, as :func:`table` does."""
         return table(self.rows, quantities=self.quantities is not None)
 
+    def told(self) -> dict[str, str]:
+        """Return how much was found, and where."""
+        what = "runs" if self.quantities is None else "measurements"
+        return {what: str(len(self.rows)), "history": str(self.file)}
+
+    def drawn(self) -> Figure:
+        """Draw the one quantity over the date, or how many rows failed in each run."""
+        from harness.report.figures.history import recorded
+
+        return recorded(self.frame())
+
 
 _TYPES = {
     "run": "int64",
     "started": "datetime64[us, UTC]",
     "finished": "datetime64[us, UTC]",
-    "command": "string",
-    "options": "string",
-    "engine": "string",
-    "engine_version": "string",
-    "how": "string",
+    **dict.fromkeys(("command", "options", "engine", "engine_version", "how"), "string"),
     "status": "Int64",
     "seconds": "float64",
     "cached": "bool",

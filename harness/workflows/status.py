@@ -10,6 +10,7 @@ from harness.engines.registry import DEFAULT, engine_class, engine_names, open_e
 from harness.engines.traits import Traits
 from harness.errors import EngineError, RequestError
 from harness.observables.provenance import Provenance
+from harness.shown import Listing
 from harness.workflows.engine_rows import NO_TRAITS
 
 NOT_RUN = "-"
@@ -49,14 +50,14 @@ class EngineStatus:
 
 def engines(
     *, programs: Mapping[str, str] | None = None, **options: str | None
-) -> list[EngineStatus]:
+) -> Listing[EngineStatus]:
     """Return the status of every engine, and of its other way to run where it has one.
 
     ``programs`` are executables by the engine's name; ``options`` are those of the default
     engine's other way (``lmp``, ``launcher``). An engine of another package that cannot be
     imported is one line that says so.
     """
-    found = []
+    found: Listing[EngineStatus] = Listing()
     given = {key: value for key, value in options.items() if value is not None}
     for name in engine_names():
         program = {"program": programs[name]} if programs and name in programs else {}

@@ -13,6 +13,7 @@ from harness.errors import EngineError, EngineMissingError, RequestError
 from harness.home import cache_place
 from harness.observables.declared import Observable
 from harness.parameters.base import Parameters
+from harness.shown import Shown
 from harness.store.entries import Entries
 from harness.workflows.case_list import parameters_in
 from harness.workflows.case_settings import PRESET
@@ -23,15 +24,16 @@ from harness.workflows.sweep_values import as_text
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.figure import Figure
+
+    from harness.shown.figure import Figure
 
 DONE, FAILED, NOT_TESTED = "done", "failed", "not tested"
 
 Row = Mapping[str, Any]
 
 
-@dataclass(frozen=True)
-class Sweep:
+@dataclass(frozen=True, repr=False)
+class Sweep(Shown):
     """The rows of a sweep, flat: engine, parameters and quantities with units in their names.
 
     ``over`` are the columns that were swept, ``quantities`` those that were measured; ``missing``
@@ -66,6 +68,22 @@ class Sweep:
 
         filled = [{k: math.nan if v is None else v for k, v in row.items()} for row in self.rows]
         return pd.DataFrame(filled)
+
+    def told(self) -> dict[str, str]:
+        """Return how many runs there are, over what, and in which engines."""
+        counts = ((self.count(status), status) for status in (DONE, FAILED, NOT_TESTED))
+        return {
+            "runs": ", ".join(f"{number} {status}" for number, status in counts if number),
+            "case": f"{self.case} over {', '.join(self.over)}",
+            "engines": ", ".join(dict.fromkeys(row["engine"] for row in self.rows)),
+        }
+
+    def drawn(self) -> Figure:
+        """Draw the quantity that was asked for, or the first; RequestError where none is there."""
+        figure = self.figure()
+        if figure is None:
+            raise RequestError(f"plot: no run of this sweep of {self.case} measured anything")
+        return figure
 
     def figure(self, quantity: str = "") -> Figure | None:
         """Return a quantity over the first two columns of ``over``; None where none was measured.

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from harness.errors import RequestError
+from harness.shown import Shown
 from harness.theory.critical_angle import STATIC_ANGLE_DEG, critical_angle, no_flight_bound
 from harness.theory.energy_map import gain_per_crest, steady_energy, well_depth
 from harness.theory.shock import (
@@ -15,9 +16,14 @@ from harness.theory.shock import (
     shock_from_restitution,
 )
 
+if TYPE_CHECKING:
+    import pandas as pd
 
-@dataclass(frozen=True)
-class Theory:
+    from harness.shown.figure import Figure
+
+
+@dataclass(frozen=True, repr=False)
+class Theory(Shown):
     """What the closed forms say; angles in degrees, energies in m g d at the critical angle."""
 
     critical_angle_deg: float
@@ -33,6 +39,36 @@ class Theory:
         """Return the fields as a JSON-ready mapping."""
         return asdict(self)
 
+    def frame(self) -> pd.DataFrame:
+        """Return the fields as a table of one row."""
+        import pandas as pd
+
+        return pd.DataFrame([self.record()])
+
+    def told(self) -> dict[str, str]:
+        """Return the angle, and the shock that it belongs to."""
+        reading = f", reading: {self.reading}" if self.reading else ""
+        return {
+            "critical angle": f"{self.critical_angle_deg:.7g} deg",
+            "shock": f"{self.shock:.7g} of the energy is left{reading}",
+            "static angle": f"{self.static_angle_deg:.7g} deg",
+            "case": "incline, closed form",
+        }
+
+    def drawn(self) -> Figure:
+        """Draw the critical angle against the shock, this one marked."""
+        import numpy as np
+
+        from harness.shown.figure import Figure, label
+
+        figure = Figure(figsize=(6.4, 3.9), layout="constrained")
+        axes = figure.add_subplot()
+        shocks = np.linspace(0.0, max(1.0, self.shock), 101)
+        axes.plot(shocks, [critical_angle(float(shock)) for shock in shocks])
+        axes.plot(self.shock, self.critical_angle_deg, "o")
+        label(axes, "shock: energy after over energy before", "critical angle (deg)")
+        return figure
+
 
 def theory(
     *,
@@ -41,7 +77,7 @@ def theory(
     impulse_ratio: float | None = None,
     reading: Reading | None = None,
 ) -> Theory:
-    """Return the closed forms of the incline; at shock 1/4 (no rebound) without arguments.
+    """Return the closed forms of the incline [deg]; at shock 1/4 (no rebound) without arguments.
 
     At most one of the three may be given. ``reading`` says how a restitution or
     an impulse ratio makes a shock: ``kept`` (energy after over before; default

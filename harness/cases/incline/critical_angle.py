@@ -7,9 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 from harness.cases.incline.parameters import Incline
 from harness.observables.provenance import Provenance
+from harness.shown import Shown, power, value_text
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from harness.shown.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -22,8 +25,8 @@ class Sample:
     margin: float
 
 
-@dataclass(frozen=True)
-class CriticalAngle:
+@dataclass(frozen=True, repr=False)
+class CriticalAngle(Shown):
     """A critical angle [deg] at one stiffness and step, with its uncertainty [deg].
 
     The uncertainty is that of the measurement at this stiffness and step
@@ -75,3 +78,21 @@ class CriticalAngle:
         import pandas as pd
 
         return pd.DataFrame([vars(s) for s in self.samples]).sort_values("angle_deg")
+
+    def told(self) -> dict[str, str]:
+        """Return the angle, the case and who measured it."""
+        case = self.case
+        return {
+            "critical angle": value_text(self.value_deg, self.uncertainty_deg, "deg"),
+            "case": f"incline, {case.contact.name} contact, k = {power(case.stiffness)} N/m, "
+            f"{case.steps_per_contact:g} steps per contact time",
+            "method": f"{self.method}, {len(self.samples)} runs",
+            "engine": self.provenance.told,
+            **({"note": self.note} if self.note else {}),
+        }
+
+    def drawn(self) -> Figure:
+        """Draw what is left of the energy over the next crest (or the fate) of each run."""
+        from harness.cases.incline.figures import runs_of_an_angle
+
+        return runs_of_an_angle(self)

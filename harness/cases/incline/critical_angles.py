@@ -38,8 +38,9 @@ def critical_angle(
     wells: int | None = None,
     engine: Engine | None = None,
 ) -> CriticalAngle:
-    """Return the critical angle of a case (the source's contact unless told otherwise).
+    """Return the critical angle [deg] of a case (the source's contact unless told otherwise).
 
+    ``tolerance_deg`` [deg] is how closely it is searched for.
     ``method`` is ``passage`` (root of the energy margin over one well) or
     ``steady`` (smallest angle that keeps moving, the source's definition);
     ``phases`` is how many starts within a step the passage is averaged over; ``wells`` are to be
@@ -89,7 +90,7 @@ def critical_angles(
     stage: str = "critical angles",
     progress: Progress = silent,
 ) -> list[CriticalAngle | EngineError]:
-    """Return the critical angle of each case, side by side over the cores; errors in place."""
+    """Return the critical angle [deg] of each case, side by side; errors in place."""
     done, lock = 0, threading.Lock()
 
     def one(case: Incline) -> CriticalAngle | EngineError:
@@ -120,7 +121,7 @@ def extrapolated_critical_angle(
     stage: str = "extrapolation",
     progress: Progress = silent,
 ) -> ExtrapolatedAngle:
-    """Return the critical angle with the step to zero, then the stiffness to infinity.
+    """Return the critical angle [deg] with the step to zero, then the stiffness to infinity.
 
     The plastic contact unless a case says otherwise; passage route. Raise the
     first EngineError: a ladder with a rung missing is not extrapolated. Raise RequestError for a

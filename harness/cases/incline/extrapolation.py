@@ -15,16 +15,20 @@ from typing import TYPE_CHECKING, Any
 
 from harness.cases.incline.critical_angle import CriticalAngle
 from harness.comparison.convergence import Limit, limit
+from harness.shown import Shown, power, value_text
+from harness.theory.critical_angle import critical_angle
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from harness.shown.figure import Figure
 
 STEP_EXPONENTS = (1.0,)
 STIFFNESS_EXPONENTS = (1.0, 1.5)
 
 
-@dataclass(frozen=True)
-class ExtrapolatedAngle:
+@dataclass(frozen=True, repr=False)
+class ExtrapolatedAngle(Shown):
     """The critical angle of rigid spheres as an engine sees it, and the way there.
 
     ``at_stiffness`` maps each stiffness [N/m] to its limit in the step;
@@ -44,6 +48,25 @@ class ExtrapolatedAngle:
     def uncertainty_deg(self) -> float:
         """Return its uncertainty [deg]."""
         return self.rigid.uncertainty
+
+    def told(self) -> dict[str, str]:
+        """Return the angle, the contact, the ladder and who climbed it."""
+        first, stiffnesses = self.angles[0], [*self.at_stiffness]
+        return {
+            "critical angle": value_text(self.value_deg, self.uncertainty_deg, "deg"),
+            "case": f"incline, {first.case.contact.name} contact, step to zero, then stiffness "
+            "to infinity",
+            "ladder": f"{len(self.angles)} angles, k = {power(min(stiffnesses))} to "
+            f"{power(max(stiffnesses))} N/m",
+            "closed form": f"{critical_angle():.5f} deg (no rebound)",
+            "engine": first.provenance.told,
+        }
+
+    def drawn(self) -> Figure:
+        """Draw the limits in the step, and their limit in the stiffness."""
+        from harness.cases.incline.figures import extrapolation
+
+        return extrapolation(self, critical_angle(), self.angles[0].provenance.engine)
 
     def record(self) -> dict[str, Any]:
         """Return the result as a JSON-ready mapping; stiffness and step are null: extrapolated."""

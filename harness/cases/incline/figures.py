@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from harness.cases.incline.critical_angle import CriticalAngle
@@ -23,6 +22,8 @@ from harness.report.figures.style import (
     ORANGE,
     SKY,
     STYLES,
+    Figure,
+    label,
     legend_below,
     power,
 )
@@ -40,8 +41,8 @@ def speed_against_time(runs: Sequence[InclineRun], who: str) -> Figure:
     axes = figure.add_subplot()
     for run, colour, line in zip(runs, (ORANGE, BLUE), ("--", "-"), strict=False):
         path = _path(run)
-        label = f"{run.case.angle:.2f} deg: {FATES[run.motion]}"
-        axes.plot(path.time_s, path.speed_m_per_s, line, color=colour, lw=1.1, label=label)
+        name = f"{run.case.angle:.2f} deg: {FATES[run.motion]}"
+        axes.plot(path.time_s, path.speed_m_per_s, line, color=colour, lw=1.1, label=name)
     axes.set(xlabel="time (s)", ylabel="speed of the grain (m/s)", ylim=(0, None))
     axes.set_title(_conditions(runs[0], who))
     axes.margins(x=0.01)
@@ -62,9 +63,9 @@ def path_over_the_bumps(runs: Sequence[InclineRun], bumps: int = 6) -> Figure:
     styles = zip(reversed(runs), (SKY, BLACK), ("-", "--"), (4.0, 1.3), strict=False)
     for run, colour, line, width in styles:
         path = _path(run)
-        label = f"{run.case.angle:.2f} deg: {FATES[run.motion]}"
+        name = f"{run.case.angle:.2f} deg: {FATES[run.motion]}"
         axes.plot(
-            path.x_m / diameter, path.y_m / diameter, ls=line, lw=width, color=colour, label=label
+            path.x_m / diameter, path.y_m / diameter, ls=line, lw=width, color=colour, label=name
         )
         if run.motion is Motion.TRAPPED:
             end = (path.x_m[-1] / diameter, path.y_m[-1] / diameter)
@@ -102,9 +103,9 @@ def extrapolation(found: ExtrapolatedAngle, closed_form: float, who: str) -> Fig
     left, right = figure.subplots(1, 2)
     for number, (stiffness, limit) in enumerate(found.at_stiffness.items()):
         colour, marker = COLOURS[number % 6], MARKERS[number % 6]
-        label = f"k = {power(stiffness)} N/m"
+        name = f"k = {power(stiffness)} N/m"
         left.errorbar(
-            limit.h, limit.y, limit.errors, fmt=marker, color=colour, label=label, capsize=2
+            limit.h, limit.y, limit.errors, fmt=marker, color=colour, label=name, capsize=2
         )
         fine = np.linspace(0, limit.h.max(), 50)
         left.plot(fine, limit.curve(fine), color=colour, lw=0.9)
@@ -139,7 +140,7 @@ def _stiffness_panel(axes: Axes, found: ExtrapolatedAngle, closed_form: float, w
         label=f"limit {rigid.value:.5f} ± {rigid.uncertainty:.5f} deg",
     )
     axes.axhline(closed_form, color=BLACK, ls="--", lw=1, label=f"theory {closed_form:.5f} deg")
-    axes.set(xscale="log", xlabel="stiffness k (N/m)")
+    axes.set(xscale="log", xlabel="stiffness k (N/m)", ylabel="critical angle (deg)")
     axes.set_title("then stiffness to infinity")
 
 
@@ -200,6 +201,32 @@ def energy_after_each_shock(recursion: Recursion, who: str) -> Figure:
     bottom.set(xlabel="shock", ylabel="difference\n(1e-6 m g d)")
     bottom.set_xticks(shocks)
     legend_below(figure)
+    return figure
+
+
+def runs_of_an_angle(found: CriticalAngle) -> Figure:
+    """Draw the margin of each run against its angle, or its fate where it has no margin."""
+    figure = Figure(figsize=(6.4, 3.9), layout="constrained")
+    axes = figure.add_subplot()
+    margins = np.array([sample.margin for sample in found.samples])
+    fates = [Motion(sample.motion) for sample in found.samples]
+    angles = [sample.angle_deg for sample in found.samples]
+    if np.isfinite(margins).all():
+        axes.plot(angles, margins, "o", color=BLUE, mfc="none", label="runs")
+        axes.axhline(0, color="0.6", lw=0.8)
+        y = "energy left over the next crest (m g d)"
+    else:
+        kinds = [*FATES]
+        axes.plot(
+            angles, [kinds.index(f) for f in fates], "o", color=BLUE, mfc="none", label="runs"
+        )
+        axes.set_yticks(range(len(kinds)), [*FATES.values()])
+        y = "what became of the grain"
+    low, high = found.value_deg - found.uncertainty_deg, found.value_deg + found.uncertainty_deg
+    axes.axvspan(low, high, color=GREEN, alpha=0.25, label="uncertainty")
+    axes.axvline(found.value_deg, color=BLACK, ls="--", lw=1, label="critical angle")
+    label(axes, "angle (deg)", y, f"{found.provenance.told}, {found.method}")
+    legend_below(figure, 3)
     return figure
 
 

@@ -45,7 +45,7 @@ def angle_from_impulse_ratio(ratio: float, reading: Reading = "lost") -> float:
 def impulse_angles(
     *, reading: Reading = "lost", case: Tower | None = None, **table: Unpack[TableOptions]
 ) -> pd.DataFrame:
-    """Return alpha(n) and theta_c(n), a row for each combination (:func:`impulse_table`).
+    """Return alpha(n) [1] and theta_c(n) [deg], a row for each combination (:func:`impulse_table`).
 
     ``table`` are options of :func:`impulse_table`; RK4 is the solver unless another, or an
     engine, is given. ``critical_angle_deg`` is that of ``reading``; both readings stand beside it.
@@ -58,7 +58,7 @@ def impulse_angles(
 
 
 def energy_scaling_angles(heights: Iterable[int] = HEIGHTS) -> pd.DataFrame:
-    """Return alpha = 1/sqrt(n) and the angles of both readings, the source's discussion."""
+    """Return alpha = 1/sqrt(n) [1] and the angles [deg] of both readings, as the source does."""
     rows = []
     for height in heights:
         ratio = energy_scaling.impulse_ratio(height)
@@ -75,7 +75,7 @@ def impulse_by_gamma(
     windows: Sequence[Window] = ("turnaround",),
     solver: str | None = None,
 ) -> pd.DataFrame:
-    """Return alpha(n) against Gamma, each value reached in different ``ways``.
+    """Return alpha(n) [1] against Gamma [1], each value reached in different ``ways``.
 
     Columns as of :func:`impulse_angles`, and mass and gravity of the way. Each
     Gamma must be greater than 0.

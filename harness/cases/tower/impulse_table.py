@@ -46,7 +46,9 @@ def impulse_table(
     case: Tower | None = None,
     engine: Engine | None = None,
 ) -> list[ImpulseRow]:
-    """Return alpha(n) = J(n)/J(1) for every combination, the source's by default.
+    """Return alpha(n) = J(n)/J(1) [1] for every combination, the source's by default.
+
+    ``heights`` [contacts], ``stiffnesses`` [N/m], ``speeds`` [m/s].
 
     ``case`` gives what is not listed: mass, gravity, diameter and so on. A window that a tower
     does not show within 3 t0 leaves NaN in its row. ``solver`` (the exact one by default) and

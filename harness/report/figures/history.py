@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from matplotlib import dates
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from harness.errors import RequestError
 from harness.report.figures.style import (
     BLACK,
     BLUE,
@@ -20,6 +20,8 @@ from harness.report.figures.style import (
     ORANGE,
     PURPLE,
     RED,
+    Figure,
+    label,
     legend_below,
     quantity,
 )
@@ -39,6 +41,28 @@ LINE = 90
 """Characters of a name that fit over the axes."""
 
 
+def recorded(frame: pd.DataFrame) -> Figure:
+    """Draw runs by how many of their rows failed, or one quantity of them, over the date.
+
+    Raise RequestError where ``frame`` holds no quantity that was measured, or several.
+    """
+    frame = frame[~frame["cached"]]  # a kept result handed out again is no measurement
+    if "name" in frame:
+        names = list(frame["name"].unique())
+        if len(names) != 1:
+            some = ", ".join(map(repr, names[:3]))
+            raise RequestError(f"plot: {len(names)} quantities were measured, must be one: {some}")
+        return quantity_history(frame, "date")
+    figure = Figure(figsize=(8.0, 4.2), layout="constrained")
+    axes = figure.add_subplot()
+    if not frame.empty:
+        x = _by_date(axes, frame)
+        axes.plot(x, frame["failed"].to_numpy(), "o", mfc="none")
+        _around(axes, x)
+    label(axes, "date of the run (UTC)", "rows that failed")
+    return figure
+
+
 def quantity_history(frame: pd.DataFrame, against: Against) -> Figure:
     """Draw one quantity with its uncertainties and the tolerance that it was held to.
 
@@ -52,8 +76,7 @@ def quantity_history(frame: pd.DataFrame, against: Against) -> Figure:
     if against == "date":
         x = _by_date(axes, ordered)
         axes.set_xlabel("date of the run (UTC)")
-        margin = 0.04 * float(np.ptp(x)) or HALF_A_DAY
-        axes.set_xlim(x.min() - margin, x.max() + margin)
+        _around(axes, x)
     else:
         x, releases = _by_release(ordered)
         axes.set_xticks(range(len(releases)), releases)
@@ -75,6 +98,12 @@ def _by_date(axes: Axes, frame: pd.DataFrame) -> Floats:
     axes.xaxis.set_major_locator(locator)
     axes.xaxis.set_major_formatter(mpl.ConciseDateFormatter(locator))
     return np.asarray(mpl.date2num(frame["started"].to_numpy()), dtype=np.float64)
+
+
+def _around(axes: Axes, x: Floats) -> None:
+    """Leave some room beside the runs, half a day where there is one date alone."""
+    margin = 0.04 * float(np.ptp(x)) or HALF_A_DAY
+    axes.set_xlim(x.min() - margin, x.max() + margin)
 
 
 def release_order(version: str) -> tuple[date, str]:

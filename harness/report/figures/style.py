@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from typing import Any
 
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure as AnyFigure
+
+from harness.shown import power as power
+from harness.shown.figure import Figure as Figure
+from harness.shown.figure import house_style as house_style
+from harness.shown.figure import label as label
+from harness.shown.figure import quantity as quantity
 
 # Okabe and Ito (2008), ordered so that neighbours differ in grey too
 BLACK, RED, BLUE, GREEN, PURPLE, ORANGE, SKY = (
@@ -23,39 +28,6 @@ COLOURS = (BLACK, RED, BLUE, GREEN, PURPLE, ORANGE, SKY)
 STYLES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 3)))
 MARKERS = ("o", "s", "^", "D", "v", "x")
 
-_RC: dict[Any, Any] = {
-    "figure.dpi": 110,
-    "savefig.dpi": 150,
-    "figure.constrained_layout.use": True,
-    "font.size": 10.5,
-    "axes.titlesize": 11,
-    "axes.titlelocation": "left",
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.formatter.useoffset": False,
-    "grid.color": "#dddddd",
-    "grid.linewidth": 0.6,
-    "legend.frameon": False,
-    "legend.fontsize": 9,
-    "lines.linewidth": 1.5,
-    "lines.markersize": 5.5,
-    # the same figure is the same file; its text is text, a third of the bytes of drawn letters,
-    # and Verdana, which is as wide, stands in where there is no DejaVu
-    "svg.hashsalt": "dem-harness",
-    "svg.fonttype": "none",
-    "font.sans-serif": ["DejaVu Sans", "Verdana"],
-}
-
-
-@contextmanager
-def house_style() -> Iterator[None]:
-    """Apply the look within a block, without a display."""
-    import matplotlib as mpl
-
-    with mpl.rc_context(_RC):
-        yield
-
 
 def panels(rows: int, columns: int, width: float = 4.2, height: float = 3.0) -> Figure:
     """Return a figure with ``rows`` by ``columns`` axes, sizes in inches for each."""
@@ -64,25 +36,7 @@ def panels(rows: int, columns: int, width: float = 4.2, height: float = 3.0) -> 
     return figure
 
 
-def quantity(name: str, unit: str = "") -> str:
-    """Return the name of an axis with its unit in round brackets; a pure number has none.
-
-    >>> quantity("peak force", "N"), quantity("restitution", "1")
-    ('peak force (N)', 'restitution')
-    """
-    return f"{name} ({unit})" if unit not in ("", "1") else name
-
-
-def label(axes: Axes, x: str, y: str, title: str = "") -> None:
-    """Name the axes, as :func:`quantity` writes them."""
-    axes.set_xlabel(x)
-    axes.set_ylabel(y)
-    if title:
-        axes.set_title(title, fontsize="medium")
-    axes.grid(visible=True, alpha=0.25)
-
-
-def legend_below(figure: Figure, columns: int = 2, axes: Sequence[Axes] | None = None) -> None:
+def legend_below(figure: AnyFigure, columns: int = 2, axes: Sequence[Axes] | None = None) -> None:
     """Put one legend below all panels, each name once: inside a panel it would hide lines."""
     found: dict[str, Any] = {}
     for one in axes or figure.axes:
@@ -104,9 +58,3 @@ def few_ticks(axes: Axes, values: Sequence[float], most: int = 6) -> None:
 def named(law: str, solver: str) -> str:
     """Return model and solver for a legend."""
     return f"{law} law, {solver}"
-
-
-def power(value: Any) -> str:
-    """Return a number for a legend: ``1e6``, and ``3.2e5`` between the powers of ten."""
-    mantissa, exponent = f"{value:.1e}".split("e")
-    return f"{float(mantissa):g}e{int(exponent)}"

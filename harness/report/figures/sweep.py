@@ -8,9 +8,8 @@ import numpy as np
 import pandas as pd
 from matplotlib import colormaps
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from harness.report.figures.style import COLOURS, MARKERS, STYLES, label
+from harness.report.figures.style import COLOURS, MARKERS, STYLES, Figure, label
 
 MOST_NAMED = 8
 """Values of the second parameter that a legend names; more are told by a bar of colours."""

@@ -1,0 +1,196 @@
+"""Results of the verbs in a notebook: a few lines, a table, a figure; engines by their names."""
+
+import re
+from dataclasses import replace
+
+import pandas as pd
+import pytest
+from matplotlib.figure import Figure
+
+from harness import workflows
+from harness.cases.incline.critical_angle import CriticalAngle, Sample
+from harness.cases.incline.extrapolation import extrapolate
+from harness.cases.incline.parameters import Incline
+from harness.comparison.baseline_record import BaselineRecord, Quantity
+from harness.comparison.releases import Column, release_matrix
+from harness.comparison.run_diff import diff_runs
+from harness.comparison.tolerances import Tolerance
+from harness.comparison.verdicts import Kind
+from harness.engines.reference.engine import Reference
+from harness.errors import RequestError
+from harness.observables.provenance import Provenance
+from harness.parameters.contact import PLASTIC
+from harness.parameters.tower import Tower
+from harness.reproduction.claims import Ledger, untestable
+from harness.reproduction.run import Reproduction
+from harness.reproduction.source import SOURCES
+from harness.workflows.baseline import BaselineComparison
+from harness.workflows.history_search import Recorded
+from harness.workflows.sweep_run import Sweep
+
+PACKAGES = Provenance("toy", "1 Jan 2030", tuple(f"PACKAGE-{n}" for n in range(200)), how="made up")
+LINES = 5
+
+
+def angle(stiffness=1e6, steps=50.0, value=10.2):
+    samples = [Sample(10.1, 0.0, "trapped", -0.1), Sample(10.3, 0.0, "moves_on", 0.1)]
+    case = Incline(contact=PLASTIC, stiffness=stiffness, steps_per_contact=steps)
+    return CriticalAngle(value, 4e-4, 1e-4, "passage", case, PACKAGES, tuple(samples))
+
+
+def ladder():
+    return extrapolate(
+        [
+            angle(k, n, 10.2078 - 1e3 / k - 0.1 / n)
+            for k in (1e5, 1e6, 1e7, 1e8)
+            for n in (50.0, 100.0, 200.0)
+        ]
+    )
+
+
+def against_baseline(found):
+    row = replace(found.checks[0], kind=Kind.REGRESSION)
+    return replace(found, checks=(*found.checks, row))
+
+
+def releases():
+    def column(name, value):
+        force = {"peak_force_N": Quantity(value, 0.0, "N")}
+        record = BaselineRecord("tower", {}, force, "toy", "1", case="tower")
+        return Column(name, Provenance("toy", name), (record,))
+
+    allowed = {"tower": {"peak_force_N": Tolerance("N", 1e-6, 0.0, "a reason")}}
+    return release_matrix("quick", "Linux", [column("1", 1.0), column("2", 1.1)], allowed, "TOY")
+
+
+def history(quantity):
+    run = {
+        "run": 1, "started": "2030-01-01T00:00:00+00:00", "finished": "2030-01-01T00:00:02+00:00",
+        "command": "verify", "options": "", "engine": "toy", "engine_version": "1", "how": "x",
+        "status": 0, "seconds": 2.0, "cached": False, "judged": 3, "failed": 1, "folder": "",
+        "harness_version": "0", "harness_commit": "", "platform": "", "note": "",
+    }  # fmt: skip
+    row = {
+        **run, "name": "angle", "kind": "analytic", "unit": "deg", "value": 10.2,
+        "uncertainty": 0.1, "expected": 10.3, "tolerance": 0.2, "verdict": "pass", "triage": "",
+    }  # fmt: skip
+    return Recorded("history.sqlite", (run,), (row,) if quantity else None)
+
+
+def reproduction():
+    statement = next(source for source in SOURCES.values() if source.untestable)
+    parts = dict.fromkeys(("figures", "motions", "findings"), None)
+    return Reproduction(
+        Ledger((untestable(statement),)), **parts, provenance=PACKAGES, platform="x",
+        harness_version="0",
+    )  # fmt: skip
+
+
+MADE = {
+    "theory": lambda _: workflows.theory(restitution=0.1),
+    "critical_angle": lambda _: angle(),
+    "critical_angle, steady": lambda _: replace(
+        angle(), samples=(Sample(10.2, 0.0, "undecided", float("nan")),)
+    ),
+    "extrapolated_critical_angle": lambda _: ladder(),
+    "tower": lambda _: workflows.tower(Tower(height=2), solver="exact"),
+    "run": lambda _: workflows.run("tower", {"height": "2"}, "exact"),
+    "sweep": lambda _: Sweep(
+        "tower",
+        tuple({"engine": "exact", "height": n, "force_N": n, "status": "done"} for n in (1, 2)),
+        ("height",),
+        ("force_N",),
+    ),
+    "verify": lambda found: found,
+    "compare_with_baseline": lambda found: BaselineComparison(against_baseline(found), ()),
+    "diff": lambda found: diff_runs(found.results, replace(found, seconds=2.0).results),
+    "releases": lambda _: releases(),
+    "history": lambda _: history(quantity=False),
+    "history, quantity": lambda _: history(quantity=True),
+    "reproduce": lambda _: reproduction(),
+}
+LONGER = {"run", "releases"}
+"""Of which each quantity or release is a line."""
+
+
+@pytest.mark.parametrize("verb", MADE)
+def test_a_result_shows_itself_in_five_lines_and_draws_itself_with_units(verb, verification):
+    found = MADE[verb](replace(verification, provenance=PACKAGES))
+    shown = found._repr_html_()
+    assert shown.count("<tr>") <= LINES or verb in LONGER
+    assert "PACKAGE" not in shown + repr(found)
+    assert max(len(shown), len(repr(found))) < 1500
+    assert isinstance(found.frame(), pd.DataFrame)
+    assert not found.frame().empty
+    figure = found.plot()
+    assert isinstance(figure, Figure)
+    assert figure.axes[-1].get_xlabel()
+    assert all(axes.get_ylabel() for axes in figure.axes)
+    assert figure._repr_png_().startswith(b"\x89PNG")
+
+
+def test_what_a_result_says_is_its_value_its_uncertainty_its_case_and_its_engine():
+    said = re.sub("<[^>]+>", " ", angle()._repr_html_())
+    for text in ("10.2000 ± 0.0004 deg", "plastic contact, k = 1e6 N/m", "toy 1 Jan 2030"):
+        assert text in said
+    assert repr(angle()).splitlines()[0] == "critical angle: 10.2000 ± 0.0004 deg"
+
+
+def test_names_of_engines_are_text_not_markup(verification, hostile):
+    assert "<script>" not in hostile._repr_html_()
+    assert verification._repr_html_() != hostile._repr_html_()
+
+
+@pytest.mark.parametrize("verb", ["cases", "engines"])
+def test_lists_are_tables(verb, monkeypatch):
+    if verb == "engines":
+        monkeypatch.setattr("harness.workflows.status.engine_names", lambda: ["reference"])
+    found = getattr(workflows, verb)()
+    assert len(found.frame()) == len(found) > 0
+    assert "<table" in found._repr_html_()
+
+
+def test_a_history_of_two_quantities_says_that_one_can_be_drawn():
+    found = history(quantity=True)
+    two = replace(found, quantities=(*found.quantities, {**found.quantities[0], "name": "other"}))
+    with pytest.raises(RequestError, match="2 quantities"):
+        two.plot()
+
+
+@pytest.mark.parametrize(
+    "verb",
+    ["critical_angle", "extrapolated_critical_angle", "theory", "impulse_table", "impulse_angles"],
+)
+def test_help_names_units(verb):
+    assert re.search(r"\[(?:deg|1|N/m)\]", getattr(workflows, verb).__doc__)
+
+
+@pytest.mark.parametrize("kind", [Incline, Tower])
+def test_help_of_parameters_tells_each_field_with_its_unit(kind):
+    for name, field in kind.model_fields.items():
+        assert f"{name}: {field.description}" in kind.__doc__
+
+
+def test_an_engine_is_opened_by_its_name_and_what_it_ran_is_kept(monkeypatch):
+    first = workflows.critical_angle(engine="reference", phases=1)
+    assert first.provenance.engine == "reference"
+
+    def run(*_):
+        raise AssertionError("it was kept")
+
+    monkeypatch.setattr(Reference, "run", run)
+    assert workflows.critical_angle(engine="reference", phases=1).value_deg == first.value_deg
+    with pytest.raises(AssertionError, match="kept"):
+        workflows.critical_angle(engine="reference", phases=1, fresh=True)
+
+
+def test_a_tower_is_run_by_its_own_solver_unless_an_engine_is_named():
+    assert workflows.tower(Tower()).solver == "rk4"
+    for named in ({"engine": "reference"}, {"solver": "reference"}):
+        with pytest.raises(RequestError, match="engine 'reference' cannot run 'tower'"):
+            workflows.tower(Tower(law="overlap"), **named)
+
+
+def test_a_name_that_is_no_engine_is_a_request_error():
+    with pytest.raises(RequestError, match="'nothing' is not known"):
+        workflows.critical_angle(engine="nothing")
