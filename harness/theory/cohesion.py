@@ -1,0 +1,68 @@
+"""Adhesion of elastic spheres: forces and overlaps of pull-off, and what an impact loses by it.
+
+gamma is the surface energy of each body, 2 gamma the work of adhesion. Derjaguin, Muller and
+Toporov, J. Colloid Interface Sci. 53, 314 (1975); Johnson, Kendall and Roberts, Proc. R. Soc. A
+324, 301 (1971): with c^2 = pi gamma / E* and the contact radius a
+
+    F = E* (4 a^3 / (3 R*) - 4 c a^(3/2)),   overlap = a^2 / R* - 2 c sqrt(a),
+
+and a^3 = s c^2 R*^2 with s = 9 without load, 4 where contact forms (overlap 0), 9/4 at the largest
+tension, 1/4 at the fold beyond which no area is left.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+State = Literal["without load", "contact forms", "largest tension", "fold"]
+SIZES: dict[State, float] = {
+    "without load": 9.0,
+    "contact forms": 4.0,
+    "largest tension": 2.25,
+    "fold": 0.25,
+}
+
+
+def dmt_pull_off(surface_energy: float, radius: float) -> float:
+    """Return 4 pi gamma R* [N], the tension at overlap 0."""
+    return 4.0 * math.pi * surface_energy * radius
+
+
+def jkr_pull_off(surface_energy: float, radius: float) -> float:
+    """Return 3 pi gamma R* [N], the largest tension, whatever the modulus."""
+    return 3.0 * math.pi * surface_energy * radius
+
+
+def jkr_contact_radius(state: State, surface_energy: float, modulus: float, radius: float) -> float:
+    """Return a [m] of a state that stands out."""
+    cube = SIZES[state] * math.pi * surface_energy * radius**2 / modulus
+    return float(cube ** (1.0 / 3.0))
+
+
+def jkr_overlap(state: State, surface_energy: float, modulus: float, radius: float) -> float:
+    """Return the overlap [m] of a state: a^2 / R* (1 - 2 / sqrt(s)), negative after pull-off."""
+    a = jkr_contact_radius(state, surface_energy, modulus, radius)
+    return a * a / radius * (1.0 - 2.0 / math.sqrt(SIZES[state]))
+
+
+def jkr_force(state: State, surface_energy: float, radius: float) -> float:
+    """Return the force [N] of a state, 4/3 pi gamma R* (s - 3 sqrt(s)); negative is tension."""
+    s = SIZES[state]
+    return 4.0 / 3.0 * math.pi * surface_energy * radius * (s - 3.0 * math.sqrt(s))
+
+
+def jkr_loss(end: State, surface_energy: float, modulus: float, radius: float) -> float:
+    """Return the work [J] that parting takes beyond the overlap 0 at which contact forms.
+
+    The integral of F from the overlap of ``end`` to 0, negated: an impact with less kinetic
+    energy than that sticks, another one loses it. In units of E* c^2 a^2 the integral of F is
+    8/15 s - 8/3 sqrt(s) + 2.
+    """
+
+    def work(state: State) -> float:
+        s, a = SIZES[state], jkr_contact_radius(state, surface_energy, modulus, radius)
+        shape = 8.0 / 15.0 * s - 8.0 / 3.0 * math.sqrt(s) + 2.0
+        return math.pi * surface_energy * a * a * shape
+
+    return work(end) - work("contact forms")

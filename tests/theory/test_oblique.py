@@ -1,0 +1,84 @@
+"""Oblique impacts: the closed forms against the integration of the laws."""
+
+import math
+
+import pytest
+
+from harness.pair.integration import integrate
+from harness.parameters.contact_law import ContactLaw
+from harness.theory import dashpot, oblique
+from tests.pair.scenes import RADIUS, impact
+
+NU = 0.3
+RATIO = 2.0 * (1.0 - NU) / (2.0 - NU)
+INCREMENTS = ContactLaw(
+    normal="hertz", youngs_modulus=7e9, poisson_ratio=NU, tangential="mindlin/force", friction=0.2
+)
+SPRINGS = ContactLaw(normal_stiffness=1e6, tangential="linear_history", friction=0.2)
+
+
+def slip(law, ratio):
+    """Return what happens to the tangential spring of an impact at u/v: times and kinds."""
+    path = integrate(impact(law, (ratio, 0.0, -1.0)))
+    return [(event.time, event.kind) for event in path.events if event.slider == "tangential"]
+
+
+def slides_at_once(law, ratio):
+    return any(kind == "slides" and time < 1e-15 for time, kind in slip(law, ratio))
+
+
+def slides_throughout(law, ratio):
+    return slides_at_once(law, ratio) and len(slip(law, ratio)) == 1
+
+
+def test_the_impulse_of_sliding_is_that_of_momentum_balance():
+    path = integrate(impact(SPRINGS, (3.0, 0.0, -1.0)))
+    lost = oblique.sliding_impulse(0.2, 1.0, 1.0)
+    assert path.velocities[-1, 0, 0] == pytest.approx(3.0 - lost, rel=1e-11)
+    assert path.omegas[-1, 0, 1] * RADIUS == pytest.approx(2.5 * lost, rel=1e-11)
+
+
+def test_the_angle_of_kharaz():
+    """Chung and Ooi (2011), test 4: sliding throughout above 32.52 degrees."""
+    angle = math.degrees(math.atan(oblique.slides_throughout(0.092, 0.98)))
+    assert angle == pytest.approx(32.52, abs=0.005)
+
+
+@pytest.mark.parametrize(("law", "ratio"), [(INCREMENTS, RATIO), (SPRINGS, 2.0 / 7.0)])
+def test_where_an_elastic_contact_sticks_at_first_and_where_it_slides_to_its_end(law, ratio):
+    first = oblique.sticks_at_first(0.2, ratio)
+    assert slides_at_once(law, 1.001 * first)
+    assert not slides_at_once(law, 0.999 * first)
+    last = oblique.slides_throughout_elastic(0.2, ratio)
+    assert slides_throughout(law, 1.001 * last)
+    assert not slides_throughout(law, 0.999 * last)
+
+
+def test_mindlin_on_the_total_displacement_sticks_up_to_two_thirds_of_that():
+    law = INCREMENTS.replace(tangential="mindlin")
+    first = 2.0 / 3.0 * oblique.sticks_at_first(0.2, RATIO)
+    assert slides_at_once(law, 1.001 * first)
+    assert not slides_at_once(law, 0.999 * first)
+
+
+@pytest.mark.parametrize("ratio", [1e-3, 2.0 / 7.0, 0.8])
+@pytest.mark.parametrize("restitution", [1.0, 0.6])
+@pytest.mark.parametrize("clipped", [False, True])
+def test_the_restitution_of_sticking_springs(ratio, restitution, clipped):
+    law = SPRINGS.replace(
+        tangential_stiffness=ratio * 1e6,
+        friction=1e9,
+        damping="coeff_restitution",
+        restitution=restitution,
+        clipped=clipped,
+    )
+    path = integrate(impact(law, (1.0, 0.0, -1.0)))
+    end = path.velocities[-1, 0, 0] - RADIUS * path.omegas[-1, 0, 1]
+    zeta = dashpot.damping_ratio(restitution) if restitution < 1.0 else 0.0
+    expected = oblique.sticking_restitution(ratio, zeta, clipped=clipped)
+    assert -end == pytest.approx(expected, abs=1e-7)
+
+
+def test_springs_in_the_ratio_2_to_7_give_all_of_it_back():
+    assert oblique.sticking_restitution(2.0 / 7.0, 0.0, clipped=False) == pytest.approx(1.0)
+    assert oblique.sticking_restitution(0.0, 0.5, clipped=False) == -1.0
