@@ -20,9 +20,8 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Generic, Literal, TypeVar
 
-from harness.cases.parts import Part as Part
+from harness.cases.once import Once
 from harness.cases.parts import failed_part as failed_part
-from harness.cases.parts import rows_of_parts as rows_of_parts
 from harness.comparison.findings import Findings
 from harness.comparison.tolerances import Tolerance
 from harness.comparison.verdicts import (
@@ -85,16 +84,16 @@ class Plan(Generic[P]):
 class Study:
     """How a verification is to be done: how much of it, and how to open another engine by name.
 
-    ``missing`` are the names of engines that were asked for and could not be run. ``memo`` holds
-    what several engines of one study share, as the results of a reference; a case keys its
-    entries by its own name.
+    ``missing`` are the names of engines that were asked for and could not be run. ``once`` makes
+    what several engines or parts of one study share, as the results of a reference; a case keys
+    its entries by its own parameters.
     """
 
     level: LevelName = "default"
     progress: Progress = silent
     open_engine: Callable[[str], AbstractContextManager[Engine]] | None = None
     missing: frozenset[str] = frozenset()
-    memo: dict[Any, Any] = field(default_factory=dict, compare=False, repr=False)
+    once: Once = field(default_factory=Once, compare=False, repr=False)
 
 
 class Case(ABC, Generic[P]):
@@ -243,8 +242,3 @@ def check_declared(case: Case[Any], values: Mapping[str, Any]) -> None:
         if not isinstance(value, (int, float)):
             told = " ".join(repr(value).split())[:60]
             raise EngineError(f"{where} returned {name} = {told}: not one number")
-
-
-def title_of(engine: Engine) -> str:
-    """Return the name of an engine as reports write it."""
-    return engine.title

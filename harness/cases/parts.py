@@ -3,28 +3,49 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from typing import NamedTuple
 
 from harness.comparison.triage import Triage
 from harness.comparison.verdicts import Check, Kind, Verdict, failed_run
-from harness.errors import EngineError
-
-Part = tuple[str, Callable[[], Sequence[Check]]]
-"""A part of a verification: its name, and what runs it and returns its rows."""
+from harness.errors import EngineError, EngineOutputError, RequestError
 
 
-def rows_of_parts(case: str, parts: Sequence[Part], unit: str = "") -> list[Check]:
+class Part(NamedTuple):
+    """A part of a verification: its name, what runs it, and how many rows it leaves at least."""
+
+    name: str
+    run: Callable[[], Sequence[Check]]
+    rows: int = 0
+
+
+def rows_of_parts(case: str, parts: Iterable[Part], unit: str = "") -> list[Check]:
     """Run the parts of a verification in order and return their rows.
 
     A part that raises becomes a failed row; the other parts go on.
     """
     rows: list[Check] = []
-    for name, part in parts:
+    for part in parts:
         try:
-            rows += part()
+            rows += part.run()
         except Exception as error:
-            rows.append(failed_part(f"{case}: {name}", error, unit))
+            rows.append(failed_part(f"{case}: {part.name}", error, unit))
     return rows
+
+
+def asked(part: Part) -> Part:
+    """Return a part whose RequestError is the engine's failure.
+
+    The runs are ours: one that does not show what is measured in it is the engine's doing.
+    """
+
+    def run() -> Sequence[Check]:
+        try:
+            return part.run()
+        except RequestError as error:
+            raise EngineOutputError(str(error)) from error
+
+    return part._replace(run=run)
 
 
 def failed_part(name: str, error: Exception, unit: str = "", kind: Kind = Kind.CROSS_CODE) -> Check:

@@ -59,7 +59,7 @@ class Made(TypedDict, total=False):
     script_sha256: str
 
 
-def made_by(who: Provenance | None, solver: str, version: str) -> Made:
+def made_by(who: Provenance | None, solver: str = "", version: str = "") -> Made:
     """Return who made a case: an engine, or a solver of this harness in its ``version``."""
     if who is None:
         return {"engine": solver, "engine_version": f"dem-harness {version}"}

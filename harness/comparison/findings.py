@@ -51,3 +51,9 @@ class Findings:
     headlines: list[Headline] = field(default_factory=list)
     published: Mapping[str, Any] = field(default_factory=dict)
     evidence: Any = field(default=None, repr=False)
+
+    def add(self, other: Findings) -> None:
+        """Add the records, errors and headlines of a part that was run beside others."""
+        self.records += other.records
+        self.errors |= other.errors
+        self.headlines += other.headlines

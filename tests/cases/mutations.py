@@ -10,7 +10,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from harness.cases.incline.judge import judge, path_in
+from harness.cases.grain import path_in
+from harness.cases.incline.judge import judge
 from harness.cases.incline.result import Motion
 from harness.cases.incline.template import case_of
 from harness.engines.contract import Engine

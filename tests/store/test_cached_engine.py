@@ -3,10 +3,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from harness.cases.grain import COLUMNS
 from harness.cases.incline.critical_angles import critical_angle
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import InclineRun, Motion
-from harness.cases.incline.runs import COLUMNS, run_inclines
+from harness.cases.incline.runs import run_inclines
 from harness.cases.incline.template import case_of, job_of
 from harness.cases.tower.engine_runs import run_towers
 from harness.engines.contract import Engine, Output

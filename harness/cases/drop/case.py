@@ -4,34 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, ClassVar
-
-import numpy as np
-from numpy.typing import NDArray
 
 from harness.cases.contract import Case, LevelName, Reference, Study, failed_part
-from harness.cases.drop.evidence import DropEvidence
+from harness.cases.drop.checks import DropEvidence, DropTest, angular_momentum_ratio, drop_tests
 from harness.cases.drop.expected import references_of
 from harness.cases.drop.parameters import Drop
-from harness.cases.drop.result import DropRun
-from harness.cases.drop.runs import read, run_drops
-from harness.cases.drop.template import HEAD_ON, TEMPLATE, job_of
+from harness.cases.drop.runs import DropRun, read, run_drops
+from harness.cases.drop.template import HEAD_ON, NAME, TEMPLATE, job_of
 from harness.cases.drop.tolerances import REGRESSION
+from harness.cases.runs import whole
 from harness.comparison.baseline_record import BaselineRecord, Quantity, made_by
 from harness.comparison.findings import Findings
-from harness.comparison.tolerances import Tolerance
-from harness.comparison.verdicts import Check, Kind, failed_run, judge, not_tested
-from harness.engines.contract import Engine, Job, Output, Template
+from harness.comparison.verdicts import Check, Kind, judge, not_tested
+from harness.engines.contract import Engine, Job, Output
 from harness.engines.traits import Traits
 from harness.errors import EngineError
 from harness.observables.declared import Observable
 from harness.parameters.contact import PLASTIC, SOURCE
 from harness.report.sections import Section
-
-if TYPE_CHECKING:
-    from harness.cases.drop.checks import DropTest
-
-NAME = "drop"
 
 
 class DropCase(Case[Drop]):
@@ -49,8 +39,8 @@ class DropCase(Case[Drop]):
         Observable("end_speed_m_per_s", "m/s", "", "speed at the end"),
         Observable("angular_momentum_ratio", "1", "", "about the sphere's centre, end over start"),
     )
-    template: ClassVar[Template] = TEMPLATE
-    regression: ClassVar[Mapping[str, Tolerance]] = REGRESSION
+    template = TEMPLATE
+    regression = REGRESSION
 
     @property
     def presets(self) -> Mapping[str, Drop]:
@@ -82,10 +72,10 @@ class DropCase(Case[Drop]):
             "end_overlap_m": float(overlap[-1]),
             "end_speed_m_per_s": float(path.speed_m_per_s[-1]),
         }
-        momentum = path.x_m * path.vy_m_per_s - path.y_m * path.vx_m_per_s
+        head_on = parameters.speed > 0.0 and parameters.gravity == 0.0
         if parameters.sideways != 0.0:
-            found["angular_momentum_ratio"] = float(momentum[-1] / momentum[0])
-        elif _collided(parameters, overlap):
+            found["angular_momentum_ratio"] = angular_momentum_ratio(path)
+        elif head_on and bool(overlap.max() > 0.0 >= overlap[-1]):  # met, and over
             found["restitution"] = float(path.vy_m_per_s[-1]) / parameters.speed
         return found
 
@@ -95,15 +85,11 @@ class DropCase(Case[Drop]):
 
     def expected_rows(self, level: LevelName, engine: Engine) -> int:  # noqa: ARG002
         """Return a row for each drop, and for each named contact that the engine refuses."""
-        from harness.cases.drop.checks import drop_tests
-
         refused = [c for c in (SOURCE, PLASTIC) if engine.traits.refuses_contact(c)]
         return len(list(drop_tests(engine.traits))) + len(refused)
 
     def verify(self, engine: Engine, study: Study) -> Findings:  # noqa: ARG002
         """Run the drops that an engine can state and judge each against what its rules ask for."""
-        from harness.cases.drop.checks import drop_tests
-
         tests = list(drop_tests(engine.traits))
         found = Findings(self.name, engine.name)
         try:
@@ -114,10 +100,11 @@ class DropCase(Case[Drop]):
         for test, run in zip(tests, runs, strict=True):
             check = _judged(f"{engine.name}: {test.name}", test, run)
             found.checks.append(check)
+            name = _key(engine.name, test)
             if isinstance(run, EngineError):
-                found.errors[_key(engine.name, test)] = run
+                found.errors[name] = run
             elif math.isfinite(check.value):
-                found.records.append(_record(test, run, check.value))
+                found.records.append(_record(name, test, run, check.value))
                 made.append((test, run))
         for contact in (SOURCE, PLASTIC):
             refused = engine.traits.refuses_contact(contact)
@@ -140,21 +127,12 @@ class DropCase(Case[Drop]):
         return sections_of([one.evidence for one in found if one.evidence is not None])
 
 
-def _collided(case: Drop, overlap: NDArray[np.float64]) -> bool:
-    """Return whether a head-on collision without gravity is over."""
-    head_on = case.speed > 0.0 and case.gravity == 0.0
-    return head_on and bool(overlap.max() > 0.0 >= overlap[-1])
-
-
 def _judged(name: str, test: DropTest, run: DropRun | EngineError) -> Check:
     """Return the row of a test; the failed row of a run that died or cannot be measured."""
-    unit = test.tolerance.unit
-    if isinstance(run, EngineError):
-        return failed_run(name, Kind.ANALYTIC, run, unit)
     try:
-        value = test.measure(run)
+        value = test.measure(whole(run))
     except Exception as error:
-        return failed_part(name, error, unit, Kind.ANALYTIC)
+        return failed_part(name, error, test.tolerance.unit, Kind.ANALYTIC)
     return judge(name, Kind.ANALYTIC, value, test.expected, test.tolerance)
 
 
@@ -164,16 +142,15 @@ def _key(engine: str, test: DropTest) -> str:
     return f"{engine}/drop-{'-'.join(kept.split())}"
 
 
-def _record(test: DropTest, run: DropRun, value: float) -> BaselineRecord:
-    """Return a drop as a record of the baseline."""
+def _record(name: str, test: DropTest, run: DropRun, value: float) -> BaselineRecord:
     return BaselineRecord(
-        name=_key(run.provenance.engine, test),
+        name=name,
         parameters=test.case.model_dump(mode="json"),
         quantities={test.quantity: Quantity(value, 0.0, test.tolerance.unit)},
         case=NAME,
         label=test.name,
         family=(test.case.contact.name,),
-        **made_by(run.provenance, "", ""),
+        **made_by(run.provenance),
     )
 
 

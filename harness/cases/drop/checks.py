@@ -13,15 +13,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from harness.cases.drop.expected import hertz_impact, rest, restitution
 from harness.cases.drop.parameters import Drop
-from harness.cases.drop.result import DropRun
+from harness.cases.drop.runs import DropRun
 from harness.comparison.tolerances import Tolerance
 from harness.engines.traits import Traits
 from harness.errors import EngineOutputError
-from harness.parameters.contact import PLASTIC, SOURCE, Contact
-from harness.parameters.hertz import hertz
-from harness.theory.dashpot import restitution_clipped, restitution_unclipped
-from harness.theory.hertz import impact
+from harness.observables.trajectory import Trajectory
+from harness.parameters.contact import PLASTIC, SOURCE, Contact, Spring
 
 HEAD_ON = "restitution head-on"
 
@@ -57,10 +56,18 @@ class DropTest:
     tolerance: Tolerance
 
 
+@dataclass(frozen=True)
+class DropEvidence:
+    """The runs of an engine's drops with the tests that they were made for."""
+
+    who: str
+    made: tuple[tuple[DropTest, DropRun], ...]
+
+
 def drop_tests(traits: Traits) -> Iterator[DropTest]:
     """Yield the tests that an engine with such traits can be put to."""
     for contact in _contacts(traits):
-        yield _head_on(contact) if traits.spring == "linear" else _head_on_hertz(contact)
+        yield _collision(contact, traits.spring)
     yield _static(traits) if traits.spring == "linear" else _static_hertz(traits)
     yield _onset(traits)
     yield _fall(traits)
@@ -90,37 +97,26 @@ def _any_contact(traits: Traits) -> Contact:
     return next(iter(_contacts(traits)))
 
 
-def _head_on(contact: Contact) -> DropTest:
-    """Return the collision whose restitution has a closed form, onset and end within a step."""
-    zeta = contact.zeta_against_full_mass
-    law = restitution_clipped if contact.tail == "clipped" else restitution_unclipped
-    # a contact that ends late: at 15 contact times for the source's
-    return _collision(_flying(contact, duration=25.0, every=100), law(zeta))
-
-
-def _head_on_hertz(contact: Contact) -> DropTest:
-    """Return the collision with Hertz's spring, whose restitution is integrated.
-
-    At the speed of the drop the largest overlap without damping is that of the linear
-    spring, so a step is worth as much of the speed as there.
-    """
-    short = _flying(contact, duration=1.0, every=1)
-    law = hertz(short.contact, short.stiffness, short.mass, short.hertz_speed)
-    expected = impact(law.relaxation * SPEED / law.overlap, clipped=contact.tail == "clipped")
-    # the impact's own time, and as much again for the flight before it
-    duration = 1.0 + 2.0 * expected.duration / math.pi
-    return _collision(_flying(contact, duration=duration, every=100), expected.restitution)
-
-
-def _collision(case: Drop, expected: float) -> DropTest:
-    """Return the test of a restitution.
+def _collision(contact: Contact, spring: Spring) -> DropTest:
+    """Return the test of a restitution: in closed form, or integrated with Hertz's spring.
 
     An error of one step in the contact's begin is worth omega h of the speed, and so is
-    the first-order error of a scheme that meets damping explicitly.
+    the first-order error of a scheme that meets damping explicitly. With Hertz's spring the largest
+    overlap without damping is that of the linear one at the speed of the drop, so a step is worth
+    as much of the speed as there.
     """
-    width = math.pi / case.steps_per_contact * (1.0 + 2.0 * case.contact.zeta_against_full_mass)
+    if spring == "linear":
+        # a contact that ends late: at 15 contact times for the source's
+        case = _flying(contact, duration=25.0, every=100)
+        expected = restitution(case)
+    else:
+        impact = hertz_impact(_flying(contact, duration=1.0, every=1))
+        # the impact's own time, and as much again for the flight before it
+        case = _flying(contact, duration=1.0 + 2.0 * impact.duration / math.pi, every=100)
+        expected = impact.restitution
+    width = math.pi / case.steps_per_contact * (1.0 + 2.0 * contact.zeta_against_full_mass)
     return DropTest(
-        f"{HEAD_ON}, {case.contact.name}",
+        f"{HEAD_ON}, {contact.name}",
         "restitution",
         case,
         lambda run: float(run.path.vy_m_per_s[-1]) / SPEED,
@@ -163,7 +159,7 @@ def _static(traits: Traits) -> DropTest:
     # soft, so that single precision can tell the overlap
     case = Drop(contact=contact, stiffness=1e4, gravity=9.81, duration=40.0, every=1000)
     left = 2.0 * math.exp(-contact.zeta_against_full_mass * math.pi * case.duration)
-    return _rest("m g / k", case, case.mass * case.gravity / case.stiffness, left, traits)
+    return _rest("m g / k", case, left, traits)
 
 
 def _static_hertz(traits: Traits) -> DropTest:
@@ -173,17 +169,14 @@ def _static_hertz(traits: Traits) -> DropTest:
     """
     contact = max(_contacts(traits), key=lambda contact: contact.zeta_against_full_mass)
     case = Drop(contact=contact, gravity=9.81, steps_per_contact=200.0, every=100)
-    law = hertz(case.contact, case.stiffness, case.mass, case.hertz_speed)
-    overlap = law.rest(case.mass * case.gravity)
-    zeta = law.damping_ratio(overlap, case.mass)
-    slow = zeta - math.sqrt(zeta * zeta - 1.0) if zeta >= 1.0 else zeta
-    rate = slow * math.sqrt(law.slope(overlap) / case.mass)
+    _, rate = rest(case, traits.spring)
     case = case.replace(duration=TIMES_TO_REST / rate / case.contact_time)
-    return _rest("(m g / K)^(2/3)", case, overlap, math.exp(-0.5 * TIMES_TO_REST), traits)
+    return _rest("(m g / K)^(2/3)", case, math.exp(-0.5 * TIMES_TO_REST), traits)
 
 
-def _rest(name: str, case: Drop, overlap: float, left: float, traits: Traits) -> DropTest:
-    """Return the test of an overlap [m] at rest; ``left`` is the part of the motion left."""
+def _rest(name: str, case: Drop, left: float, traits: Traits) -> DropTest:
+    """Return the test of the overlap at rest; ``left`` is the part of the motion left."""
+    overlap, _ = rest(case, traits.spring)
     digits = 10.0 ** (1 - traits.digits) * case.diameter / overlap
     return DropTest(
         f"static contact, overlap over {name}",
@@ -228,11 +221,10 @@ def _oblique(traits: Traits) -> DropTest:
     case = Drop(contact=_any_contact(traits), sideways=SPEED, gap=-OVERLAP, duration=3.0, every=100)
 
     def kept(run: DropRun) -> float:
-        path = run.path
-        momentum = path.x_m * path.vy_m_per_s - path.y_m * path.vx_m_per_s
-        if momentum[0] == 0.0:
+        ratio = angular_momentum_ratio(run.path)
+        if not math.isfinite(ratio):
             raise EngineOutputError(f"{run.provenance.engine}: the grain never moved sideways")
-        return float(momentum[-1] / momentum[0])
+        return ratio
 
     width = max(1e-9, 10.0 * 10.0 ** (1 - traits.digits))
     return DropTest(
@@ -243,3 +235,9 @@ def _oblique(traits: Traits) -> DropTest:
         1.0,
         Tolerance("", width, 0.0, "exact in symplectic schemes but for round-off and digits"),
     )
+
+
+def angular_momentum_ratio(path: Trajectory) -> float:
+    """Return the angular momentum about the sphere's centre, end over start; NaN for none there."""
+    momentum = path.x_m * path.vy_m_per_s - path.y_m * path.vx_m_per_s
+    return float(momentum[-1] / momentum[0]) if momentum[0] else math.nan

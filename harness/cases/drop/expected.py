@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 from harness.cases.contract import Reference
 from harness.cases.drop.parameters import Drop
 from harness.parameters.contact import Spring
-from harness.parameters.hertz import hertz
 from harness.theory.dashpot import duration_clipped, restitution_clipped, restitution_unclipped
+
+if TYPE_CHECKING:
+    from harness.theory.hertz import Impact
 
 RESTED = 1e-6
 """Part of its motion that a grain keeps at most which is said to rest."""
@@ -26,29 +29,53 @@ def references_of(case: Drop, spring: Spring) -> dict[str, Reference]:
     return _linear_impact(case) if spring == "linear" else _hertz_impact(case)
 
 
+def restitution(case: Drop) -> float:
+    """Return the restitution of a head-on collision with the linear spring."""
+    law = restitution_clipped if case.contact.tail == "clipped" else restitution_unclipped
+    return law(case.contact.zeta_against_full_mass)
+
+
+def hertz_impact(case: Drop) -> Impact:
+    """Return the head-on collision with Hertz's spring."""
+    from harness.theory.hertz import impact
+
+    law = case.hertz
+    clipped = case.contact.tail == "clipped"
+    return impact(law.relaxation * case.speed / law.overlap, clipped=clipped)
+
+
+def rest(case: Drop, spring: Spring) -> tuple[float, float]:
+    """Return the overlap [m] under the weight, and the slowest rate [1/s] at which it is reached.
+
+    m g / k, or (m g / K)^(2/3) with Hertz's spring.
+    """
+    weight = case.mass * case.gravity
+    if spring == "linear":
+        overlap, slope = weight / case.stiffness, case.stiffness
+        zeta = case.contact.zeta_against_full_mass
+    else:
+        overlap = case.hertz.rest(weight)
+        slope, zeta = case.hertz.slope(overlap), case.hertz.damping_ratio(overlap, case.mass)
+    slowest = zeta - math.sqrt(zeta * zeta - 1.0) if zeta >= 1.0 else zeta
+    return overlap, slowest * math.sqrt(slope / case.mass)
+
+
 def _linear_impact(case: Drop) -> dict[str, Reference]:
     zeta = case.contact.zeta_against_full_mass
-    clipped = case.contact.tail == "clipped"
-    law = restitution_clipped if clipped else restitution_unclipped
     # the motion turns at half the time at which the clipped force vanishes
     deepest = math.exp(-0.5 * zeta * duration_clipped(zeta)) * math.sqrt(case.mass / case.stiffness)
     return {
-        "restitution": Reference(law(zeta), "closed form"),
+        "restitution": Reference(restitution(case), "closed form"),
         "largest_overlap_m": Reference(case.speed * deepest, "closed form"),
-        "end_speed_m_per_s": Reference(law(zeta) * case.speed, "closed form"),
+        "end_speed_m_per_s": Reference(restitution(case) * case.speed, "closed form"),
     }
 
 
 def _hertz_impact(case: Drop) -> dict[str, Reference]:
-    from harness.theory.hertz import impact
-
-    law = hertz(case.contact, case.stiffness, case.mass, case.hertz_speed)
-    found = impact(
-        law.relaxation * case.speed / law.overlap, clipped=case.contact.tail == "clipped"
-    )
+    found = hertz_impact(case).restitution
     return {
-        "restitution": Reference(found.restitution, "integrated"),
-        "end_speed_m_per_s": Reference(found.restitution * case.speed, "integrated"),
+        "restitution": Reference(found, "integrated"),
+        "end_speed_m_per_s": Reference(found * case.speed, "integrated"),
     }
 
 
@@ -66,17 +93,7 @@ def _falling(case: Drop) -> dict[str, Reference]:
 
 def _resting(case: Drop, spring: Spring) -> dict[str, Reference]:
     """Return the overlap under the weight; {} for a grain that is still moving at the end."""
-    weight = case.mass * case.gravity
-    if spring != "linear":
-        law = hertz(case.contact, case.stiffness, case.mass, case.hertz_speed)
-        overlap = law.rest(weight)
-        zeta = law.damping_ratio(overlap, case.mass)
-        omega = math.sqrt(law.slope(overlap) / case.mass)
-    else:
-        overlap, zeta = weight / case.stiffness, case.contact.zeta_against_full_mass
-        omega = math.sqrt(case.stiffness / case.mass)
-    slowest = zeta - math.sqrt(zeta * zeta - 1.0) if zeta >= 1.0 else zeta
-    left = math.exp(-slowest * omega * case.steps * case.step)
-    if left > RESTED:
+    overlap, rate = rest(case, spring)
+    if math.exp(-rate * case.steps * case.step) > RESTED:
         return {}
     return {"end_overlap_m": Reference(overlap, "closed form")}

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from matplotlib.figure import Figure
 
 from harness.cases.drop.checks import DropTest
-from harness.cases.drop.result import DropRun
+from harness.cases.drop.runs import DropRun
 from harness.report.figures.style import BLACK, COLOURS, MARKERS, STYLES, legend_below
 
 SHOWN = 4.0

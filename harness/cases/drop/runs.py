@@ -3,17 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-
-import numpy as np
+from dataclasses import dataclass
 
 from harness.cases.drop.parameters import Drop
-from harness.cases.drop.result import DropRun
 from harness.cases.drop.template import job_of
+from harness.cases.grain import COLUMNS, path_in
+from harness.cases.runs import run_jobs
 from harness.engines.contract import Engine, Output
 from harness.errors import EngineError
+from harness.observables.provenance import Provenance
 from harness.observables.trajectory import Trajectory
 
-COLUMNS = ("time_s", "x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
+
+@dataclass(frozen=True)
+class DropRun:
+    """The grain's path, origin in the fixed sphere's centre; ``seconds`` of wall time it took."""
+
+    case: Drop
+    path: Trajectory
+    seconds: float
+    provenance: Provenance
 
 
 def run_drops(engine: Engine, cases: Sequence[Drop]) -> list[DropRun | EngineError]:
@@ -21,18 +30,7 @@ def run_drops(engine: Engine, cases: Sequence[Drop]) -> list[DropRun | EngineErr
 
     Raise RequestError for a case that the engine cannot state.
     """
-    results: list[DropRun | EngineError] = []
-    outputs = engine.run([job_of(case) for case in cases])
-    for case, output in zip(cases, outputs, strict=True):
-        try:
-            if isinstance(output, EngineError):
-                raise output
-            results.append(read(case, output))
-        except EngineError as error:
-            if isinstance(output, Output):
-                error.log = output.log
-            results.append(error)
-    return results
+    return run_jobs(engine, cases, job_of, read)
 
 
 def read(case: Drop, output: Output) -> DropRun:
@@ -42,6 +40,4 @@ def read(case: Drop, output: Output) -> DropRun:
     finite.
     """
     table = output.table(COLUMNS, case.steps // case.every + 1)
-    columns = [np.asarray(table[name]) for name in COLUMNS]
-    path = Trajectory(*(c[:, 0] if c.ndim == 2 else c for c in columns))
-    return DropRun(case, path, output.seconds, output.provenance)
+    return DropRun(case, path_in(table), output.seconds, output.provenance)

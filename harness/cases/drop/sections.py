@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from harness.report.sections import Drawing, Section, Table
 
 if TYPE_CHECKING:
-    from harness.cases.drop.evidence import DropEvidence
+    from harness.cases.drop.checks import DropEvidence
 
 TITLE = "Drops on one fixed sphere"
 

@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import ClassVar
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import TYPE_CHECKING
 
-from harness.cases.contract import Case, LevelName, Reference, Study, rows_of_parts
-from harness.cases.incline.engine_angle import EngineAngle
+from harness.cases.contract import Case, LevelName, Reference, Study
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.runs import read
 from harness.cases.incline.template import NAME, TEMPLATE, job_of
 from harness.cases.incline.tolerances import REGRESSION
+from harness.cases.parts import Part, rows_of_parts
 from harness.comparison.findings import Findings
-from harness.comparison.tolerances import Tolerance
 from harness.comparison.verdicts import Check
-from harness.engines.contract import Engine, Job, Output, Template
+from harness.engines.contract import Engine, Job, Output
 from harness.engines.traits import Traits
 from harness.observables.declared import Observable
 from harness.parameters.contact import CONTACTS
 from harness.report.sections import Section
+
+if TYPE_CHECKING:
+    from harness.cases.incline.engine_angle import EngineAngle
 
 STEPS = {"plastic": 100.0}
 """Steps per contact time of a preset, where they are not the default."""
@@ -44,8 +47,8 @@ class InclineCase(Case[Incline]):
         Observable("time_s", "s", "", "duration of the motion"),
         Observable("steps", "1", "", "time steps that were taken"),
     )
-    template: ClassVar[Template] = TEMPLATE
-    regression: ClassVar[Mapping[str, Tolerance]] = REGRESSION
+    template = TEMPLATE
+    regression = REGRESSION
 
     @property
     def presets(self) -> Mapping[str, Incline]:
@@ -72,7 +75,7 @@ class InclineCase(Case[Incline]):
 
     def references(self, parameters: Incline, traits: Traits) -> Mapping[str, Reference]:  # noqa: ARG002
         """Return the margin of rigid spheres; none for a contact that rebounds."""
-        from harness.cases.incline.rebound import ONE_SHOCK, rebound
+        from harness.cases.incline.closed_forms import ONE_SHOCK, rebound
         from harness.theory.energy_map import passage_margin
         from harness.theory.shock import SHOCK_WITHOUT_REBOUND
 
@@ -83,7 +86,7 @@ class InclineCase(Case[Incline]):
 
     def expected_rows(self, level: LevelName, engine: Engine) -> int:
         """Return how many rows a level leaves."""
-        from harness.cases.incline.expected_rows import expected_rows
+        from harness.cases.incline.checks import expected_rows
 
         return expected_rows(level, engine)
 
@@ -108,10 +111,9 @@ class InclineCase(Case[Incline]):
 
     def verify_own(self, study: Study) -> Findings:  # noqa: ARG002
         """Hold the closed forms against second routes, and the adaptive reference DEM."""
-        from harness.cases.incline.reference_checks import restitution_checks
-        from harness.cases.incline.theory_checks import theory_checks
+        from harness.cases.incline.own_checks import restitution_checks, theory_checks
 
-        parts = (("closed forms", theory_checks), ("restitution", restitution_checks))
+        parts = (Part("closed forms", theory_checks), Part("restitution", restitution_checks))
         return Findings(self.name, checks=rows_of_parts("theory", parts))
 
     def verify_beside(self, engine: Engine, study: Study) -> Findings:
@@ -119,24 +121,21 @@ class InclineCase(Case[Incline]):
         from harness.cases.incline.engine_checks import angle_checks
 
         angles: list[EngineAngle] = []
-        parts = (("critical angle", lambda: angle_checks(engine, study, angles)),)
-        checks = rows_of_parts(engine.name, parts, "deg")
-        return _beside(self.name, engine.name, checks, angles)
+        return _beside(engine.name, partial(angle_checks, engine, study, angles), angles)
 
     def recorded(self, study: Study) -> Mapping[str, Findings]:
         """Return the recorded angles of an engine that is missing."""
-        from harness.cases.incline.recorded_checks import MFIX, RECORDED_NAME, recorded_checks
+        from harness.cases.incline.recorded import MFIX, RECORDED_NAME, recorded_checks
 
         if MFIX not in study.missing:
             return {}
         angles: list[EngineAngle] = []
-        parts = (("critical angle", lambda: recorded_checks(study.level, angles)),)
-        rows = rows_of_parts(RECORDED_NAME, parts, "deg")
-        return {RECORDED_NAME: _beside(self.name, RECORDED_NAME, rows, angles)}
+        run = partial(recorded_checks, study.level, angles)
+        return {RECORDED_NAME: _beside(RECORDED_NAME, run, angles)}
 
     def across(self, beside: Mapping[str, Findings]) -> Sequence[Check]:
         """Hold the angles of engines against one another."""
-        from harness.cases.incline.across_engines import across_engines
+        from harness.cases.incline.engine_angle import across_engines
 
         return across_engines([angle for found in beside.values() for angle in found.evidence])
 
@@ -149,17 +148,15 @@ class InclineCase(Case[Incline]):
         """Return the contacts with their angles, and the engines beside one another."""
         from harness.cases.incline.sections import contact_sections, engine_sections
 
-        def parts() -> Iterator[Section]:
-            if main is not None:
-                yield from contact_sections(main.evidence)
-            yield from engine_sections([a for found in beside.values() for a in found.evidence])
-
-        return tuple(parts())
+        contacts = contact_sections(main.evidence) if main is not None else ()
+        return *contacts, *engine_sections([a for found in beside.values() for a in found.evidence])
 
 
-def _beside(case: str, engine: str, checks: list[Check], angles: list[EngineAngle]) -> Findings:
+def _beside(engine: str, run: Callable[[], Sequence[Check]], angles: list[EngineAngle]) -> Findings:
+    """Return the rows of an engine's angles, which ``run`` adds to ``angles``."""
+    checks = rows_of_parts(engine, [Part("critical angle", run)], "deg")
     rows = [angle.record() for angle in angles]
-    return Findings(case, engine, checks, evidence=angles, published={"critical_angles": rows})
+    return Findings(NAME, engine, checks, evidence=angles, published={"critical_angles": rows})
 
 
 CASE = InclineCase()

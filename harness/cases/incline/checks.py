@@ -2,31 +2,40 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 
-from harness.cases.contract import Part, rows_of_parts
-from harness.cases.incline.critical_angle import CriticalAngle
-from harness.cases.incline.critical_angles import complete, critical_angle, critical_angles
-from harness.cases.incline.evidence import Verifying
+from harness.cases.contract import LevelName, Study
+from harness.cases.incline.critical_angles import critical_angle, critical_angles, side_by_side
+from harness.cases.incline.evidence import InclineEvidence, Verifying
 from harness.cases.incline.extrapolation import extrapolate
 from harness.cases.incline.invariance import scales, two_ways
 from harness.cases.incline.levels import SOURCE_CASE, SOURCE_CLIPPED
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.passage import PHASES
-from harness.cases.incline.passages import passages
+from harness.cases.incline.passages import CASES, passages
 from harness.cases.incline.records import angle_case, extrapolated_case, in_phases
-from harness.cases.incline.recursion import recursion
-from harness.cases.incline.reference_checks import MOTION_EVERY, against_the_reference
+from harness.cases.incline.recursion import RECURSION_CASE, recursion
+from harness.cases.incline.reference_checks import (
+    MOTIONS,
+    against_the_reference,
+    reference_parts,
+)
+from harness.cases.incline.reference_paths import MOTION_EVERY
 from harness.cases.incline.runs import run_inclines
 from harness.cases.incline.tolerances import EXTRAPOLATED, MOST_ROUTE_JITTER
-from harness.comparison.findings import Headline
+from harness.cases.parts import Part, rows_of_parts
+from harness.cases.runs import complete, whole
+from harness.comparison.findings import Findings, Headline
 from harness.comparison.tolerances import Tolerance
-from harness.comparison.verdicts import Check, Kind, failed_run, finding, judge, not_tested
+from harness.comparison.verdicts import Check, Kind, failed_run, finding, judge
+from harness.engines.contract import Engine
+from harness.engines.parallel import parallel_map
 from harness.errors import EngineError
 from harness.parameters.contact import PLASTIC
 
-NEAR_CRITICAL_DEG = (10.20, 10.22)
-"""The two angles of the source's velocity figure: trapped and moving."""
+TAILS = (SOURCE_CASE.replace(contact=SOURCE_CLIPPED), SOURCE_CASE)
+"""The source's contact at its own step, tail clipped and kept."""
 
 HEADLINE = "critical angle of the frictionless incline"
 
@@ -34,35 +43,60 @@ HEADLINE = "critical angle of the frictionless incline"
 def incline_checks(verifying: Verifying) -> list[Check]:
     """Run the incline in an engine and return its checks; fill in findings and evidence.
 
-    A part whose engine dies becomes a failed row; the other parts go on.
+    A part whose engine dies becomes a failed row; the other parts go on. The angles over stiffness
+    and step fill the cores; beside them go the other runs, many of which wait for one another.
     """
-    parts: list[Part] = [
-        ("extrapolation", partial(_extrapolation, verifying)),
-        ("source's and clipped contact", partial(_beside, verifying)),
-        ("the source's contact and its tail", partial(_tails, verifying)),
-        ("two routes", partial(_routes, verifying)),
-        ("energy after each shock", partial(recursion, verifying)),
-        ("motion near the critical angle", partial(_motions, verifying)),
-        ("scale invariance", partial(scales, verifying)),
-        ("two ways to run it", partial(two_ways, verifying)),
-        ("passages at a fixed angle", partial(passages, verifying)),
-        ("against the reference DEM", partial(against_the_reference, verifying)),
+    lanes = [replace(verifying, found=Findings("incline")) for _ in range(2)]
+    parts = [_angle_parts(lanes[0]), _other_parts(lanes[1])]
+    rows = parallel_map(partial(rows_of_parts, "incline", unit="deg"), parts, len(lanes))
+    for lane in lanes:
+        verifying.found.add(lane.found)
+    return [*rows[0], *rows[1], *rows_of_parts("incline", [_last_part(verifying)], "deg")]
+
+
+def expected_rows(level: LevelName, engine: Engine) -> int:
+    """Return how many rows a level leaves for an engine; one for each run that it refuses."""
+    plan = Verifying(engine, Study(level), Findings("incline"), InclineEvidence(engine.title, 0.0))
+    parts = (*_angle_parts(plan), *_other_parts(plan), _last_part(plan))
+    return sum(part.rows for part in parts)
+
+
+def _angle_parts(verifying: Verifying) -> list[Part]:
+    part, beside = verifying.part, verifying.level.beside()
+    plastic = not verifying.refusal(Incline(contact=PLASTIC))
+    return [
+        part("extrapolation", _extrapolation, 1 + plastic),
+        part("source's and clipped contact", _beside, len(beside) - len(verifying.stated(beside))),
     ]
-    return rows_of_parts("incline", parts, "deg")
+
+
+def _other_parts(verifying: Verifying) -> list[Part]:
+    part, refusal = verifying.part, verifying.refusal
+    tails, shocks = not any(map(refusal, TAILS)), not refusal(RECURSION_CASE, "steady")
+    return [
+        part("the source's contact and its tail", _tails, 1 + tails),
+        part("two routes", _routes, len(verifying.level.routes)),
+        part("energy after each shock", recursion, 1 + shocks),
+        part("motion near the critical angle", _motions, bool(refusal(SOURCE_CASE, "steady"))),
+        part("scale invariance", scales, 2),
+        part("two ways to run it", two_ways, 1),
+        part("passages at a fixed angle", passages, len(CASES) - len(verifying.stated(CASES))),
+    ]
+
+
+def _last_part(verifying: Verifying) -> Part:
+    rows = sum(part.rows for part in reference_parts(verifying))
+    return verifying.part("against the reference DEM", against_the_reference, rows)
 
 
 def _extrapolation(verifying: Verifying) -> list[Check]:
     name = f"incline: critical angle, {verifying.who} extrapolated"
     cases = verifying.level.ladder.cases(Incline(contact=PLASTIC))
-    refused = verifying.refusal(cases[0])
-    if refused:
-        return [not_tested(name, Kind.ANALYTIC, refused, "deg")]
-    found_or_died = critical_angles(
-        cases,
-        verifying.engine,
-        stage="plastic contact, extrapolation",
-        progress=verifying.study.progress,
-    )
+    untested = verifying.untested(name, cases[0], kind=Kind.ANALYTIC)
+    if untested:
+        return untested
+    stage, progress = "plastic contact, extrapolation", verifying.study.progress
+    found_or_died = side_by_side(verifying.angle, cases, stage, progress)
     verifying.keep(cases, found_or_died, PHASES)
     angles = complete(found_or_died)
     evidence = verifying.evidence
@@ -70,18 +104,10 @@ def _extrapolation(verifying: Verifying) -> list[Check]:
     evidence.extrapolated = found = extrapolate(angles)
     verifying.found.records.append(extrapolated_case(found, angles))
     expected = evidence.closed_form_deg
-    verifying.found.headlines.append(
-        Headline(
-            HEADLINE,
-            "deg",
-            expected,
-            found.value_deg,
-            found.uncertainty_deg,
-            verifying.who,
-            "plastic contact, step to zero, then stiffness to infinity",
-        )
-    )
+    how = "plastic contact, step to zero, then stiffness to infinity"
     value, stated = found.value_deg, found.uncertainty_deg
+    headline = Headline(HEADLINE, "deg", expected, value, stated, verifying.who, how)
+    verifying.found.headlines.append(headline)
     cap = EXTRAPOLATED.absolute
     why = "the stated interval contains the closed form and is no wider than the tolerance"
     return [
@@ -98,15 +124,9 @@ def _extrapolation(verifying: Verifying) -> list[Check]:
 
 
 def _beside(verifying: Verifying) -> list[Check]:
-    level = verifying.level
-    rows: list[Check] = []
-    cases: list[Incline] = []
-    for case in level.beside():
-        refused = verifying.refusal(case)
-        if refused:
-            rows.append(not_tested(_cell_name(case), Kind.CROSS_CODE, refused, "deg"))
-        else:
-            cases.append(case)
+    level, asked = verifying.level, verifying.level.beside()
+    rows = [row for case in asked for row in verifying.untested(_cell_name(case), case)]
+    cases = verifying.stated(asked)
     angles = critical_angles(
         cases,
         verifying.engine,
@@ -132,78 +152,69 @@ def _cell_name(case: Incline) -> str:
 
 def _tails(verifying: Verifying) -> list[Check]:
     """Return the findings on the source's contact at its own step, tail kept and clipped."""
-    cut = SOURCE_CASE.replace(contact=SOURCE_CLIPPED)
-    for case in (cut, SOURCE_CASE):
-        refused = verifying.refusal(case)
-        if refused:
-            return [not_tested(_cell_name(case), Kind.CROSS_CODE, refused, "deg")]
-    clipped, kept = (critical_angle(case, engine=verifying.engine) for case in (cut, SOURCE_CASE))
+    for case in TAILS:
+        untested = verifying.untested(_cell_name(case), case)
+        if untested:
+            return untested
+    clipped, kept = complete(map(verifying.angle, TAILS))
     verifying.found.records += [angle_case(angle, in_phases(PHASES)) for angle in (clipped, kept)]
-    return [_bias(kept, verifying.evidence.closed_form_deg), _clipping(clipped, kept)]
-
-
-def _bias(angle: CriticalAngle, closed_form: float) -> Check:
-    return finding(
-        "incline: the source's contact at k = 1e6 N/m, 50 steps",
-        angle.value_deg,
-        closed_form,
-        "deg",
-        "close by cancellation of step and stiffness bias, not by convergence",
-        angle.uncertainty_deg,
-    )
-
-
-def _clipping(clipped: CriticalAngle, kept: CriticalAngle) -> Check:
-    return finding(
-        "incline: the same with the attractive tail clipped",
-        clipped.value_deg,
-        kept.value_deg,
-        "deg",
-        "held against the unclipped contact: clipping puts a rebound where there was none",
-        clipped.uncertainty_deg + kept.uncertainty_deg,
-    )
+    return [
+        finding(
+            "incline: the source's contact at k = 1e6 N/m, 50 steps",
+            kept.value_deg,
+            verifying.evidence.closed_form_deg,
+            "deg",
+            "close by cancellation of step and stiffness bias, not by convergence",
+            kept.uncertainty_deg,
+        ),
+        finding(
+            "incline: the same with the attractive tail clipped",
+            clipped.value_deg,
+            kept.value_deg,
+            "deg",
+            "held against the unclipped contact: clipping puts a rebound where there was none",
+            clipped.uncertainty_deg + kept.uncertainty_deg,
+        ),
+    ]
 
 
 def _routes(verifying: Verifying) -> list[Check]:
-    level, progress, engine = verifying.level, verifying.study.progress, verifying.engine
+    progress, cases = verifying.study.progress, verifying.level.routes
     rows = []
-    for number, case in enumerate(level.routes, 1):
+    for number, case in enumerate(cases, 1):
+        progress("passage against steady", number - 1, len(cases))
         name = f"incline: steady against passage, {case.contact.name} contact"
-        progress("passage against steady", number - 1, len(level.routes))
-        refused = verifying.refusal(case)
-        if refused:
-            rows.append(not_tested(name, Kind.CROSS_CODE, refused, "deg"))
-            continue
-        passage = critical_angle(case, method="passage", engine=engine)
-        steady = critical_angle(
-            case, method="steady", tolerance_deg=level.steady_tolerance_deg, engine=engine
-        )
-        verifying.evidence.routes += [passage, steady]
-        verifying.found.records += [
-            angle_case(passage, in_phases(PHASES)),
-            angle_case(steady, f"{level.steady_tolerance_deg:g}-deg"),
-        ]
-        stated = steady.uncertainty_deg + passage.uncertainty_deg
-        cap = level.steady_tolerance_deg + MOST_ROUTE_JITTER
-        why = (
-            "passage and steady must agree within the sum of their uncertainties, and within the "
-            f"resolution of the search and the jitter of a contact's begin, {cap:g} deg"
-        )
-        width = Tolerance("deg", min(stated, cap), 0.0, why)
-        value, expected = steady.value_deg, passage.value_deg
-        rows.append(judge(name, Kind.CROSS_CODE, value, expected, width, uncertainty=stated))
-        progress("passage against steady", number, len(level.routes))
+        rows += verifying.untested(name, case) or [_route(verifying, name, case)]
+        progress("passage against steady", number, len(cases))
     return rows
+
+
+def _route(verifying: Verifying, name: str, case: Incline) -> Check:
+    """Hold the critical angle by steady motion against that by passage."""
+    resolution, engine = verifying.level.steady_tolerance_deg, verifying.engine
+    passage = whole(verifying.angle(case))
+    steady = critical_angle(case, method="steady", tolerance_deg=resolution, engine=engine)
+    verifying.evidence.routes += [passage, steady]
+    verifying.found.records += [
+        angle_case(passage, in_phases(PHASES)),
+        angle_case(steady, f"{resolution:g}-deg"),
+    ]
+    stated = steady.uncertainty_deg + passage.uncertainty_deg
+    cap = resolution + MOST_ROUTE_JITTER
+    why = (
+        "passage and steady must agree within the sum of their uncertainties, and within the "
+        f"resolution of the search and the jitter of a contact's begin, {cap:g} deg"
+    )
+    width = Tolerance("deg", min(stated, cap), 0.0, why)
+    value, expected = steady.value_deg, passage.value_deg
+    return judge(name, Kind.CROSS_CODE, value, expected, width, uncertainty=stated)
 
 
 def _motions(verifying: Verifying) -> list[Check]:
     name = "incline: motion near the critical angle"
-    refused = verifying.refusal(SOURCE_CASE, "steady")
-    if refused:
-        return [not_tested(name, Kind.CROSS_CODE, refused)]
-    cases = [SOURCE_CASE.replace(angle=angle, wells=20) for angle in NEAR_CRITICAL_DEG]
-    for run in run_inclines(verifying.engine, cases, "steady", every=MOTION_EVERY):
-        if isinstance(run, EngineError):
-            raise run
-        verifying.evidence.motions.append(run)
+    untested = verifying.untested(name, SOURCE_CASE, "steady", "")
+    if untested:
+        return untested
+    for run in run_inclines(verifying.engine, MOTIONS, "steady", every=MOTION_EVERY):
+        verifying.evidence.motions.append(whole(run))
     return []

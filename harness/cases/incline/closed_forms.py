@@ -1,4 +1,4 @@
-"""The closed forms of the incline from shock, restitution or impulse ratio."""
+"""The closed forms of the incline from shock, restitution or impulse ratio, and of a contact."""
 
 from __future__ import annotations
 
@@ -6,8 +6,10 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from harness.errors import RequestError
+from harness.parameters.contact import Contact
 from harness.shown import Shown
 from harness.theory.critical_angle import STATIC_ANGLE_DEG, critical_angle, no_flight_bound
+from harness.theory.dashpot import restitution_clipped, restitution_unclipped
 from harness.theory.energy_map import gain_per_crest, steady_energy, well_depth
 from harness.theory.shock import (
     SHOCK_WITHOUT_REBOUND,
@@ -20,6 +22,11 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from harness.shown.figure import Figure
+
+READINGS: tuple[Reading, ...] = ("kept", "lost")
+
+ONE_SHOCK = 0.2
+"""Restitution up to which the rebounds within a well hardly move the critical angle."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -116,4 +123,26 @@ def _at(shock: float, reading: Reading | None) -> Theory:
         well_depth=well_depth(angle),
         gain_per_crest=gain_per_crest(angle),
         steady_energy=None if grows else steady_energy(angle, shock),
+    )
+
+
+def rebound(contact: Contact) -> float:
+    """Return the restitution of the grain on a fixed sphere, with its own effective mass."""
+    law = restitution_clipped if contact.tail == "clipped" else restitution_unclipped
+    return law(contact.zeta_against_full_mass)
+
+
+def closed_forms(contact: Contact) -> dict[Reading, float]:
+    """Return the critical angle [deg] at the contact's restitution in both readings."""
+    e = rebound(contact)
+    return {reading: critical_angle(shock_from_restitution(e, reading)) for reading in READINGS}
+
+
+def theory_in_words(contact: Contact) -> str:
+    """Return one sentence on what the theory gives for a contact."""
+    kept, lost = closed_forms(contact).values()
+    return (
+        f"at e = {rebound(contact):.3g} the theory of one shock gives {kept:.4g} deg (energy kept) "
+        f"or {lost:.4g} deg (velocity lost), and describes neither the many rebounds within a "
+        "well: see `dem-harness theory --restitution` and the report's section on the contacts"
     )

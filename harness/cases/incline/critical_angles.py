@@ -3,23 +3,28 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Sequence
-from typing import Literal
+from collections.abc import Callable, Sequence
+from contextlib import nullcontext
+from functools import partial
+from typing import Any, Literal, TypeVar
 
 from harness.cases.contract import Progress, silent
+from harness.cases.incline.closed_forms import ONE_SHOCK, rebound
 from harness.cases.incline.critical_angle import CriticalAngle
 from harness.cases.incline.extrapolation import ExtrapolatedAngle, extrapolate
-from harness.cases.incline.ladder import Ladder
+from harness.cases.incline.levels import Ladder
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.passage import PHASES, critical_angle_by_passage
-from harness.cases.incline.rebound import ONE_SHOCK, rebound
 from harness.cases.incline.runs import measured
 from harness.cases.incline.steady import COARSE, COARSE_WELLS, critical_angle_by_steady_motion
+from harness.cases.runs import complete
 from harness.engines.contract import Engine
 from harness.engines.parallel import cores, parallel_map
 from harness.engines.registry import open_engine
 from harness.errors import EngineError, EngineOutputError, RequestError
 from harness.parameters.contact import PLASTIC
+
+Angle = TypeVar("Angle")
 
 Method = Literal["passage", "steady"]
 
@@ -49,29 +54,27 @@ def critical_angle(
     EngineError when the engine fails.
     """
     case = case or Incline()
-    if engine is None:
-        with open_engine() as opened:
-            return critical_angle(
-                case,
-                method=method,
-                tolerance_deg=tolerance_deg,
-                phases=phases,
-                wells=wells,
-                engine=opened,
-            )
     tolerance = TOLERANCES_DEG[method] if tolerance_deg is None else tolerance_deg
-    if method == "steady":
-        return critical_angle_by_steady_motion(
-            lambda cases: measured(engine, cases, "steady"),
-            _passing(case, wells),
-            tolerance_deg=tolerance,
-        )
-    return critical_angle_by_passage(
-        lambda cases: measured(engine, cases, "passage"),
-        case,
-        tolerance_deg=tolerance,
-        phases=phases,
-    )
+    with nullcontext(engine) if engine is not None else open_engine() as opened:
+        measure = partial(measured, opened, route=method)
+        if method == "steady":
+            passing = _passing(case, wells)
+            return critical_angle_by_steady_motion(measure, passing, tolerance_deg=tolerance)
+        return critical_angle_by_passage(measure, case, tolerance_deg=tolerance, phases=phases)
+
+
+def critical_angle_or_error(case: Incline, **options: Any) -> CriticalAngle | EngineError:
+    """Return :func:`critical_angle`, or the error in its place.
+
+    That a passage cannot measure a case is an error too: one case of many is no reason to lose the
+    others, and a grain that flies where it should slide is the engine's doing.
+    """
+    try:
+        return critical_angle(case, **options)
+    except EngineError as error:
+        return error
+    except RequestError as error:
+        return EngineOutputError(str(error))
 
 
 def _passing(case: Incline, wells: int | None) -> Incline:
@@ -91,19 +94,19 @@ def critical_angles(
     progress: Progress = silent,
 ) -> list[CriticalAngle | EngineError]:
     """Return the critical angle [deg] of each case, side by side; errors in place."""
+    measure = partial(critical_angle_or_error, method=method, phases=phases, engine=engine)
+    return side_by_side(measure, cases, stage, progress)
+
+
+def side_by_side(
+    measure: Callable[[Incline], Angle], cases: Sequence[Incline], stage: str, progress: Progress
+) -> list[Angle]:
+    """Return what ``measure`` makes of each case, over the cores; tell of the progress."""
     done, lock = 0, threading.Lock()
 
-    def one(case: Incline) -> CriticalAngle | EngineError:
+    def one(case: Incline) -> Angle:
         nonlocal done
-        try:
-            result: CriticalAngle | EngineError = critical_angle(
-                case, method=method, phases=phases, engine=engine
-            )
-        except EngineError as error:
-            result = error
-        except RequestError as error:
-            # one case of many that passage cannot measure is no reason to lose the others
-            result = EngineOutputError(str(error))
+        result = measure(case)
         with lock:
             done += 1
             progress(stage, done, len(cases))
@@ -128,27 +131,13 @@ def extrapolated_critical_angle(
     contact that rebounds too much for a passage, after the cheapest rung.
     """
     case = case or Incline(contact=PLASTIC)
-    if engine is None:
-        with open_engine() as opened:
-            return extrapolated_critical_angle(
-                case, ladder=ladder, engine=opened, stage=stage, progress=progress
-            )
     *rungs, cheapest = (ladder or Ladder()).cases(case)
     first: list[CriticalAngle] = []
-    if rebound(case.contact) > ONE_SHOCK:
-        # refused, if at all, before the ladder is climbed
-        first.append(critical_angle(cheapest, engine=engine))
-    else:
-        rungs.append(cheapest)
-    angles = critical_angles(rungs, engine, stage=stage, progress=progress)
+    with nullcontext(engine) if engine is not None else open_engine() as opened:
+        if rebound(case.contact) > ONE_SHOCK:
+            # refused, if at all, before the ladder is climbed
+            first.append(critical_angle(cheapest, engine=opened))
+        else:
+            rungs.append(cheapest)
+        angles = critical_angles(rungs, opened, stage=stage, progress=progress)
     return extrapolate([*complete(angles), *first])
-
-
-def complete(angles: Sequence[CriticalAngle | EngineError]) -> list[CriticalAngle]:
-    """Return the angles; raise the first error among them."""
-    found: list[CriticalAngle] = []
-    for angle in angles:
-        if isinstance(angle, EngineError):
-            raise angle
-        found.append(angle)
-    return found

@@ -13,9 +13,10 @@ from harness.cases.incline.result import InclineRun
 from harness.cases.incline.routes import Start
 from harness.cases.incline.runs import read
 from harness.cases.incline.template import scene_of, values_of
+from harness.cases.runs import complete
 from harness.engines.reference.engine import MOST_STEPS, Reference
 from harness.engines.scene import Scene
-from harness.errors import EngineError, RequestError
+from harness.errors import RequestError
 from harness.observables.trajectory import Trajectory
 from harness.parameters.contact import Spring
 
@@ -35,13 +36,10 @@ def steady_runs(engine: Reference, cases: Sequence[Incline], start: Start) -> li
     Raise the first EngineError, RequestError for a step that the integrator cannot take.
     """
     spring = engine.traits.spring
-    runs: list[InclineRun] = []
-    outputs = engine.run_scenes([scene_from(case, start, spring) for case in cases])
-    for case, output in zip(cases, outputs, strict=True):
-        if isinstance(output, EngineError):
-            raise output
-        runs.append(read(case, "steady", output, spring))
-    return runs
+    outputs = complete(engine.run_scenes([scene_from(case, start, spring) for case in cases]))
+    return [
+        read(case, "steady", output, spring) for case, output in zip(cases, outputs, strict=True)
+    ]
 
 
 def follow(

@@ -8,40 +8,31 @@ from harness.cases.incline.levels import SOURCE_CASE
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.runs import measured
 from harness.cases.incline.tolerances import SCALES, TWO_WAYS
+from harness.cases.runs import whole
 from harness.comparison.verdicts import Check, Kind, judge, not_tested
 from harness.errors import EngineMissingError, RequestError
 
 
 def scales(verifying: Verifying) -> list[Check]:
     """Hold critical angles at the same k d/(m g) in other units against one another."""
-    base, engine = SOURCE_CASE, verifying.engine
+    base, rows = SOURCE_CASE, []
     glass = base.replace(diameter=3e-3, density=2500.0, stiffness=1.0e6)
     others = {
         "3 mm glass": _same_rigidity(glass, base),
         "lunar gravity": _same_rigidity(base.replace(gravity=1.62), base),
     }
-    refused = verifying.refusal(base)
-    if refused:
-        return [
-            not_tested(f"incline: scale invariance, {name}", Kind.CROSS_CODE, refused, "deg")
-            for name in others
-        ]
-    reference = critical_angle(base, engine=engine)
-    rows = []
     for number, (name, case) in enumerate(others.items(), 1):
-        angle = critical_angle(case, engine=engine)
-        rows.append(
-            judge(
-                f"incline: scale invariance, {name}",
-                Kind.CROSS_CODE,
-                angle.value_deg,
-                reference.value_deg,
-                SCALES,
-                uncertainty=angle.uncertainty_deg,
-            )
-        )
+        row = f"incline: scale invariance, {name}"
+        rows += verifying.untested(row, base) or [_scaled(verifying, row, case, base)]
         verifying.study.progress("scale invariance", number, len(others))
     return rows
+
+
+def _scaled(verifying: Verifying, row: str, case: Incline, base: Incline) -> Check:
+    reference = whole(verifying.angle(base))
+    angle = critical_angle(case, engine=verifying.engine)
+    value, stated = angle.value_deg, angle.uncertainty_deg
+    return judge(row, Kind.CROSS_CODE, value, reference.value_deg, SCALES, uncertainty=stated)
 
 
 def _same_rigidity(case: Incline, base: Incline) -> Incline:

@@ -9,11 +9,8 @@ import numpy as np
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import Crests, Motion
 from harness.cases.incline.routes import end_of, margin, overlaps
-from harness.engines.output import Table
 from harness.observables.trajectory import Trajectory
 from harness.parameters.contact import Spring
-
-COLUMNS = ("time_s", "x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
 
 
 class Judgement(NamedTuple):
@@ -25,12 +22,6 @@ class Judgement(NamedTuple):
     crests: Crests
     time_s: float
     row: int
-
-
-def path_in(table: Table) -> Trajectory:
-    """Return the grain's path: the first particle where a table has several."""
-    columns = [np.asarray(table[name]) for name in COLUMNS]
-    return Trajectory(*(c[:, 0] if c.ndim == 2 else c for c in columns))
 
 
 def judge(case: Incline, route: str, path: Trajectory, spring: Spring = "linear") -> Judgement:

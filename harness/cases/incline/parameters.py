@@ -6,26 +6,16 @@ import math
 
 from pydantic import Field, model_validator
 
-from harness.parameters.base import Parameters
-from harness.parameters.contact import SOURCE, NamedContact
-from harness.parameters.material import UNIT_MASS_DENSITY
+from harness.cases.grain import Grain
 
 
-class Incline(Parameters):
+class Incline(Grain):
     """One run of a grain over the row, in SI units.
 
     The row is periodic; the grain is a sphere as large as the fixed ones.
     """
 
     angle: float = Field(10.2, ge=0.0, le=30.0, description="[deg] tilt of the row")
-    stiffness: float = Field(1e6, gt=0.0, description="[N/m] normal stiffness")
-    contact: NamedContact = Field(SOURCE, description="[-] dissipation of the contact")
-    steps_per_contact: float = Field(
-        50.0, gt=0.0, le=1e5, description="[-] steps per contact time pi sqrt(m/k)"
-    )
-    diameter: float = Field(1.0, gt=0.0, description="[m] diameter of all spheres")
-    density: float = Field(UNIT_MASS_DENSITY, gt=0.0, description="[kg/m3] density of the grain")
-    gravity: float = Field(9.81, gt=0.0, description="[m/s2] acceleration of gravity")
     spheres: int = Field(9, ge=4, le=100_000, description="[-] fixed spheres in the periodic row")
     wells: int = Field(10, ge=1, le=10_000, description="[-] wells to pass in the steady route")
     phase: float = Field(
@@ -56,11 +46,6 @@ class Incline(Parameters):
         return self
 
     @property
-    def mass(self) -> float:
-        """Return the grain's mass [kg]."""
-        return self.density * math.pi / 6.0 * self.diameter**3
-
-    @property
     def weight_energy(self) -> float:
         """Return m g d [J], the unit of energy of this system."""
         return self.mass * self.gravity * self.diameter
@@ -69,21 +54,6 @@ class Incline(Parameters):
     def static_overlap(self) -> float:
         """Return m g / (k d) [-], the relative overlap under the grain's weight."""
         return self.mass * self.gravity / (self.stiffness * self.diameter)
-
-    @property
-    def hertz_speed(self) -> float:
-        """Return sqrt(g d) [m/s], at which a Hertz spring stands for k."""
-        return math.sqrt(self.gravity * self.diameter)
-
-    @property
-    def contact_time(self) -> float:
-        """Return pi sqrt(m / k) [s], the undamped contact time that steps are counted in."""
-        return math.pi * math.sqrt(self.mass / self.stiffness)
-
-    @property
-    def step(self) -> float:
-        """Return the time step [s]."""
-        return self.contact_time / self.steps_per_contact
 
     @property
     def fewest_steps_per_contact(self) -> float:

@@ -14,9 +14,9 @@ from itertools import pairwise
 import numpy as np
 from scipy.optimize import brentq, root_scalar
 
+from harness.cases.incline.closed_forms import theory_in_words
 from harness.cases.incline.critical_angle import CriticalAngle, Sample
 from harness.cases.incline.parameters import Incline
-from harness.cases.incline.rebound import theory_in_words
 from harness.cases.incline.result import InclineRun
 from harness.errors import EngineOutputError, RequestError
 

@@ -10,7 +10,7 @@ from harness.cases.incline.evidence import Verifying
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.records import passage_case, passage_name
 from harness.cases.incline.runs import run_inclines
-from harness.comparison.verdicts import Check, Kind, failed_run, not_tested
+from harness.comparison.verdicts import Check, Kind, failed_run
 from harness.errors import EngineError
 from harness.parameters.contact import CONTACTS, PLASTIC
 
@@ -33,15 +33,8 @@ CASES = tuple(
 
 def passages(verifying: Verifying) -> list[Check]:
     """Run the passages for the baseline; return a row for each that died or was refused."""
-    rows, cases, engine = [], [], verifying.engine
-    for case in CASES:
-        refused = verifying.refusal(case)
-        if refused:
-            rows.append(not_tested(passage_row(case), Kind.CROSS_CODE, refused))
-        else:
-            cases.append(case)
-    if not cases:
-        return rows
+    engine, cases = verifying.engine, verifying.stated(CASES)
+    rows = [row for case in CASES for row in verifying.untested(passage_row(case), case, unit="")]
     for case, run in zip(cases, run_inclines(engine, cases, "passage", every=EVERY), strict=True):
         if isinstance(run, EngineError):
             verifying.found.errors[passage_name(case, engine.name)] = run

@@ -10,7 +10,7 @@ from harness.cases.incline.parameters import Incline
 from harness.cases.incline.rules import reference_for
 from harness.cases.incline.runs import measured
 from harness.comparison.tolerances import Tolerance
-from harness.comparison.verdicts import Check, Kind, judge, not_tested
+from harness.comparison.verdicts import Check, Kind, judge
 from harness.engines.reference.engine import Reference
 from harness.engines.traits import Traits
 from harness.parameters.contact import PLASTIC
@@ -28,21 +28,18 @@ def recursion(verifying: Verifying) -> list[Check]:
     All wells must be passed.
     """
     case, evidence = RECURSION_CASE, verifying.evidence
-    refused = verifying.refusal(case, "steady")
-    if refused:
-        return [not_tested("incline: energy after each shock", Kind.ANALYTIC, refused, "m g d")]
+    shocks = "incline: energy after each shock"
+    untested = verifying.untested(shocks, case, "steady", "m g d", Kind.ANALYTIC)
+    if untested:
+        return untested
     run = measured(verifying.engine, [case], "steady")[0]
     found = run.crests.margin_J / case.weight_energy + energy_map.well_depth(case.angle)
     name = f"incline: wells passed at {case.angle:g} deg"
     rows = [judge(name, Kind.ANALYTIC, float(len(found)), float(case.wells), ALL_WELLS)]
     if len(found) < 2:
         return rows
-    predicted = np.concatenate(
-        [
-            found[:1],
-            energy_map.energies(float(found[0]), len(found) - 1, case.angle, SHOCK_WITHOUT_REBOUND),
-        ]
-    )
+    later = energy_map.energies(float(found[0]), len(found) - 1, case.angle, SHOCK_WITHOUT_REBOUND)
+    predicted = np.concatenate([found[:1], later])
     evidence.recursion = Recursion(run, found, predicted)
     worst = int(np.argmax(np.abs(found - predicted)))
     rows.append(

@@ -4,52 +4,70 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from harness.cases.incline.engine_angle import Rules
 from harness.cases.incline.levels import SOURCE_CLIPPED
 from harness.engines.reference.engine import Reference
 from harness.engines.traits import Traits
 from harness.parameters.contact import PLASTIC, SOURCE, Contact
 
+OWN = "reference"
+"""The harness's own DEM, that the others are held against."""
+
 PLASTIC_ROLE, SOURCE_ROLE = PLASTIC.name, SOURCE.name
 
 
 @dataclass(frozen=True)
+class Rules:
+    """The class of a contact law. Results are comparable only within a class."""
+
+    tail: str
+    effective_mass: str
+    spring: str
+
+    @property
+    def text(self) -> str:
+        """Return the class in words."""
+        return f"{self.tail} tail, m_eff {self._mass}, {self.spring} spring"
+
+    @property
+    def short(self) -> str:
+        """Return the class for a table."""
+        return f"{self.tail}, {self._mass}, {self.spring}"
+
+    @property
+    def _mass(self) -> str:
+        return "m" if self.effective_mass == "full" else "m/2"
+
+
+@dataclass(frozen=True)
 class Stated:
-    """A contact as an engine states it, in the role of the ``plastic`` or the ``source`` one."""
+    """A contact as an engine states it, in the role of the ``plastic`` or the ``source`` one.
+
+    ``refused`` says why the engine cannot state it, where that is so.
+    """
 
     role: str
     contact: Contact
+    refused: str = ""
 
     def rules(self, traits: Traits) -> Rules:
         """Return the class of its law in an engine."""
         return Rules(self.contact.tail, self.contact.effective_mass, traits.spring)
 
 
-@dataclass(frozen=True)
-class Refused:
-    """A contact that an engine cannot state, and why."""
-
-    contact: Contact
-    reason: str
-
-
-def contacts_of(traits: Traits) -> list[Stated | Refused]:
+def contacts_of(traits: Traits) -> list[Stated]:
     """Return the plastic and the source's contact for an engine, in its effective mass.
 
     Where the source's cannot be stated, its clipped form follows.
     """
-    plastic = _stated(traits, PLASTIC_ROLE, PLASTIC)
-    source = _stated(traits, SOURCE_ROLE, SOURCE)
-    if isinstance(source, Stated):
-        return [plastic, source]
-    return [plastic, source, _stated(traits, SOURCE_ROLE, SOURCE_CLIPPED)]
+    plastic, source = _stated(traits, PLASTIC_ROLE, PLASTIC), _stated(traits, SOURCE_ROLE, SOURCE)
+    clipped = [_stated(traits, SOURCE_ROLE, SOURCE_CLIPPED)] if source.refused else []
+    return [plastic, source, *clipped]
 
 
-def _stated(traits: Traits, role: str, contact: Contact) -> Stated | Refused:
+def _stated(traits: Traits, role: str, contact: Contact) -> Stated:
     if "full" not in traits.effective_masses:
         contact = contact.replace(effective_mass="half", name=f"{contact.name}, m_eff m/2")
-    reason = traits.refuses_contact(contact)
-    return Refused(contact, reason) if reason else Stated(role, contact)
+    return Stated(role, contact, traits.refuses_contact(contact))
 
 
 def reference_for(traits: Traits) -> Reference | None:

@@ -7,10 +7,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from harness.cases.incline.judge import COLUMNS, judge, path_in
+from harness.cases.grain import COLUMNS, path_in
+from harness.cases.incline.judge import judge
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import Crests, InclineRun, Motion
 from harness.cases.incline.template import Route, job_of
+from harness.cases.runs import complete, run_jobs
 from harness.engines.contract import Engine, Output
 from harness.engines.output import SERIES
 from harness.engines.scene import STAGES
@@ -34,28 +36,17 @@ def run_inclines(
     """
     if every is not None and every < 1:
         raise RequestError(f"every = {every}: must be at least 1 step")
-    jobs = [job_of(case, route, every) for case in cases]
-    results: list[InclineRun | EngineError] = []
-    for case, output in zip(cases, engine.run(jobs), strict=True):
-        try:
-            if isinstance(output, EngineError):
-                raise output
-            results.append(read(case, route, output, engine.traits.spring, every))
-        except EngineError as error:
-            if isinstance(output, Output):
-                error.log = output.log
-            results.append(error)
-    return results
+    return run_jobs(
+        engine,
+        cases,
+        lambda case: job_of(case, route, every),
+        lambda case, output: read(case, route, output, engine.traits.spring, every),
+    )
 
 
 def measured(engine: Engine, cases: Sequence[Incline], route: Route) -> list[InclineRun]:
     """Run the cases and raise the first EngineError, for callers that need them all."""
-    runs: list[InclineRun] = []
-    for run in run_inclines(engine, cases, route):
-        if isinstance(run, EngineError):
-            raise run
-        runs.append(run)
-    return runs
+    return complete(run_inclines(engine, cases, route))
 
 
 def read(

@@ -8,7 +8,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from harness.cases.incline.judge import judge, path_in
+from harness.cases.grain import path_in
+from harness.cases.incline.judge import judge
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import Motion
 from harness.cases.incline.routes import crest_energy, end_of, margin_offset, start_of
@@ -32,19 +33,12 @@ NOTES = {
 def values_of(case: Incline, route: Route, every: int | None = None) -> dict[str, Value]:
     """Return what a script is told of a run; with ``every``, samples every so many steps."""
     sampled: dict[str, Value] = {} if every is None else {"series_every": every}
+    own = ("angle", "stiffness", "steps_per_contact", "gravity", "diameter", "density", "wells")
     return {
         "route": route,
-        "angle": case.angle,
-        "stiffness": case.stiffness,
-        "steps_per_contact": case.steps_per_contact,
-        "gravity": case.gravity,
-        "diameter": case.diameter,
-        "density": case.density,
-        "wells": case.wells,
-        "time_limit": case.time_limit,
+        **case.values(*own, "time_limit"),
         **contact_values(case.contact),
-        "spheres": case.spheres,
-        "phase": case.phase,
+        **case.values("spheres", "phase"),
         **sampled,
     }
 
@@ -61,27 +55,15 @@ def scene_of(values: Mapping[str, Any], spring: Spring) -> Scene:
     """Return the grain, particle 1, and the row as arrays, with a stage for each well."""
     case, route = case_of(values), values["route"]
     d, tilt = case.diameter, math.radians(case.angle)
-    x, y, vx, vy = start_of(case, route, spring).state()
-    row = np.arange(case.spheres) * d
     wells = 1 if route == "passage" else case.wells
-    return Scene(
-        position=np.column_stack([np.append(x, row), np.append(y, np.zeros(case.spheres))]),
-        velocity=np.array([[vx, vy], *[[0.0, 0.0]] * case.spheres]),
-        mass=np.full(case.spheres + 1, case.mass),
-        diameter=np.full(case.spheres + 1, d),
-        fixed=np.append(False, np.full(case.spheres, True)),
+    return case.scene(
+        start_of(case, route, spring).state(),
+        np.column_stack([np.arange(case.spheres) * d, np.zeros(case.spheres)]),
         gravity=(case.gravity * math.sin(tilt), -case.gravity * math.cos(tilt)),
-        stiffness=case.stiffness,
-        damping_ratio=case.contact.zeta,
-        restitution=case.contact.stated_restitution,
-        tail=case.contact.tail,
-        effective_mass=case.contact.effective_mass,
-        step=case.step,
         steps=math.ceil(case.time_limit * math.sqrt(d / case.gravity) / case.step),
         every=values.get("series_every"),
         period=case.spheres * d,
         spring=spring,
-        hertz_speed=math.sqrt(case.gravity * d),
         stages=tuple(
             Stage(
                 end_of(case, route, well, spring),
@@ -93,14 +75,10 @@ def scene_of(values: Mapping[str, Any], spring: Spring) -> Scene:
     )
 
 
-def _defaults(case: Incline) -> dict[str, Value]:
-    return values_of(case, "steady")
-
-
 TEMPLATE = Template(
     name=NAME,
     variants={
-        contact.name: _defaults(Incline(contact=contact, steps_per_contact=steps))
+        contact.name: values_of(Incline(contact=contact, steps_per_contact=steps), "steady")
         for contact, steps in ((PLASTIC, 100.0), (SOURCE, 50.0), (CLIPPED, 50.0))
     },
     notes=NOTES,

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 
-from harness.cases.contract import Case, LevelName, Measured, Reference, Study, rows_of_parts
+from harness.cases.contract import Case, LevelName, Measured, Reference, Study
+from harness.cases.parts import Part, rows_of_parts
 from harness.cases.tower.engine_runs import read
 from harness.cases.tower.parameters import TowerRunParameters
 from harness.cases.tower.records import NAME
@@ -129,7 +130,7 @@ class TowerCase(Case[TowerRunParameters]):
         if recorded.MFIX not in study.missing:
             return {}
         evidence = CodeEvidence(recorded.NAME)
-        parts = (("towers", lambda: recorded.recorded_checks(evidence.towers)),)
+        parts = [Part("towers", lambda: recorded.recorded_checks(evidence.towers))]
         checks = rows_of_parts(recorded.NAME, parts)
         rows = {"towers": [one.record() for one in evidence.towers]}
         found = Findings(self.name, recorded.NAME, checks, evidence=evidence, published=rows)

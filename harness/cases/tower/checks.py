@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator
 from functools import partial
 
-from harness.cases.contract import LevelName, Part, Study, rows_of_parts, title_of
+from harness.cases.contract import LevelName, Study
+from harness.cases.parts import Part, asked, rows_of_parts
+from harness.cases.runs import whole
 from harness.cases.tower import tolerances
 from harness.cases.tower.against_exact import against_exact, order
 from harness.cases.tower.chain_checks import bessel
@@ -20,7 +22,7 @@ from harness.cases.tower.timing import plan
 from harness.comparison.findings import Findings
 from harness.comparison.verdicts import Check, Kind, judge, not_tested
 from harness.engines.contract import Engine
-from harness.errors import EngineError, EngineOutputError, RequestError
+from harness.errors import EngineError
 from harness.observables.tower import TowerRun
 from harness.parameters.tower import LAWS, Law, Tower
 
@@ -31,54 +33,42 @@ def engine_findings(engine: Engine, study: Study) -> Findings:
     A part that goes wrong becomes a failed row; the other parts go on. A law that the engine
     refuses is not tested, with its reason.
     """
-    found = Findings(NAME, engine.name, evidence=CodeEvidence(title_of(engine)))
-    parts: list[Part] = []
-    for law in LAWS:
-        reason = refusal(engine, Tower(height=2, law=law))
-        if reason:
-            name = f"tower: {engine.name}, {law} law"
-            found.checks.append(not_tested(name, Kind.CROSS_CODE, reason))
-            found.untested[f"{engine.name}/*-{law}-*"] = reason
-        else:
-            parts.append((f"{law} law", partial(_same_law, law, engine, study, found)))
-    if any(name == "overlap law" for name, _ in parts):
-        parts += [
-            ("tall tower", lambda: [bessel(tolerances.TALL_TOWER, engine)]),
-            ("impulse table", partial(_impulses, engine, study, found)),
-        ]
-    found.checks += rows_of_parts(NAME, [(name, asked(part)) for name, part in parts])
+    found = Findings(NAME, engine.name, evidence=CodeEvidence(engine.title))
+    for part in _parts(engine, study, found):
+        found.checks += rows_of_parts(NAME, [asked(part)])
     return found
 
 
 def expected_rows(level: LevelName, engine: Engine) -> int:
-    """Return the rows of a level: three for each height and an order for a law, 1 where refused.
+    """Return how many rows a level leaves for an engine; one for each law that it refuses."""
+    return sum(part.rows for part in _parts(engine, Study(level), Findings(NAME)))
+
+
+def _parts(engine: Engine, study: Study, found: Findings) -> Iterator[Part]:
+    """Yield three rows for each height and an order for a law; one where it is refused.
 
     The overlap law has an impulse ratio for each height too, and the tall tower.
     """
-    heights = len(LEVELS[level].heights)
-    stated = [law for law in LAWS if not refusal(engine, Tower(height=2, law=law))]
-    rows = sum(3 * heights + 1 if law in stated else 1 for law in LAWS)
-    return rows + (1 + heights if "overlap" in stated else 0)
+    heights = len(LEVELS[study.level].heights)
+    reasons = {law: refusal(engine, Tower(height=2, law=law)) for law in LAWS}
+    for law in sorted(LAWS, key=lambda law: not reasons[law]):
+        reason = reasons[law]
+        run = partial(_refused if reason else _same_law, law, engine, study, found)
+        yield Part(f"{law} law", run, 1 if reason else 3 * heights + 1)
+    if not reasons["overlap"]:
+        yield Part("tall tower", lambda: [bessel(tolerances.TALL_TOWER, engine)], 1)
+        yield Part("impulse table", partial(_impulses, engine, study, found), heights)
+
+
+def _refused(law: Law, engine: Engine, _: Study, found: Findings) -> list[Check]:
+    reason, name = refusal(engine, Tower(height=2, law=law)), f"tower: {engine.name}, {law} law"
+    found.untested[f"{engine.name}/*-{law}-*"] = reason
+    return [not_tested(name, Kind.CROSS_CODE, reason)]
 
 
 def refusal(engine: Engine, case: Tower) -> str:
     """Return why an engine cannot run a tower, or nothing where it can."""
     return engine.refuses(job_of(case, plan(case, DURATION, None, None)))
-
-
-def asked(part: Callable[[], Sequence[Check]]) -> Callable[[], Sequence[Check]]:
-    """Return a part whose RequestError is the engine's failure.
-
-    The towers are ours: a run that does not show its window is the engine's doing.
-    """
-
-    def run() -> Sequence[Check]:
-        try:
-            return part()
-        except RequestError as error:
-            raise EngineOutputError(str(error)) from error
-
-    return run
 
 
 def _same_law(law: Law, engine: Engine, study: Study, found: Findings) -> list[Check]:
@@ -88,8 +78,8 @@ def _same_law(law: Law, engine: Engine, study: Study, found: Findings) -> list[C
     rows: list[Check] = []
     runs = run_towers(engine, cases, DURATION, profiles=True)
     for number, (case, run) in enumerate(zip(cases, runs, strict=True), 1):
-        part = partial(_one, case, run, found)
-        rows += rows_of_parts(NAME, [(f"{engine.name}, {law} law, n = {case.height}", asked(part))])
+        name = f"{engine.name}, {law} law, n = {case.height}"
+        rows += rows_of_parts(NAME, [asked(Part(name, partial(_one, case, run, found)))])
         if isinstance(run, EngineError):
             found.errors[record_name(case, engine.name)] = run
         study.progress(stage, number, len(heights) + 1)
@@ -104,8 +94,7 @@ def _same_law(law: Law, engine: Engine, study: Study, found: Findings) -> list[C
 
 def _one(case: Tower, run: TowerRun | EngineError, found: Findings) -> list[Check]:
     """Keep the record of a run and return its rows."""
-    if isinstance(run, EngineError):
-        raise run
+    run = whole(run)
     # samples at the same times: nothing needs to be interpolated
     exact = tower(case, solver="exact", samples=run.time.size - 1, profiles=True)
     found.records.append(tower_record(run))

@@ -8,9 +8,11 @@ from functools import partial
 
 import numpy as np
 
-from harness.cases.contract import Study, rows_of_parts, title_of
+from harness.cases.contract import Study
+from harness.cases.parts import Part, asked, rows_of_parts
+from harness.cases.runs import whole
 from harness.cases.tower import tolerances
-from harness.cases.tower.checks import asked, refusal
+from harness.cases.tower.checks import refusal
 from harness.cases.tower.engine_runs import run_towers
 from harness.cases.tower.evidence import CodeEvidence, EngineTower
 from harness.cases.tower.levels import FINEST, LADDER, LEVELS, ORDER_HEIGHT
@@ -54,17 +56,17 @@ def beside_findings(engine: Engine, study: Study) -> Findings:
 
     A part that goes wrong becomes a failed row; the other parts go on.
     """
-    evidence = CodeEvidence(title_of(engine))
+    evidence = CodeEvidence(engine.title)
     found = Findings(NAME, engine.name, evidence=evidence)
     reason = refusal(engine, CASE)
     if reason:
         found.checks.append(not_tested(f"{engine.name}: towers", Kind.CROSS_CODE, reason))
         return found
     named = f"tower, n = {ORDER_HEIGHT}: order of the force error in the step"
-    order = rows_of_parts(engine.name, [(named, asked(lambda: [_order(engine, found)]))])
+    order = rows_of_parts(engine.name, [asked(Part(named, lambda: [_order(engine, found)]))])
     first_order = order[0].expected == 1.0
     finest = partial(_finest, engine, study, evidence, first_order=first_order)
-    found.checks += [*rows_of_parts(engine.name, [("towers", asked(finest))]), *order]
+    found.checks += [*rows_of_parts(engine.name, [asked(Part("towers", finest))]), *order]
     found.published = {
         "towers": [one.record() for one in evidence.towers],
         "orders": [one.record() for one in evidence.convergence],
@@ -84,17 +86,13 @@ def _finest(
     for run, own in zip(runs, exact, strict=True):
         part = partial(_against_exact, engine.name, run, own, evidence, first_order=first_order)
         name = f"tower, n = {own.tower.height}, {FINEST:g} steps per contact"
-        rows += rows_of_parts(engine.name, [(name, asked(part))])
+        rows += rows_of_parts(engine.name, [asked(Part(name, part))])
     return rows
 
 
 def _exact(case: Tower, study: Study) -> TowerRun:
     """Return the exact run that covers the turnaround window, made once for all engines."""
-    key = NAME, case
-    if key not in study.memo:
-        study.memo[key] = covering(tower(case, solver="exact"), "turnaround")
-    run: TowerRun = study.memo[key]
-    return run
+    return study.once(case, lambda: covering(tower(case, solver="exact"), "turnaround"))
 
 
 def _against_exact(
@@ -105,8 +103,7 @@ def _against_exact(
     *,
     first_order: bool,
 ) -> list[Check]:
-    if isinstance(run, EngineError):
-        raise run
+    run = whole(run)
     name = f"{engine}: tower, n = {exact.tower.height}, {FINEST:g} steps per contact"
     found = EngineTower(
         engine,
@@ -173,7 +170,4 @@ def _order(engine: Engine, found: Findings) -> Check:
 
 
 def _one(engine: Engine, case: Tower, steps: float) -> TowerRun:
-    (run,) = run_towers(engine, [case], SEARCH, steps_per_contact=steps)
-    if isinstance(run, EngineError):
-        raise run
-    return run
+    return whole(run_towers(engine, [case], SEARCH, steps_per_contact=steps)[0])

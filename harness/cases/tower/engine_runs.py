@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from harness.cases.runs import run_jobs
 from harness.cases.tower.motion import forces_of_contacts, tower_run
 from harness.cases.tower.template import job_of
 from harness.cases.tower.timing import Plan, plan
@@ -45,19 +46,16 @@ def run_towers(
     Steps count in pi sqrt(m/k), samples default to about 1000 per t0.
     Raise RequestError for a case that the engine cannot state.
     """
-    plans = [plan(case, duration, steps_per_contact, samples) for case in cases]
-    jobs = [job_of(case, timing) for case, timing in zip(cases, plans, strict=True)]
-    results: list[TowerRun | EngineError] = []
-    for case, timing, output in zip(cases, plans, engine.run(jobs), strict=True):
-        try:
-            if isinstance(output, EngineError):
-                raise output
-            results.append(read(case, timing, output, engine.traits, profiles))
-        except EngineError as error:
-            if isinstance(output, Output):
-                error.log = output.log
-            results.append(error)
-    return results
+
+    def timing(case: Tower) -> Plan:
+        return plan(case, duration, steps_per_contact, samples)
+
+    return run_jobs(
+        engine,
+        cases,
+        lambda case: job_of(case, timing(case)),
+        lambda case, output: read(case, timing(case), output, engine.traits, profiles),
+    )
 
 
 def read(

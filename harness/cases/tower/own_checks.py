@@ -5,7 +5,8 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from harness.cases.contract import Part, Study, rows_of_parts
+from harness.cases.contract import Study
+from harness.cases.parts import Part, rows_of_parts
 from harness.cases.tower.against_exact import against_exact, order
 from harness.cases.tower.chain_checks import chain_checks
 from harness.cases.tower.chain_evidence import chain_evidence
@@ -42,13 +43,13 @@ def own_findings(study: Study) -> Findings:
     A part that goes wrong becomes a failed row; the other parts go on.
     """
     level, found = LEVELS[study.level], Findings(NAME, evidence=OwnEvidence("RK4"))
-    parts: list[Part] = [("chain solvers", chain_checks)]
+    parts = [Part("chain solvers", chain_checks)]
     if level.chain_figures:
-        parts.append(("chain figures", partial(_chain_figures, found.evidence)))
-    parts += [(f"rk4, {law} law", partial(_same_law, law, level, found)) for law in LAWS]
+        parts.append(Part("chain figures", partial(_chain_figures, found.evidence)))
+    parts += [Part(f"rk4, {law} law", partial(_same_law, law, level, found)) for law in LAWS]
     parts += [
-        ("laws apart", partial(_laws_apart, found.evidence)),
-        ("impulse table, exact", partial(_impulses, level, found)),
+        Part("laws apart", partial(_laws_apart, found.evidence)),
+        Part("impulse table, exact", partial(_impulses, level, found)),
     ]
     found.checks += rows_of_parts(NAME, parts)
     return found

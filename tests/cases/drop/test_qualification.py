@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from harness.cases.drop.qualification import qualify
-from harness.cases.drop.runs import COLUMNS
 from harness.cases.drop.template import case_of, scene_of, values_of
+from harness.cases.grain import COLUMNS
+from harness.cases.qualification import qualify
 from harness.comparison.verdicts import Verdict
 from harness.engines.reference.engine import INTEGRATORS, Reference
 from harness.engines.registry import open_engine

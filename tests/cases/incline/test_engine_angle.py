@@ -2,7 +2,8 @@ import math
 
 import pytest
 
-from harness.cases.incline.engine_angle import EngineAngle, Rules
+from harness.cases.incline.engine_angle import EngineAngle
+from harness.cases.incline.rules import Rules
 
 RULES = Rules("clipped", "half", "linear")
 

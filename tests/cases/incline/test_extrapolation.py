@@ -2,7 +2,7 @@ import pytest
 
 from harness.cases.incline.critical_angle import CriticalAngle
 from harness.cases.incline.extrapolation import extrapolate
-from harness.cases.incline.ladder import FULL_LADDER, QUICK_LADDER, Ladder
+from harness.cases.incline.levels import FULL_LADDER, QUICK_LADDER, Ladder
 from harness.cases.incline.parameters import Incline
 from harness.errors import RequestError
 from harness.observables.provenance import Provenance

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from harness.cases.drop.parameters import Drop
-from harness.cases.drop.qualification import qualify
 from harness.cases.drop.runs import run_drops
 from harness.cases.drop.template import TEMPLATE
 from harness.cases.incline.critical_angles import critical_angle
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.runs import run_inclines
+from harness.cases.qualification import qualify
 from harness.cases.tower.engine_runs import run_towers
 from harness.cases.tower.run import tower
 from harness.comparison.verdicts import Verdict

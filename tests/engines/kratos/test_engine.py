@@ -7,8 +7,7 @@ import pytest
 
 from harness.cases.drop import template as drops
 from harness.cases.drop.parameters import Drop
-from harness.cases.drop.result import DropRun
-from harness.cases.drop.runs import run_drops
+from harness.cases.drop.runs import DropRun, run_drops
 from harness.cases.incline import template as inclines
 from harness.cases.incline.result import InclineRun, Motion
 from harness.cases.incline.runs import run_inclines

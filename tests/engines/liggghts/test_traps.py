@@ -5,9 +5,9 @@ import math
 import pytest
 
 from harness.cases.drop.parameters import Drop
-from harness.cases.drop.qualification import qualify
 from harness.cases.drop.runs import run_drops
 from harness.cases.drop.template import TEMPLATE
+from harness.cases.qualification import qualify
 from harness.comparison.verdicts import Verdict
 from harness.engines.liggghts.engine import Liggghts
 from harness.engines.script import Script

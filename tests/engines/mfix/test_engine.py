@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 
 from harness.cases.drop.parameters import Drop
-from harness.cases.drop.qualification import qualify
-from harness.cases.drop.result import DropRun
-from harness.cases.drop.runs import run_drops
+from harness.cases.drop.runs import DropRun, run_drops
 from harness.cases.incline.critical_angles import critical_angle
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import Motion
 from harness.cases.incline.runs import run_inclines
+from harness.cases.qualification import qualify
 from harness.cases.tower.engine_runs import run_towers
 from harness.comparison.convergence import slope_order
 from harness.engines.mfix.declared import CONTACT

@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from harness.cases.incline.judge import path_in
+from harness.cases.grain import path_in
 from harness.cases.incline.recorded import START_SPEED, recorded_path
 from harness.cases.incline.routes import start_in_well
 from harness.engines.mfix.read import path_table

@@ -8,14 +8,13 @@ import pytest
 from numpy.testing import assert_allclose
 
 from harness.cases.drop.parameters import Drop
-from harness.cases.drop.qualification import qualify
-from harness.cases.drop.result import DropRun
-from harness.cases.drop.runs import run_drops
+from harness.cases.drop.runs import DropRun, run_drops
 from harness.cases.incline.critical_angles import critical_angle
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import Motion
 from harness.cases.incline.runs import run_inclines
 from harness.cases.incline.template import TEMPLATE
+from harness.cases.qualification import qualify
 from harness.engines.contract import Job
 from harness.engines.process import Limits
 from harness.engines.reference.engine import Reference

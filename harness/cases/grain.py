@@ -1,0 +1,96 @@
+"""One grain on fixed spheres of its size: what such cases have in common."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from pydantic import Field
+
+from harness.engines.contract import Value
+from harness.engines.output import Table
+from harness.engines.scene import Scene
+from harness.observables.trajectory import Trajectory
+from harness.parameters.base import Parameters
+from harness.parameters.contact import SOURCE, NamedContact
+from harness.parameters.hertz import Hertz, hertz
+from harness.parameters.material import UNIT_MASS_DENSITY
+
+COLUMNS = ("time_s", "x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
+"""Of a path in a table."""
+
+
+class Grain(Parameters):
+    """A grain and the fixed spheres it meets: size, mass, contact and step, in SI units."""
+
+    contact: NamedContact = Field(SOURCE, description="[-] dissipation of the contact")
+    stiffness: float = Field(1e6, gt=0.0, description="[N/m] normal stiffness")
+    steps_per_contact: float = Field(
+        50.0, gt=0.0, le=1e5, description="[-] steps per contact time pi sqrt(m/k)"
+    )
+    diameter: float = Field(1.0, gt=0.0, description="[m] diameter of all spheres")
+    density: float = Field(UNIT_MASS_DENSITY, gt=0.0, description="[kg/m3] density of the grain")
+    gravity: float = Field(9.81, gt=0.0, description="[m/s2] acceleration of gravity")
+
+    @property
+    def mass(self) -> float:
+        """Return the grain's mass [kg]."""
+        return self.density * math.pi / 6.0 * self.diameter**3
+
+    @property
+    def contact_time(self) -> float:
+        """Return pi sqrt(m / k) [s], the undamped contact time that steps are counted in."""
+        return math.pi * math.sqrt(self.mass / self.stiffness)
+
+    @property
+    def step(self) -> float:
+        """Return the time step [s]."""
+        return self.contact_time / self.steps_per_contact
+
+    @property
+    def hertz_speed(self) -> float:
+        """Return sqrt(g d) [m/s], at which a Hertz spring stands for k."""
+        return math.sqrt(self.gravity * self.diameter)
+
+    @property
+    def hertz(self) -> Hertz:
+        """Return the Hertz contact that stands for the linear one."""
+        return hertz(self.contact, self.stiffness, self.mass, self.hertz_speed)
+
+    def values(self, *names: str) -> dict[str, Value]:
+        """Return the properties of these names, as a script is told them."""
+        return {name: getattr(self, name) for name in names}
+
+    def scene(
+        self, start: tuple[float, float, float, float], fixed: ArrayLike, **more: Any
+    ) -> Scene:
+        """Return the grain from a start (x, y, vx, vy) [m, m/s] and spheres at ``fixed`` (N, 2).
+
+        The grain is particle 1. ``more`` are the fields that a case has for itself: ``gravity``,
+        ``steps`` and so on.
+        """
+        places = np.vstack([start[:2], fixed])
+        count = len(places)
+        return Scene(
+            position=places,
+            velocity=np.array([start[2:], *[(0.0, 0.0)] * (count - 1)]),
+            mass=np.full(count, self.mass),
+            diameter=np.full(count, self.diameter),
+            fixed=np.arange(count) > 0,
+            stiffness=self.stiffness,
+            damping_ratio=self.contact.zeta,
+            restitution=self.contact.stated_restitution,
+            tail=self.contact.tail,
+            effective_mass=self.contact.effective_mass,
+            step=self.step,
+            hertz_speed=self.hertz_speed,
+            **more,
+        )
+
+
+def path_in(table: Table) -> Trajectory:
+    """Return the grain's path: the first particle where a table has several."""
+    columns = [np.asarray(table[name]) for name in COLUMNS]
+    return Trajectory(*(c[:, 0] if c.ndim == 2 else c for c in columns))
