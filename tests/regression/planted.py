@@ -9,7 +9,7 @@ from pathlib import Path
 
 from harness.cases.contract import Study
 from harness.cases.incline.evidence import InclineEvidence, Verifying
-from harness.cases.incline.passages import passages
+from harness.cases.incline.single_runs import passages
 from harness.cases.registry import get_case
 from harness.cases.tower.engine_runs import run_towers
 from harness.cases.tower.records import record_name, tower_record

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from harness.cases.incline.parameters import Incline
-from harness.cases.incline.passages import CASES
 from harness.cases.incline.runs import measured as inclines_measured
 from harness.cases.incline.runs import run_inclines
+from harness.cases.incline.single_runs import CASES
 from harness.cases.tower.engine_runs import run_towers
 from harness.comparison.triage import Triage
 from harness.comparison.verdicts import Verdict

@@ -66,7 +66,7 @@ class InclineCase(Case[Incline]):
         """Return what became of one passage; raise EngineOutputError for a bad output."""
         run = read(parameters, "passage", output, traits.spring)
         return {
-            "margin_over_mgd": run.margin_J / parameters.weight_energy,
+            "margin_over_mgd": run.margin,
             "moves_on": float(run.motion == "moves_on"),
             "touching": float(run.touching),
             "time_s": run.time_s,

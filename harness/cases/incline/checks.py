@@ -9,13 +9,10 @@ from harness.cases.contract import LevelName, Study
 from harness.cases.incline.critical_angles import critical_angle, critical_angles, side_by_side
 from harness.cases.incline.evidence import InclineEvidence, Verifying
 from harness.cases.incline.extrapolation import extrapolate
-from harness.cases.incline.invariance import scales, two_ways
 from harness.cases.incline.levels import SOURCE_CASE, SOURCE_CLIPPED
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.passage import PHASES
-from harness.cases.incline.passages import CASES, passages
 from harness.cases.incline.records import angle_case, extrapolated_case, in_phases
-from harness.cases.incline.recursion import RECURSION_CASE, recursion
 from harness.cases.incline.reference_checks import (
     MOTIONS,
     against_the_reference,
@@ -23,6 +20,14 @@ from harness.cases.incline.reference_checks import (
 )
 from harness.cases.incline.reference_paths import MOTION_EVERY
 from harness.cases.incline.runs import run_inclines
+from harness.cases.incline.single_runs import (
+    CASES,
+    RECURSION_CASE,
+    passages,
+    recursion,
+    scales,
+    two_ways,
+)
 from harness.cases.incline.tolerances import EXTRAPOLATED, MOST_ROUTE_JITTER
 from harness.cases.parts import Part, rows_of_parts
 from harness.cases.runs import complete, whole

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from harness.cases.incline.parameters import Incline
+from harness.cases.incline.result import InclineRun
 from harness.observables.provenance import Provenance
 from harness.shown import Shown, power, value_text
 
@@ -47,6 +49,22 @@ class CriticalAngle(Shown):
     monotone: bool = True
     note: str = ""
     steps: int = 0
+
+    @classmethod
+    def of(
+        cls, runs: Sequence[InclineRun], case: Incline, value_deg: float, **more: Any
+    ) -> CriticalAngle:
+        """Return the angle of a case that runs led to; ``more`` are its other fields."""
+        return cls(
+            value_deg=value_deg,
+            case=case,
+            provenance=runs[-1].provenance,
+            samples=tuple(
+                Sample(run.case.angle, run.case.phase, run.motion.value, run.margin) for run in runs
+            ),
+            steps=sum(run.steps for run in runs),
+            **more,
+        )
 
     def record(self) -> dict[str, Any]:
         """Return the result as a flat JSON-ready mapping (keys of the command line)."""

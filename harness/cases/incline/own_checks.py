@@ -7,9 +7,9 @@ from collections.abc import Callable
 
 from scipy.optimize import brentq
 
-from harness.cases.incline.given_start import follow
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.routes import Start
+from harness.cases.incline.runs import follow
 from harness.cases.incline.tolerances import ADAPTIVE_RESTITUTION, CLOSED_FORM
 from harness.comparison.verdicts import Check, Kind, failed_run, judge
 from harness.engines.reference.engine import Reference

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.optimize import brentq, root_scalar
 
 from harness.cases.incline.closed_forms import theory_in_words
-from harness.cases.incline.critical_angle import CriticalAngle, Sample
+from harness.cases.incline.critical_angle import CriticalAngle
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import InclineRun
 from harness.errors import EngineOutputError, RequestError
@@ -44,7 +44,7 @@ def critical_angle_by_passage(
     """
     # both at once: an engine starts once for a batch
     runs = list(measure([case.replace(angle=angle) for angle in FIRST_ANGLES]))
-    first = dict(zip(FIRST_ANGLES, map(_margin, runs), strict=True))
+    first = dict(zip(FIRST_ANGLES, (run.margin for run in runs), strict=True))
     if len(set(first.values())) == 1:
         raise EngineOutputError("the energy margin has no root: it is the same at every angle")
 
@@ -54,7 +54,7 @@ def critical_angle_by_passage(
         if not 0.0 <= angle <= 30.0:
             raise EngineOutputError(f"no critical angle between 0 and 30 deg (search at {angle:g})")
         runs.extend(measure([case.replace(angle=float(angle))]))
-        return _margin(runs[-1])
+        return runs[-1].margin
 
     found = root_scalar(
         margin,
@@ -69,22 +69,19 @@ def critical_angle_by_passage(
     shifts = np.arange(phases) / phases
     shifted = measure([case.replace(angle=root, phase=float(shift)) for shift in shifts])
     _refuse_flight(shifted)
-    angles = root - np.array([_margin(run) for run in shifted]) / slope
+    angles = root - np.array([run.margin for run in shifted]) / slope
     # the last correction uses a slope good to a few per cent: a tenth of it is uncertain
     root_error = 0.1 * abs(float(angles.mean()) - root)
     half_range = float(np.ptp(angles)) / 2
-    all_runs = [*runs, *shifted]
-    return CriticalAngle(
-        value_deg=float(angles.mean()),
+    return CriticalAngle.of(
+        [*runs, *shifted],
+        case,
+        float(angles.mean()),
         uncertainty_deg=half_range + root_error,
         # the angle jumps once a step as the phase shifts: P even phases miss the mean of
         # such a sawtooth by at most its half range over P
         mean_error_deg=half_range / phases + root_error,
         method="passage",
-        case=case,
-        provenance=all_runs[-1].provenance,
-        samples=tuple(_sample(run) for run in all_runs),
-        steps=sum(run.steps for run in all_runs),
     )
 
 
@@ -96,20 +93,16 @@ def _bisected(margin: Callable[[float], float], runs: Sequence[InclineRun], xtol
     """
     ordered = sorted(runs, key=lambda run: run.case.angle)
     for low, high in pairwise(ordered):
-        if _margin(low) < 0.0 <= _margin(high):
+        if low.margin < 0.0 <= high.margin:
             return float(brentq(margin, low.case.angle, high.case.angle, xtol=xtol))
     raise EngineOutputError("the energy margin changes sign at no angle that was run")
-
-
-def _margin(run: InclineRun) -> float:
-    return run.margin_J / run.case.weight_energy
 
 
 def _slope(runs: Sequence[InclineRun]) -> float:
     """Return dM/dtheta [1/deg] from the two outermost angles: jitter weighs least there."""
     ordered = sorted(runs, key=lambda run: run.case.angle)
     low, high = ordered[0], ordered[-1]
-    return (_margin(high) - _margin(low)) / (high.case.angle - low.case.angle)
+    return (high.margin - low.margin) / (high.case.angle - low.case.angle)
 
 
 def _refuse_flight(runs: Sequence[InclineRun]) -> None:
@@ -119,7 +112,3 @@ def _refuse_flight(runs: Sequence[InclineRun]) -> None:
             "here the grain was in flight at the crest: use method 'steady'; "
             + theory_in_words(runs[0].case.contact)
         )
-
-
-def _sample(run: InclineRun) -> Sample:
-    return Sample(run.case.angle, run.case.phase, run.motion.value, _margin(run))

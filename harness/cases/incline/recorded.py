@@ -14,10 +14,10 @@ from harness.cases.contract import LevelName, failed_part
 from harness.cases.incline.critical_angle import CriticalAngle
 from harness.cases.incline.critical_angles import critical_angle
 from harness.cases.incline.engine_angle import EngineAngle
-from harness.cases.incline.given_start import steady_runs
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.routes import start_in_well
 from harness.cases.incline.rules import SOURCE_ROLE, Rules
+from harness.cases.incline.runs import steady_runs
 from harness.cases.incline.steady import COARSE_WELLS, critical_angle_by_steady_motion
 from harness.cases.incline.tolerances import RECORDED
 from harness.cases.runs import recorded_text
@@ -64,19 +64,6 @@ PATHS = ((50, 10.20), (500, 10.20), (500, 10.22))
 
 
 @dataclass(frozen=True)
-class RecordedPath:
-    """A recorded path and its conditions: ``case`` (step, angle, stiffness, contact), factor f.
-
-    The trajectory starts at x = 0.5 d, from the centre of a fixed sphere as
-    everywhere in the harness; six digits were recorded.
-    """
-
-    case: Incline
-    factor: int
-    trajectory: Trajectory
-
-
-@dataclass(frozen=True)
 class RecordedAngle:
     """A critical angle [deg] that was found by bisecting MFiX runs, to ``uncertainty_deg``."""
 
@@ -102,23 +89,21 @@ def case_at(angle: float, stiffness: float, factor: float) -> Incline:
     )
 
 
-def recorded_path(factor: int, angle: float) -> RecordedPath:
-    """Return a recorded path; raise RequestError for one that is not in ``PATHS``."""
+def recorded_path(factor: int, angle: float) -> Trajectory:
+    """Return a recorded path, six digits; raise RequestError for one that is not in ``PATHS``.
+
+    It starts at x = 0.5 d, from the centre of a fixed sphere as everywhere in the harness.
+    """
     if (factor, angle) not in PATHS:
         known = ", ".join(f"f = {f} at {a:.2f} deg" for f, a in PATHS)
         raise RequestError(
             f"f = {factor} at {angle:g} deg was not recorded: must be one of {known}"
         )
     text = recorded_text(MFIX, f"quartier_k1e6_euler_f{factor}_th{angle:.2f}.csv")
-    table = np.genfromtxt(text.splitlines(), delimiter=",", names=True)
-    trajectory = Trajectory(
-        table["t_s"],
-        table["x_m"] - FIRST_CENTRE,
-        table["y_m"],
-        table["vx_m_s"],
-        table["vy_m_s"],
+    t, x, y, vx, vy = np.loadtxt(
+        text.splitlines(), delimiter=",", skiprows=1, usecols=range(5), unpack=True
     )
-    return RecordedPath(case_at(angle, STIFFNESS, factor), factor, trajectory)
+    return Trajectory(t, x - FIRST_CENTRE, y, vx, vy)
 
 
 def recorded_angles() -> list[RecordedAngle]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from harness.cases.grain import COLUMNS
 from harness.cases.incline.critical_angle import CriticalAngle
 from harness.cases.incline.extrapolation import ExtrapolatedAngle
 from harness.cases.incline.parameters import Incline
@@ -48,7 +49,7 @@ def angle_case(angle: CriticalAngle, resolution: str) -> BaselineRecord:
             f"{angle.case.steps_per_contact:g} steps, {resolution.replace('-', ' ')}"
         ),
         family=(angle.case.contact.name,),
-        **made_by(who, "", ""),
+        **made_by(who),
     )
 
 
@@ -70,7 +71,7 @@ def extrapolated_case(found: ExtrapolatedAngle, rungs: list[CriticalAngle]) -> B
         case=NAME,
         label=f"extrapolated, {contact.name}, {len(rungs)} rungs",
         family=(contact.name,),
-        **made_by(first.provenance, "", ""),
+        **made_by(first.provenance),
     )
 
 
@@ -84,28 +85,18 @@ def passage_case(run: InclineRun) -> BaselineRecord:
 
     ``step_s`` is taken from the run's own end, time over steps, not from what was asked.
     """
-    path = run.trajectory
-    who = run.provenance
+    path, case = run.trajectory, run.case
+    columns = {} if path is None else {name: getattr(path, name) for name in COLUMNS[1:]}
     return BaselineRecord(
-        name=passage_name(run.case, who.engine),
-        parameters=run.case.model_dump(mode="json"),
+        name=passage_name(case, run.provenance.engine),
+        parameters=case.model_dump(mode="json"),
         quantities={
-            "margin_over_mgd": Quantity(run.margin_J / run.case.weight_energy, 0.0, ""),
+            "margin_over_mgd": Quantity(run.margin, 0.0, ""),
             "step_s": Quantity(run.time_s / max(run.steps, 1), 0.0, "s"),
         },
         case=NAME,
-        label=f"path, {run.case.contact.name}, {run.case.angle:g} deg",
-        family=(run.case.contact.name,),
-        series=None
-        if path is None
-        else Series(
-            path.time_s,
-            {
-                "x_m": path.x_m,
-                "y_m": path.y_m,
-                "vx_m_per_s": path.vx_m_per_s,
-                "vy_m_per_s": path.vy_m_per_s,
-            },
-        ),
-        **made_by(who, "", ""),
+        label=f"path, {case.contact.name}, {case.angle:g} deg",
+        family=(case.contact.name,),
+        series=None if path is None else Series(path.time_s, columns),
+        **made_by(run.provenance),
     )

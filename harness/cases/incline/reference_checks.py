@@ -19,11 +19,10 @@ from harness.cases.incline.evidence import InclineEvidence, Verifying
 from harness.cases.incline.levels import SOURCE_CASE
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.passage import PHASES
-from harness.cases.incline.passages import CASES, passage_row
-from harness.cases.incline.recursion import RECURSION_CASE
 from harness.cases.incline.reference_paths import crests_rows, motion_rows, passage_rows
 from harness.cases.incline.result import InclineRun
 from harness.cases.incline.rules import OWN, reference_for
+from harness.cases.incline.single_runs import CASES, RECURSION_CASE, passage_row
 from harness.cases.parts import Part, rows_of_parts
 from harness.comparison.verdicts import Check, Kind, finding, judge, not_tested
 from harness.engines.reference.engine import Reference

@@ -11,10 +11,10 @@ from harness.cases.grain import COLUMNS
 from harness.cases.incline import tolerances
 from harness.cases.incline.evidence import Recursion
 from harness.cases.incline.parameters import Incline
-from harness.cases.incline.passages import EVERY
 from harness.cases.incline.result import InclineRun, Motion
 from harness.cases.incline.routes import margin
 from harness.cases.incline.runs import measured, run_inclines
+from harness.cases.incline.single_runs import EVERY
 from harness.cases.incline.template import Route
 from harness.cases.runs import whole
 from harness.comparison.tolerances import Tolerance
@@ -96,7 +96,7 @@ def _told_energy(name: str, run: InclineRun, path: Trajectory, spring: Spring) -
     return judge(
         f"{name}, energy told and of its path",
         Kind.CROSS_CODE,
-        run.margin_J / case.weight_energy,
+        run.margin,
         margin(case, well, x, y, vx, vy, spring) / case.weight_energy,
         tolerances.TOLD_ENERGY,
     )

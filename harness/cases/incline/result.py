@@ -52,3 +52,8 @@ class InclineRun:
     seconds: float
     provenance: Provenance
     trajectory: Trajectory | None = field(default=None, repr=False)
+
+    @property
+    def margin(self) -> float:
+        """Return the margin in units of m g d."""
+        return self.margin_J / self.case.weight_energy

@@ -24,7 +24,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from harness.cases.incline.critical_angle import CriticalAngle, Sample
+from harness.cases.incline.critical_angle import CriticalAngle
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.passage import Measure
 from harness.cases.incline.result import InclineRun, Motion
@@ -144,20 +144,13 @@ def _result(runs: Sequence[InclineRun], case: Incline) -> CriticalAngle:
     if undecided:
         note += f"{'; ' if note else ''}{len(undecided)} angles undecided within the time limit"
     uncertainty = max(high.case.angle, rising[-1][1].case.angle) - value
-    return CriticalAngle(
-        value_deg=value,
+    return CriticalAngle.of(
+        runs,
+        case,
+        value,
         uncertainty_deg=uncertainty,
         mean_error_deg=uncertainty,
         method="steady",
-        case=case,
-        provenance=runs[-1].provenance,
-        samples=tuple(_sample(run) for run in runs),
         monotone=monotone,
         note=note,
-        steps=sum(run.steps for run in runs),
     )
-
-
-def _sample(run: InclineRun) -> Sample:
-    margin = run.margin_J / run.case.weight_energy
-    return Sample(run.case.angle, run.case.phase, run.motion.value, margin)

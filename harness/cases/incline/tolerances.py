@@ -18,6 +18,8 @@ MOST_ROUTE_JITTER = 2e-3
 """[deg] a stated uncertainty may add to the resolution of a search: where in a step a contact
 begins moves the angle of the source's contact by 1e-3 deg at 50 steps in the reference DEM."""
 
+ALL_WELLS = Tolerance("", 0.0, 0.0, "a count: above the critical angle no well traps the grain")
+
 TWO_WAYS = Tolerance(
     "J", 0.0, 1e-12, "the same instructions: round-off of a different build at most"
 )

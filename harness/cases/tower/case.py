@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
 
 from harness.cases.contract import Case, LevelName, Measured, Reference, Study
 from harness.cases.parts import Part, rows_of_parts
@@ -79,10 +79,8 @@ class TowerCase(Case[TowerRunParameters]):
 
         Energy is conserved: its drift is 0.
         """
-        found = {
-            name: Reference(value, "integrated")
-            for name, value in _quantities(_exact(parameters), parameters).items()
-        }
+        integrated = _quantities(_exact(parameters), parameters)
+        found = {name: Reference(value, "integrated") for name, value in integrated.items()}
         closed = {name: Reference(v, "closed form") for name, v in _closed_form(parameters).items()}
         return found | closed
 
@@ -130,8 +128,8 @@ class TowerCase(Case[TowerRunParameters]):
         if recorded.MFIX not in study.missing:
             return {}
         evidence = CodeEvidence(recorded.NAME)
-        parts = [Part("towers", lambda: recorded.recorded_checks(evidence.towers))]
-        checks = rows_of_parts(recorded.NAME, parts)
+        part = Part("towers", partial(recorded.recorded_checks, evidence.towers))
+        checks = rows_of_parts(recorded.NAME, [part])
         rows = {"towers": [one.record() for one in evidence.towers]}
         found = Findings(self.name, recorded.NAME, checks, evidence=evidence, published=rows)
         return {recorded.NAME: found}

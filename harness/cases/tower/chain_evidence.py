@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from harness.cases.tower.evidence import Curve, OwnEvidence
 from harness.cases.tower.run import tower
+from harness.comparison.verdicts import Check
 from harness.observables.tower import TowerRun
 from harness.parameters.tower import LAWS, Tower
 from harness.theory.two_spheres import contact_time, peak_overlap
@@ -20,8 +21,8 @@ PAIR = Tower(height=1, base="free", gravity=0.0)
 PARTED = 1.6  # [t0] by then two and three free particles have parted for good
 
 
-def chain_evidence(evidence: OwnEvidence) -> None:
-    """Fill in what the chain solvers alone can show."""
+def chain_evidence(evidence: OwnEvidence) -> list[Check]:
+    """Fill in what the chain solvers alone can show; return no rows."""
     evidence.collisions = [
         tower(PAIR.replace(height=n), solver="exact", duration=PARTED, profiles=True)
         for n in (1, 2)
@@ -39,6 +40,7 @@ def chain_evidence(evidence: OwnEvidence) -> None:
         for steps in (1000.0, 4000.0)
     ] + [tower(Tower(height=9), solver="exact")]
     _peak_errors(evidence)
+    return []
 
 
 def _peak_errors(evidence: OwnEvidence) -> None:

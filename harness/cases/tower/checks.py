@@ -10,11 +10,11 @@ from harness.cases.parts import Part, asked, rows_of_parts
 from harness.cases.runs import whole
 from harness.cases.tower import tolerances
 from harness.cases.tower.against_exact import against_exact, order
-from harness.cases.tower.chain_checks import bessel
 from harness.cases.tower.engine_runs import run_towers
 from harness.cases.tower.evidence import CodeEvidence
 from harness.cases.tower.impulse_angles import impulse_angles
 from harness.cases.tower.levels import LADDER, LEVELS
+from harness.cases.tower.own_checks import bessel
 from harness.cases.tower.records import NAME, ratio_records, record_name, tower_record
 from harness.cases.tower.run import DURATION, tower
 from harness.cases.tower.template import job_of

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.integrate import trapezoid
@@ -13,9 +12,6 @@ from harness.comparison.alignment import Samples, align, distinct, missing
 from harness.errors import RequestError
 from harness.observables.summary import peak_force
 from harness.observables.tower import Floats, TowerRun
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 ROUND_OFF = 1e-12
 """Times closer than this part of the longer run are the same: what printing and summing leave."""
@@ -39,15 +35,6 @@ class Difference:
     interpolation_error: float
     scale: float  # [N] or [m/s]
 
-    def record(self) -> dict[str, float]:
-        """Return it as a JSON-ready mapping."""
-        return {
-            "peak_difference": self.peak,
-            "peak_difference_time_s": self.peak_time,
-            "l2_difference": self.l2,
-            "interpolation_error": self.interpolation_error,
-        }
-
 
 @dataclass(frozen=True)
 class SeriesComparison:
@@ -55,28 +42,19 @@ class SeriesComparison:
 
     ``force`` is relative to the reference's peak force, ``velocity`` to the speed
     at the start (the reference's largest, if it starts at rest).
-    ``force_difference`` and ``velocity_difference`` (T,) are run - reference in
-    these units at the common ``time`` (T,). ``divergence_time`` is the first time at
-    which the force differs by more than ``divergence``, None if it never does.
-    ``left_out`` are samples that sit in an interval with a change of contacts.
+    ``force_difference`` (T,) is run - reference in these units at the common ``time`` (T,).
+    ``divergence_time`` is the first time at which the force differs by more than
+    :data:`DIVERGENCE`, None if it never does.
     """
 
     run: TowerRun
     reference: TowerRun
     time: Floats  # [s]
     force_difference: Floats  # [peak of the reference]
-    velocity_difference: Floats  # [speed at the start]
     force: Difference
     velocity: Difference
-    divergence: float  # [peak of the reference]
     divergence_time: float | None  # [s]
     events: tuple[EventPair, ...]
-    left_out: int
-
-    @property
-    def same_law(self) -> bool:
-        """Return whether both runs are under the same law."""
-        return self.run.tower.law == self.reference.tower.law
 
     @property
     def unmatched(self) -> tuple[EventPair, ...]:
@@ -89,68 +67,24 @@ class SeriesComparison:
         apart = [abs(pair.difference) for pair in self.events if pair.matched]
         return max(apart, default=float("nan"))
 
-    def record(self) -> dict[str, Any]:
-        """Return all but the series as a JSON-ready mapping."""
-        apart = self.largest_event_difference
-        return {
-            "height": self.run.tower.height,
-            **_named("", self.run),
-            **_named("reference_", self.reference),
-            "common_samples": int(self.time.size),
-            "samples_left_out": self.left_out,
-            "peak_force_N": self.force.scale,
-            "force": self.force.record(),
-            "velocity": self.velocity.record(),
-            "divergence": self.divergence,
-            "divergence_time_s": self.divergence_time,
-            "events_matched": len(self.events) - len(self.unmatched),
-            "largest_event_difference_s": None if np.isnan(apart) else apart,
-            "events_unmatched": [_event_row(pair) for pair in self.unmatched],
-        }
-
-    def frame(self) -> pd.DataFrame:
-        """Return the events as a table, one row each; NaN where one run has none."""
-        import pandas as pd
-
-        rows = pd.DataFrame(map(_event_row, self.events), columns=list(_EVENT_COLUMNS))
-        return rows.astype({name: float for name in _EVENT_COLUMNS if name.endswith("_s")})
-
-
-_EVENT_COLUMNS = (
-    "contact",
-    "kind",
-    "time_s",
-    "reference_time_s",
-    "difference_s",
-    "resolution_s",
-    "matched",
-    "grazing",
-)
-
 
 def compare(
     run: TowerRun,
     reference: TowerRun,
     *,
     across_laws: bool = False,
-    divergence: float = DIVERGENCE,
-    near: float = NEAR,
     least_force: float = 0.0,
 ) -> SeriesComparison:
     """Return how ``run`` differs from ``reference``, over all of the reference.
 
-    ``divergence`` is in peaks of the reference's force; ``near`` [t0] is how far
-    apart the same event may be in two runs; above ``least_force`` [peak] a contact is
-    closed, more than 0 for runs with profiles only. Raise RequestError for different
-    cases (the law may differ where ``across_laws`` is set), for values that are not
-    finite, for a run that lacks a part of its reference, and for a reference without force.
+    Above ``least_force`` [peak] a contact is closed, more than 0 for runs with profiles only.
+    Raise RequestError for different cases (the law may differ where ``across_laws`` is set), for
+    values that are not finite, for a run that lacks a part of its reference, and for a reference
+    without force.
     """
     _same_case(run, reference, across_laws)
     for one in (run, reference):
         _usable(one)
-    for name, value in (("divergence", divergence), ("near", near)):
-        if not (np.isfinite(value) and value > 0):
-            raise RequestError(f"{name} = {value}: must be finite and greater than 0")
     peak = peak_force(reference)
     if peak <= 0:
         raise RequestError("grain_force: is 0 throughout the reference, nothing to compare with")
@@ -161,22 +95,19 @@ def compare(
         raise RequestError(f"time of {run.solver}: series incomplete: {lacking}")
     common = align(_samples(run), _samples(reference), same)
     force, velocity = ((common.value - common.reference) / (peak, speed)).T
-    parted = np.flatnonzero(np.abs(force) > divergence)
+    parted = np.flatnonzero(np.abs(force) > DIVERGENCE)
     if not (np.isfinite(least_force) and least_force >= 0):
         raise RequestError(f"least_force = {least_force}: must be finite and at least 0")
-    near_s, least_N = near * reference.tower.contact_time, least_force * peak
+    near_s, least_N = NEAR * reference.tower.contact_time, least_force * peak
     return SeriesComparison(
         run=run,
         reference=reference,
         time=common.time,
         force_difference=force,
-        velocity_difference=velocity,
         force=_difference(common.time, force, float(common.error[0]), peak),
         velocity=_difference(common.time, velocity, float(common.error[1]), speed),
-        divergence=divergence,
         divergence_time=float(common.time[parted[0]]) if parted.size else None,
         events=tuple(_events(run, reference, near_s, least_N)),
-        left_out=common.left_out,
     )
 
 
@@ -229,22 +160,3 @@ def _usable(run: TowerRun) -> None:
             raise RequestError(f"{name} = {values[bad[0]]} in row {bad[0]} of {run.solver}")
     if run.time.size < 2 or (np.diff(run.time) < 0).any() or run.time[-1] <= run.time[0]:
         raise RequestError(f"time of {run.solver}: must rise, over at least two samples")
-
-
-def _named(prefix: str, run: TowerRun) -> dict[str, Any]:
-    named = {"law": run.tower.law, "solver": run.solver, "step_s": run.step}
-    return {f"{prefix}{name}": value for name, value in named.items()}
-
-
-def _event_row(pair: EventPair) -> dict[str, Any]:
-    """Return an event for JSON: None for a time that is not there."""
-    return {
-        "contact": pair.known.contact,
-        "kind": pair.known.kind,
-        "time_s": pair.event.time if pair.event else None,
-        "reference_time_s": pair.reference.time if pair.reference else None,
-        "difference_s": pair.difference if pair.matched else None,
-        "resolution_s": pair.resolution,
-        "matched": pair.matched,
-        "grazing": pair.grazing,
-    }

@@ -36,16 +36,13 @@ class ContactEvent:
     """A contact that joins or leaves the grain's chain; contact 1 is the grain's.
 
     ``time`` is that of the first sample with the new chain, or located before it where a least
-    force is given; ``resolution`` is the distance of the sample before. ``grazing`` says that its
-    counterpart, the break after an onset or the onset after a break, is no farther than a usual
-    sample away: a touch or a parting that another sampling may well not see.
+    force is given; ``resolution`` is the distance of the sample before.
     """
 
     contact: int
     kind: Kind
     time: float  # [s]
     resolution: float  # [s]
-    grazing: bool = False
 
 
 @dataclass(frozen=True)
@@ -66,11 +63,6 @@ class EventPair:
     def matched(self) -> bool:
         """Return whether both runs have it."""
         return self.event is not None and self.reference is not None
-
-    @property
-    def grazing(self) -> bool:
-        """Return whether it is part of a touch or parting too brief for the sampling."""
-        return any(event.grazing for event in (self.event, self.reference) if event)
 
     @property
     def difference(self) -> float:
@@ -96,26 +88,15 @@ def contact_events(run: TowerRun, least_force: float = 0.0) -> list[ContactEvent
     whose first sample sees them all closed agrees with one that sees them in turn.
     """
     lengths = _chain_lengths(run, least_force)
-    usual = float(np.median(np.diff(run.time))) if run.time.size > 1 else 0.0
-    found: list[tuple[int, Kind, int, int]] = []
+    found: list[ContactEvent] = []
     for row in np.flatnonzero(np.diff(lengths)) + 1:
         before, after = int(lengths[row - 1]), int(lengths[row])
         kind: Kind = "onset" if after > before else "break"
-        first = min(before, after) + 1
-        found += [(c, kind, int(row), first) for c in range(first, max(before, after) + 1)]
-    rows_of: dict[int, list[int]] = defaultdict(list)
-    for contact, _, at, _ in found:
-        rows_of[contact].append(at)
-    return [
-        ContactEvent(
-            contact,
-            kind,
-            _moment(run, at, kind, cause, least_force),
-            float(run.time[at] - run.time[at - 1]),
-            _closest(run, rows_of[contact], at) <= usual * (1 + 1e-9),
-        )
-        for contact, kind, at, cause in found
-    ]
+        first, last = min(before, after) + 1, max(before, after)
+        moment = _moment(run, int(row), kind, first, least_force)
+        resolution = float(run.time[row] - run.time[row - 1])
+        found += [ContactEvent(c, kind, moment, resolution) for c in range(first, last + 1)]
+    return found
 
 
 def _moment(run: TowerRun, row: int, kind: Kind, cause: int, least_force: float) -> float:
@@ -157,13 +138,6 @@ def _chain_lengths(run: TowerRun, least_force: float) -> NDArray[np.int64]:
     elif run.tower.start == "touching" and (run.contacts[1:2] > 0).any():
         lengths[: max(1, int(np.argmax(lengths > 0)))] = 1
     return lengths
-
-
-def _closest(run: TowerRun, rows: list[int], row: int) -> float:
-    """Return the time between the event at ``row`` and its neighbours of the same contact [s]."""
-    i = int(np.searchsorted(rows, row))
-    near = rows[max(i - 1, 0) : i] + rows[i + 1 : i + 2]
-    return min((abs(float(run.time[r] - run.time[row])) for r in near), default=float("inf"))
 
 
 def match_events(

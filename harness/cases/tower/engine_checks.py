@@ -103,30 +103,15 @@ def _against_exact(
     *,
     first_order: bool,
 ) -> list[Check]:
-    run = whole(run)
-    name = f"{engine}: tower, n = {exact.tower.height}, {FINEST:g} steps per contact"
-    found = EngineTower(
-        engine,
-        exact.tower.height,
-        FINEST,
-        peak_force(run),
-        peak_force(exact),
-        impulse(run),
-        impulse(exact),
-    )
-    evidence.towers.append(found)
+    run, height = whole(run), exact.tower.height
+    name = f"{engine}: tower, n = {height}, {FINEST:g} steps per contact"
+    forces, impulses = (peak_force(run), peak_force(exact)), (impulse(run), impulse(exact))
+    evidence.towers.append(EngineTower(engine, height, FINEST, *forces, *impulses))
     force = replace(tolerances.FINEST, unit="N")
+    late = _impulse_tolerance(exact, first_order=first_order)
     return [
-        judge(
-            f"{name}: peak force", Kind.CROSS_CODE, found.peak_force, found.exact_peak_force, force
-        ),
-        judge(
-            f"{name}: impulse to the turnaround",
-            Kind.CROSS_CODE,
-            found.impulse,
-            found.exact_impulse,
-            _impulse_tolerance(exact, first_order=first_order),
-        ),
+        judge(f"{name}: peak force", Kind.CROSS_CODE, *forces, force),
+        judge(f"{name}: impulse to the turnaround", Kind.CROSS_CODE, *impulses, late),
     ]
 
 

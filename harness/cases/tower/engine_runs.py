@@ -5,17 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from harness.cases.runs import run_jobs
-from harness.cases.tower.motion import forces_of_contacts, tower_run
 from harness.cases.tower.template import job_of
 from harness.cases.tower.timing import Plan, plan
 from harness.engines.contract import Engine, Output
 from harness.engines.output import SERIES
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineOutputError
-from harness.observables.tower import TowerRun
+from harness.observables.provenance import Provenance
+from harness.observables.tower import Floats, Profiles, TowerRun
 from harness.parameters.tower import Tower
 
 ROUNDINGS = 4
@@ -88,19 +87,19 @@ def read(
         force = np.where(f > smallest, f, 0.0)
     else:
         weight = case.each("mass")[0] * case.gravity if forces == TOTAL_FORCE else 0.0
-        force = forces_of_contacts(f, weight, smallest)
+        force = _forces_of_contacts(f, weight, smallest)
     if not (force > 0.0).any():
         raise EngineOutputError(f"{output.who}: no contact of the tower ever presses")
     displacement = x - case.each("diameter")[0] * np.arange(count)
-    return tower_run(
+    return _tower_run(
         case, timing.step, time, displacement, v, force, output.provenance, profiles=profiles
     )
 
 
 def _same_motion(
-    x: NDArray[np.float64],
-    v: NDArray[np.float64],
-    interval: NDArray[np.float64],
+    x: Floats,
+    v: Floats,
+    interval: Floats,
     digits: int,
     who: str,
 ) -> None:
@@ -115,9 +114,7 @@ def _same_motion(
         raise EngineOutputError(f"{who} wrote positions and velocities that contradict each other")
 
 
-def _rounding(
-    case: Tower, step: float, traits: Traits, x: NDArray[np.float64], v: NDArray[np.float64]
-) -> float:
+def _rounding(case: Tower, step: float, traits: Traits, x: Floats, v: Floats) -> float:
     """Return the least force [N] that can be told from rounding."""
     mass, stiffness = case.each("mass")[0], case.each("stiffness")[0]
     rounding = ROUNDINGS * float(np.finfo(float).eps)
@@ -126,3 +123,60 @@ def _rounding(
         moved = mass / step * float(np.abs(v).max())
         return rounding * case.particles * (moved + pressed)
     return rounding * pressed
+
+
+def _tower_run(
+    case: Tower,
+    step: float,
+    time: Floats,
+    displacement: Floats,
+    velocity: Floats,
+    force: Floats,
+    who: Provenance,
+    *,
+    profiles: bool = False,
+) -> TowerRun:
+    """Return the run of a tower of equal particles, M samples of N particles, grain first.
+
+    ``time`` (M,); ``displacement`` (M, N) from where all just touch, along the motion; ``velocity``
+    (M, N); ``force`` (M, N - 1) of each contact, the engine's own, 0 where it is open.
+    """
+    mass, gravity = case.each("mass")[0], case.gravity
+    overlap = displacement[:, :-1] - displacement[:, 1:]
+    weight = np.full(case.particles, gravity)
+    if case.base == "fixed":
+        weight[-1] = 0.0
+    return TowerRun(
+        tower=case,
+        solver=who.engine,
+        step=step,
+        time=time,
+        grain_displacement=displacement[:, 0],
+        grain_velocity=velocity[:, 0],
+        grain_force=force[:, 0],
+        # of the grain's chain: how many from the grain on press
+        contacts=np.cumprod(force > 0.0, axis=1).sum(axis=1).astype(np.float64),
+        compression=displacement[:, 0] - displacement[:, -1],
+        compression_rate=velocity[:, 0] - velocity[:, -1],
+        kinetic_energy=0.5 * mass * np.sum(velocity**2, axis=1),
+        elastic_energy=0.5 * np.sum(force * overlap, axis=1),
+        gravitational_energy=-mass * displacement @ weight,
+        momentum=mass * np.sum(velocity, axis=1),
+        base_force=force[:, -1],
+        final_displacement=displacement[-1],
+        final_velocity=velocity[-1],
+        profiles=Profiles(displacement, velocity, force) if profiles else None,
+        provenance=who,
+    )
+
+
+def _forces_of_contacts(force: Floats, weight: float, smallest: float) -> Floats:
+    """Return the contact forces (M, n) from the forces on the particles (M, N), grain first.
+
+    The engine's own forces, whatever law made them: particle i feels its weight
+    [N], is pushed on by contact i - 1 and held by contact i. What is below
+    ``smallest`` [N] is rounding.
+    """
+    contact = np.cumsum(weight - force[:, :-1], axis=1)
+    contact[np.abs(contact) <= smallest] = 0.0
+    return np.asarray(contact)

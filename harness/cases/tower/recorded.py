@@ -5,12 +5,12 @@ The tables lie in the engine's folder ``recorded``, which says where they come f
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from importlib import resources
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from harness.cases.runs import recorded_text
 from harness.cases.tower import tolerances
 from harness.cases.tower.evidence import EngineTower
 from harness.cases.tower.run import tower
@@ -25,55 +25,24 @@ NAME = "mfix (recorded)"
 
 UNDAMPED = Contact(name="undamped", restitution=1.0, damping_ratio=None, effective_mass="half")
 
-STIFFNESS, SPEED = 1e5, 2.0
-"""[N/m] and [m/s] of the recorded towers: 1 kg, 1 m, undamped, all just touching."""
+CASE = Tower(height=1, stiffness=1e5, speed=2.0, law="overlap")
+"""The recorded towers but for their heights: 1 kg, 1 m, undamped, all just touching."""
 
 FACTORS = (50, 5000)
-"""``DTSOLID_FACTOR`` of the recorded towers."""
-
-FINE = 5000
-"""Factor of those that are judged."""
-
-
-@dataclass(frozen=True)
-class RecordedTower:
-    """A recorded tower: its case, the factor and step [s], and the force on the grain in time.
-
-    ``time`` (M,) [s] and ``force`` (M,) [N], at the positions of that time, eight digits;
-    every step at f = 50, every 100th at f = 5000.
-    """
-
-    case: Tower
-    factor: int
-    step: float
-    time: NDArray[np.float64]
-    force: NDArray[np.float64]
+"""``DTSOLID_FACTOR`` of the recorded towers; only the finer ones are judged."""
 
 
 def recorded_tower(factor: int) -> NDArray[np.void]:
     """Return the recorded force on a tower's grain: ``t_s`` [s], ``F_top_N2`` ... [N].
 
+    At the positions of that time, eight digits; every step at f = 50, every 100th at f = 5000.
     Raise RequestError for a factor other than 50 and 5000.
     """
     if factor not in FACTORS:
         raise RequestError(f"f = {factor}: no tower was recorded, must be 50 or 5000")
-    folder = resources.files("harness.engines.mfix").joinpath("recorded")
-    text = folder.joinpath(f"tower_k1e5_euler_f{factor}.csv").read_text(encoding="utf-8")
+    text = recorded_text(MFIX, f"tower_k1e5_euler_f{factor}.csv")
     table: NDArray[np.void] = np.genfromtxt(text.splitlines(), delimiter=",", names=True)
     return table
-
-
-def recorded_towers() -> list[RecordedTower]:
-    """Return the recorded towers, one for each factor and number of particles."""
-    found = []
-    for factor in FACTORS:
-        table, steps = recorded_tower(factor), steps_per_contact(factor, UNDAMPED)
-        for column in (table.dtype.names or ())[1:]:
-            height = int(column.removeprefix("F_top_N")) - 1
-            case = Tower(height=height, stiffness=STIFFNESS, speed=SPEED, law="overlap")
-            step = case.contact_period / steps
-            found.append(RecordedTower(case, factor, step, table["t_s"], table[column]))
-    return found
 
 
 def recorded_checks(towers: list[EngineTower]) -> list[Check]:
@@ -81,26 +50,18 @@ def recorded_checks(towers: list[EngineTower]) -> list[Check]:
 
     What was found is added to ``towers``.
     """
-    rows = []
-    for recorded in recorded_towers():
-        if recorded.factor != FINE:
-            continue
-        case = recorded.case
-        found = EngineTower(
-            NAME,
-            case.height,
-            case.contact_period / recorded.step,
-            float(recorded.force.max()),
-            _exact_peak(recorded),
-            recorded=True,
-        )
-        towers.append(found)
+    factor, rows = FACTORS[-1], []
+    table, steps = recorded_tower(factor), steps_per_contact(factor, UNDAMPED)
+    for column in (table.dtype.names or ())[1:]:
+        case = CASE.replace(height=int(column.removeprefix("F_top_N")) - 1)
+        peak, exact = float(table[column].max()), _exact_peak(case, table["t_s"])
+        towers.append(EngineTower(NAME, case.height, steps, peak, exact, recorded=True))
         rows.append(
             judge(
                 f"{NAME}: tower, n = {case.height}: peak force",
                 Kind.CROSS_CODE,
-                found.peak_force,
-                found.exact_peak_force,
+                peak,
+                exact,
                 replace(tolerances.FINEST, unit="N"),
                 note="largest of the samples, against the exact one at the same times",
             )
@@ -108,14 +69,9 @@ def recorded_checks(towers: list[EngineTower]) -> list[Check]:
     return rows
 
 
-def _exact_peak(recorded: RecordedTower) -> float:
-    times, case = recorded.time, recorded.case
-    run = tower(
-        case,
-        solver="exact",
-        duration=float(times[-1]) / case.contact_time,
-        samples=times.size - 1,
-    )
+def _exact_peak(case: Tower, times: NDArray[np.float64]) -> float:
+    duration = float(times[-1]) / case.contact_time
+    run = tower(case, solver="exact", duration=duration, samples=times.size - 1)
     # the exact run adds samples where contacts change; those are not MFiX's
     at = np.abs(run.time[:, None] - times).argmin(axis=0)
     return float(run.grain_force[at].max())

@@ -53,11 +53,16 @@ def tower_record(run: TowerRun) -> BaselineRecord:
 
     The impulse is NaN where the run shows no window.
     """
+    try:
+        found = impulse(run)
+    except RequestError:
+        found = math.nan
+    series = {"grain_force_N": run.grain_force, "grain_velocity_m_per_s": run.grain_velocity}
     least = LEAST_FORCE * peak_force(run)
     events = contact_events(run, least)
     quantities = {
         "peak_force_N": Quantity(peak_force(run), 0.0, "N"),
-        "impulse_Ns": Quantity(_impulse(run), 0.0, "N s"),
+        "impulse_Ns": Quantity(found, 0.0, "N s"),
         "contact_changes": Quantity(float(len(events)), 0.0, ""),
     }
     if events:
@@ -73,7 +78,7 @@ def tower_record(run: TowerRun) -> BaselineRecord:
         case=NAME,
         label=label(run.tower),
         family=(run.tower.law,),
-        series=_series(run) if run.tower.height in WITH_SERIES else None,
+        series=Series(run.time, series) if run.tower.height in WITH_SERIES else None,
         **made_by(run.provenance, run.solver, __version__),
     )
 
@@ -85,15 +90,11 @@ def ratio_records(
 
     ``who`` is the engine that made the table, None for the exact propagator.
     """
-    chosen = frame[
-        (frame["stiffness_N_per_m"] == RATIO.stiffness)
-        & (frame["speed_m_per_s"] == RATIO.speed)
-        & frame["height"].isin(heights)
-    ]
-    solver = who.engine if who else "exact"
-    records = []
-    for row in chosen.to_dict(orient="records"):
+    solver, records = who.engine if who else "exact", []
+    for row in of_ratio(frame).to_dict(orient="records"):
         case = RATIO.replace(height=int(row["height"]), law=row["law"])
+        if case.height not in heights:
+            continue
         records.append(
             BaselineRecord(
                 name=record_name(case, solver, "impulse-ratio"),
@@ -106,6 +107,12 @@ def ratio_records(
             )
         )
     return records
+
+
+def of_ratio(frame: pd.DataFrame) -> pd.DataFrame:
+    """Return the rows of a table of impulse ratios that are at the run of :data:`RATIO`."""
+    stiffness, speed = frame["stiffness_N_per_m"], frame["speed_m_per_s"]
+    return frame[(stiffness == RATIO.stiffness) & (speed == RATIO.speed)]
 
 
 def force_comparison(name: str, found: SeriesComparison, band: float) -> Comparison:
@@ -121,18 +128,4 @@ def force_comparison(name: str, found: SeriesComparison, band: float) -> Compari
         band=band,
         run_label=found.run.solver,
         reference_label=found.reference.solver,
-    )
-
-
-def _impulse(run: TowerRun) -> float:
-    try:
-        return impulse(run)
-    except RequestError:
-        return math.nan
-
-
-def _series(run: TowerRun) -> Series:
-    return Series(
-        run.time,
-        {"grain_force_N": run.grain_force, "grain_velocity_m_per_s": run.grain_velocity},
     )

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack
-from typing import TYPE_CHECKING
+from contextlib import nullcontext
+from typing import TYPE_CHECKING, TypedDict, Unpack
 
+from harness.cases.runs import whole
 from harness.cases.tower.engine_runs import run_towers
-from harness.errors import EngineError, RequestError
+from harness.engines.registry import ENGINES, open_engine
+from harness.errors import RequestError
 from harness.observables.tower import TowerRun
 from harness.observables.windows import SEARCH, Window, touch_time, window_end
 from harness.parameters.tower import Tower
@@ -20,19 +22,22 @@ MARGIN = 1.001  # the longer run has another step, and finds the end of its wind
 if TYPE_CHECKING:
     from harness.engines.contract import Engine
 
+
+class Options(TypedDict, total=False):
+    """How a tower is run: keywords of :func:`tower`."""
+
+    solver: str | None
+    duration: float
+    steps_per_contact: float | None
+    samples: int | None
+    profiles: bool
+    engine: Engine | None
+
+
 Solver = Callable[[Tower, float, float | None, int | None, bool], TowerRun]
 
 
-def tower(
-    case: Tower,
-    *,
-    solver: str | None = None,
-    duration: float = DURATION,
-    steps_per_contact: float | None = None,
-    samples: int | None = None,
-    profiles: bool = False,
-    engine: Engine | None = None,
-) -> TowerRun:
+def tower(case: Tower, **options: Unpack[Options]) -> TowerRun:
     """Run ``case`` for ``duration`` [t0] with a solver of :data:`SOLVERS`, or in an engine.
 
     ``engine`` runs it where it is given; the name of an engine for ``solver`` opens that one and
@@ -41,15 +46,7 @@ def tower(
     ``profiles`` all particles are kept, not only the grain. Raise RequestError for what cannot be,
     a solver that is not the given engine among it, and EngineError for a run that failed.
     """
-    (run,) = towers(
-        [case],
-        solver=solver,
-        duration=duration,
-        steps_per_contact=steps_per_contact,
-        samples=samples,
-        profiles=profiles,
-        engine=engine,
-    )
+    (run,) = towers([case], **options)
     return run
 
 
@@ -72,23 +69,16 @@ def towers(
             seconds = duration * case.contact_time
             yield SOLVERS[name](case, seconds, steps_per_contact, samples, profiles)
         return
-    with ExitStack() as stack:
-        if engine is None:
-            from harness.engines.registry import open_engine
-
-            engine = stack.enter_context(open_engine(name))
+    with nullcontext(engine) if engine is not None else open_engine(name) as opened:
         runs = run_towers(
-            engine,
+            opened,
             cases,
             duration,
             steps_per_contact=steps_per_contact,
             samples=samples,
             profiles=profiles,
         )
-    for run in runs:
-        if isinstance(run, EngineError):
-            raise run
-        yield run
+    yield from map(whole, runs)
 
 
 def chosen_solver(solver: str | None, engine: Engine | None) -> str:
@@ -105,8 +95,6 @@ def chosen_solver(solver: str | None, engine: Engine | None) -> str:
         return engine.name
     if solver is None or solver in SOLVERS:
         return solver or DEFAULT_SOLVER
-    from harness.engines.registry import ENGINES
-
     if solver not in ENGINES:
         known = ", ".join((*SOLVERS, *ENGINES))
         raise RequestError(f"solver = {solver!r}: must be one of {known}")
@@ -120,11 +108,11 @@ def covering(run: TowerRun, window: Window, engine: Engine | None = None) -> Tow
     later. ``engine`` is the one that made the run, if one did. Raise RequestError if the tower
     does not show that window.
     """
-    t0, whole = run.tower.contact_time, run
-    if whole.time[-1] < (touch_time(run) + SEARCH * t0) * (1 - 1e-9):
-        whole = _longer(run, touch_time(run) / t0 + SEARCH, engine)
-    end = max(window_end(whole, window), window_end(whole, "turnaround"))
-    return whole if end <= whole.time[-1] else _longer(run, end / t0 * MARGIN, engine)
+    t0, long = run.tower.contact_time, run
+    if long.time[-1] < (touch_time(run) + SEARCH * t0) * (1 - 1e-9):
+        long = _longer(run, touch_time(run) / t0 + SEARCH, engine)
+    end = max(window_end(long, one) for one in {window, "turnaround"})
+    return long if end <= long.time[-1] else _longer(run, end / t0 * MARGIN, engine)
 
 
 def _longer(run: TowerRun, duration: float, engine: Engine | None) -> TowerRun:

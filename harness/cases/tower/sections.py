@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 from harness.cases.tower.evidence import CodeEvidence, OwnEvidence
 from harness.cases.tower.gallery import drawings
-from harness.cases.tower.records import RATIO
+from harness.cases.tower.records import RATIO, of_ratio
 from harness.report.figures.style import power
 from harness.report.sections import Drawing, Section, Table
 
@@ -61,8 +61,7 @@ def laws_table(own: OwnEvidence) -> Table:
     assert own.impulses is not None
     frame = own.impulses
     forces = {c.run.tower.height: c.force for c in own.different_law}
-    stiffness, speed = RATIO.each("stiffness")[0], RATIO.speed
-    one_run = frame[(frame["stiffness_N_per_m"] == stiffness) & (frame["speed_m_per_s"] == speed)]
+    stiffness, speed, one_run = RATIO.each("stiffness")[0], RATIO.speed, of_ratio(frame)
     rows = []
     for row in (
         one_run[one_run["height"].isin(LAWS_HEIGHTS)]

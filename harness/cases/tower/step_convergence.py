@@ -31,10 +31,6 @@ class Order:
     value: float
     interval: tuple[float, float]
 
-    def holds(self, expected: float) -> bool:
-        """Return whether the interval holds ``expected``."""
-        return self.interval[0] <= expected <= self.interval[1]
-
 
 @dataclass(frozen=True)
 class StepConvergence:

@@ -70,7 +70,7 @@ def velocity_series(
 
 def recorded_motions() -> dict[tuple[int, float], Trajectory]:
     """Return MFiX's paths by (its steps per contact time, angle [deg]), k = 1e6 N/m."""
-    return {path: recorded_path(*path).trajectory for path in PATHS}
+    return {path: recorded_path(*path) for path in PATHS}
 
 
 def as_series(motions: Mapping[tuple[int, float], Trajectory]) -> list[VelocitySeries]:

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from harness.cases.contract import Study
-from harness.cases.incline import checks, invariance
+from harness.cases.incline import checks, single_runs
 from harness.cases.incline.case import CASE
 from harness.cases.incline.evidence import InclineEvidence, Verifying
-from harness.cases.incline.recursion import RECURSION_CASE, recursion
 from harness.cases.incline.reference_checks import against_the_reference
+from harness.cases.incline.single_runs import RECURSION_CASE, recursion
 from harness.comparison.findings import Findings
 from harness.comparison.verdicts import Kind, Verdict
 from harness.engines.reference.engine import Reference
@@ -88,7 +88,7 @@ def test_a_part_that_raises_anything_at_all_is_a_failed_row(monkeypatch):
         raise IndexError("list index out of range")
 
     monkeypatch.setattr(checks, "recursion", broken)
-    monkeypatch.setattr(invariance, "critical_angle", broken)
+    monkeypatch.setattr(single_runs, "critical_angle", broken)
     found = CASE.verify(Twin(), Study("quick"))
     rows = {check.name: check for check in found.checks if check.verdict is Verdict.FAIL}
     assert set(rows) == {"incline: energy after each shock", "incline: scale invariance"}
@@ -225,7 +225,7 @@ def test_a_twin_is_held_against_the_engine_and_closed():
         def twin(self):
             return Executable(lambda values: {**values, "steps_per_contact": 51.0})
 
-    (row,) = invariance.two_ways(verifying(Both()))
+    (row,) = single_runs.two_ways(verifying(Both()))
     assert row.verdict is Verdict.FAIL
     assert Executable.closed
 
@@ -233,14 +233,14 @@ def test_a_twin_is_held_against_the_engine_and_closed():
         def twin(self):
             raise EngineMissingError("no executable beside the library")
 
-    (row,) = invariance.two_ways(verifying(Absent()))
+    (row,) = single_runs.two_ways(verifying(Absent()))
     assert row.verdict is Verdict.NOT_TESTED
     assert "no executable" in row.note
 
 
 @pytest.mark.live
 def test_lammps_is_the_committed_baseline_to_the_last_bit_in_its_passages():
-    from harness.cases.incline.passages import passages
+    from harness.cases.incline.single_runs import passages
     from harness.engines.registry import open_engine
     from harness.store.baseline import read_baseline
 

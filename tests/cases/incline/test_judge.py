@@ -5,11 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from harness.cases.incline.given_start import follow
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import Motion
 from harness.cases.incline.routes import start_of
-from harness.cases.incline.runs import measured, read
+from harness.cases.incline.runs import follow, measured, read
 from harness.engines.output import Output
 from harness.engines.reference.engine import Reference
 from harness.errors import EngineNaNError, EngineOutputError

@@ -7,17 +7,18 @@ import pytest
 
 from harness.cases.contract import Study
 from harness.cases.incline.case import CASE
-from harness.cases.incline.given_start import follow, steady_runs
 from harness.cases.incline.recorded import (
     CONTACT,
     PATHS,
     START_SPEED,
+    STIFFNESS,
     case_at,
     recorded_angles,
     recorded_path,
 )
 from harness.cases.incline.result import Motion
 from harness.cases.incline.routes import start_in_well
+from harness.cases.incline.runs import follow, steady_runs
 from harness.cases.incline.steady import critical_angle_by_steady_motion
 from harness.comparison.verdicts import Verdict
 from harness.engines.reference.engine import Reference
@@ -48,10 +49,10 @@ def test_nothing_recorded_stands_in_for_an_engine_that_is_here_or_was_not_asked_
     assert CASE.recorded(Study()) == {}
 
 
-def path_of(recorded, seconds, integrator="mfix-euler"):
-    every = 20 * recorded.factor // 50
-    start = start_in_well(recorded.case, START_SPEED)
-    return follow(Reference(integrator), recorded.case, start, seconds, every=every)
+def path_of(factor, angle, seconds, integrator="mfix-euler"):
+    case, every = case_at(angle, STIFFNESS, factor), 20 * factor // 50
+    start = start_in_well(case, START_SPEED)
+    return follow(Reference(integrator), case, start, seconds, every=every)
 
 
 def test_the_step_is_a_factor_th_of_the_damped_contact_time_of_half_the_mass():
@@ -66,8 +67,7 @@ def test_the_step_is_a_factor_th_of_the_damped_contact_time_of_half_the_mass():
 @pytest.mark.parametrize(("factor", "angle"), PATHS)
 def test_the_path_is_recorded_to_its_last_digit_for_four_wells(factor, angle):
     """To 6 s, that is over four wells; each slow crest then multiplies what the digits hide."""
-    recorded = recorded_path(factor, angle)
-    path, own = recorded.trajectory, path_of(recorded, 6.0)
+    path, own = recorded_path(factor, angle), path_of(factor, angle, 6.0)
     rows = len(own.time_s)
     assert np.abs(own.time_s - path.time_s[:rows]).max() < 5e-5
     # the times, too, have six digits: the row's place is known to its speed times half of one
@@ -77,9 +77,8 @@ def test_the_path_is_recorded_to_its_last_digit_for_four_wells(factor, angle):
 
 
 def test_another_scheme_does_not_give_the_recorded_path():
-    recorded = recorded_path(50, 10.20)
-    other = path_of(recorded, 6.0, "velocity-verlet")
-    apart = np.abs(other.x_m - recorded.trajectory.x_m[: len(other.x_m)]).max()
+    recorded, other = recorded_path(50, 10.20), path_of(50, 10.20, 6.0, "velocity-verlet")
+    apart = np.abs(other.x_m - recorded.x_m[: len(other.x_m)]).max()
     assert apart > 100 * HALF_DIGIT
 
 

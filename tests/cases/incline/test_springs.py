@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from harness.cases.incline.given_start import follow
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import Motion
 from harness.cases.incline.routes import (
@@ -19,7 +18,7 @@ from harness.cases.incline.routes import (
     settled_place,
     start_of,
 )
-from harness.cases.incline.runs import measured
+from harness.cases.incline.runs import follow, measured
 from harness.cases.incline.springs import spring_of
 from harness.cases.incline.template import scene_of, values_of
 from harness.engines.reference.engine import Reference

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from functools import cache
 
@@ -50,7 +49,6 @@ def test_a_run_equals_itself():
     assert (found.force.peak, found.force.l2, found.velocity.peak) == (0, 0, 0)
     assert found.divergence_time is None
     assert found.events == ()
-    assert found.same_law
 
 
 def test_known_differences_at_shared_times():
@@ -63,7 +61,6 @@ def test_known_differences_at_shared_times():
     assert found.force.l2 == pytest.approx(5e-3, rel=1e-6)
     assert found.velocity.peak == pytest.approx(5e-3)
     assert found.force.interpolation_error == 0
-    np.testing.assert_allclose(found.velocity_difference, -5e-3)
 
 
 def test_l2_is_the_mean_over_time_not_over_samples():
@@ -73,10 +70,11 @@ def test_l2_is_the_mean_over_time_not_over_samples():
 
 
 def test_time_of_divergence():
-    run = synthetic(force=lambda t: wave(t) + np.where(t > 0.3 * END, 1e4 * (t - 0.3 * END), 0))
-    found = compare(run, synthetic(), divergence=0.0201)
-    assert found.divergence_time == pytest.approx(0.3 * END + 20.1 / 1e4, abs=END / 200)
-    assert compare(run, synthetic(), divergence=0.1).divergence_time is None
+    run = synthetic(force=lambda t: wave(t) + np.where(t > 0.3 * END, 1.3e4 * (t - 0.3 * END), 0))
+    found = compare(run, synthetic())
+    assert found.divergence_time == pytest.approx(0.3 * END + 1.0 / 1.3e4, abs=END / 200)
+    close = synthetic(force=lambda t: wave(t) + 0.9)
+    assert compare(close, synthetic()).divergence_time is None
 
 
 def test_times_equal_to_round_off_are_not_interpolated():
@@ -110,14 +108,13 @@ def test_kinks_at_changes_of_contacts_are_not_interpolated_across():
     assert blind.force.peak > 1e-4
 
 
-def test_samples_in_an_interval_with_a_change_are_left_out_and_counted():
+def test_samples_in_an_interval_with_a_change_are_left_out():
     fine = np.linspace(0, END, 1001)
     at = 0.5 * (fine[600] + fine[601])
     coarse = np.sort(np.append(np.linspace(0, END, 98), at))
     found = compare(
         synthetic(coarse, contacts=switches(at)), synthetic(fine, contacts=switches(at))
     )
-    assert found.left_out == 1
     assert at not in found.time
 
 
@@ -162,9 +159,6 @@ def test_a_dropped_contact_is_listed():
         (pytest.approx(0.006), None),
         (pytest.approx(0.009), None),
     ]
-    table = found.frame()
-    assert table["matched"].tolist() == [True, True, False, False]
-    assert table["time_s"].isna().tolist() == [False, False, True, True]
 
 
 def test_a_grazing_contact_moves_no_other_pair():
@@ -175,7 +169,6 @@ def test_a_grazing_contact_moves_no_other_pair():
     found = compare(run, synthetic(time, contacts=switches(*times)))
     assert len(found.events) == 6
     assert len(found.unmatched) == 2
-    assert all(pair.grazing for pair in found.unmatched)
     assert found.largest_event_difference <= 0.00003
 
 
@@ -246,13 +239,6 @@ def test_far_events_are_not_the_same():
     assert [pair.matched for pair in found.events] == [False, False]
 
 
-def test_record_is_json():
-    run = synthetic(contacts=switches(0.002))
-    for pair in ((run, run), (run, synthetic()), (synthetic(), synthetic())):
-        record = compare(*pair).record()
-        assert json.loads(json.dumps(record, allow_nan=False)) == record
-
-
 @pytest.mark.parametrize("name", ["time", "grain_force", "grain_velocity", "contacts"])
 @pytest.mark.parametrize("value", [np.nan, np.inf])
 def test_what_is_not_finite_is_refused(name, value):
@@ -275,7 +261,7 @@ def test_other_cases_are_refused(change):
 
 def test_other_laws_are_compared_on_request():
     other = synthetic(tower=TOWER.model_copy(update={"law": "deformable"}))
-    assert not compare(other, synthetic(), across_laws=True).same_law
+    assert compare(other, synthetic(), across_laws=True).force.peak == 0.0
 
 
 @pytest.mark.parametrize(
@@ -285,8 +271,6 @@ def test_other_laws_are_compared_on_request():
         ((synthetic(np.linspace(1, 2, 50)), synthetic()), {}, "series incomplete"),
         ((synthetic(np.linspace(END, 0, 50)), synthetic()), {}, "must rise"),
         ((synthetic(np.linspace(1e-3, 9e-3, 3)), synthetic(np.linspace(0, END, 4))), {}, "too few"),
-        ((synthetic(), synthetic()), {"divergence": 0.0}, "divergence = 0.0"),
-        ((synthetic(), synthetic()), {"near": np.nan}, "near = nan"),
         ((synthetic(), synthetic()), {"least_force": -1.0}, "least_force = -1.0"),
         ((synthetic(), synthetic()), {"least_force": 1e-6}, "needs profiles"),
     ],

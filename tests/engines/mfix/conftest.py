@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from harness.cases.incline.given_start import scene_from
+from harness.cases.incline.runs import scene_from
 from harness.engines.mfix.engine import Mfix
 from harness.engines.mfix.system import system_of
 from harness.engines.process import Limits

@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from harness.cases.incline.given_start import follow
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.routes import Start
+from harness.cases.incline.runs import follow
 from harness.engines.reference.engine import Reference
 from harness.parameters.contact import Contact
 

@@ -10,11 +10,10 @@ from harness.cases.drop.parameters import Drop
 from harness.cases.drop.template import scene_of as drop_scene
 from harness.cases.drop.template import values_of as drop_values
 from harness.cases.incline.critical_angles import critical_angle
-from harness.cases.incline.given_start import follow, scene_from
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import Motion
 from harness.cases.incline.routes import Start, start_in_well
-from harness.cases.incline.runs import run_inclines
+from harness.cases.incline.runs import follow, run_inclines, scene_from
 from harness.cases.incline.template import scene_of, values_of
 from harness.cases.tower import template as tower
 from harness.cases.tower.timing import plan

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from harness.cases.incline.critical_angles import critical_angle
-from harness.cases.incline.given_start import follow
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.routes import Start, energy
-from harness.cases.incline.runs import run_inclines
+from harness.cases.incline.runs import follow, run_inclines
 from harness.comparison.convergence import slope_order
 from harness.engines.reference.engine import Reference
 from harness.errors import RequestError

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from harness.cases.incline.given_start import follow
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.routes import Start, energy
+from harness.cases.incline.runs import follow
 from harness.comparison.convergence import slope_order
 from harness.engines.reference.engine import FIXED_STEP, Reference
 from harness.engines.reference.row import Grain

@@ -7,10 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from harness.cases.incline.given_start import follow
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.routes import Start, crest_energy, energy, start_behind_crest
-from harness.cases.incline.runs import run_inclines
+from harness.cases.incline.runs import follow, run_inclines
 from harness.engines.reference.engine import INTEGRATORS, Reference
 from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE
 

@@ -5,10 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from harness.cases.incline.given_start import follow
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.routes import start_in_well
-from harness.cases.incline.runs import run_inclines
+from harness.cases.incline.runs import follow, run_inclines
 from harness.engines.reference import mfix_adams_bashforth, mfix_euler, rk4, velocity_verlet
 from harness.engines.reference.engine import FIXED_STEP, INTEGRATORS, Reference
 from harness.engines.reference.row import Grain, Row

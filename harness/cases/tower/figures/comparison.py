@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from harness.cases.tower.comparison import SeriesComparison
+from harness.cases.tower.comparison import DIVERGENCE, SeriesComparison
 from harness.cases.tower.figures.runs import FELT, TIME
 from harness.cases.tower.step_convergence import Order, StepConvergence
 from harness.observables.significant_contacts import significant_contacts
@@ -143,4 +143,4 @@ def _code(run: TowerRun) -> str:
 def _parted(found: SeriesComparison) -> str:
     assert found.divergence_time is not None
     at = found.divergence_time / found.reference.tower.contact_time
-    return f"parted by {found.divergence:g} at {at:.2g} t0"
+    return f"parted by {DIVERGENCE:g} at {at:.2g} t0"
