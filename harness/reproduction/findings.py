@@ -10,8 +10,7 @@ import pandas as pd
 from harness.cases.incline.critical_angle import CriticalAngle
 from harness.cases.incline.critical_angles import critical_angle
 from harness.cases.incline.parameters import Incline
-from harness.cases.incline.recorded import case_at, recorded_angles
-from harness.cases.incline.recorded_checks import EULER, angle_in_scheme
+from harness.cases.incline.recorded import EULER, angle_in_scheme, case_at, recorded_angles
 from harness.cases.tower.impulse_angles import impulse_angles
 from harness.engines.contract import Engine
 from harness.engines.reference.engine import Reference

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from harness.cases.grain import path_in
-from harness.cases.incline.recorded import START_SPEED, recorded_path
+from harness.cases.incline.recorded import START_SPEED, STIFFNESS, case_at, recorded_path
 from harness.cases.incline.routes import start_in_well
 from harness.engines.mfix.read import path_table
 from harness.engines.mfix.vtp import read_frame, read_frames
@@ -25,7 +25,7 @@ def recorded():
 @pytest.fixture
 def stated(recorded, incline_of):
     """Return the recorded run as a scene and as MFiX's system."""
-    case = recorded.case
+    case = case_at(10.20, STIFFNESS, 50)
     return incline_of(case, start_in_well(case, START_SPEED), 8, 45.0, 20)
 
 
@@ -47,7 +47,7 @@ def written(recorded, system, write_vtp, tmp_path):
 
     The first frame has the whole row; later ones have a stranger before the grain or after.
     """
-    path, (x0, y0) = recorded.trajectory, system.origin
+    path, (x0, y0) = recorded, system.origin
     for row in range(ROWS):
         place = (x0 + path.x_m[row], y0 + path.y_m[row], 0.0)
         velocity = (path.vx_m_per_s[row], path.vy_m_per_s[row], 0.0)
@@ -69,7 +69,7 @@ def written(recorded, system, write_vtp, tmp_path):
 
 
 def test_the_path_that_was_written_is_read_by_its_global_id(read_path, recorded, system, written):
-    path, expected = read_path(read_frames(written, "GRAIN")), recorded.trajectory
+    path, expected = read_path(read_frames(written, "GRAIN")), recorded
     assert path.time_s == pytest.approx(20 * system.step * np.arange(ROWS), rel=1e-14)
     for name, size in (("x_m", 15.0), ("y_m", 2.0), ("vx_m_per_s", 2.0), ("vy_m_per_s", 2.0)):
         apart = np.abs(getattr(path, name) - getattr(expected, name)[:ROWS]).max()
