@@ -23,7 +23,7 @@ def recorded():
 
 
 @pytest.fixture
-def stated(recorded, incline_of):
+def stated(incline_of):
     """Return the recorded run as a scene and as MFiX's system."""
     case = case_at(10.20, STIFFNESS, 50)
     return incline_of(case, start_in_well(case, START_SPEED), 8, 45.0, 20)
