@@ -11,6 +11,9 @@ from harness.engines.contract import Engine
 from harness.errors import EngineError
 from harness.observables.trajectory import Trajectory
 
+ANGLES_DEG = (10.20, 10.22)
+"""A hundredth of a degree either side of the source's 10.21 deg: trapped, and moving."""
+
 
 def sampled(
     engine: Engine, cases: Sequence[Incline], every: int

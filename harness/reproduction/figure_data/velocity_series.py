@@ -15,11 +15,8 @@ from harness.engines.contract import Engine
 from harness.errors import EngineError
 from harness.observables.trajectory import Trajectory
 from harness.reproduction.claims import Fact, Statement, claim_of_facts, untestable
-from harness.reproduction.incline_runs import sampled
+from harness.reproduction.incline_runs import ANGLES_DEG, sampled
 from harness.theory.critical_angle import critical_angle
-
-ANGLES_DEG = (10.20, 10.22)
-"""A hundredth of a degree either side of the source's 10.21 deg."""
 
 _EVERY = 200  # steps between samples: 0.013 s, as the recorded runs
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from harness.reproduction.movies.frames import InclineMotion, Motions, RowMotion
-    from harness.reproduction.movies.stage import Image
+    from harness.reproduction.movies.stage import Scene
 
 
 @dataclass(frozen=True)
@@ -26,21 +26,6 @@ class Film:
     dump: bytes
 
 
-class Scene(Protocol):
-    """Draws the frames of one motion."""
-
-    @property
-    def frames(self) -> int:
-        """Return the number of frames."""
-
-    @property
-    def poster_frame(self) -> int:
-        """Return the frame to show where nothing moves."""
-
-    def picture(self, frame: int) -> Image:
-        """Return one frame (height, width, 3)."""
-
-
 def films(motions: Motions) -> list[Film]:
     """Return a film of each motion that there is."""
     from harness.reproduction.movies.dump import incline_dump, row_dump
@@ -48,22 +33,17 @@ def films(motions: Motions) -> list[Film]:
     from harness.reproduction.movies.row_collision import RowCollision
     from harness.reproduction.movies.tower_shock import TowerShock
 
-    made = [
-        _film(motion, RowCollision(motion), row_dump(motion))
-        for motion in (motions.pair, motions.triple)
-    ]
-    if motions.incline is not None:
-        made.append(
-            _film(motions.incline, InclineGrain(motions.incline), incline_dump(motions.incline))
-        )
-    made.append(_film(motions.tower, TowerShock(motions.tower), row_dump(motions.tower)))
-    return made
+    rows = [_film(RowCollision(one), row_dump(one)) for one in (motions.pair, motions.triple)]
+    incline = motions.incline
+    inclines = [_film(InclineGrain(incline), incline_dump(incline))] if incline else []
+    return [*rows, *inclines, _film(TowerShock(motions.tower), row_dump(motions.tower))]
 
 
-def _film(motion: RowMotion | InclineMotion, scene: Scene, dump: bytes) -> Film:
+def _film(scene: Scene[Any], dump: bytes) -> Film:
     from harness.reproduction.movies.gif import FRAME_MS, gif
     from harness.reproduction.movies.stage import png
 
+    motion: RowMotion | InclineMotion = scene.motion
     speed = 1e3 * float(motion.time[1] - motion.time[0]) / FRAME_MS
     pace = f"{speed:.2g} times as fast" if speed > 1 else f"{1 / speed:.0f} times slowed down"
     return Film(

@@ -13,30 +13,25 @@ from numpy.typing import NDArray
 
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import InclineRun
+from harness.cases.tower.chain_evidence import PAIR
 from harness.cases.tower.run import tower
 from harness.chain.sweeps import compressions
 from harness.engines.contract import Engine
 from harness.errors import EngineError
-from harness.observables.tower import TowerRun
+from harness.observables.significant_contacts import SIGNIFICANT_FORCE
+from harness.observables.tower import Profiles, TowerRun
 from harness.parameters.tower import Tower
-from harness.reproduction.incline_runs import sampled
+from harness.reproduction.incline_runs import ANGLES_DEG, sampled
 from harness.reproduction.movies.frames import InclineMotion, Motions, RowMotion
 from harness.theory.critical_angle import critical_angle
 from harness.workflows.progress import Progress, silent
 
 Floats = NDArray[np.float64]
 
-FREE = Tower(height=1, base="free", gravity=0.0)
-NEAR_CRITICAL_DEG = (10.20, 10.22)
-"""The two angles of the source's velocity figure: trapped and moving."""
-
-STAGE = "movies"
 _SAMPLES_PER_FRAME = 40
 _WIDEST = 0.32
 """The largest deformation is drawn as about this part of a diameter."""
 _INCLINE_FRAMES = 150
-FELT_FORCE = 1e-6
-"""A contact presses from this part of the peak force on; below it there is only rounding."""
 
 
 def motions(engine: Engine | None, progress: Progress = silent) -> Motions:
@@ -44,24 +39,24 @@ def motions(engine: Engine | None, progress: Progress = silent) -> Motions:
 
     Without an engine, or where it fails, the inclines are missing, with the reason.
     """
-    progress(STAGE, 0, 4)
+    progress("movies", 0, 4)
     pair = row_motion(
-        "two-particles", "Two deformable particles collide", FREE,
+        "two-particles", "Two deformable particles collide", PAIR,
         lead=0.35, duration=1.15, frames_per_t0=44,
     )  # fmt: skip
-    progress(STAGE, 1, 4)
+    progress("movies", 1, 4)
     triple = row_motion(
-        "three-particles", "A deformable particle runs into two at rest", FREE.replace(height=2),
+        "three-particles", "A deformable particle runs into two at rest", PAIR.replace(height=2),
         lead=0.35, duration=1.75, frames_per_t0=44,
     )  # fmt: skip
-    progress(STAGE, 2, 4)
+    progress("movies", 2, 4)
     shock = row_motion(
         "shock-down-the-tower", "A shock runs down a tower of 20", Tower(height=19),
         lead=0.5, duration=9.5, frames_per_t0=14,
     )  # fmt: skip
-    progress(STAGE, 3, 4)
+    progress("movies", 3, 4)
     incline, missing = _incline(engine)
-    progress(STAGE, 4, 4)
+    progress("movies", 4, 4)
     return Motions(pair, triple, shock, incline, missing)
 
 
@@ -90,17 +85,16 @@ def row_motion(
     displacement = np.vstack([np.column_stack([flight, still]), run.profiles.displacements[rows]])
     diameter = case.each("diameter")[0]
     touching = diameter * np.arange(case.particles)
-    compression = np.array([compressions(touching + row, diameter) for row in displacement])
     return RowMotion(
         name=name,
         title=title,
-        sentence=_SENTENCES[name](run),
+        sentence=SENTENCES[name](run),
         run=run,
         exaggeration=_exaggeration(run),
         time=np.concatenate([approach, run.time[rows]]),
         displacement=displacement,
         velocity=np.vstack([np.column_stack([falling, still]), run.profiles.velocities[rows]]),
-        compression=compression,
+        compression=np.array([compressions(touching + row, diameter) for row in displacement]),
     )
 
 
@@ -115,12 +109,11 @@ def _incline(engine: Engine | None) -> tuple[InclineMotion | None, str]:
     """Return the grain below and above the critical angle, or the reason why not."""
     if engine is None:
         return None, "no engine"
-    cases = [Incline(angle=angle) for angle in NEAR_CRITICAL_DEG]
+    cases = [Incline(angle=angle) for angle in ANGLES_DEG]
     try:
         below, above = (run for run, _ in sampled(engine, cases, 50))
     except EngineError as error:
         return None, f"{error.kind}: {error}"
-    end = max(below.time_s, above.time_s)
     return (
         InclineMotion(
             name="below-and-above-the-critical-angle",
@@ -128,7 +121,7 @@ def _incline(engine: Engine | None) -> tuple[InclineMotion | None, str]:
             sentence=incline_sentence(below, above),
             below=below,
             above=above,
-            time=np.linspace(0.0, end, _INCLINE_FRAMES),
+            time=np.linspace(0.0, max(below.time_s, above.time_s), _INCLINE_FRAMES),
         ),
         "",
     )
@@ -139,9 +132,8 @@ def contact_changes(run: TowerRun) -> list[tuple[float, tuple[int, ...]]]:
 
     Contacts count from 1, the grain's. Needs profiles; the times are as good as the samples.
     """
-    if run.profiles is None:
-        raise ValueError("run without profiles: no contact forces")
-    pressing = run.profiles.forces > FELT_FORCE * run.profiles.forces.max()
+    forces = _profiles(run).forces
+    pressing = forces > SIGNIFICANT_FORCE * forces.max()
     rows = 1 + np.flatnonzero((pressing[1:] != pressing[:-1]).any(axis=1))
     return [
         (float(run.time_over_t0[row]), tuple(int(i) + 1 for i in np.flatnonzero(pressing[row])))
@@ -172,9 +164,7 @@ def triple_sentence(run: TowerRun) -> str:
 
 def tower_sentence(run: TowerRun) -> str:
     """Say when the shock is at the base, how many contacts carry it, and how strong it is."""
-    if run.profiles is None:
-        raise ValueError("run without profiles: no contact forces")
-    forces, n = run.profiles.forces, run.tower.height
+    forces, n = _profiles(run).forces, run.tower.height
     at_base = forces.argmax(axis=1) == n - 1
     if not at_base.any():
         return "The shock does not reach the base."
@@ -193,20 +183,18 @@ def tower_sentence(run: TowerRun) -> str:
 def incline_sentence(below: InclineRun, above: InclineRun) -> str:
     """Say how far the grain comes at either angle."""
     assert below.trajectory is not None
-    closed = critical_angle()
-    diameter = below.case.diameter
+    gone = below.trajectory.x_m[-1] / below.case.diameter
     return (
-        f"The closed form has the critical angle at {closed:.4f} deg. {_fate(below)}; "
-        f"its path ends where it turns back, at {below.trajectory.x_m[-1] / diameter:.2f} "
-        f"diameters. {_fate(above)}."
+        f"The closed form has the critical angle at {critical_angle():.4f} deg. {_fate(below)}; "
+        f"its path ends where it turns back, at {gone:.2f} diameters. {_fate(above)}."
     )
 
 
 def _fate(run: InclineRun) -> str:
     """Say what became of a grain: ``At 10.20 deg it is trapped after 6 crests (14.8 s)``."""
     words = {"moves_on": "moves on over", "trapped": "is trapped after"}
-    crests = len(run.crests.time_s)
     fate = words.get(run.motion.value, "is undecided after")
+    crests = len(run.crests.time_s)
     return f"At {run.case.angle:.2f} deg it {fate} {crests} crests ({run.time_s:.1f} s)"
 
 
@@ -215,7 +203,13 @@ def _velocities(run: TowerRun) -> str:
     return ", ".join(f"{round(v, 2) + 0.0:.2f}" for v in run.final_velocity)
 
 
-_SENTENCES = {
+def _profiles(run: TowerRun) -> Profiles:
+    if run.profiles is None:
+        raise ValueError("run without profiles: no contact forces")
+    return run.profiles
+
+
+SENTENCES = {
     "two-particles": pair_sentence,
     "three-particles": triple_sentence,
     "shock-down-the-tower": tower_sentence,

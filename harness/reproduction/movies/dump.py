@@ -9,12 +9,11 @@ from __future__ import annotations
 
 import gzip
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from harness.cases.incline.result import InclineRun
 from harness.reproduction.movies.frames import InclineMotion, RowMotion
 
 Floats = NDArray[np.float64]
@@ -36,14 +35,30 @@ def row_dump(motion: RowMotion) -> bytes:
     the run: velocities, net contact forces, ``v_displacement`` and
     ``v_deformation`` [m], and ``v_contact_force`` [N] with the next particle.
     """
-    down = motion.run.tower.gravity > 0
-    frames = range(motion.time.size)
+    tower, n = motion.run.tower, motion.run.tower.particles
+    down = tower.gravity > 0
+    sign, axis = (-1.0, "z") if down else (1.0, "x")
+    diameter = np.array(tower.each("diameter"))
     centres, widths = motion.drawn_centres, motion.drawn_widths
+    force = np.pad(motion.force, ((0, 0), (1, 1)))
+    columns: dict[str, ArrayLike] = dict.fromkeys(ROW_COLUMNS, 0.0)
+    columns |= dict.fromkeys(("shapex", "shapey", "shapez"), diameter)
+    columns |= {
+        "id": np.arange(1, n + 1),
+        "type": [1.0] + [2.0] * (n - 2) + [3.0 if tower.base == "fixed" else 2.0],
+        "radius": diameter / 2,
+        f"shape{axis}": widths,
+        axis: sign * centres,
+        f"v{axis}": sign * motion.velocity,
+        f"f{axis}": sign * (force[:, :-1] - force[:, 1:]),
+        "v_displacement": motion.displacement,
+        "v_deformation": motion.deformation,
+        "v_contact_force": force[:, 1:],
+    }
     low, high = float((centres - widths).min()), float((centres + widths).max())
     along, across = ((-high, -low) if down else (low, high)), (-1.0, 1.0)
     bounds = (across, across, along) if down else (along, across, across)
-    tables = (_row_table(motion, frame, down) for frame in frames)
-    return _zipped(ROW_COLUMNS, motion.time, tables, bounds)
+    return _zipped(motion.time, n, columns, bounds)
 
 
 def incline_dump(motion: InclineMotion) -> bytes:
@@ -52,86 +67,60 @@ def incline_dump(motion: InclineMotion) -> bytes:
     Molecule 1 is the row below the critical angle, 2 the one above it, 3 diameters
     aside; type 1 are fixed spheres, 2 is the grain. Gravity is tilted.
     """
-    frames = range(motion.time.size)
     d = motion.below.case.diameter
-    ends = [motion.path(run) for run in motion.runs]
-    spheres = int(max(float(path.x_m.max()) for path in ends) / d) + 2
+    paths = [motion.path(run) for run in motion.runs]
+    spheres = int(max(float(path.x_m.max()) for path in paths) / d) + 2
+    lane = np.repeat([0, 1], spheres + 1)  # the grain is the last of each
+    grains = [spheres, 2 * spheres + 1]
+    columns = {name: np.zeros((motion.time.size, lane.size)) for name in INCLINE_COLUMNS}
+    columns["id"][:] = np.arange(1, lane.size + 1)
+    columns["type"][:] = np.isin(np.arange(lane.size), grains) + 1
+    columns["mol"][:] = lane + 1
+    columns["x"][:] = d * (np.arange(lane.size) % (spheres + 1))
+    columns["y"][:] = _LANE * d * (1 - lane)
+    columns["radius"][:] = d / 2
+    for grain, path in zip(grains, paths, strict=True):
+        columns["x"][:, grain] = path.x_m
+        columns["y"][:, grain] += path.y_m
+        columns["vx"][:, grain] = path.vx_m_per_s
+        columns["vy"][:, grain] = path.vy_m_per_s
     bounds = ((-d, spheres * d), (-d, (_LANE + 2) * d), (-d, d))
-    lanes = [_lane_tables(motion, run, lane, spheres) for lane, run in enumerate(motion.runs)]
-    tables = (np.vstack([lane[frame] for lane in lanes]) for frame in frames)
-    return _zipped(INCLINE_COLUMNS, motion.time, tables, bounds)
-
-
-def _row_table(motion: RowMotion, frame: int, down: bool) -> Floats:
-    """Return the atoms of one frame (N, columns)."""
-    tower, n = motion.run.tower, motion.run.tower.particles
-    sign, axis = (-1.0, "z") if down else (1.0, "x")
-    diameter = np.array(tower.each("diameter"))
-    force = np.pad(motion.force[frame], 1)
-    columns = dict.fromkeys(ROW_COLUMNS, np.zeros(n))
-    columns["id"] = np.arange(1.0, n + 1)
-    columns["type"] = np.array([1.0] + [2.0] * (n - 2) + [3.0 if tower.base == "fixed" else 2.0])
-    columns["radius"] = diameter / 2
-    columns |= dict.fromkeys(("shapex", "shapey", "shapez"), diameter)
-    columns[f"shape{axis}"] = motion.drawn_widths[frame]
-    columns[axis] = sign * motion.drawn_centres[frame]
-    columns[f"v{axis}"] = sign * motion.velocity[frame]
-    columns[f"f{axis}"] = sign * (force[:-1] - force[1:])
-    columns["v_displacement"] = motion.displacement[frame]
-    columns["v_deformation"] = motion.deformation[frame]
-    columns["v_contact_force"] = force[1:]
-    return np.column_stack([columns[name] for name in ROW_COLUMNS])
-
-
-def _lane_tables(motion: InclineMotion, run: InclineRun, lane: int, spheres: int) -> list[Floats]:
-    """Return the atoms of one row, frame by frame (spheres + 1, columns)."""
-    path, d = motion.path(run), run.case.diameter
-    row = np.zeros((spheres + 1, len(INCLINE_COLUMNS)))
-    row[:, 0] = lane * (spheres + 1) + np.arange(1, spheres + 2)
-    row[:, 1] = [1] * spheres + [2]
-    row[:, 2] = lane + 1
-    row[:-1, 3] = d * np.arange(spheres)
-    row[:, 4] = _LANE * d * (1 - lane)
-    row[:, 6] = d / 2
-    tables = []
-    for x, y, vx, vy in zip(path.x_m, path.y_m, path.vx_m_per_s, path.vy_m_per_s, strict=True):
-        table = row.copy()
-        table[-1, 3] = x
-        table[-1, 4] += y
-        table[-1, 7:9] = vx, vy
-        tables.append(table)
-    return tables
+    return _zipped(motion.time, lane.size, columns, bounds)
 
 
 def _zipped(
-    columns: Sequence[str],
     times: Floats,
-    tables: Iterable[Floats],
+    atoms: int,
+    columns: Mapping[str, ArrayLike],
     bounds: Sequence[tuple[float, float]],
 ) -> bytes:
-    """Return snapshots as a gzipped text dump, the same bytes each time."""
+    """Return snapshots of ``columns``, each (frames, atoms), as a gzipped text dump.
+
+    The same bytes each time, on every machine.
+    """
+    shape = (times.size, atoms)
+    frames = np.stack(
+        [_without_round_off(np.broadcast_to(values, shape)) for values in columns.values()], axis=-1
+    )
     # units once, at the top: OVITO takes a second one for the end of the file
     parts = ["ITEM: UNITS\nsi\n"]
     box = "\n".join(f"{low:.9g} {high:.9g}" for low, high in bounds)
     form = " ".join("%d" if name in _WHOLE else "%.7g" for name in columns)
-    for step, (time, table) in enumerate(zip(times, _without_round_off(tables), strict=True)):
+    for step, (time, table) in enumerate(zip(times, frames, strict=True)):
         rows = "\n".join(form % tuple(row) for row in table)
         parts.append(
             f"ITEM: TIME\n{time:.9g}\nITEM: TIMESTEP\n{step}\n"
-            f"ITEM: NUMBER OF ATOMS\n{len(table)}\nITEM: BOX BOUNDS ff ff ff\n{box}\n"
+            f"ITEM: NUMBER OF ATOMS\n{atoms}\nITEM: BOX BOUNDS ff ff ff\n{box}\n"
             f"ITEM: ATOMS {' '.join(columns)}\n{rows}\n"
         )
     return gzip.compress("".join(parts).encode("ascii"), 9, mtime=0)
 
 
-def _without_round_off(tables: Iterable[Floats]) -> Floats:
-    """Return tables (F, N, columns) to ten digits of each column's largest number.
+def _without_round_off(values: Floats) -> Floats:
+    """Return numbers to ten digits of the largest.
 
     What is left of a difference of larger numbers would be another on another machine.
     """
-    frames = np.array(list(tables))
-    for column in np.moveaxis(frames, -1, 0):
-        largest = float(np.abs(column).max())
-        if largest:
-            np.round(column, 10 - math.floor(math.log10(largest)), out=column)
-    return frames + 0.0  # no minus before a zero
+    largest = float(np.abs(values).max())
+    digits = 10 - math.floor(math.log10(largest)) if largest else 0
+    return np.round(values, digits) + 0.0  # no minus before a zero

@@ -25,9 +25,10 @@ def gif(picture: Callable[[int], Image], frames: int) -> bytes:
 
     Colours are flat areas and lines: dither would only add noise, and bytes.
     """
-    palette = _palette([picture(frame) for frame in _chosen(frames)])
-    paint = _Painter(palette)
-    images = [paint(picture(frame)) for frame in range(frames)]
+    chosen = np.unique(np.linspace(0, frames - 1, _SAMPLES).round()).astype(int)
+    palette = _palette([picture(int(frame)) for frame in chosen])
+    nearest = np.full(1 << 24, _UNKNOWN, dtype=np.uint8)
+    images = [_painted(picture(frame), palette, nearest) for frame in range(frames)]
     target = io.BytesIO()
     images[0].save(
         target,
@@ -40,11 +41,6 @@ def gif(picture: Callable[[int], Image], frames: int) -> bytes:
         disposal=1,
     )
     return target.getvalue()
-
-
-def _chosen(frames: int) -> list[int]:
-    """Return a few frames, evenly chosen."""
-    return [int(frame) for frame in np.unique(np.linspace(0, frames - 1, _SAMPLES).round())]
 
 
 def _palette(pictures: list[Image]) -> Image:
@@ -63,29 +59,20 @@ def _palette(pictures: list[Image]) -> Image:
     return entries.astype(np.uint8)
 
 
-class _Painter:
-    """Puts pictures on a palette, the nearest colour for each pixel.
+def _painted(picture: Image, palette: Image, nearest: NDArray[np.uint8]) -> Pillow.Image:
+    """Return a picture (height, width, 3) on a palette, the nearest colour for each pixel.
 
-    Pillow's own is only roughly the nearest, and turns white grey. Colours come again
-    from frame to frame: each is looked for once.
+    Pillow's own is only roughly the nearest, and turns white grey. Colours come again from frame
+    to frame: each is looked for once, and kept in ``nearest``, an entry for each packed colour.
     """
-
-    def __init__(self, palette: Image) -> None:
-        self._palette = palette
-        self._nearest = np.full(1 << 24, _UNKNOWN, dtype=np.uint8)
-
-    def __call__(self, picture: Image) -> Pillow.Image:
-        """Return a picture (height, width, 3) in colours of the palette."""
-        packed = _packed(picture)
-        entries = self._nearest[packed]
-        unknown = np.unique(packed[entries == _UNKNOWN])
-        if unknown.size:
-            apart = _unpacked(unknown)[:, None].astype(int) - self._palette[None].astype(int)
-            self._nearest[unknown] = (apart**2).sum(axis=2).argmin(axis=1)
-            entries = self._nearest[packed]
-        image = Pillow.fromarray(entries)
-        image.putpalette(self._palette.tobytes())
-        return image
+    packed = _packed(picture)
+    unknown = np.unique(packed[nearest[packed] == _UNKNOWN])
+    if unknown.size:
+        apart = _unpacked(unknown)[:, None].astype(int) - palette[None].astype(int)
+        nearest[unknown] = (apart**2).sum(axis=2).argmin(axis=1)
+    image = Pillow.fromarray(nearest[packed])
+    image.putpalette(palette.tobytes())
+    return image
 
 
 def _packed(picture: Image) -> NDArray[np.uint32]:

@@ -1,54 +1,106 @@
-"""A figure of which only some parts are drawn again for each frame."""
+"""What the scenes share: a figure of which only some parts are drawn again for each frame."""
 
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import Any
+from collections.abc import Iterable
+from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 from matplotlib.artist import Artist
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from harness.report.figures.style import house_style
+from harness.report.figures.style import BLACK, house_style
+from harness.reproduction.movies.frames import InclineMotion, RowMotion
 
 Image = NDArray[np.uint8]
-DPI = 100
+Floats = NDArray[np.float64]
+Motion = TypeVar("Motion", RowMotion, InclineMotion)
+
+DPI, WIDTH = 100, 880
+INK = "#333333"
 
 
-@contextmanager
-def stage(width: int, height: int) -> Iterator[Figure]:
-    """Give a figure of so many pixels in the house style, axes to be placed by hand."""
-    with house_style():
-        figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI)
-        figure.set_layout_engine("none")
-        yield figure
+class Scene(Generic[Motion]):
+    """Draws the frames of one motion.
 
-
-class Camera:
-    """Takes pictures of a figure; ``moving`` are the artists that change between them.
-
-    All else is drawn once. Moving artists are drawn in the given order, above the rest.
+    A scene gives its height and where its two lines of text stand, what moves, and how that
+    looks at a frame. All else is drawn once; what moves is drawn in the given order above it.
     """
 
-    def __init__(self, figure: Figure, moving: list[Artist]) -> None:
-        self._figure, self._moving = figure, moving
-        for artist in moving:
-            artist.set_animated(True)
-        canvas: Any = FigureCanvasAgg(figure)  # Any: matplotlib does not type it
-        self._canvas = canvas
-        self._canvas.draw()
-        self._rest = self._canvas.copy_from_bbox(figure.bbox)
+    height: ClassVar[int]
+    head: ClassVar[tuple[float, float]]
+    motion: Motion
 
-    def picture(self) -> Image:
-        """Return the figure as it is now, (height, width, 3)."""
+    def __init__(self, motion: Motion) -> None:
+        self.motion = motion
+        with house_style():
+            figure = Figure(figsize=(WIDTH / DPI, self.height / DPI), dpi=DPI)
+            figure.set_layout_engine("none")
+            above, below = self.head
+            figure.text(0.02, above, motion.title, fontsize=13, fontweight="bold", va="center")
+            figure.text(0.02, below, self.subtitle(), fontsize=9, va="center", color=INK)
+            self._figure, self._moving = figure, self.build(figure)
+            for artist in self._moving:
+                artist.set_animated(True)
+            canvas: Any = FigureCanvasAgg(figure)  # Any: matplotlib does not type it
+            canvas.draw()
+        self._canvas, self._rest = canvas, canvas.copy_from_bbox(figure.bbox)
+
+    @property
+    def frames(self) -> int:
+        """Return the number of frames."""
+        return int(self.motion.time.size)
+
+    def picture(self, frame: int) -> Image:
+        """Return one frame (height, width, 3)."""
+        self.show(frame)
         self._canvas.restore_region(self._rest)
         for artist in self._moving:
             self._figure.draw_artist(artist)
         return np.asarray(self._canvas.buffer_rgba())[..., :3].copy()
+
+    def subtitle(self) -> str:
+        """Return what is drawn, and to which scale."""
+        raise NotImplementedError
+
+    def build(self, figure: Figure) -> list[Artist]:
+        """Draw what stays on a figure; return what moves."""
+        raise NotImplementedError
+
+    def show(self, frame: int) -> None:
+        """Put what moves where it is at a frame."""
+        raise NotImplementedError
+
+    @property
+    def poster_frame(self) -> int:
+        """Return the frame to show where nothing moves."""
+        raise NotImplementedError
+
+
+class Traces:
+    """Curves against time, faint as a whole, bold as far as the film is, and a cursor."""
+
+    def __init__(
+        self, axes: Axes, curves: Iterable[tuple[Floats, Floats, str, dict[str, Any]]]
+    ) -> None:
+        self._lines = []
+        for time, values, name, look in curves:
+            axes.plot(time, values, lw=1, alpha=0.25, **look)
+            (line,) = axes.plot([], [], lw=2.2, label=name, **look)
+            self._lines.append((line, time, values))
+        self._cursor = axes.axvline(0, color=BLACK, lw=1)
+        self.moving: list[Artist] = [self._cursor, *(line for line, _, _ in self._lines)]
+
+    def show(self, now: float) -> None:
+        """Draw all up to a time."""
+        self._cursor.set_xdata([now, now])
+        for line, time, values in self._lines:
+            seen = int(np.searchsorted(time, now, side="right"))
+            line.set_data(time[:seen], values[:seen])
 
 
 def png(image: Image) -> bytes:
@@ -58,8 +110,3 @@ def png(image: Image) -> bytes:
     target = io.BytesIO()
     Pillow.fromarray(image).save(target, format="PNG", optimize=True)
     return target.getvalue()
-
-
-def power(value: float) -> str:
-    """Return a number as ``1e6`` or ``2.5e6``."""
-    return f"{value:.3g}" if value < 1e4 else f"{value:.1e}".replace("e+0", "e").replace(".0e", "e")

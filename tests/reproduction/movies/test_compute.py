@@ -8,7 +8,7 @@ import pytest
 from harness.cases.incline.result import Motion
 from harness.errors import EngineCrashError
 from harness.parameters.tower import Tower
-from harness.reproduction.movies.compute import FREE, contact_changes, motions, row_motion
+from harness.reproduction.movies.compute import PAIR, contact_changes, motions, row_motion
 from tests.reproduction.doubles import FateEngine
 
 
@@ -97,7 +97,7 @@ def test_the_second_joins_the_story_of_three(found):
 
 def test_contacts_of_the_triple_do_not_depend_on_the_sampling(found):
     finer = row_motion(
-        "three-particles", "", FREE.replace(height=2), lead=0.1, duration=1.75, frames_per_t0=150
+        "three-particles", "", PAIR.replace(height=2), lead=0.1, duration=1.75, frames_per_t0=150
     )
     times = [time for time, _ in contact_changes(finer.run)]
     assert times == pytest.approx([t for t, _ in contact_changes(found.triple.run)], abs=1e-3)

@@ -13,7 +13,7 @@ from harness.observables.provenance import Provenance
 from harness.observables.trajectory import Trajectory
 from harness.parameters.tower import Tower
 from harness.reproduction.movies import films
-from harness.reproduction.movies.compute import FREE, row_motion
+from harness.reproduction.movies.compute import PAIR, row_motion
 from harness.reproduction.movies.compute import motions as reproduced_motions
 from harness.reproduction.movies.dump import INCLINE_COLUMNS, ROW_COLUMNS, row_dump
 from harness.reproduction.movies.frames import InclineMotion, Motions
@@ -42,8 +42,8 @@ def motions():
     plan = {"lead": 0.3, "duration": 1.2, "frames_per_t0": 10}
     below, above = made_up(10.1, 5.0, Motion.TRAPPED), made_up(10.3, 8.0, Motion.MOVES_ON)
     return Motions(
-        row_motion("two-particles", "Two", FREE, **plan),
-        row_motion("three-particles", "Three", FREE.replace(height=2), **plan),
+        row_motion("two-particles", "Two", PAIR, **plan),
+        row_motion("three-particles", "Three", PAIR.replace(height=2), **plan),
         thin(row_motion("shock-down-the-tower", "Tower", Tower(height=5), **plan), 2),
         InclineMotion("incline", "Incline", "words", below, above, np.linspace(0, 8, 12)),
     )
