@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from harness.reproduction.source import Source, named_source
-from harness.reproduction.wording import ROUND_OFF, rounded, told
+from harness.reproduction.wording import ROUND_OFF, evaluated, rounded, told
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -139,18 +139,22 @@ def _largest(printed: Floats, corrected: Floats, width: float, unit: str) -> str
 def claim(
     source: Source | str,
     *,
-    holds: bool,
-    corrected_holds: bool = False,
+    holds: bool | None = None,
+    corrected_holds: bool | None = None,
     correction: str | None = None,
     evidence: tuple[str, ...] | None = None,
     **numbers: Any,
 ) -> Statement:
     """Return the row of a statement in words, judged by a condition on this run's numbers.
 
-    ``numbers`` are those of its sentence in the source; correction and evidence are the
-    source's unless given.
+    ``numbers`` are those of its conditions and of its sentence in the source; conditions,
+    correction and evidence are the source's unless given.
     """
     named = named_source(source)
+    if holds is None:
+        holds = bool(evaluated(named.holds, numbers))
+    if corrected_holds is None:
+        corrected_holds = bool(named.repaired and evaluated(named.repaired, numbers))
     status = ClaimStatus.CORRECTED if corrected_holds else ClaimStatus.NOT_REPRODUCED
     if holds:
         status, correction = ClaimStatus.REPRODUCED, ""
@@ -172,31 +176,29 @@ Fact = tuple[bool, str]
 
 def claim_of_facts(
     source: Source | str,
-    facts: Sequence[bool | Fact],
+    facts: Sequence[Fact] = (),
     *,
     holds: bool | None = None,
-    corrected_holds: bool = False,
+    corrected_holds: bool | None = None,
     correction: str | None = None,
     **numbers: Any,
 ) -> Statement:
     """Return the row of a statement that holds if every fact does, unless told otherwise.
 
-    Of a bare condition the sentence is the next one of the source's ``facts``. The row tells what
-    agrees and what does not, in this order; the source's ``finds`` may add a remark.
+    Its facts are those of the source, each a condition and a sentence, and the given ones. The
+    row tells what agrees and what does not, in this order; the source's ``finds`` may add a
+    remark.
     """
     named = named_source(source)
-    sentences = iter(named.facts)
-    every = [
-        fact if isinstance(fact, tuple) else (fact, told(next(sentences), numbers))
-        for fact in facts
-    ]
+    every = [(bool(evaluated(test, numbers)), told(said, numbers)) for test, said in named.facts]
+    every += facts
     right, wrong = (
         "; ".join(text for held, text in every if bool(held) is side) for side in (True, False)
     )
     said = [f"Agrees: {right}." if right else "", f"Does not agree: {wrong}." if wrong else ""]
     return claim(
         named,
-        holds=not wrong if holds is None else holds,
+        holds=not wrong if holds is None and not named.holds else holds,
         corrected_holds=corrected_holds,
         correction=correction,
         facts=" ".join(filter(None, said)),

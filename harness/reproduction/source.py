@@ -4,17 +4,11 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import resources
 from typing import Any
 
-import numpy as np
-
-_FUNCTIONS = {
-    name: getattr(np, name)
-    for name in ("abs", "cos", "exp", "nan", "pi", "radians", "sin", "sqrt", "sum")
-}
+from harness.reproduction.wording import evaluated
 
 _REASONS = {
     "round-off": "two routes in double precision, numbers of about 1: round-off",
@@ -28,12 +22,14 @@ class Source:
     """A place in the publication, and what stands there.
 
     ``key`` is unique (``eq-6``, ``table-1-well``, ``text-t-c``, ``fig-4``, ``erratum-3``);
-    ``where`` names section and number; ``says`` is one sentence or formula; ``formula`` computes
-    what it gives exactly as it is printed, right or wrong, ``repaired`` what it gives once it is
-    corrected; ``finds`` is what a run finds, with its numbers in braces, and ``facts`` are the
-    sentences of its parts. ``tolerance`` [``unit``] is how far printed and found may lie apart,
-    ``why`` where it comes from. ``evidence`` are links, relative to the report's folder or the
-    repository (``figures/x.svg``, ``tests/theory/test_shock.py``). ``title`` is that of a figure;
+    ``where`` names section and number; ``says`` is one sentence or formula. ``formula`` computes
+    what it gives exactly as it is printed, right or wrong, or ``holds`` is a condition on the
+    numbers of a run; ``repaired`` is the same once it is corrected. ``finds`` is what a run finds,
+    with its numbers in braces, and ``facts`` are
+    the conditions and sentences of its parts. ``tolerance``
+    [``unit``] is how far printed and found may lie apart, ``why`` where it comes from.
+    ``evidence`` are links, relative to the report's folder or the repository
+    (``figures/x.svg``, ``tests/theory/test_shock.py``). ``title`` is that of a figure;
     ``wrong`` and ``right`` are the statements that an erratum is about.
     """
 
@@ -41,9 +37,10 @@ class Source:
     where: str
     says: str
     formula: str = ""
+    holds: str = ""
     repaired: str = ""
     finds: str = "{computed}"
-    facts: tuple[str, ...] = ()
+    facts: tuple[tuple[str, str], ...] = ()
     tolerance: float = math.nan
     unit: str = ""
     why: str = ""
@@ -57,17 +54,11 @@ class Source:
 
     def printed(self, **numbers: Any) -> Any:
         """Return what the formula gives as it is printed, of numbers and arrays alike."""
-        return _evaluated(self.formula, numbers)
+        return evaluated(self.formula, numbers)
 
     def corrected(self, **numbers: Any) -> Any:
         """Return what the formula gives once it is corrected; NaN without a correction."""
-        return _evaluated(self.repaired or "nan", numbers)
-
-
-def _evaluated(formula: str, numbers: dict[str, Any]) -> Any:
-    """Evaluate a formula of ``source.toml``, a file of this package, in numpy's functions."""
-    arrays = {k: np.asarray(v) if isinstance(v, Sequence) else v for k, v in numbers.items()}
-    return eval(formula, {"__builtins__": {}, **_FUNCTIONS}, arrays)
+        return evaluated(self.repaired or "nan", numbers)
 
 
 def _source(key: str, entry: dict[str, Any]) -> Source:

@@ -1,11 +1,24 @@
-"""How numbers of a run are told: rounded, bounded, and put into the sentences of the source."""
+"""How numbers of a run are told: rounded, bounded, put into formulas and sentences."""
 
 from __future__ import annotations
 
 import string
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+
+_NUMPY = ("abs", "cos", "exp", "isfinite", "nan", "pi", "radians", "sin", "sqrt", "sum")
+_BUILT_IN = {
+    "all": all,
+    "bool": bool,
+    "len": len,
+    "max": max,
+    "min": min,
+    "range": range,
+    "zip": zip,
+}
+_FUNCTIONS = {name: getattr(np, name) for name in _NUMPY} | _BUILT_IN
 
 DIGITS = 7
 """Significant digits of a recorded number: round-off of other machines stays below them."""
@@ -24,15 +37,24 @@ def rounded(value: float, tolerance: float = 0.0) -> float:
     return float(f"{value:.{DIGITS}g}") + 0.0  # no minus before a zero
 
 
-def told(sentence: str, numbers: dict[str, Any]) -> str:
+def evaluated(formula: str, numbers: Mapping[str, Any]) -> Any:
+    """Return the value of a formula of ``source.toml``, a file of this package, by numpy."""
+    return eval(formula, {"__builtins__": {}, **_FUNCTIONS, **numbers})
+
+
+def told(sentence: str, numbers: Mapping[str, Any]) -> str:
     """Put numbers into a sentence of ``source.toml``: ``{x:.3f}``, of a list one by one.
 
-    ``{x:bound}`` is what :func:`bounded` says.
+    What stands in the braces is a formula; ``{x:bound}`` is what :func:`bounded` says.
     """
     return _Sentences().vformat(sentence, (), numbers)
 
 
 class _Sentences(string.Formatter):
+    def get_field(self, field_name: str, _: Any, kwargs: Any) -> Any:
+        """Return the value of what stands in the braces."""
+        return evaluated(field_name, kwargs), field_name
+
     def format_field(self, value: Any, format_spec: str) -> str:
         """Return a number, or several with commas between them."""
         if isinstance(value, (list, tuple, np.ndarray)):

@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -6,26 +7,33 @@ from harness.reproduction.claims import ClaimStatus, claim_of_facts
 from harness.reproduction.source import Source
 from harness.reproduction.wording import told
 
-SOURCE = Source("fig-9", "figure 9", "it falls", facts=("a is {a:.1f}", "b"), finds="{facts}{more}")
+SOURCE = Source(
+    "fig-9",
+    "figure 9",
+    "it falls",
+    facts=(("a > 1", "a is {a:.1f}"), ("b", "b")),
+    finds="{facts}{more}",
+)
 
 
 @pytest.mark.parametrize(
-    ("facts", "more", "said"),
+    ("a", "b", "others", "more", "said"),
     [
-        ([True, False, (True, "c")], "", "Agrees: a is 2.0; c. Does not agree: b."),
-        ([True], " More.", "Agrees: a is 2.0. More."),
-        ([False], "", "Does not agree: a is 2.0."),
+        (2.0, False, [(True, "c")], "", "Agrees: a is 2.0; c. Does not agree: b."),
+        (2.0, True, [], " More.", "Agrees: a is 2.0; b. More."),
+        (0.5, False, [], "", "Does not agree: a is 0.5; b."),
     ],
 )
-def test_what_agrees_comes_first(facts, more, said):
-    row = claim_of_facts(SOURCE, facts, more=more, a=2.0)
+def test_what_agrees_comes_first(a, b, others, more, said):
+    row = claim_of_facts(SOURCE, others, more=more, a=a, b=b)
     assert row.computed == said
-    assert (row.status is ClaimStatus.REPRODUCED) == (False not in facts)
+    assert (row.status is ClaimStatus.REPRODUCED) == ("not agree" not in said)
 
 
-def test_a_statement_may_hold_without_all_of_its_facts():
-    row = claim_of_facts(SOURCE, [True, False], holds=True, more="", a=2.0)
-    assert row.status is ClaimStatus.REPRODUCED
+@pytest.mark.parametrize(("a", "status"), [(2.0, "reproduced"), (0.5, "not reproduced")])
+def test_a_statement_may_hold_without_all_of_its_facts(a, status):
+    lenient = replace(SOURCE, holds="a > 1")
+    assert claim_of_facts(lenient, more="", a=a, b=False).status == status
 
 
 @pytest.mark.parametrize(
@@ -35,7 +43,7 @@ def test_a_statement_may_hold_without_all_of_its_facts():
         ("off by {x[1]:bound}", "off by -2e-01"),
         ("{small:bound}", "less than 1e-12"),
         ("{names}", "one, two"),
-        ("{at[19]:.1f}", "3.0"),
+        ("{at[19] / 2:.1f} of {len(x)}", "1.5 of 2"),
     ],
 )
 def test_numbers_are_put_into_sentences(sentence, said):
@@ -44,5 +52,5 @@ def test_numbers_are_put_into_sentences(sentence, said):
 
 
 def test_a_number_that_is_missing_is_an_error():
-    with pytest.raises(KeyError, match="x"):
+    with pytest.raises(NameError, match="x"):
         told("{x:.2f} m", {"y": math.pi})

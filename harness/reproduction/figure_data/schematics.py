@@ -69,12 +69,13 @@ def quartier() -> tuple[QuartierSystem, Statement]:
     )
     return system, claim_of_facts(
         "fig-2",
-        [high["B"] < high["C"] < high["A"], off < _ROUNDING],
         angle=angle,
+        high=high,
         sides=[geometry.angle_between(grains["B"] - s, (0, 1)) for s in geometry.row(3)[1:]],
         depth=depth,
         gain=gain,
-        off=max(off, _ROUNDING),
+        off=off,
+        rounding=_ROUNDING,
     )
 
 
@@ -82,20 +83,13 @@ def force_diagrams() -> tuple[tuple[ForceDiagram, ...], Statement]:
     """Return the grain before and after the shock in steady motion at the critical angle."""
     angle = critical_angle()
     states = before, after = geometry.steady_shock(angle, SHOCK_WITHOUT_REBOUND)
-    outward = [float(s.contact_force @ (s.grain - s.sphere)) for s in states]
-    speed = [float(np.hypot(*s.velocity)) for s in states]
-    perpendicular = [abs(float(s.velocity @ (s.grain - s.sphere))) for s in states]
     statement = claim_of_facts(
         "fig-3",
-        [
-            max(perpendicular) < _ROUNDING,
-            all(0 < f <= s.normal_weight for f, s in zip(outward, states, strict=True)),
-        ],
         angle=angle,
         turn=geometry.angle_between(before.velocity, after.velocity),
-        keeps=speed[1] / speed[0],
-        speed=speed[0],
-        outward=outward,
+        speed=[float(np.hypot(*s.velocity)) for s in states],
+        perpendicular=[abs(float(s.velocity @ (s.grain - s.sphere))) for s in states],
+        outward=[float(s.contact_force @ (s.grain - s.sphere)) for s in states],
         normal=[s.normal_weight for s in states],
     )
     pre, post = (geometry.Dynamics(*(geometry.turned(v, angle) for v in s)) for s in states)
@@ -110,13 +104,9 @@ def layers() -> tuple[tuple[Layers, ...], Statement]:
     columns = 6
     upright = _layers("upright towers", geometry.towers(columns, LAYERS), columns)
     packed = _layers("close-packed", geometry.close_packed(columns, LAYERS), columns)
-    facts = [len(part.chain) == LAYERS + 1 for part in (packed, upright)]
     return (upright, packed), claim_of_facts(
         "fig-5",
-        facts,
-        corrected_holds=any(facts),
         packed=packed,
-        reach=len(packed.chain),
         upright=upright,
         ends="1 sphere" if len(upright.chain) == 1 else f"{len(upright.chain)} spheres",
         leaning=geometry.angle_between(geometry.well(0) - geometry.row(2)[1], (0, 1)),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +20,6 @@ from harness.reproduction.claims import Statement, claim_of_facts
 
 PARTICLES = (2, 3, 10, 20)
 SEPARATED = (2, 3, 4, 20)
-NEIGHBOUR_ENDS = 1.5  # [t0] the source's end of the contacts with the neighbour
 
 SEEN = 0.01
 """Of the peak: what a figure shows."""
@@ -40,19 +40,15 @@ class TowersInTime(NamedTuple):
     base_felt: tuple[float, ...]  # [t0], for each of ``separated``; infinite if not in the run
 
 
-def towers_in_time() -> tuple[TowersInTime, tuple[Statement, Statement]]:
-    """Run the towers of all heights; return those of the figures with the statements 8 and 14."""
+@cache
+def towers_in_time() -> TowersInTime:
+    """Run the towers of all heights once; return those of both figures."""
     *runs, tall = (
         tower(Tower(height=n), solver="exact", profiles=True) for n in (*HEIGHTS, 2 * max(HEIGHTS))
     )
     shown, separated = (tuple(runs[n - 2] for n in chosen) for chosen in (PARTICLES, SEPARATED))
-    found = TowersInTime(
-        shown,
-        max(float(run.grain_force.max()) for run in runs),
-        separated,
-        tuple(base_felt(run, tall) for run in separated),
-    )
-    return found, (_force_and_contacts(found), separation(separated, found.base_felt))
+    largest = max(float(run.grain_force.max()) for run in runs)
+    return TowersInTime(shown, largest, separated, tuple(base_felt(run, tall) for run in separated))
 
 
 class Events(NamedTuple):
@@ -62,9 +58,6 @@ class Events(NamedTuple):
     alone: float
     back: float
     leaves: float
-
-
-_SAID = {"joins": 0.5, "back": 1.0, "leaves": 1.5}  # [t0] what the source reads off, to half a t0
 
 
 def event_times(run: TowerRun) -> Events:
@@ -80,26 +73,25 @@ def event_times(run: TowerRun) -> Events:
     return Events(joins[0] if joins else math.nan, begins, back, leaves)
 
 
-def _force_and_contacts(found: TowersInTime) -> Statement:
-    events = event_times(found.shown[1])
-    agree = {
-        name: math.isfinite(at := getattr(events, name)) and round(2 * at) / 2 == said
-        for name, said in _SAID.items()
-    }
+def force_and_contacts() -> tuple[TowersInTime, Statement]:
+    """Judge the force on the grain and its contacts in time, of four heights."""
+    found = towers_in_time()
     apart = largest_difference(*found.shown[2:]) / found.largest_force
-    return claim_of_facts(
+    return found, claim_of_facts(
         "fig-8",
-        [
-            agree["joins"],
-            math.isfinite(events.alone),
-            agree["back"],
-            agree["leaves"],
-            apart < SEEN,
-        ],
-        events=events,
-        apart=f"{apart:.1e}" if apart > ALIKE else f"less than {ALIKE:.0e}",
+        events=event_times(found.shown[1]),
+        half=lambda time: np.round(2 * time) / 2,
+        apart=apart,
+        seen=SEEN,
+        apart_told=f"{apart:.1e}" if apart > ALIKE else f"less than {ALIKE:.0e}",
         longest=[int(significant_contacts(run).max()) for run in found.shown],
     )
+
+
+def separated() -> tuple[TowersInTime, Statement]:
+    """Judge how contacts with neighbour and chain separate, of four heights."""
+    found = towers_in_time()
+    return found, separation(found.separated, found.base_felt)
 
 
 def separation(runs: Sequence[TowerRun], felt: Sequence[float]) -> Statement:
@@ -108,20 +100,16 @@ def separation(runs: Sequence[TowerRun], felt: Sequence[float]) -> Statement:
     ``felt`` are the times of :func:`base_felt` of ``runs`` [t0], the longest chain last.
     """
     packets = grain_alone(runs[-1])
-    last = packets[-1][0]
     return claim_of_facts(
         "fig-14",
-        [
-            felt[0] < felt[1] < felt[2] < felt[3],
-            max(felt[:3]) < last <= NEIGHBOUR_ENDS < felt[3],
-        ],
-        felt=[
+        felt=felt,
+        told=[
             f"{run.tower.particles} particles {f'at {at:.2f} t0' if math.isfinite(at) else 'never'}"
             for run, at in zip(runs, felt, strict=True)
         ],
         span=runs[0].time_over_t0[-1],
-        packets=len(packets),
-        last=last,
+        packets=packets,
+        last=packets[-1][0],
     )
 
 

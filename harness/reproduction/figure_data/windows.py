@@ -49,21 +49,17 @@ def structure_window() -> tuple[pd.DataFrame, Statement]:
     heights = {
         run: [int(n) for n in part["height"]] for run, part in exists.groupby(["law", "held"])
     }
-    own, every = Tower().law, list(HEIGHTS)
-    literal, looser = heights[own, LITERAL], heights[own, LOOSER]
+    own = Tower().law
     angles = {held: exists[(exists["law"] == own) & (exists["held"] == held)] for held in _LEAST}
     ends = [angles[held].set_index("height")["window_t0"] for held in _LEAST]
     both = ends[0].index.intersection(ends[1].index)
-    facts = [literal == every, heights["overlap", LITERAL] == every]
     return frame, claim_of_facts(
         "fig-15",
-        facts,
-        holds=facts[0],
-        corrected_holds=looser == every,
-        literal=_list(literal),
-        looser=_list(looser),
-        overlap=[_list(heights["overlap", held]) for held in _LEAST],
-        every=_list(every),
+        literal=heights[own, LITERAL],
+        looser=heights[own, LOOSER],
+        overlap=[heights["overlap", held] for held in _LEAST],
+        every=list(HEIGHTS),
+        listed=_listed,
         angles=[angles[held]["critical_angle_lost_deg"].to_numpy() for held in _LEAST],
         same="the same" if (ends[0][both] == ends[1][both]).all() else "not the same",
     )
@@ -120,7 +116,7 @@ def _structure(run: TowerRun, least: int | None) -> float:
         return math.nan
 
 
-def _list(heights: list[int]) -> str:
+def _listed(heights: list[int]) -> str:
     if len(heights) > 2 and heights == list(range(heights[0], heights[-1] + 1)):
         return f"{heights[0]} to {heights[-1]}"
     return " and ".join(str(n) for n in heights) or "none"

@@ -72,14 +72,12 @@ def _table(printed: Printed) -> Iterator[Statement]:
     depth = SOURCES["table-1-well"].printed(theta=angle)
     # contact is weakest where the grain is fastest, just before the shock
     most = 0.5 * math.cos(math.radians(30 + angle)) - gain.printed(theta=angle)
-    weakest, strongest = _extremes_of_contact(angle)
     yield claim(
         "text-constant-contact",
-        holds=depth < most and weakest > 0 and strongest <= 1,
         angle=angle,
         depth=depth,
         most=most,
-        pressed=(weakest, strongest),
+        pressed=_extremes_of_contact(angle),
         flight=no_flight_bound(),
     )
 
@@ -117,14 +115,11 @@ def _limits(printed: Printed) -> Iterator[Statement]:
         return later > 1.5 * late
 
     shocks = [printed.diverges_above + off for off in (0.01, 0.0, -0.01)]
-    above, at, below = (grows(shock) for shock in shocks)
     yield claim(
         "text-divergence",
-        holds=above and not at and not below,
-        corrected_holds=above and at and not below,
         long=_LONG,
         shocks=shocks,
-        grow=(above, at, below),
+        grow=[grows(shock) for shock in shocks],
         end=iterated(_LONG, 0.0, 0.2, 0.25),
         limit=SOURCES["eq-5"].printed(dE=0.2, shock=0.25),
     )

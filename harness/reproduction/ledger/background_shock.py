@@ -35,7 +35,12 @@ def statements(printed: Printed) -> Iterator[Statement]:
     kept = [float(v @ v) / float(before @ before) for v in after]
     vector = float(np.sum((before - after[0]) ** 2))
     yield compare(
-        "eq-7", found=kept, before=1.0, after=speeds, vector=vector, angle=critical_angle(vector)
+        "eq-7",
+        found=kept,
+        before=1.0,
+        after=np.array(speeds),
+        vector=vector,
+        angle=critical_angle(vector),
     )
     yield compare("eq-8", found=speeds, before=1.0, e=_RESTITUTIONS)
     after_8 = SOURCES["eq-8"].printed(before=7.0, e=_RESTITUTIONS)

@@ -88,32 +88,20 @@ def _scaling(printed: Printed) -> Iterator[Statement]:
     end = printed.longest_chain
     heights = (1, 2, end, 2 * end)
     angles = [angle_from_impulse_ratio(energy_scaling.impulse_ratio(n)) for n in heights]
-    yield claim(
-        "text-energy-scaling",
-        holds=angles[0] > angles[1] > angles[2] > angles[3] + 0.5,
-        heights=heights,
-        angles=angles,
-    )
+    told: dict[str, Any] = {"heights": heights, "angles": angles}
+    yield claim("text-energy-scaling", **told)
     impulses = [angle_from_impulse_ratio(ratios()[MEDIAN][n]) for n in (2, end)]
     yield compare(
-        "text-energy-agrees",
-        printed=angles[2],
-        found=impulses[1],
-        end=end,
-        angles=angles,
-        impulses=impulses,
+        "text-energy-agrees", printed=angles[2], found=impulses[1], impulses=impulses, **told
     )
 
 
 def _conclusion(printed: Printed) -> Iterator[Statement]:
     tallest = printed.heights[1]
-    grain, anywhere = longest_chains(tallest)
     yield claim(
         "text-longest-chain",
-        holds=max(grain, anywhere) <= printed.longest_chain,
-        particles=tallest + 1,
-        grain=grain,
-        anywhere=anywhere,
+        printed=printed,
+        chains=longest_chains(tallest),
         overlap=int(run(Tower(height=tallest, law="overlap")).contacts.max()),
     )
     struck = run(Tower(height=1, stiffness=1e7))

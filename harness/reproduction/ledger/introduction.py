@@ -16,7 +16,9 @@ _HEIGHTS = range(1, 21)
 
 def statements(_: Printed) -> Iterator[Statement]:
     """Yield the rows of this part."""
-    yield compare("eq-1", found=[stiffness_of_springs(n) for n in _HEIGHTS], k=1.0, n=_HEIGHTS)
+    yield compare(
+        "eq-1", found=[stiffness_of_springs(n) for n in _HEIGHTS], k=1.0, n=np.array(_HEIGHTS)
+    )
 
     def ratio(stiffness: float, case: Tower | None = None) -> float:
         return impulse_table(
@@ -31,7 +33,7 @@ def statements(_: Printed) -> Iterator[Statement]:
     rigid = ratio(1e6, Tower(gravity=0.0))
     yield claim(
         "text-limit",
-        holds=abs(ratios[1e12] - rigid) < 1e-4 and rigid < 0.9,
+        stiffest=ratios[1e12],
         ratios=[f"{a:.5f} at {k:.0e} N/m" for k, a in ratios.items()],
         rigid=rigid,
     )

@@ -27,27 +27,15 @@ def statements(_: Printed) -> Iterator[Statement]:
 
 
 def _three_particles() -> Iterator[Statement]:
-    finals = [final_velocities(3, deformable=law) for law in (False, True)]
-    conserved = [float(abs(v.sum() - 1)) + float(abs(v @ v - 1)) for v in finals]
-    apart = float(np.abs(finals[0] - finals[1]).max())
-    yield claim("text-not-unique", holds=apart > 1e-3 and max(conserved) < 1e-9, ends=finals)
+    ends = [final_velocities(3, deformable=law) for law in (False, True)]
+    yield claim("text-not-unique", ends=ends)
     found = free_collision(3).final_velocity / 2.0
-    yield claim(
-        "text-incomplete",
-        holds=found[0] < -1e-3 and bool(np.abs(found - finals[1]).max() < 1e-9),
-        found=found,
-        expected=finals[1],
-    )
+    yield claim("text-incomplete", found=found, expected=ends[1])
     both = free_collision(2), free_collision(3)
-    total = [1e3 * float(one.deformations.sum(axis=1).max()) for one in both]
-    stored = [float(one.elastic_energy.max() / one.kinetic_energy[0]) for one in both]
     yield claim(
         "text-stored",
-        holds=total[1] > total[0] and stored[1] > stored[0],
-        total=total,
-        grows=100 * (total[1] / total[0] - 1),
-        stored=stored,
-        times=stored[1] / stored[0],
+        total=[float(one.deformations.sum(axis=1).max()) for one in both],
+        stored=[float(one.elastic_energy.max() / one.kinetic_energy[0]) for one in both],
     )
 
 
@@ -56,23 +44,13 @@ def _deformations() -> Iterator[Statement]:
     first, second, third = three.deformations.T
     both = (three.profiles.forces > 0).all(axis=1) if three.profiles else np.zeros(0, bool)
     start = int(np.argmax(both))
-    before = float(np.abs(first - second)[:start].max() / first.max())
-    more = bool((second[both] > first[both]).all())
     yield claim(
         "text-asymmetric",
-        holds=before < 1e-9 and more,
         joins=three.time_over_t0[start],
-        before=before,
-        more=more,
+        before=float(np.abs(first - second)[:start].max() / first.max()),
+        more=bool((second[both] > first[both]).all()),
     )
-    least = third[both] < first[both]
-    part = float(np.mean(least))
-    yield claim(
-        "text-least-deformed",
-        holds=part == 1.0,
-        corrected_holds=bool(least[1:20].all()),
-        part=100 * part,
-    )
+    yield claim("text-least-deformed", least=third[both] < first[both])
 
 
 def _chains() -> Iterator[Statement]:
@@ -93,36 +71,23 @@ def _chains() -> Iterator[Statement]:
     yield compare(
         "eq-17",
         found=[float(c.boundaries[-1]) for c in chains],
-        x=[float(c.centres[-1]) for c in chains],
-        b=[float(c.boundaries[-2]) for c in chains],
+        x=np.array([c.centres[-1] for c in chains]),
+        b=np.array([c.boundaries[-2] for c in chains]),
     )
     lowest = min(float(np.linalg.eigvalsh(compliance(n, True))[0]) for n in range(1, 20))
-    off = off_from_sweeps(rows())
-    yield claim(
-        "text-unique", holds=lowest > 0 and off < 1e-12, lowest=lowest, off=off, rows=len(rows())
-    )
+    yield claim("text-unique", lowest=lowest, off=off_from_sweeps(rows()), rows=len(rows()))
 
 
 def _closest_pair() -> Iterator[Statement]:
     """Try whether the closest two particles touch, anywhere in a row: a claim and its proof."""
-    near, far = (
-        [
-            (row.distances.min(), bool(row.compressions[np.argmin(row.distances)] > 0))
-            for row in some
-        ]
-        for some in (rows(closest=(0.9, 1.1)), rows(closest=(1.0001, 1.2)))
-    )
-    within = [touches for distance, touches in near if distance < 1.0]
-    beyond = [touches for _, touches in far]
+    near, far = rows(closest=(0.9, 1.1)), rows(closest=(1.0001, 1.2))
+    touch = {row: bool(row.compressions[np.argmin(row.distances)] > 0) for row in (*near, *far)}
     for key in ("text-closest-pair", "text-closest-proof"):
         yield claim(
             key,
-            holds=all(touches for _, touches in near) and all(beyond),
-            corrected_holds=all(within) and bool(within),
-            within=len(within),
-            touching=sum(within),
-            beyond=len(beyond),
-            of_them=sum(beyond),
+            near=[touch[row] for row in near],
+            within=[touch[row] for row in near if row.distances.min() < 1.0],
+            far=[touch[row] for row in far],
         )
 
 
@@ -132,7 +97,7 @@ def _stiffness() -> Iterator[Statement]:
         pair = Tower(stiffness=(1e6, stiffness), base="free", gravity=0.0)
         softer.append(float(run(pair, 1.5).final_velocity[0]) / pair.speed)
     rebound = float(final_velocities(3, deformable=True)[0])
-    yield claim("text-softer", holds=abs(rebound) < 1e-3, softer=softer, rebound=rebound)
+    yield claim("text-softer", softer=softer, rebound=rebound)
 
     def alphas(base_times: float) -> list[float]:
         """Return alpha(2) and alpha(10) above a base so many times as stiff."""

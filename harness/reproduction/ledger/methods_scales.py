@@ -44,7 +44,6 @@ def _rigidity(printed: Printed) -> Iterator[Statement]:
     repaired = [law.corrected(**unit) for unit in (metres, centimetres)]
     yield claim(
         law,
-        holds=math.isclose(*ratios, rel_tol=1e-12),
         corrected_holds=math.isclose(*repaired, rel_tol=1e-12),
         ratios=ratios,
         repaired=repaired,
@@ -54,8 +53,8 @@ def _rigidity(printed: Printed) -> Iterator[Statement]:
         "text-glass-bead",
         printed=printed.glass_rigidity,
         found=(_GLASS_MODULUS / pressure) ** (2 / 3),
-        modulus=_GLASS_MODULUS / 1e9,
-        pressure=pressure / 1e3,
+        modulus=_GLASS_MODULUS,
+        pressure=pressure,
         density=_GLASS_DENSITY,
         packing=_PACKING,
     )
@@ -74,13 +73,7 @@ def _stiffnesses(printed: Printed) -> Iterator[Statement]:
     weight = _MASS * printed.gravity / _DIAMETER  # N/m, the pressure of a row of disks
     pairs = zip(printed.rigidities, printed.stiffnesses, strict=True)
     for name, (kappa, stiffness) in zip(("lowest", "highest"), pairs, strict=True):
-        value = stiffness / weight
-        yield compare(
-            f"text-stiffness-{name}",
-            printed=kappa,
-            found=value,
-            above=100 * (value / kappa - 1),
-        )
+        yield compare(f"text-stiffness-{name}", printed=kappa, found=stiffness / weight)
     median = float(np.median(STIFFNESSES))
     middle = median * (printed.rigidities[0] / printed.stiffnesses[0])
     yield compare(
@@ -111,21 +104,17 @@ def _crest(printed: Printed) -> Iterator[Statement]:
     fastest, slow = rise_time(flight), rise_time(critical_angle() + 1e-6)
     yield claim(
         "text-crest-time",
-        holds=fastest <= printed.crest_time <= slow,
+        printed=printed,
         fastest=fastest,
         flight=flight,
         slow=slow,
     )
-    longest = max(row.window_s for row in impulses())
     yield claim(
         "text-separation",
-        holds=fastest > 10 * printed.contact_time,
-        printed=printed.crest_time / printed.contact_time,
-        formula=formula(r=1.0, g=printed.gravity) / printed.contact_time,
+        printed=printed,
+        formula=formula(r=1.0, g=printed.gravity),
         fastest=fastest,
-        contacts=fastest / printed.contact_time,
-        windows=fastest / longest,
-        longest=longest,
+        longest=max(row.window_s for row in impulses()),
     )
 
 

@@ -63,7 +63,7 @@ def touching_chains(count: int = 200, particles: tuple[int, ...] = ()) -> tuple[
     return tuple(chains)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Row:
     """Particles of diameter 1 m anywhere in a row, with the compressions of the one solution."""
 

@@ -12,7 +12,9 @@ from harness.reproduction.figure_data import collapse, towers_in_time
 
 @pytest.fixture(scope="module")
 def found():
-    return towers_in_time.towers_in_time()
+    towers_in_time.towers_in_time.cache_clear()
+    evidence, in_time = towers_in_time.force_and_contacts()
+    return evidence, (in_time, towers_in_time.separated()[1])
 
 
 def test_events_of_three_particles(found):
@@ -29,7 +31,9 @@ def test_events_of_three_particles(found):
 def test_events_of_the_overlap_law_is_another(monkeypatch):
     """A perturbed law changes the verdict."""
     monkeypatch.setattr(towers_in_time, "Tower", lambda height: Tower(height=height, law="overlap"))
-    _, (statement, _) = towers_in_time.towers_in_time()
+    towers_in_time.towers_in_time.cache_clear()
+    _, statement = towers_in_time.force_and_contacts()
+    towers_in_time.towers_in_time.cache_clear()
     assert statement.status is ClaimStatus.NOT_REPRODUCED
     assert "Does not agree: the third joins at 0.00 t0 (source 0.5)" in statement.computed
 
