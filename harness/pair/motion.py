@@ -7,6 +7,7 @@ positive; the ending is located by taking the same step shorter, to round-off.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -19,6 +20,7 @@ from harness.pair.geometry import geometry
 from harness.pair.path import Event, EventKind, SliderName
 from harness.pair.rates import LOAD, OPEN, OPENING, SIGN, SLIDERS, STATE, TOUCH, endings
 from harness.pair.scales import set_size, state_scales
+from harness.pair.slider import OFF, SLIDE
 from harness.pair.switching import begin, settle, stick, switch
 from harness.pair.system import BODY, Floats, Integers, System
 from harness.parameters.contact_scene import Segment
@@ -68,9 +70,9 @@ class Motion:
 
     def prescribe(self, segment: Segment) -> None:
         """Give every body the velocities of a segment; springs stay as they are."""
-        for c in self.closed():
-            for kind in range(3):
-                stick(self.y, self.system, self.modes, c, kind)
+        slid = self._sliding()
+        for c, kind in slid:
+            stick(self.y, self.system, self.modes, c, kind)
         bodies = self.y[: BODY * len(self.system.radius)].reshape(-1, BODY)
         bodies[:, 3:6], bodies[:, 6:9] = np.array(segment.velocities), np.array(segment.omegas)
         for c in self.closed():
@@ -78,7 +80,7 @@ class Motion:
             self.modes[c, OPENING] = geometry(self.y, self.system, c).closing < 0.0
         self._rescale()
         if self.closed():
-            self._settle()
+            self._settle(slid)
 
     def advance(self, end: float) -> None:
         """Move on to a time."""
@@ -99,6 +101,7 @@ class Motion:
         self._begin(c)
 
     def _begin(self, c: int) -> None:
+        slid = self._sliding()
         begin(self.y, self.system, self.modes, c, 0.0)
         set_size(self.y, self.system, c)
         self._note("begins", c, "")
@@ -106,13 +109,21 @@ class Motion:
         start = START * self.unit()
         self.y, _ = step(self.y, start, self.scale, self.system, self.modes)
         self.time += start
-        self._settle()
+        self._settle(slid)
         self.h = start
 
-    def _settle(self) -> None:
-        """Decide which sliders slide, and note them."""
-        for c, kind in settle(self.y, self.system, self.modes, PROBE * self.unit()):
-            self._note("slides", c, SLIDER_NAMES[kind])
+    def _sliding(self) -> list[tuple[int, int]]:
+        """Return contact and kind of every slider that slides."""
+        found = np.argwhere(self.modes[:, SLIDERS : SLIDERS + 3] == SLIDE)
+        return [(int(c), int(kind)) for c, kind in found]
+
+    def _settle(self, slid: Sequence[tuple[int, int]] = ()) -> None:
+        """Decide which sliders slide, and note what changed against those that ``slid``."""
+        settle(self.y, self.system, self.modes, PROBE * self.unit())
+        slides = self._sliding()
+        for c, kind in sorted({*slides} ^ {*slid}):
+            if self.modes[c, SLIDERS + kind] != OFF:
+                self._note("slides" if (c, kind) in slides else "sticks", c, SLIDER_NAMES[kind])
         self._rescale()
 
     def _step(self, end: float) -> None:
@@ -166,11 +177,11 @@ class Motion:
         name: SliderName = ""
         if SLIDERS <= column < SLIDERS + 3:
             name = SLIDER_NAMES[column - SLIDERS]
-        before = self._event_values(c)
+        before, slid = self._event_values(c), self._sliding()
         kind = switch(self.y, self.system, self.modes, where)
         self.events.append(Event(self.time, kind, self.name(c), *before, slider=name))
         if column == LOAD:
-            self._settle()
+            self._settle(slid)
         self._rescale()
         if self.closed():
             self.h = min(self.h, 0.1 * self.unit())

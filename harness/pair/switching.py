@@ -121,13 +121,13 @@ def slide(y: Floats, system: System, modes: Integers, c: int, kind: int) -> None
     modes[c, SLIDERS + kind] = SLIDE
 
 
-def settle(y: Floats, system: System, modes: Integers, probe: float) -> list[tuple[int, int]]:
-    """Decide of every slider that sticks whether it slides; return contact and kind of those.
+def settle(y: Floats, system: System, modes: Integers, probe: float) -> None:
+    """Decide of every slider that sticks whether it slides.
 
     Beyond the limit it does. Where force and limit are equal, as at the begin of a contact,
     the state after a time ``probe`` tells.
     """
-    sliding, open_cases = [], []
+    open_cases = []
     for c in range(len(system.pairs)):
         for kind in range(3) if modes[c, STATE] == CLOSED else ():
             if modes[c, SLIDERS + kind] != STICK:
@@ -135,11 +135,10 @@ def settle(y: Floats, system: System, modes: Integers, probe: float) -> list[tup
             over, size = _over(y, system, modes, c, kind)
             if over > CLOSE_TO_LIMIT * size:
                 slide(y, system, modes, c, kind)
-                sliding.append((c, kind))
             elif over >= -CLOSE_TO_LIMIT * size:
                 open_cases.append((c, kind))
     if not open_cases:
-        return sliding
+        return
     later, _ = step(y, probe, np.ones_like(y), system, modes)
     for c, kind in open_cases:
         over, _ = _over(later, system, modes, c, kind)
@@ -150,8 +149,6 @@ def settle(y: Floats, system: System, modes: Integers, probe: float) -> list[tup
                 held = limited(slider, _get(later, system, c, kind), damping)
                 _set(y, system, c, kind, direction(held))
             modes[c, SLIDERS + kind] = SLIDE
-            sliding.append((c, kind))
-    return sliding
 
 
 def _over(y: Floats, system: System, modes: Integers, c: int, kind: int) -> tuple[float, float]:

@@ -62,7 +62,7 @@ def test_samples_do_not_change_the_motion():
 def test_events_stand_where_the_law_says():
     path = integrate(impact(LINEAR, *SPINNING))
     kinds = [event.kind for event in path.events]
-    assert kinds == ["begins", "slides", "sticks", "turns", "slides", "attracts", "ends"]
+    assert kinds == ["begins", "slides", "sticks", "turns", "slides", "attracts", "sticks", "ends"]
     turns, attracts, ends = (path.of_kind(kind)[0] for kind in ("turns", "attracts", "ends"))
     assert abs(attracts.force) < 1e-10 * turns.force
     assert abs(ends.overlap) < 1e-11 * turns.overlap
