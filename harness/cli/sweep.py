@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,10 +12,12 @@ import typer
 
 from harness.cli.engine_options import Integrator, ProgramOptions
 from harness.cli.options import Json
+from harness.cli.slurm_options import ExecutorOptions
 
 if TYPE_CHECKING:
     from harness.cli.recording import Recording
     from harness.engines.contract import Engine
+    from harness.workflows.slurm_jobs import Settings
     from harness.workflows.sweep_plan import Asked, Plan
     from harness.workflows.sweep_run import Sweep
 
@@ -98,6 +100,7 @@ def sweep(
         ),
     ],
     options: SweepOptions,
+    where: ExecutorOptions,
     json: Json = False,
 ) -> None:
     """Run a case over values of its parameters and over engines: one tidy row a run.
@@ -110,10 +113,15 @@ def sweep(
     from harness.workflows.sweep_plan import plan
 
     chosen = plan(options.asked(target))
+    settings = where.settings()
+    options = replace(options, mpirun=where.launcher(options.mpirun))
     options.check_names(chosen.engines, "--engines")
     counts: dict[str, int] = {}
     with recorded("sweep") as told, _folder(options, chosen.asked) as folder:
-        found, unqualified = _run(options, chosen, counts, told)
+        if settings is None:
+            found, unqualified = _run(options, chosen, counts, told)
+        else:
+            found, unqualified = _run_on_cluster(options, chosen, settings, folder), {}
         told.folder, told.status = folder, FAILED if found.count("failed") else told.status
         notes = _written(folder, found)
     notes += [f"engine {n!r} did not qualify: {reason}" for n, reason in unqualified.items()]
@@ -150,6 +158,28 @@ def _run(
     executor = Local(open_one, options.entries(), options.fresh)
     with progress_bars() as progress:
         return run_plan(chosen, executor, progress), unqualified
+
+
+def _run_on_cluster(options: SweepOptions, chosen: Plan, settings: Settings, folder: Path) -> Sweep:
+    """Return the sweep, run under SLURM; engines are opened here to look up what is kept."""
+    from functools import partial
+
+    from harness.cli.progress import progress_bars
+    from harness.home import cache_place
+    from harness.workflows.slurm import Slurm
+    from harness.workflows.sweep_local import Local
+    from harness.workflows.sweep_run import run_plan
+
+    entries = options.entries()
+    executor = Slurm(
+        folder,
+        settings,
+        Local(partial(options.open, integrator=options.integrator), entries, options.fresh),
+        lambda name: options.chosen(name, options.integrator).arguments(),
+        cache_place(options.cache).path if entries is not None else None,
+    )
+    with progress_bars() as progress:
+        return run_plan(chosen, executor, progress)
 
 
 @contextlib.contextmanager

@@ -76,11 +76,36 @@ class Local:
             for first in range(0, len(work.parameters), CHUNK):
                 yield from _in_engine(work, engine, range(first, first + CHUNK))
 
+    def known(self, work: Work) -> Iterator[tuple[int, Ran]]:
+        """Yield what is kept and what is refused; nothing is run."""
+        if work.solves:
+            for place, parameters in enumerate(work.parameters):
+                found = self._kept(work, self._key(work, parameters))
+                if found is not None:
+                    yield place, found
+            return
+        with self.open_one(work.engine) as engine:
+            jobs, refused = jobs_of(work, engine, range(len(work.parameters)))
+            yield from refused.items()
+            kept = engine.kept([job for job, _ in jobs]) if isinstance(engine, CachedEngine) else {}
+            for index, output in kept.items():
+                for place in jobs[index][1]:
+                    yield place, read(work, engine, place, output)
+
     def _solved(self, work: Work, parameters: Parameters) -> Ran:
-        """Return what a solver finds, or found before: its key is all of the source."""
-        if self.entries is None:
-            return solved(work.case, parameters, work.engine)
-        key = key_of(
+        """Return what a solver finds, or found before."""
+        key = self._key(work, parameters)
+        kept = self._kept(work, key)
+        if kept is not None:
+            return kept
+        found = solved(work.case, parameters, work.engine)
+        if isinstance(found, Measured) and self.entries is not None:
+            self.entries.put(key, json.dumps(dict(found.values)).encode())
+        return found
+
+    def _key(self, work: Work, parameters: Parameters) -> str:
+        """Return the key of what a solver finds: all of the source decides it."""
+        return key_of(
             {
                 "case": work.case.name,
                 "solver": work.engine,
@@ -90,13 +115,10 @@ class Local:
                 "source": [source_digest(), _beyond(work.case)],
             }
         )
-        kept = None if self.fresh else self.entries.get(key)
-        if kept is not None:
-            return Measured(json.loads(kept), version_of_solver(work.engine))
-        found = solved(work.case, parameters, work.engine)
-        if isinstance(found, Measured):
-            self.entries.put(key, json.dumps(dict(found.values)).encode())
-        return found
+
+    def _kept(self, work: Work, key: str) -> Measured | None:
+        kept = None if self.fresh or self.entries is None else self.entries.get(key)
+        return None if kept is None else Measured(json.loads(kept), version_of_solver(work.engine))
 
 
 def solved(case: Case[Any], parameters: Parameters, solver: str) -> Ran:

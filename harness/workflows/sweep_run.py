@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -148,11 +148,13 @@ def run_plan(chosen: Plan, executor: Executor | None = None, progress: Progress 
     parameters = [point.parameters for point in chosen.points]
     rows: list[Row] = []
     missing: dict[str, str] = {}
-    for engine in chosen.engines:
+    # a cluster is given all of it before any is waited for
+    streams = [_stream(run, Work(chosen.case, engine, parameters)) for engine in chosen.engines]
+    for engine, stream in zip(chosen.engines, streams, strict=True):
         ran: dict[int, Ran] = {}
         progress(engine, 0, len(parameters))
         try:
-            for place, outcome in run(Work(chosen.case, engine, parameters)):
+            for place, outcome in stream:
                 ran[place] = outcome
                 progress(engine, len(ran), len(parameters))
         except EngineMissingError as error:
@@ -167,6 +169,19 @@ def run_plan(chosen: Plan, executor: Executor | None = None, progress: Progress 
     over = _columns(chosen.points[0], chosen.asked.over)
     quantities = tuple(_quantity_key(quantity) for quantity in chosen.case.quantities)
     return Sweep(chosen.case.name, tuple(rows), over, quantities, chosen.asked.quantity, missing)
+
+
+def _stream(run: Executor, work: Work) -> Iterator[tuple[int, Ran]]:
+    """Return the outcomes of work; an engine that cannot be opened is told in its turn."""
+    try:
+        return run(work)
+    except EngineError as error:
+        return _raising(error)
+
+
+def _raising(error: EngineError) -> Iterator[tuple[int, Ran]]:
+    raise error
+    yield
 
 
 def _row(chosen: Plan, engine: str, point: Point, ran: Ran) -> Row:
