@@ -297,7 +297,7 @@ def test_the_words_of_a_figure_are_as_large_on_a_phone_as_a_page_needs(look):
 
 
 @SCHEMES
-@pytest.mark.parametrize("name", ["report", "engines"])
+@pytest.mark.parametrize("name", ["report", "engines", "diff"])
 def test_print_shows_every_column_dark_on_white(look, barriers, name, scheme):
     page = look(name, (A4_WIDTH, 1000), scheme)
     page.emulate_media(media="print", color_scheme=scheme)

@@ -258,7 +258,7 @@ def test_many_values_of_the_second_parameter_are_told_by_a_bar():
     lines = figure.axes[0].get_lines()
     assert len(lines) == 24
     assert figure.axes[0].get_xscale() == "log"
-    assert figure.axes[1].get_ylabel() == "end.x_m"
+    assert figure.axes[1].get_ylabel() == "end.x (m)"
     assert list(lines[0].get_ydata()) == pytest.approx([2.0, 2.0 * 1000**0.5, 2000.0])
 
 

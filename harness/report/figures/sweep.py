@@ -9,7 +9,9 @@ import pandas as pd
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 
-from harness.report.figures.style import COLOURS, MARKERS, STYLES, Figure, label
+from harness.report.figures.divergence import name_and_unit
+from harness.report.figures.style import COLOURS, MARKERS, STYLES, Figure, label, legend_below
+from harness.report.figures.style import quantity as axis_name
 
 MOST_NAMED = 8
 """Values of the second parameter that a legend names; more are told by a bar of colours."""
@@ -26,13 +28,15 @@ def sweep_figure(frame: pd.DataFrame, quantity: str, over: list[str], title: str
     figure = Figure(figsize=(7.0, 4.4), layout="constrained")
     axes = figure.add_subplot()
     x, second = over[0], over[1] if len(over) > 1 else None
+    name, unit = name_and_unit(second or "")
+    behind = "" if unit == "1" else f" {unit}"
     values = list(dict.fromkeys(frame[second])) if second else [None]
     engines = list(dict.fromkeys(frame["engine"]))
     for number, engine in enumerate(engines):
         of_engine = frame[frame["engine"] == engine]
         for place, value in enumerate(values):
             own = of_engine if second is None else of_engine[of_engine[second] == value]
-            named = engine if second is None else f"{second} = {_text(value)}, {engine}"
+            named = engine if second is None else f"{name} = {_text(value)}{behind}, {engine}"
             axes.plot(
                 own[x].to_numpy(),
                 own[quantity].to_numpy(dtype=float),
@@ -42,11 +46,12 @@ def sweep_figure(frame: pd.DataFrame, quantity: str, over: list[str], title: str
                 label=named,
             )
     _scale(axes, frame[x])
-    label(axes, x, quantity, title)
+    across, up = (axis_name(*name_and_unit(column)) for column in (x, quantity))
+    label(axes, across, up, title)
     if len(values) <= MOST_NAMED:
-        axes.legend(loc="best")
+        legend_below(figure)
     else:
-        _bar(figure, axes, second or "", values)
+        _bar(figure, axes, axis_name(name, unit), values)
     return figure
 
 

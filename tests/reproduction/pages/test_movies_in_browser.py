@@ -37,3 +37,17 @@ def test_axe_finds_nothing(browser, barriers, reproduction, tmp_path, width, sch
     page.goto(path.as_uri())
     assert barriers(page) == []
     context.close()
+
+
+def test_on_paper_the_ledger_keeps_all_its_columns(browser, reproduction, tmp_path):
+    path = tmp_path / "report.html"
+    path.write_text(html_page(reproduction, [], [FILM], "../.."), encoding="utf-8")
+    context = browser.new_context(viewport={"width": 710, "height": 1000}, color_scheme="dark")
+    page = context.new_page()
+    page.goto(path.as_uri())
+    page.emulate_media(media="print", color_scheme="dark")
+    last = page.locator(".ledger thead th").last.bounding_box()
+    assert last["width"] > 20
+    assert last["x"] + last["width"] <= 710
+    assert not page.locator(".play").first.is_visible()
+    context.close()
