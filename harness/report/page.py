@@ -155,24 +155,22 @@ def figures(
 ) -> list[Shown]:
     """Return the figures as a page shows them: inside it, or from an ``address`` beside it.
 
-    They stand in their order, but that the next figure of one column comes beside each: where a
-    figure of both columns followed a single one, the place beside it would stay empty.
+    Two that need one column each stand beside each other where they follow each other; one that
+    is left alone takes both, as the place beside it would stay empty.
     """
     placed: list[Shown] = []
-    alone: int | None = None
+    half = False
     for picture in pictures:
         uri = address(picture) if address else data_uri(picture.svg)
         width, height = map(round, size(picture.svg))
         look = "wide" if width > WIDE else "tall" if height >= TALL * width else ""
+        if half and look:
+            placed[-1] = replace(placed[-1], look="tall")
+        half = not half and not look
         shown = Shown(picture.name, picture.title, picture.caption, uri, width, height, look)
-        if look or alone is None:
-            alone = alone if look else len(placed)
-            placed.append(shown)
-        else:
-            placed.insert(alone + 1, shown)
-            alone = None
-    if alone is not None:
-        placed[alone] = replace(placed[alone], look="tall")
+        placed.append(shown)
+    if half:
+        placed[-1] = replace(placed[-1], look="tall")
     return placed
 
 

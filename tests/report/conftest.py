@@ -124,9 +124,9 @@ def sections():
             (table,),
             (
                 Drawing("one", "One", "A usual figure.", draw()),
-                Drawing("broad", "Broad", "Three panels.", draw(1, 3)),
                 Drawing("two", "Two", "Another.", draw()),
                 Drawing("odd", "Odd", "A third.", draw()),
+                Drawing("broad", "Broad", "Three panels.", draw(1, 3)),
                 Drawing("four-rows", "Four rows", "Tall.", draw(4, 2)),
             ),
         ),

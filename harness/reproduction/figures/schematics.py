@@ -84,7 +84,7 @@ def force_diagrams(diagrams: Sequence[ForceDiagram]) -> Figure:
         figure.axes[0].plot([], [], color=colour, ls=line, label=name)
     legend_below(figure, 3)
     unit = f"arrows: {_FORCE_SCALE:g} d is m g, and sqrt(g d)"
-    figure.axes[-1].text(0.99, 0.03, unit, transform=figure.axes[-1].transAxes, ha="right")
+    figure.legends[0].set_title(unit)
     return figure
 
 
