@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
-
+import numpy as np
 import pandas as pd
 
 NUMBERS = ("printed", "found", "corrected", "tolerance")
@@ -22,36 +20,18 @@ def ledger_differences(first: pd.DataFrame, second: pd.DataFrame) -> list[str]:
     Both as of :meth:`harness.reproduction.claims.Ledger.frame`; words are not
     compared, since they repeat the numbers.
     """
-    a, b = (_by_key(frame) for frame in (first, second))
-    lines = [f"{key}: is not there any more" for key in a if key not in b]
-    lines += [f"{key}: is new" for key in b if key not in a]
-    for key in a:
-        if key in b:
-            lines += _row(key, a[key], b[key])
+    a, b = first.set_index("key"), second.set_index("key")
+    lines = [f"{key}: is not there any more" for key in a.index.difference(b.index, sort=False)]
+    lines += [f"{key}: is new" for key in b.index.difference(a.index, sort=False)]
+    for key in a.index.intersection(b.index, sort=False):
+        one, other = a.loc[key], b.loc[key]
+        if one["status"] != other["status"]:
+            lines.append(f"{key}: was {one['status']}, is {other['status']}")
+        was, now = (pd.to_numeric(row[[*NUMBERS]], errors="coerce") for row in (one, other))
+        room = OF_TOLERANCE * np.nan_to_num(was["tolerance"])
+        same = np.isclose(was, now, rtol=RELATIVE, atol=room, equal_nan=True)
+        lines += [
+            f"{key}: {name} was {was[name]:.10g}, is {now[name]:.10g}"
+            for name in np.array(NUMBERS)[~same]
+        ]
     return lines
-
-
-def _by_key(frame: pd.DataFrame) -> dict[str, Mapping[str, object]]:
-    return {str(row["key"]): row for row in frame.to_dict(orient="records")}  # type: ignore[misc]
-
-
-def _row(key: str, first: Mapping[str, object], second: Mapping[str, object]) -> list[str]:
-    lines = []
-    if first["status"] != second["status"]:
-        lines.append(f"{key}: was {first['status']}, is {second['status']}")
-    room = _number(first["tolerance"])
-    for name in NUMBERS:
-        one, other = _number(first[name]), _number(second[name])
-        if not _same(one, other, 0.0 if math.isnan(room) else OF_TOLERANCE * room):
-            lines.append(f"{key}: {name} was {one:.10g}, is {other:.10g}")
-    return lines
-
-
-def _number(value: object) -> float:
-    return float(value) if isinstance(value, (int, float)) else math.nan
-
-
-def _same(one: float, other: float, room: float) -> bool:
-    if math.isnan(one) or math.isnan(other):
-        return math.isnan(one) and math.isnan(other)
-    return one == other or abs(one - other) <= RELATIVE * max(abs(one), abs(other)) + room

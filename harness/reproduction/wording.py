@@ -9,16 +9,8 @@ from typing import Any
 import numpy as np
 
 _NUMPY = ("abs", "cos", "exp", "isfinite", "nan", "pi", "radians", "sin", "sqrt", "sum")
-_BUILT_IN = {
-    "all": all,
-    "bool": bool,
-    "len": len,
-    "max": max,
-    "min": min,
-    "range": range,
-    "zip": zip,
-}
-_FUNCTIONS = {name: getattr(np, name) for name in _NUMPY} | _BUILT_IN
+_BUILT_IN = (all, bool, len, max, min, range, round, zip)
+_FUNCTIONS = {name: getattr(np, name) for name in _NUMPY} | {f.__name__: f for f in _BUILT_IN}
 
 DIGITS = 7
 """Significant digits of a recorded number: round-off of other machines stays below them."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from scipy.integrate import quad
@@ -58,14 +59,12 @@ def _rigidity(printed: Printed) -> Iterator[Statement]:
         density=_GLASS_DENSITY,
         packing=_PACKING,
     )
-    low, high = printed.rigidities
     yield compare(
         "text-orders-of-magnitude",
         printed=printed.orders_of_magnitude,
-        found=math.log10(high / low),
+        found=float(np.log10(printed.rigidities[1] / printed.rigidities[0])),
         corrected=float(len(STIFFNESSES) - 1),  # steps of ten between its values
-        low=low,
-        high=high,
+        printed_range=printed.rigidities,
     )
 
 
@@ -102,13 +101,8 @@ def _crest(printed: Printed) -> Iterator[Statement]:
     yield compare("text-t-c", printed=printed.crest_time, found=evaluated, needed=needed)
     flight = no_flight_bound()
     fastest, slow = rise_time(flight), rise_time(critical_angle() + 1e-6)
-    yield claim(
-        "text-crest-time",
-        printed=printed,
-        fastest=fastest,
-        flight=flight,
-        slow=slow,
-    )
+    times: dict[str, Any] = {"fastest": fastest, "flight": flight, "slow": slow}
+    yield claim("text-crest-time", printed=printed, **times)
     yield claim(
         "text-separation",
         printed=printed,
