@@ -1,6 +1,7 @@
 """The cases that the harness knows: by folder, and by entry points of other packages.
 
-A folder of this package with a module ``case`` is a case of the folder's name. Another package
+A folder of this package with a module ``case`` is a case of the folder's name, with hyphens for
+underscores. Another package
 names its cases under the entry point ``dem_harness.cases``, each by its name. A case is imported
 when it is asked for, not to list names.
 """
@@ -31,7 +32,7 @@ def built_in() -> tuple[str, ...]:
     folders = pkgutil.iter_modules(harness.cases.__path__, "harness.cases.")
     packages = [module.name for module in folders if module.ispkg]
     cases = [name for name in packages if find_spec(f"{name}.case") is not None]
-    return tuple(name.rpartition(".")[2] for name in cases)
+    return tuple(name.rpartition(".")[2].replace("_", "-") for name in cases)
 
 
 def plugins() -> Mapping[str, EntryPoint]:
@@ -55,7 +56,8 @@ def get_case(name: str) -> Case[Any]:
     another package that cannot be used.
     """
     if name in built_in():
-        found: Case[Any] = import_module(f"harness.cases.{name}.case").CASE
+        folder = name.replace("-", "_")
+        found: Case[Any] = import_module(f"harness.cases.{folder}.case").CASE
         return found
     point = plugins().get(name)
     if point is None:

@@ -12,7 +12,15 @@ MOST_FAILED, MOST_UNTESTED, MOST_FINDINGS = 40, 8, 5
 """Rows of each sort that are printed without --verbose."""
 
 WIDEST = 120
-COLOURS = {"pass": "green", "fail": "bold red", "not tested": "yellow", "finding": "cyan"}
+COLOURS = {
+    "pass": "green",
+    "finding": "cyan",
+    "not tested": "yellow",
+    "fixed": "bold green",
+    "known defect": "magenta",
+    "fail": "bold red",
+}
+"""Of each verdict, in the order in which --verbose prints them."""
 
 Record = Mapping[str, Any]
 
@@ -22,7 +30,7 @@ def print_verification(record: Record, folder: Path, *, verbose: bool = False) -
     printer = Printer()
     checks = record["checks"]
     if verbose:
-        for verdict in ("pass", "finding", "not tested", "fail"):
+        for verdict in COLOURS:
             printer.rows([c for c in checks if c["verdict"] == verdict], len(checks))
     else:
         printer.brief(checks, folder)
@@ -85,6 +93,8 @@ class Printer:
         """Print what failed, what was not tested, and the findings, some of each."""
         for verdict, most in (
             ("fail", MOST_FAILED),
+            ("known defect", MOST_UNTESTED),
+            ("fixed", MOST_UNTESTED),
             ("not tested", MOST_UNTESTED),
             ("finding", MOST_FINDINGS),
         ):
@@ -94,10 +104,11 @@ class Printer:
         """Print a line for each kind: how many hold, how many were not tested."""
         for kind in dict.fromkeys(check["kind"] for check in checks):
             verdicts = [check["verdict"] for check in checks if check["kind"] == kind]
-            held, failed, untested = (verdicts.count(v) for v in ("pass", "fail", "not tested"))
+            held, failed = (verdicts.count(v) for v in ("pass", "fail"))
             text = f"{held} of {held + failed} hold" if held + failed else ""
             reported = verdicts.count("finding")
-            parts = [text, f"{untested} not tested" if untested else ""]
+            apart = ("known defect", "fixed", "not tested")
+            parts = [text, *(f"{verdicts.count(v)} {v}" for v in apart if v in verdicts)]
             parts.append(f"{reported} reported" if reported else "")
             self.line(f"{kind}: {', '.join(filter(None, parts))}")
 

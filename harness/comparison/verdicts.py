@@ -27,12 +27,38 @@ class Kind(StrEnum):
 
 
 class Verdict(StrEnum):
-    """What became of a check. A finding is reported, not judged."""
+    """What became of a check. A finding is reported, not judged.
+
+    A known defect is a failure whose cause is known for the release; fixed is one that is gone.
+    """
 
     PASS = "pass"
     FAIL = "fail"
     NOT_TESTED = "not tested"
     FINDING = "finding"
+    KNOWN_DEFECT = "known defect"
+    FIXED = "fixed"
+
+
+@dataclass(frozen=True)
+class Cell:
+    """The place of a check in the matrix of cases and submodels, for a system and an engine.
+
+    ``order`` is the order of convergence that was observed, with its interval.
+    """
+
+    case: str
+    submodel: str
+    system: str
+    engine: str
+    order: Number = math.nan
+    order_low: Number = math.nan
+    order_high: Number = math.nan
+
+    @property
+    def place(self) -> tuple[str, str, str, str]:
+        """Return case, submodel, system and engine."""
+        return (self.case, self.submodel, self.system, self.engine)
 
 
 @dataclass(frozen=True)
@@ -59,6 +85,7 @@ class Check:
     triage: str = ""
     engine_died: bool = False
     log: str = field(default="", repr=False)
+    cell: Cell | None = None
 
     @computed_field  # type: ignore[prop-decorator]
     @property

@@ -2,8 +2,8 @@
 
 A template lies in ``templates/<name>.<extension>.j2`` of an engine's folder, or, where the case
 belongs to another package, in ``<package>/templates/<engine>/``. Jinja sees every default as
-:meth:`ScriptSource.literal` writes it, with ``name`` (the file), ``version``, ``variant`` and
-``note``.
+:meth:`ScriptSource.literal` writes it, and all as ``defaults``, with ``name`` (the file),
+``version``, ``variant`` and ``note``.
 """
 
 from __future__ import annotations
@@ -169,8 +169,10 @@ class ScriptSource(Engine):
             raise RequestError(f"engine {cls.name!r} has no template {template.name!r}")
         stem = f"{template.name}-{variant}" if variant and cls.renders_variants else template.name
         name = f"{stem}.{cls.extension}"
+        defaults = {key: cls.literal(value) for key, value in template.variants[variant].items()}
         values = {
-            **{key: cls.literal(value) for key, value in template.variants[variant].items()},
+            **defaults,
+            "defaults": defaults,
             "name": name,
             "variant": variant,
             "note": template.notes.get(variant, ""),

@@ -28,6 +28,12 @@ _UNITS = {
     "fy": "fy_N",
     "fz": "fz_N",
     "radius": "radius_m",
+    "omegax": "wx_rad_per_s",
+    "omegay": "wy_rad_per_s",
+    "omegaz": "wz_rad_per_s",
+    "tqx": "tx_N_m",
+    "tqy": "ty_N_m",
+    "tqz": "tz_N_m",
 }
 """Columns of a dump in SI units, by their names there."""
 

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from harness.parameters.contact_rules import Rules
+
 if TYPE_CHECKING:
     from harness.parameters.contact import Contact, EffectiveMass, Spring, Tail
 
@@ -38,6 +40,10 @@ class Traits:
     force_from_velocity: bool = False
     lineage: str = ""
     title: str = ""
+    contact_rules: Rules = field(default_factory=Rules)
+    """Of contacts with friction, where codes differ that state the same law."""
+    old_contact_rules: Rules = field(default_factory=Rules)
+    """Of the engine's earlier interface to contacts."""
     caveats: tuple[str, ...] = field(default=())
     """Traps that users fall into, a sentence each; the report shows them."""
 

@@ -20,7 +20,8 @@ def junit(found: Verification) -> str:
     """Return the checks as JUnit XML: a suite for each kind, a test case for each check.
 
     A verdict that failed is a ``failure``, an engine that died an ``error``. What was
-    not tested, and a finding, which nobody judges, are ``skipped`` with the reason.
+    not tested, known defects, those that are fixed, and a finding, which nobody judges, are
+    ``skipped`` with the reason.
     """
     rows = summaries(found.checks)
     suites = [_suite(found, row, found.seconds if row is rows[0] else 0.0) for row in rows]
@@ -82,6 +83,9 @@ def _outcome(case: Xml.Element, check: Check) -> None:
         trouble.text = _clean(_story(check))
     elif check.verdict is Verdict.NOT_TESTED:
         Xml.SubElement(case, "skipped", message=_clean(f"not tested: {check.note}"))
+    elif check.verdict in (Verdict.KNOWN_DEFECT, Verdict.FIXED):
+        message = f"{check.verdict}: {numbers(check)}. {check.note}"
+        Xml.SubElement(case, "skipped", message=_clean(message))
     elif check.verdict is Verdict.FINDING:
         message = f"finding, not judged: {numbers(check)}. {check.note}"
         Xml.SubElement(case, "skipped", message=_clean(message))

@@ -17,7 +17,7 @@ from harness.shown import number
 LIMIT = 60_000
 """Characters. A comment on GitHub holds 65,536, of which others may want some."""
 
-SEVERE = (Verdict.FAIL, Verdict.NOT_TESTED)
+SEVERE = (Verdict.FAIL, Verdict.KNOWN_DEFECT, Verdict.FIXED, Verdict.NOT_TESTED)
 HEAD = ("| check | value | expected | difference | tolerance | |", "|---|--:|--:|--:|--:|---|")
 
 
@@ -41,7 +41,7 @@ def _severe(check: Check) -> str:
     about = "" if check.engine_died else triage(check)
     note = "" if math.isnan(check.value) else check.note
     texts = (happened(check), about, details(check), note)
-    mark = "**failed**" if check.verdict is Verdict.FAIL else "not tested"
+    mark = "**failed**" if check.verdict is Verdict.FAIL else str(check.verdict)
     happening = markdown_text("; ".join(filter(None, texts)))[:600]
     return f"| {mark} {markdown_text(check.name)} | {check.kind} | {happening} |"
 

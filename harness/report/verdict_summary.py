@@ -14,8 +14,18 @@ KINDS = {
     Kind.FINDING: "Findings: differences between models, reported and not judged",
 }
 
-SEVERITY = (Verdict.FAIL, Verdict.NOT_TESTED, Verdict.PASS, Verdict.FINDING)
+SEVERITY = (
+    Verdict.FAIL,
+    Verdict.KNOWN_DEFECT,
+    Verdict.FIXED,
+    Verdict.NOT_TESTED,
+    Verdict.PASS,
+    Verdict.FINDING,
+)
 """The order in which rows are read."""
+
+APART = (Verdict.KNOWN_DEFECT, Verdict.FIXED, Verdict.NOT_TESTED)
+"""Verdicts that are counted beside those that hold or fail."""
 
 
 @dataclass(frozen=True)
@@ -39,8 +49,9 @@ class KindSummary:
         """Return the count in words: ``18 of 18 hold``, ``9 reported``."""
         if self.kind is Kind.FINDING:
             return f"{len(self.checks)} reported"
-        untested = self.count(Verdict.NOT_TESTED)
-        rest = f", {untested} not tested" if untested else ""
+        rest = "".join(
+            f", {self.count(verdict)} {verdict}" for verdict in APART if self.count(verdict)
+        )
         return f"{self.count(Verdict.PASS)} of {self.judged} hold{rest}"
 
 

@@ -54,11 +54,13 @@ def in_checkout(folder: Path) -> bool:
 
 def committed_tolerances() -> Path | None:
     """Return the file of overrides that came with this harness, None if there is none."""
+    return committed_file("tolerances.toml")
+
+
+def committed_file(name: str) -> Path | None:
+    """Return a file of ``inputs`` that came with this harness, None if there is none."""
     package = Path(harness.__file__).parent
-    files = (
-        package.parent / "inputs" / "tolerances.toml",
-        package / "store" / "committed" / "tolerances.toml",
-    )
+    files = (package.parent / "inputs" / name, package / "store" / "committed" / name)
     return next((file for file in files if file.is_file()), None)
 
 

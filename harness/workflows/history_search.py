@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 UNFINISHED = "unfinished"
-VERDICTS = ("pass", "fail", "not tested", "finding")
+VERDICTS = ("pass", "fail", "known defect", "fixed", "not tested", "finding")
 NEAR = 3
 BLOCK = 1000
 """Rows of a CSV that are in memory at a time."""

@@ -12,13 +12,15 @@ from typing import Literal
 
 from harness import __version__
 from harness.cases.contract import Study
+from harness.comparison.known_defects import told_apart
 from harness.comparison.regression import Baseline, Regression
 from harness.comparison.verification import Verification
 from harness.engines.contract import Engine
 from harness.engines.registry import open_engine
+from harness.store.known_defects import known_defects
 from harness.workflows.baseline_rows import Measured, baseline_rows, here
 from harness.workflows.engine_selection import asked_engines
-from harness.workflows.engines_beside import EnginesBeside
+from harness.workflows.engines_beside import Beside, EnginesBeside
 from harness.workflows.main_engine import MainRun
 from harness.workflows.progress import Progress, silent
 from harness.workflows.request import checked_level, chosen_baseline, chosen_cases
@@ -54,6 +56,7 @@ def verify(
     chosen, asked = chosen_cases(cases), asked_engines(engines)
     study = Study(checked_level(level), progress, open_one)
     known = None if baseline is False else chosen_baseline(baseline)
+    defects = known_defects()
     started, clock = datetime.now(UTC), time.monotonic()
     with ExitStack() as own:
         run = MainRun(chosen, study)
@@ -63,7 +66,8 @@ def verify(
         scripts, logs = run.scripts(beside), run.engine.logs() if run.engine else {}
     measured = Measured(study.level, run.who, chosen, run.findings, run.broken)
     regression = Regression() if known is None else baseline_rows(measured, known, beside.records)
-    died = [check.note for check in run.checks if check.engine_died]
+    checks = told_apart((*run.checks, *beside.checks), defects, _versions(run, beside))
+    died = [check.note for check in checks[: len(run.checks)] if check.engine_died]
     divergences = [series for found in run.findings for series in found.divergences]
     return Verification(
         level=study.level,
@@ -73,7 +77,7 @@ def verify(
         platform=f"{here()}, Python {platform.python_version()}",
         harness_version=__version__,
         provenance=run.provenance,
-        checks=(*run.checks, *beside.checks, *regression.checks),
+        checks=(*checks, *regression.checks),
         main=run.main,
         own=run.own,
         beside=beside.findings,
@@ -87,3 +91,10 @@ def verify(
         logs=logs,
         strict=strict,
     )
+
+
+def _versions(run: MainRun, beside: Beside) -> dict[str, str]:
+    """Return the versions of the engines that ran, by name."""
+    found = {one.engine: one.version for one in beside.declared if one.version}
+    main = run.provenance
+    return {**found, **({main.engine: main.engine_version} if main else {})}

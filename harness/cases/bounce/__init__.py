@@ -1,0 +1,1 @@
+"""A sphere that falls on a floor and bounces, under gravity."""

@@ -1,0 +1,71 @@
+"""A sphere falls on a floor and bounces: gravity acts during the contact, too."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from pydantic import Field
+
+from harness.cases.contact_base.contact_case import ContactCase
+from harness.cases.contact_base.impact import impact
+from harness.cases.contact_base.motion import Motion
+from harness.cases.contact_base.parameters import ContactSystem
+from harness.cases.contact_base.presets import BOUNCE
+from harness.cases.contact_base.submodels import NORMAL, OLD_NORMAL
+from harness.observables.declared import Observable
+from harness.parameters.contact_scene import ContactScene
+
+
+class Bounce(ContactSystem):
+    """A fall from rest above a floor, in SI units."""
+
+    height: float = Field(0.05, gt=0.0, description="[m] of the fall")
+    gravity: float = Field(9.81, gt=0.0, description="[m/s2] downward")
+
+
+class BounceCase(ContactCase[Bounce]):
+    """One bounce, from half a step before the contact on: the fall itself has no error."""
+
+    name = "bounce"
+    summary = "A sphere falls on a floor and bounces under gravity: height and time of the bounce."
+    parameters = Bounce
+    quantities = (
+        Observable("rebound_ratio", "1", "", "height of the rebound over that of the fall"),
+        Observable("contact_time_s", "s", "", "of the first contact"),
+    )
+    submodels = (*NORMAL, *OLD_NORMAL)
+    systems: ClassVar[Mapping[str, Mapping[str, Any]]] = {"wall": {}}
+    formula: ClassVar[str] = (
+        "m x'' = m g - F during the contact, free flight after it: height u^2 / 2 g. Without "
+        "dissipation the height of the fall; else integrated."
+    )
+
+    @property
+    def presets(self) -> Mapping[str, Bounce]:
+        """Return an elastic fall, and MFiX's DEM01 and DEM02."""
+        usual = Bounce(**NORMAL[1].law)
+        return {"usual": usual, **{name: Bounce(**told) for name, told in BOUNCE.items()}}
+
+    def scene(self, parameters: Bounce) -> ContactScene:
+        """Return the contact with gravity, from half a step before it on."""
+        g = parameters.gravity
+        speed = math.sqrt(2.0 * g * parameters.height)
+        return impact(parameters, (0.0, 0.0, -speed), finely=True, gravity=(0.0, 0.0, -g))
+
+    def measured(self, parameters: Bounce, motion: Motion) -> Mapping[str, float]:
+        """Return the height that the sphere will reach, and how long it touched."""
+        g, z, v = parameters.gravity, motion.position[:, 0, 2], motion.velocity[:, 0, 2]
+        # heights above touch, of fall and rebound, by the energy of free flight
+        fall, rebound = (float(z[i] - parameters.radius + 0.5 * v[i] ** 2 / g) for i in (0, -1))
+        begin = float(motion.time[0]) + (math.sqrt(2.0 * g * fall) + float(v[0])) / g
+        end = float(motion.time[-1]) - (math.sqrt(2.0 * g * rebound) - float(v[-1])) / g
+        return {"rebound_ratio": rebound / parameters.height, "contact_time_s": end - begin}
+
+    def closed_forms(self, parameters: Bounce) -> Mapping[str, float]:
+        """Return the height of an elastic bounce."""
+        return {"rebound_ratio": 1.0} if parameters.damping == "none" else {}
+
+
+CASE = BounceCase()

@@ -1,0 +1,104 @@
+"""A contact case: a scene, its quantities and their closed forms; what is alike in all of them."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, ClassVar, TypeVar
+
+from harness.cases.contact_base.ladder import STEPS
+from harness.cases.contact_base.motion import Motion, motion_of
+from harness.cases.contact_base.parameters import ContactSystem
+from harness.cases.contact_base.reference import followed, rules_of
+from harness.cases.contact_base.submodels import PLAIN, SYSTEMS, Submodel, Trial
+from harness.cases.contact_base.template import TEMPLATE, job_of
+from harness.cases.contact_base.tolerances import REGRESSION
+from harness.cases.contract import Case, LevelName, Reference, Study
+from harness.comparison.findings import Findings
+from harness.comparison.tolerances import Tolerance
+from harness.engines.contract import Engine, Job, Output, Template
+from harness.engines.traits import Traits
+from harness.parameters.contact_scene import ContactScene
+from harness.report.sections import Section
+
+P = TypeVar("P", bound=ContactSystem)
+
+LONGER = ("unequal spheres", "frozen sphere")
+"""Systems that the shortest level leaves out."""
+
+
+class ContactCase(Case[P]):
+    """The part that every contact case shares.
+
+    ``submodels`` are gone through in each of ``systems``, which change the default parameters;
+    ``formula`` says in a sentence what is expected.
+    """
+
+    group: ClassVar[str] = "contacts"
+    template: ClassVar[Template] = TEMPLATE
+    regression: ClassVar[Mapping[str, Tolerance]] = REGRESSION
+    submodels: ClassVar[Sequence[Submodel]]
+    systems: ClassVar[Mapping[str, Mapping[str, Any]]] = SYSTEMS
+    formula: ClassVar[str]
+    powers: ClassVar[tuple[float, ...]] = ()
+    """Of the step in the error, where these are not those of the law."""
+
+    @abstractmethod
+    def scene(self, parameters: P) -> ContactScene:
+        """Return what is set up."""
+
+    @abstractmethod
+    def measured(self, parameters: P, motion: Motion) -> Mapping[str, float]:
+        """Return the quantities of a motion, whoever computed it."""
+
+    def closed_forms(self, parameters: P) -> Mapping[str, float]:  # noqa: ARG002
+        """Return the quantities whose exact value is known, by name."""
+        return {}
+
+    def job(self, parameters: P) -> Job:
+        """Return the job of one run."""
+        return job_of(self.scene(parameters), parameters.interface)
+
+    def read(self, parameters: P, output: Output, traits: Traits) -> Mapping[str, float]:  # noqa: ARG002
+        """Return the quantities of a run; raise EngineOutputError for one that is cut."""
+        return self.measured(parameters, motion_of(output, self.scene(parameters)))
+
+    def references(self, parameters: P, traits: Traits) -> Mapping[str, Reference]:
+        """Return closed forms, and what the integration of the law gives for the rest."""
+        exact = self.closed_forms(parameters)
+        motion = followed(self.scene(parameters), rules_of(parameters, traits)).motion
+        integrated = self.measured(parameters, motion)
+        return {
+            **{name: Reference(value, "integrated") for name, value in integrated.items()},
+            **{name: Reference(value, "closed form") for name, value in exact.items()},
+        }
+
+    def trials(self, level: LevelName) -> Iterator[Trial]:
+        """Yield the submodels in the systems that a level goes through, with its coarsest step."""
+        base, coarsest = self.default, STEPS[level][0]
+        for submodel in self.submodels:
+            for system, changes in self.systems.items():
+                if level != "quick" or system not in LONGER:
+                    told = {**PLAIN, **submodel.law, **changes, "steps_per_contact": coarsest}
+                    yield Trial(submodel.name, system, base.replace(**told))
+
+    def expected_rows(self, level: LevelName, engine: Engine) -> int:  # noqa: ARG002
+        """Return a row for each trial, at least."""
+        return sum(1 for _ in self.trials(level))
+
+    def verify(self, engine: Engine, study: Study) -> Findings:
+        """Run each trial on a ladder of steps and judge the limits against the law."""
+        from harness.cases.contact_base.study import verify_trials
+
+        return verify_trials(self, engine, study)
+
+    def sections(
+        self,
+        main: Findings | None,
+        own: Findings,  # noqa: ARG002
+        beside: Mapping[str, Findings],  # noqa: ARG002
+    ) -> Sequence[Section]:
+        """Return formula, limits and figure of each trial in the main engine."""
+        from harness.cases.contact_base.sections import sections_of
+
+        return sections_of(self, main.evidence) if main is not None and main.evidence else ()

@@ -1,0 +1,105 @@
+"""Two spheres, or a sphere and a plane, that meet by one law: what all these cases are told."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal, Self
+
+from pydantic import Field, model_validator
+
+from harness.parameters.contact_law import ContactLaw
+from harness.parameters.contact_scene import Body, Plane, Vector, sphere_mass
+
+Partner = Literal["wall", "sphere", "frozen"]
+Interface = Literal["current", "old"]
+
+OLD = {
+    "hooke": (("none", "mass_velocity"), ("none", "linear_nohistory", "linear_history_classic")),
+    "hertz": (("none", "viscoelastic"), ("none", "mindlin_classic")),
+}
+"""Dampings and tangential forces of the old contact styles, by the normal force."""
+
+FLOOR = Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+
+
+class ContactSystem(ContactLaw):
+    """The first sphere, what it meets, and how finely the contact is resolved."""
+
+    partner: Partner = Field(
+        "wall", description="[-] what the sphere meets: a wall, a free or a frozen sphere"
+    )
+    radius: float = Field(0.01, gt=0.0, description="[m] of the sphere")
+    partner_radius: float | None = Field(
+        None, gt=0.0, description="[m] of the sphere that it meets; as large unless given"
+    )
+    density: float = Field(2500.0, gt=0.0, description="[kg/m3] of the spheres")
+    interface: Interface = Field(
+        "current", description="[-] old: an engine's earlier contact styles, where it has some"
+    )
+    steps_per_contact: int = Field(
+        1000, ge=10, le=10**7, description="[-] steps of the time that the contact takes"
+    )
+
+    @model_validator(mode="after")
+    def _stated(self) -> Self:
+        if self.partner == "wall" and self.partner_radius is not None:
+            raise ValueError(
+                f"partner_radius = {self.partner_radius!r}: partner = 'wall' has none "
+                "(partner = sphere, frozen does)"
+            )
+        if self.interface == "old":
+            dampings, tangentials = OLD.get(self.normal, ((), ()))
+            further = self.rolling != "none" or self.twisting != "none"
+            if further or self.damping not in dampings or self.tangential not in tangentials:
+                known = "; ".join(f"{n}: {', '.join((*d, *t))}" for n, (d, t) in OLD.items())
+                raise ValueError(f"interface = 'old': states these submodels only: {known}")
+        return self
+
+    @property
+    def mass(self) -> float:
+        """Return the sphere's mass [kg]."""
+        return sphere_mass(self.radius, self.density)
+
+    @property
+    def second_radius(self) -> float:
+        """Return the radius of the sphere that it meets [m]."""
+        return self.radius if self.partner_radius is None else self.partner_radius
+
+    @property
+    def reduced_mass(self) -> float:
+        """Return m* [kg]: m against a wall or a frozen sphere."""
+        if self.partner != "sphere":
+            return self.mass
+        other = sphere_mass(self.second_radius, self.density)
+        return self.mass * other / (self.mass + other)
+
+    @property
+    def reduced_radius(self) -> float:
+        """Return R* [m]: r against a wall."""
+        if self.partner == "wall":
+            return self.radius
+        return self.radius * self.second_radius / (self.radius + self.second_radius)
+
+    @property
+    def planes(self) -> tuple[Plane, ...]:
+        """Return the wall that it meets, z = 0, or nothing."""
+        return (FLOOR,) if self.partner == "wall" else ()
+
+    def bodies(self, gap: float, velocity: Vector, omega: Vector = (0.0, 0.0, 0.0)) -> list[Body]:
+        """Return the sphere, ``gap`` [m] above z = 0, and the one that it meets, at rest below."""
+        first = Body(self.radius, self.mass, (0.0, 0.0, self.radius + gap), velocity, omega)
+        if self.partner == "wall":
+            return [first]
+        r = self.second_radius
+        second = Body(
+            r, sphere_mass(r, self.density), (0.0, 0.0, -r), frozen=self.partner == "frozen"
+        )
+        return [first, second]
+
+
+def hertz_spring(parameters: ContactSystem) -> float:
+    """Return K = 4/3 E* sqrt(R*) of Hertz's force K overlap^(3/2) [N/m^(3/2)]."""
+    assert parameters.youngs_modulus is not None
+    assert parameters.poisson_ratio is not None
+    modulus = parameters.youngs_modulus / 2.0 / (1.0 - parameters.poisson_ratio**2)
+    return 4.0 / 3.0 * modulus * math.sqrt(parameters.reduced_radius)

@@ -1,0 +1,59 @@
+"""The same scenes by the independent integration of the law: what limits are held against."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+from harness.cases.contact_base.motion import Motion
+from harness.cases.contact_base.parameters import ContactSystem
+from harness.engines.traits import Traits
+from harness.errors import RequestError
+from harness.parameters.contact_rules import Rules
+from harness.parameters.contact_scene import ContactScene
+
+LONGEST = 64
+"""Guesses of a contact's duration that are tried: a strong dashpot draws it out."""
+
+
+@dataclass(frozen=True)
+class Followed:
+    """The motion of a scene, and whether friction began or ceased to slide in it."""
+
+    motion: Motion
+    kinked: bool
+
+
+def rules_of(parameters: ContactSystem, traits: Traits) -> Rules:
+    """Return the rules of the interface by which an engine is told of a contact."""
+    return traits.old_contact_rules if parameters.interface == "old" else traits.contact_rules
+
+
+@lru_cache(maxsize=2048)
+def followed(scene: ContactScene, rules: Rules) -> Followed:
+    """Return the motion that the law asks for under a code's rules."""
+    from harness.pair.integration import integrate
+
+    path = integrate(scene, rules)
+    motion = Motion(
+        path.times, path.positions, path.velocities, path.omegas, path.forces, path.torques
+    )
+    return Followed(motion, bool(path.of_kind("slides", "sticks", "clips", "repels")))
+
+
+@lru_cache(maxsize=2048)
+def contact_time(scene: ContactScene) -> float:
+    """Return how long the first contact of a scene lasts [s]; its one step is a first guess.
+
+    Raise RequestError for a contact that does not end.
+    """
+    from harness.pair.integration import integrate
+
+    longer = 1
+    while longer <= LONGEST:
+        path = integrate(replace(scene, step=scene.step * longer), Rules())
+        lasted = path.contact_times()
+        if lasted:
+            return lasted[0]
+        longer *= 4
+    raise RequestError("the contact does not end: its damping, or its attraction, is too strong")

@@ -1,0 +1,179 @@
+"""Run the trials of a contact case on a ladder of steps and judge the limits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from harness.cases.contact_base.ladder import RECORDED, STEPS, climb, powers
+from harness.cases.contact_base.motion import Motion, motion_of
+from harness.cases.contact_base.reference import followed, rules_of
+from harness.cases.contact_base.submodels import Trial
+from harness.cases.contact_base.tolerances import width_of
+from harness.cases.contract import Reference, Study
+from harness.comparison.baseline_record import BaselineRecord, Quantity, made_by
+from harness.comparison.convergence import Limit
+from harness.comparison.findings import Findings
+from harness.comparison.triage import Triage
+from harness.comparison.verdicts import Cell, Check, Kind, failed_run, judge, not_tested
+from harness.engines.contract import Engine, Output
+from harness.errors import EngineError, EngineNaNError
+
+if TYPE_CHECKING:
+    from harness.cases.contact_base.contact_case import ContactCase
+
+
+MOVED = 10.0
+"""Errors of a rung by which the rungs must differ for their order to be told."""
+
+
+@dataclass(frozen=True)
+class Climbed:
+    """What a trial left: limits of its quantities, what is expected, and its finest motion."""
+
+    trial: Trial
+    limits: Mapping[str, Limit]
+    references: Mapping[str, Reference]
+    motion: Motion
+    kinked: bool
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """The trials of a case in an engine, by its title."""
+
+    who: str
+    climbed: tuple[Climbed, ...]
+
+
+def verify_trials(case: ContactCase[Any], engine: Engine, study: Study) -> Findings:
+    """Return the rows of every trial of a level, refused ones as not tested."""
+    findings = Findings(case.name, engine.name)
+    runnable: list[Trial] = []
+    for trial in case.trials(study.level):
+        reason = engine.refuses(case.job(trial.parameters))
+        if reason:
+            row = not_tested(_name(case, trial, engine), Kind.ANALYTIC, reason)
+            findings.checks.append(replace(row, cell=_cell(case, trial, engine)))
+        else:
+            runnable.append(trial)
+    steps = STEPS[study.level]
+    rungs = [t.parameters.replace(steps_per_contact=n) for t in runnable for n in steps]
+    outputs = engine.run([case.job(one) for one in rungs]) if rungs else []
+    climbed = []
+    for number, trial in enumerate(runnable):
+        own = slice(number * len(steps), (number + 1) * len(steps))
+        runs = list(zip(rungs[own], outputs[own], strict=True))
+        try:
+            found = _climbed(case, trial, runs, engine)
+        except EngineNaNError as error:
+            findings.checks.append(_no_number(case, trial, engine, error))
+        except EngineError as error:
+            row = failed_run(_name(case, trial, engine), Kind.ANALYTIC, error)
+            findings.checks.append(replace(row, cell=_cell(case, trial, engine)))
+        else:
+            findings.checks += _judged(case, found, engine)
+            climbed.append(found)
+            findings.records.append(_record(case, trial, runs[steps.index(RECORDED)], engine))
+        study.progress(case.name, number + 1, len(runnable))
+    findings.evidence = Evidence(engine.title, tuple(climbed))
+    return findings
+
+
+def _climbed(
+    case: ContactCase[Any],
+    trial: Trial,
+    runs: Sequence[tuple[Any, Output | EngineError]],
+    engine: Engine,
+) -> Climbed:
+    """Return the limits of a trial; raise the EngineError of a run that failed."""
+    rungs = []
+    for parameters, output in runs:
+        if isinstance(output, EngineError):
+            raise output
+        motion = motion_of(output, case.scene(parameters))
+        rungs.append(case.measured(parameters, motion))
+    finest = runs[-1][0]
+    steps = [parameters.steps_per_contact for parameters, _ in runs]
+    rules = rules_of(trial.parameters, engine.traits)
+    kinked = followed(case.scene(finest), rules).kinked
+    terms = case.powers or powers(trial.parameters)
+    limits = climb(terms, steps, rungs, kinked=kinked)
+    return Climbed(trial, limits, case.references(finest, engine.traits), motion, kinked)
+
+
+def _judged(case: ContactCase[Any], found: Climbed, engine: Engine) -> list[Check]:
+    """Return a row for each quantity with a limit, and what is expected of it."""
+    trial = found.trial
+    units = {quantity.name: quantity.unit for quantity in case.quantities}
+    rows = []
+    for name, expected in found.references.items():
+        reached = found.limits.get(name)
+        if not math.isfinite(expected.value):
+            continue
+        tolerance = width_of(units[name], kinked=found.kinked)
+        row = judge(
+            f"{_name(case, trial, engine)}: {name}",
+            Kind.ANALYTIC if expected.kind == "closed form" else Kind.CROSS_CODE,
+            reached.value if reached else math.nan,
+            expected.value,
+            tolerance,
+            uncertainty=reached.uncertainty if reached else math.nan,
+        )
+        rows.append(replace(row, cell=_cell(case, trial, engine, reached)))
+    return rows
+
+
+def _no_number(
+    case: ContactCase[Any], trial: Trial, engine: Engine, error: EngineNaNError
+) -> Check:
+    """Return the failed row of a run with values that are no numbers: it ran, and went wrong."""
+    row = failed_run(_name(case, trial, engine), Kind.ANALYTIC, error)
+    cell = _cell(case, trial, engine)
+    return replace(row, engine_died=False, triage=Triage.NAN, cell=cell)
+
+
+def _cell(
+    case: ContactCase[Any], trial: Trial, engine: Engine, reached: Limit | None = None
+) -> Cell:
+    place = (case.name, trial.submodel, trial.system, engine.name)
+    # an order is told where the rungs differ by more than what the series misses them by
+    if reached is None or np.ptp(reached.y) < MOVED * reached.errors.max():
+        return Cell(*place)
+    return Cell(*place, reached.order, *reached.order_interval)
+
+
+def _name(case: ContactCase[Any], trial: Trial, engine: Engine) -> str:
+    return f"{case.name}, {trial.system}: {trial.submodel}, {engine.name}"
+
+
+def _record(
+    case: ContactCase[Any],
+    trial: Trial,
+    run: tuple[Any, Output | EngineError],
+    engine: Engine,
+) -> BaselineRecord:
+    """Return one rung, parameters and output, as a record of the baseline."""
+    parameters, output = run
+    assert isinstance(output, Output)
+    values = case.read(parameters, output, engine.traits)
+    units = {quantity.name: quantity.unit for quantity in case.quantities}
+    said = f"{trial.submodel} {trial.system}"
+    words = "".join(c if c.isalnum() or c in "._" else " " for c in said)
+    return BaselineRecord(
+        name=f"{engine.name}/{case.name}-{'-'.join(words.split())}",
+        parameters=parameters.model_dump(mode="json"),
+        quantities={
+            name: Quantity(value, 0.0, "" if units[name] == "1" else units[name])
+            for name, value in values.items()
+            if math.isfinite(value) and abs(value) > 1e-9
+        },
+        case=case.name,
+        label=f"{trial.submodel}, {trial.system}",
+        family=(trial.submodel,),
+        **made_by(output.provenance, "", ""),
+    )

@@ -1,0 +1,164 @@
+"""The submodels that the cases go through, and the systems of bodies: rows of the matrix."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+SYSTEMS: Mapping[str, Mapping[str, Any]] = {
+    "wall": {"partner": "wall", "partner_radius": None},
+    "two spheres": {"partner": "sphere", "partner_radius": None},
+    "unequal spheres": {"partner": "sphere", "partner_radius": 0.02},
+    "frozen sphere": {"partner": "frozen", "partner_radius": None},
+}
+"""What the first sphere, of 1 cm radius, meets, by name."""
+
+
+@dataclass(frozen=True)
+class Submodel:
+    """A choice of submodels by its name, as changes of a case's law."""
+
+    name: str
+    law: Mapping[str, Any] = field(hash=False)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A submodel of a case in a system, and its parameters."""
+
+    submodel: str
+    system: str
+    parameters: Any
+
+
+def named(laws: Mapping[str, Mapping[str, Any]]) -> tuple[Submodel, ...]:
+    """Return submodels by their names."""
+    return tuple(Submodel(name, law) for name, law in laws.items())
+
+
+PLAIN = {
+    "normal": "hooke",
+    "damping": "none",
+    "tangential": "none",
+    "rolling": "none",
+    "twisting": "none",
+    "clipped": False,
+    "interface": "current",
+}
+"""What a submodel does not name."""
+
+MATERIAL = {"youngs_modulus": 1e8, "poisson_ratio": 0.3}
+HOOKE = {"normal": "hooke", "normal_stiffness": 1e5}
+HERTZ = {"normal": "hertz", **MATERIAL}
+STICKY = {**MATERIAL, "surface_energy": 0.5}
+SLOW = {"damping": "velocity", "damping_coefficient": 2.0}
+MASSIVE = {"damping": "mass_velocity", "damping_coefficient": 400.0}
+VISCOUS = {"damping": "viscoelastic", "damping_coefficient": 4e5}
+CONSTANT = {"damping": "coeff_restitution", "restitution": 0.5}
+OLD = {"interface": "old"}
+
+NORMAL = named(
+    {
+        "hooke": HOOKE,
+        "hooke, velocity": {**HOOKE, **SLOW},
+        "hooke, velocity, clipped": {**HOOKE, **SLOW, "clipped": True},
+        "hooke, mass_velocity": {**HOOKE, **MASSIVE},
+        "hooke, viscoelastic": {**HOOKE, **VISCOUS},
+        "hooke, coeff_restitution": {**HOOKE, **CONSTANT},
+        "hertz": HERTZ,
+        "hertz, velocity": {**HERTZ, **SLOW},
+        "hertz, mass_velocity": {**HERTZ, **MASSIVE},
+        "hertz, viscoelastic": {**HERTZ, **VISCOUS},
+        "hertz, viscoelastic, clipped": {**HERTZ, **VISCOUS, "clipped": True},
+        "hertz, tsuji": {**HERTZ, "damping": "tsuji", "restitution": 0.5},
+        "hertz, coeff_restitution": {**HERTZ, **CONSTANT},
+    }
+)
+"""Normal forces and dampings."""
+
+COHESIVE = named(
+    {
+        "dmt": {**STICKY, "normal": "dmt"},
+        "dmt, viscoelastic": {**STICKY, "normal": "dmt", **VISCOUS},
+        "jkr": {**STICKY, "normal": "jkr"},
+        "jkr, viscoelastic": {**STICKY, "normal": "jkr", **VISCOUS},
+    }
+)
+"""Normal forces with attraction."""
+
+OLD_NORMAL = named(
+    {
+        "old hooke": {**HOOKE, **MASSIVE, **OLD},
+        "old hooke, no damping": {**HOOKE, **OLD},
+        "old hertz/history": {**HERTZ, **VISCOUS, "tangential": "mindlin_classic", **OLD},
+    }
+)
+"""The earlier interface, head-on."""
+
+SPRING = {**HOOKE, **SLOW, "tangential_damping": 0.5}
+SOLID = {**HERTZ, **VISCOUS, "tangential_damping": 0.5}
+
+TANGENTIAL = named(
+    {
+        **{
+            name: {**SPRING, "tangential": name}
+            for name in ("linear_nohistory", "linear_history", "linear_history_classic")
+        },
+        **{
+            name: {**SOLID, "tangential": name}
+            for name in (
+                "mindlin",
+                "mindlin/force",
+                "mindlin_rescale",
+                "mindlin_rescale/force",
+                "mindlin_classic",
+            )
+        },
+    }
+)
+"""Tangential forces, with friction."""
+
+_OLD_SPRING = {**SPRING, **MASSIVE, **OLD}
+
+OLD_TANGENTIAL = named(
+    {
+        "old hooke": {**_OLD_SPRING, "tangential": "linear_nohistory"},
+        "old hooke/history": {**_OLD_SPRING, "tangential": "linear_history_classic"},
+        "old hertz/history": {**SOLID, "tangential": "mindlin_classic", **OLD},
+    }
+)
+"""The earlier interface, with friction."""
+
+STICKING = {**SPRING, "tangential": "linear_history"}
+SOLID_STICKING = {**SOLID, "tangential": "mindlin"}
+_ROLLING = {
+    "rolling": "sds",
+    "rolling_stiffness": 2e4,
+    "rolling_damping": 0.5,
+    "rolling_friction": 0.05,
+}
+_TWISTING = {
+    "twisting": "sds",
+    "twisting_stiffness": 1.0,
+    "twisting_damping": 1e-5,
+    "twisting_friction": 1e-4,
+}
+
+ROLLING = named(
+    {
+        "rolling sds, linear_history": {**STICKING, **_ROLLING},
+        "rolling sds, mindlin": {**SOLID_STICKING, **_ROLLING},
+    }
+)
+"""Rolling resistance, beside friction that keeps the sphere rolling."""
+
+TWISTING = named(
+    {
+        "twisting sds, linear_history": {**STICKING, **_TWISTING},
+        "twisting sds, mindlin": {**SOLID_STICKING, **_TWISTING},
+        "twisting marshall, linear_history": {**STICKING, "twisting": "marshall"},
+        "twisting marshall, mindlin": {**SOLID_STICKING, "twisting": "marshall"},
+    }
+)
+"""Twisting resistance."""

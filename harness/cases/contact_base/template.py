@@ -1,0 +1,134 @@
+"""What engines are told of a contact scene: the names of all values, whatever the case."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from harness.engines.contract import Job, Template, Value
+from harness.errors import RequestError
+from harness.parameters.contact_law import ContactLaw
+from harness.parameters.contact_scene import ZERO, Body, ContactScene, Plane, Segment
+
+COMPONENTS = ("x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz")
+MOST_SEGMENTS = 6
+MOVED = ("vx", "vy", "vz", "wx", "wy", "wz")
+"""Of the first body, in each segment of a prescribed motion."""
+
+
+def values_of(scene: ContactScene, interface: str = "current") -> dict[str, Value]:
+    """Return what a script is told of a scene with one or two spheres and horizontal planes.
+
+    Raise RequestError for one with more, or with other planes.
+    """
+    if len(scene.bodies) > 2:
+        raise RequestError(f"bodies: scripts take one or two, got {len(scene.bodies)}")
+    floors = [plane for plane in scene.planes if plane.direction == (0.0, 0.0, 1.0)]
+    ceilings = [plane for plane in scene.planes if plane.direction == (0.0, 0.0, -1.0)]
+    stated = len(floors) + len(ceilings) == len(scene.planes)
+    if not stated or (len(floors), len(ceilings)) not in ((0, 0), (1, 0), (1, 1)):
+        raise RequestError("planes: scripts take none, a floor, or a floor and a ceiling")
+    values: dict[str, Value] = {
+        "interface": interface,
+        **_law(scene.law),
+        "planes": len(scene.planes),
+        "floor": _height(floors),
+        "ceiling": _height(ceilings),
+        **dict(zip(("gravity_x", "gravity_y", "gravity_z"), scene.gravity, strict=True)),
+        "room": _room(scene),
+        "step_size": scene.step,
+        "steps": scene.steps,
+        "series_every": scene.every,
+    }
+    for number, body in enumerate(scene.bodies, 1):
+        values |= _body(number, body, moved=bool(scene.segments))
+    return {**values, **dict(_segments(scene))} if scene.segments else values
+
+
+def job_of(scene: ContactScene, interface: str) -> Job:
+    """Return the job of a scene, which writes its samples."""
+    where = "plane" if len(scene.bodies) == 1 else "pair"
+    variant = f"prescribed-{where}" if scene.segments else where
+    return Job(TEMPLATE, values_of(scene, interface), variant, sampled=True)
+
+
+def _law(law: ContactLaw) -> dict[str, Value]:
+    values = {name: getattr(law, name) for name in ContactLaw.model_fields}
+    told: dict[str, Value] = {n: 0.0 if v is None else v for n, v in values.items()}
+    return {**told, "clipped": "yes" if law.clipped else "no"}
+
+
+def _height(planes: list[Plane]) -> float:
+    return planes[0].point[2] if planes else 0.0
+
+
+def _body(number: int, body: Body, *, moved: bool) -> dict[str, Value]:
+    motion = "frozen" if body.frozen else "prescribed" if moved else "free"
+    where = (*body.position, *body.velocity, *body.omega)
+    return {
+        f"motion_{number}": motion,
+        f"radius_{number}": body.radius,
+        f"mass_{number}": body.mass,
+        **{f"{name}_{number}": v for name, v in zip(COMPONENTS, where, strict=True)},
+    }
+
+
+def _room(scene: ContactScene) -> float:
+    """Return half the width of a box that no body leaves [m]."""
+    time, g = scene.duration, math.hypot(*scene.gravity)
+    reach = max(math.hypot(*b.position) + time * math.hypot(*b.velocity) for b in scene.bodies)
+    radii = sum(body.radius for body in scene.bodies)
+    return 4.0 * (reach + radii + 0.5 * g * time * time)
+
+
+def _segments(scene: ContactScene) -> Iterator[tuple[str, Value]]:
+    """Yield the pieces of a prescribed motion of the first body; those left over are empty."""
+    if len(scene.segments) > MOST_SEGMENTS:
+        raise RequestError(f"segments: scripts take up to {MOST_SEGMENTS}")
+    for number in range(1, MOST_SEGMENTS + 1):
+        piece = scene.segments[number - 1] if number <= len(scene.segments) else None
+        moved = (*piece.velocities[0], *piece.omegas[0]) if piece else (0.0,) * len(MOVED)
+        yield f"steps_in_{number}", piece.steps if piece else 0
+        yield from ((f"{name}_in_{number}", v) for name, v in zip(MOVED, moved, strict=True))
+
+
+def _default(bodies: int, segments: int = 0) -> dict[str, Value]:
+    """Return the values of the scripts as they stand: an oblique impact of 1 m/s at 45 degrees."""
+    law = ContactLaw(
+        damping="velocity", damping_coefficient=10.0, tangential="linear_history", friction=0.3
+    )
+    r, m, v = 0.01, 0.01, math.sqrt(0.5)
+    first = Body(r, m, (0.0, 0.0, r), (v, 0.0, -v))
+    second = Body(r, m, (0.0, 0.0, -r))
+    still = Segment(4000, ((v, 0.0, -v), ZERO)[:bodies], (ZERO, ZERO)[:bodies])
+    scene = ContactScene(
+        (first, second)[:bodies],
+        (Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)),) if bodies == 1 else (),
+        law,
+        step=1e-7,
+        steps=4000,
+        every=40,
+        segments=(still,) * segments,
+    )
+    return {
+        **values_of(scene),
+        "bodies": bodies,
+        **({"segments": MOST_SEGMENTS} if segments else {}),
+    }
+
+
+TEMPLATE = Template(
+    name="contact",
+    variants={
+        "plane": _default(bodies=1),
+        "pair": _default(bodies=2),
+        "prescribed-plane": _default(bodies=1, segments=1),
+        "prescribed-pair": _default(bodies=2, segments=1),
+    },
+    notes={
+        "plane": "a sphere and horizontal planes.",
+        "pair": "two spheres.",
+        "prescribed-plane": "a sphere that moves along a given path over a plane.",
+        "prescribed-pair": "two spheres, the first of which moves along a given path.",
+    },
+)

@@ -1,0 +1,76 @@
+"""The head-on impact: restitution, duration, largest overlap and force."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+from pydantic import Field
+
+from harness.cases.contact_base.contact_case import ContactCase
+from harness.cases.contact_base.impact import impact, overlap_of, relative_velocity
+from harness.cases.contact_base.motion import Motion, crossing, peak, value_at
+from harness.cases.contact_base.parameters import ContactSystem
+from harness.cases.contact_base.presets import HEAD_ON
+from harness.cases.contact_base.submodels import COHESIVE, NORMAL, OLD_NORMAL
+from harness.cases.head_on.closed_forms import closed_forms
+from harness.observables.declared import Observable
+from harness.parameters.contact_scene import ContactScene
+
+
+class HeadOn(ContactSystem):
+    """A head-on impact, in SI units."""
+
+    speed: float = Field(1.0, gt=0.0, description="[m/s] of the approach")
+
+
+class HeadOnCase(ContactCase[HeadOn]):
+    """Normal force and damping: a sphere against a wall, and against spheres."""
+
+    name = "head-on"
+    summary = "A sphere meets a wall or a sphere head-on: restitution, contact time, peaks."
+    parameters = HeadOn
+    quantities = (
+        Observable("restitution", "1", "", "speed of departure over that of approach"),
+        Observable("contact_time_s", "s", "", "while the surfaces overlap"),
+        Observable("largest_overlap_m", "m", "", "at the turning point"),
+        Observable("largest_force_N", "N", "", "on the sphere, the dashpot's part included"),
+    )
+    submodels = (*NORMAL, *COHESIVE, *OLD_NORMAL)
+    formula: ClassVar[str] = (
+        "Linear spring: e = exp(-pi zeta / sqrt(1 - zeta^2)), contact time pi / (omega sqrt(1 - "
+        "zeta^2)); Hertz: largest overlap (15 m* v^2 / (16 E* sqrt(R*)))^(2/5); constant "
+        "restitution at every speed; the rest is integrated."
+    )
+
+    @property
+    def presets(self) -> Mapping[str, HeadOn]:
+        """Return the elastic impact, and those of the literature."""
+        return {"elastic": HeadOn(), **{name: HeadOn(**told) for name, told in HEAD_ON.items()}}
+
+    def scene(self, parameters: HeadOn) -> ContactScene:
+        """Return the impact, sampled over the contact."""
+        return impact(parameters, (0.0, 0.0, -parameters.speed), finely=True)
+
+    def measured(self, parameters: HeadOn, motion: Motion) -> Mapping[str, float]:
+        """Return restitution and peaks; contact time and overlap where nothing sticks."""
+        overlap, rate = overlap_of(parameters, motion)
+        found = {
+            "restitution": float(relative_velocity(motion)[-1, 2]) / parameters.speed,
+            "largest_force_N": peak(motion.force[:, 0, 2]),
+        }
+        if parameters.surface_energy is None:
+            turn = crossing(motion.time, rate, np.gradient(rate, motion.time))
+            # at the ends of the run it flies freely, with the gap that is left
+            begin, end = (motion.time[i] - overlap[i] / rate[i] for i in (0, -1))
+            found["contact_time_s"] = float(end - begin)
+            found["largest_overlap_m"] = value_at(turn, motion.time, overlap, rate)
+        return found
+
+    def closed_forms(self, parameters: HeadOn) -> Mapping[str, float]:
+        """Return what is known exactly of linear springs, elastic and constant restitution."""
+        return closed_forms(parameters, parameters.speed)
+
+
+CASE = HeadOnCase()

@@ -1,0 +1,1 @@
+"""A sphere that rolls or slides down an incline."""

@@ -1,0 +1,88 @@
+"""Down an incline: rolling while the friction suffices, sliding beyond."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from pydantic import Field
+
+from harness.cases.contact_base.contact_case import ContactCase
+from harness.cases.contact_base.motion import Motion
+from harness.cases.contact_base.parameters import ContactSystem
+from harness.cases.contact_base.resting import half_period, resting
+from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL
+from harness.observables.declared import Observable
+from harness.parameters.contact_scene import ZERO, ContactScene
+
+
+class InclineRoll(ContactSystem):
+    """A sphere at rest on a tilted floor, pressed in by its weight, let go; SI units, degrees."""
+
+    angle: float = Field(20.0, gt=0.0, lt=90.0, description="[deg] tilt of the floor")
+    gravity: float = Field(9.81, gt=0.0, description="[m/s2]")
+    duration: float = Field(20.0, gt=0.0, description="[-] in half periods of the contact")
+
+    @property
+    def slides(self) -> bool:
+        """Return whether the tilt is beyond tan(angle) = 7/2 mu."""
+        return math.tan(math.radians(self.angle)) > 3.5 * (self.friction or 0.0)
+
+
+class InclineRollCase(ContactCase[InclineRoll]):
+    """Friction that the law finds by itself, below and beyond Coulomb's limit."""
+
+    name = "incline-roll"
+    summary = "A sphere let go on an incline rolls, or slides where the friction does not suffice."
+    parameters = InclineRoll
+    quantities = (
+        Observable("acceleration_ratio", "1", "", "mean over the second half, over g sin(angle)"),
+        Observable("spin_ratio", "1", "", "radius times angular acceleration, likewise"),
+        Observable("momentum_ratio", "1", "", "u + 2/5 r omega over g sin(angle) t"),
+    )
+    submodels = (*TANGENTIAL, *OLD_TANGENTIAL)
+    systems: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "wall, rolls": {"angle": 20.0},
+        "wall, slides": {"angle": 60.0},
+    }
+    formula: ClassVar[str] = (
+        "u + 2/5 r omega = g sin(angle) t. Sliding, from tan(angle) = 7/2 mu on: acceleration "
+        "g (sin - mu cos), r times the angular one 5/2 mu g cos. Rolling: 5/7 g sin(angle), with "
+        "what the tangential spring makes of it: integrated."
+    )
+
+    @property
+    def presets(self) -> Mapping[str, InclineRoll]:
+        """Return a sphere that rolls."""
+        return {"rolls": InclineRoll(tangential="linear_history", friction=0.3)}
+
+    def scene(self, parameters: InclineRoll) -> ContactScene:
+        """Return the sphere at rest along the normal, the tilt in the gravity."""
+        angle, g = math.radians(parameters.angle), parameters.gravity
+        gravity = (g * math.sin(angle), 0.0, -g * math.cos(angle))
+        period = half_period(parameters, parameters.mass * -gravity[2])
+        return resting(parameters, gravity, (ZERO, ZERO), parameters.duration * period)
+
+    def measured(self, parameters: InclineRoll, motion: Motion) -> Mapping[str, float]:
+        """Return accelerations over the second half, and the momentum at the end."""
+        u, spin = motion.velocity[:, 0, 0], parameters.radius * motion.omega[:, 0, 1]
+        half = len(u) // 2
+        pull = parameters.gravity * math.sin(math.radians(parameters.angle))
+        gained = pull * float(motion.time[-1] - motion.time[half])
+        return {
+            "acceleration_ratio": float(u[-1] - u[half]) / gained,
+            "spin_ratio": float(spin[-1] - spin[half]) / gained,
+            "momentum_ratio": float(u[-1] + 0.4 * spin[-1]) / (pull * float(motion.time[-1])),
+        }
+
+    def closed_forms(self, parameters: InclineRoll) -> Mapping[str, float]:
+        """Return the momentum, and for a sphere that slides all the time both accelerations."""
+        exact = {"momentum_ratio": 1.0}
+        if parameters.slides and parameters.tangential != "linear_nohistory":
+            drag = (parameters.friction or 0.0) / math.tan(math.radians(parameters.angle))
+            exact |= {"acceleration_ratio": 1.0 - drag, "spin_ratio": 2.5 * drag}
+        return exact
+
+
+CASE = InclineRollCase()

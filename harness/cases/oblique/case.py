@@ -1,0 +1,74 @@
+"""The oblique impact: what friction makes of the velocity along the surface, and of the spin."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import ClassVar
+
+from pydantic import Field
+
+from harness.cases.contact_base.contact_case import ContactCase
+from harness.cases.contact_base.impact import impact, relative_velocity
+from harness.cases.contact_base.motion import Motion
+from harness.cases.contact_base.parameters import ContactSystem
+from harness.cases.contact_base.presets import OBLIQUE
+from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL
+from harness.observables.declared import Observable
+from harness.parameters.contact_scene import ContactScene
+
+
+class Oblique(ContactSystem):
+    """An impact at an angle to the normal, in SI units and degrees."""
+
+    speed: float = Field(1.0, gt=0.0, description="[m/s] of the approach")
+    angle: float = Field(45.0, ge=0.0, lt=90.0, description="[deg] to the normal")
+
+    @property
+    def velocity(self) -> tuple[float, float, float]:
+        """Return the velocity of the sphere [m/s]: along x and down."""
+        angle = math.radians(self.angle)
+        return (self.speed * math.sin(angle), 0.0, -self.speed * math.cos(angle))
+
+
+class ObliqueCase(ContactCase[Oblique]):
+    """Tangential force: sticking at small angles, sliding throughout at large ones."""
+
+    name = "oblique"
+    summary = "A sphere meets a wall or a sphere at an angle: velocity ratios and spin."
+    parameters = Oblique
+    quantities = (
+        Observable("normal_restitution", "1", "", "normal speed after over that before"),
+        Observable("tangential_ratio", "1", "", "tangential velocity of the centre, likewise"),
+        Observable("spin_ratio", "1", "", "radius times spin over the tangential velocity before"),
+        Observable("impulse_ratio", "1", "", "tangential over normal impulse, at most mu"),
+    )
+    submodels = (*TANGENTIAL, *OLD_TANGENTIAL)
+    formula: ClassVar[str] = (
+        "Sliding throughout: vx'/vx = 1 - mu (1 + e) vn/vx, r omega' = 5/2 mu (1 + e) vn; else "
+        "integrated."
+    )
+
+    @property
+    def presets(self) -> Mapping[str, Oblique]:
+        """Return a linear contact that slides and sticks, and those of the literature."""
+        usual = Oblique(tangential="linear_history", friction=0.3)
+        return {"usual": usual, **{name: Oblique(**told) for name, told in OBLIQUE.items()}}
+
+    def scene(self, parameters: Oblique) -> ContactScene:
+        """Return the impact; samples before and after it."""
+        return impact(parameters, parameters.velocity, finely=False)
+
+    def measured(self, parameters: Oblique, motion: Motion) -> Mapping[str, float]:
+        """Return ratios of the velocities after to those before; tangential ones at an angle."""
+        along, _, down = parameters.velocity
+        before, after = relative_velocity(motion)[[0, -1]]
+        found = {"normal_restitution": float(after[2]) / -down}
+        if along > 0.0:
+            found["tangential_ratio"] = float(after[0]) / along
+            found["spin_ratio"] = parameters.radius * float(motion.omega[-1, 0, 1]) / along
+            found["impulse_ratio"] = float((before[0] - after[0]) / (after[2] - before[2]))
+        return found
+
+
+CASE = ObliqueCase()

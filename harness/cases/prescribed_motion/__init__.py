@@ -1,0 +1,1 @@
+"""Forces along a given motion: the law alone, without an integrator."""

@@ -1,0 +1,111 @@
+"""The law alone: forces and torques along a motion that is given, without an integrator."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from pydantic import Field
+
+from harness.cases.contact_base.contact_case import ContactCase
+from harness.cases.contact_base.motion import Motion
+from harness.cases.contact_base.parameters import ContactSystem
+from harness.cases.contact_base.submodels import (
+    OLD_TANGENTIAL,
+    ROLLING,
+    SYSTEMS,
+    TANGENTIAL,
+    TWISTING,
+)
+from harness.observables.declared import Observable
+from harness.parameters.contact_scene import ZERO, ContactScene, Segment, Vector
+
+
+class PrescribedMotion(ContactSystem):
+    """A sphere that is pressed, sheared, sheared back, lifted a little, rolled, twisted; SI."""
+
+    overlap: float = Field(1e-4, gt=0.0, description="[m] to which the sphere is pressed in")
+    shear: float = Field(2e-5, gt=0.0, description="[m] along the surface, and twice that back")
+    lift: float = Field(0.3, ge=0.0, lt=1.0, description="[-] of the overlap, after the shear")
+    turn: float = Field(1e-3, gt=0.0, description="[rad] of rolling and of twisting")
+    duration: float = Field(1e-3, gt=0.0, description="[s] of each of the six pieces")
+
+
+PIECES = 6
+
+
+class PrescribedMotionCase(ContactCase[PrescribedMotion]):
+    """Every submodel beyond its limit and back, whatever the engine's scheme."""
+
+    name = "prescribed-motion"
+    summary = "Forces along a given motion: pressed, sheared to and fro, lifted, rolled, twisted."
+    parameters = PrescribedMotion
+    quantities = (
+        Observable("shear_ratio", "1", "", "tangential over normal force, after the shear"),
+        Observable("reversed_ratio", "1", "", "likewise, after the shear back"),
+        Observable("lifted_ratio", "1", "", "likewise, after the lift"),
+        Observable("rolling_ratio", "1", "", "torque over radius and normal force, after rolling"),
+        Observable("twisting_ratio", "1", "", "likewise about the normal, after twisting"),
+    )
+    submodels = (*TANGENTIAL, *OLD_TANGENTIAL, *ROLLING, *TWISTING)
+    systems: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        name: told for name, told in SYSTEMS.items() if name != "frozen sphere"
+    }
+    formula: ClassVar[str] = "The law integrated along the same motion, limits located."
+
+    @property
+    def presets(self) -> Mapping[str, PrescribedMotion]:
+        """Return a linear contact."""
+        return {"usual": PrescribedMotion(tangential="linear_history", friction=0.3)}
+
+    def scene(self, parameters: PrescribedMotion) -> ContactScene:
+        """Return the pieces of the motion, the sphere at touch before."""
+        bodies = tuple(parameters.bodies(0.0, ZERO))
+        n, time = parameters.steps_per_contact, parameters.duration
+        still = (ZERO,) * len(bodies)
+
+        def piece(v: Vector = ZERO, w: Vector = ZERO) -> Segment:
+            moved = (v[0] / time, v[1] / time, v[2] / time)
+            turned = (w[0] / time, w[1] / time, w[2] / time)
+            return Segment(n, (moved, *still[1:]), (turned, *still[1:]))
+
+        d, s, turn = parameters.overlap, parameters.shear, parameters.turn
+        pieces = (
+            piece((0.0, 0.0, -d)),
+            piece((s, 0.0, 0.0)),
+            piece((-2.0 * s, 0.0, 0.0)),
+            piece((0.0, 0.0, parameters.lift * d)),
+            piece(w=(turn, 0.0, 0.0)),
+            piece(w=(0.0, 0.0, turn)),
+        )
+        return ContactScene(
+            bodies,
+            parameters.planes,
+            parameters.law,
+            step=time / n,
+            steps=PIECES * n,
+            every=n,
+            segments=pieces,
+        )
+
+    def measured(self, parameters: PrescribedMotion, motion: Motion) -> Mapping[str, float]:
+        """Return forces and torques at the ends of the pieces."""
+        force, torque = motion.force[:, 0], motion.torque[:, 0]
+        shear, back, lifted, rolled, twisted = range(2, PIECES + 1)
+        found = {
+            name: float(force[at, 0] / force[at, 2])
+            for name, at in (
+                ("shear_ratio", shear),
+                ("reversed_ratio", back),
+                ("lifted_ratio", lifted),
+            )
+        }
+        r = parameters.radius
+        if parameters.rolling != "none":
+            found["rolling_ratio"] = float(torque[rolled, 0] / (r * force[rolled, 2]))
+        if parameters.twisting != "none":
+            found["twisting_ratio"] = float(torque[twisted, 2] / (r * force[twisted, 2]))
+        return found
+
+
+CASE = PrescribedMotionCase()

@@ -1,0 +1,95 @@
+"""Pull-off: the tension at which a sphere that sticks parts, and the overlap there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+from pydantic import Field
+
+from harness.cases.contact_base.contact_case import ContactCase
+from harness.cases.contact_base.impact import overlap_of
+from harness.cases.contact_base.motion import Motion
+from harness.cases.contact_base.parameters import ContactSystem
+from harness.cases.contact_base.submodels import COHESIVE, SYSTEMS
+from harness.observables.declared import Observable
+from harness.parameters.contact_scene import ZERO, ContactScene, Segment
+
+
+class PullOff(ContactSystem):
+    """A sphere, pressed into what it sticks to, that is pulled off at a constant speed; SI."""
+
+    overlap: float = Field(1e-5, gt=0.0, description="[m] at the start")
+    speed: float = Field(1e-3, gt=0.0, description="[m/s] of the pull")
+
+
+class PullOffCase(ContactCase[PullOff]):
+    """Attraction at rest: the motion is prescribed, the force is read."""
+
+    name = "pull-off"
+    summary = "A sphere that sticks is pulled off: largest tension, and overlap where it parts."
+    parameters = PullOff
+    quantities = (
+        Observable("pull_off_force_N", "N", "", "largest tension"),
+        Observable("parting_ratio", "1", "", "overlap at the last force over that of the start"),
+    )
+    submodels = tuple(one for one in COHESIVE if "viscoelastic" not in one.name)
+    systems: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        name: told for name, told in SYSTEMS.items() if name != "frozen sphere"
+    }
+    powers: ClassVar[tuple[float, ...]] = (1.0, 1.5, 2.0)
+    formula: ClassVar[str] = (
+        "DMT: 4 pi gamma R*, at touch. JKR: 3 pi gamma R*, at -a^2 / (3 R*) with a^3 = 9 pi gamma "
+        "R*^2 / (4 E*); gamma is the energy of each surface."
+    )
+
+    @property
+    def presets(self) -> Mapping[str, PullOff]:
+        """Return both laws of attraction."""
+        return {one.name: PullOff(**one.law) for one in self.submodels}
+
+    def scene(self, parameters: PullOff) -> ContactScene:
+        """Return the pull, which parts half a step before the end."""
+        bodies = tuple(parameters.bodies(-parameters.overlap, ZERO))
+        way = parameters.overlap * (1.0 - self.closed_forms(parameters)["parting_ratio"])
+        steps = parameters.steps_per_contact
+        still = (ZERO,) * len(bodies)
+        pull = Segment(steps, ((0.0, 0.0, parameters.speed), *still[1:]), still)
+        return ContactScene(
+            bodies,
+            parameters.planes,
+            parameters.law,
+            step=way / parameters.speed / (steps - 0.5),
+            steps=steps,
+            segments=(pull,),
+        )
+
+    def measured(self, parameters: PullOff, motion: Motion) -> Mapping[str, float]:
+        """Return the largest tension and the last overlap with a force."""
+        force = motion.force[:, 0, 2]
+        overlap, _ = overlap_of(parameters, motion)
+        last = int(np.flatnonzero(force)[-1])
+        parted = last < len(force) - 1
+        return {
+            "pull_off_force_N": -float(force.min()),
+            "parting_ratio": float(overlap[last]) / parameters.overlap if parted else math.nan,
+        }
+
+    def closed_forms(self, parameters: PullOff) -> Mapping[str, float]:
+        """Return tension and overlap where the sphere parts."""
+        gamma, radius = parameters.surface_energy or 0.0, parameters.reduced_radius
+        if parameters.normal != "jkr":
+            return {"pull_off_force_N": 4.0 * math.pi * gamma * radius, "parting_ratio": 0.0}
+        assert parameters.youngs_modulus is not None
+        assert parameters.poisson_ratio is not None
+        modulus = parameters.youngs_modulus / 2.0 / (1.0 - parameters.poisson_ratio**2)
+        area = (2.25 * math.pi * gamma * radius**2 / modulus) ** (1.0 / 3.0)
+        return {
+            "pull_off_force_N": 3.0 * math.pi * gamma * radius,
+            "parting_ratio": -area * area / 3.0 / radius / parameters.overlap,
+        }
+
+
+CASE = PullOffCase()

@@ -1,0 +1,1 @@
+"""A rolling sphere that a resistance to rolling slows down."""

@@ -1,0 +1,1 @@
+"""A sphere that slides on a floor until it rolls."""

@@ -1,0 +1,79 @@
+"""From slipping to rolling on a floor: what friction leaves of the speed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from pydantic import Field
+
+from harness.cases.contact_base.contact_case import ContactCase
+from harness.cases.contact_base.motion import Motion
+from harness.cases.contact_base.parameters import ContactSystem
+from harness.cases.contact_base.resting import resting
+from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL
+from harness.errors import RequestError
+from harness.observables.declared import Observable
+from harness.parameters.contact_scene import ZERO, ContactScene
+
+
+class SlipToRoll(ContactSystem):
+    """A sphere on a floor, pressed in by its weight, that starts to slide; in SI units."""
+
+    speed: float = Field(0.1, gt=0.0, description="[m/s] along the floor, at the start")
+    gravity: float = Field(9.81, gt=0.0, description="[m/s2] downward")
+    duration: float = Field(1.5, gt=0.0, description="[-] in times 2 u / (7 mu g) until it rolls")
+
+
+class SlipToRollCase(ContactCase[SlipToRoll]):
+    """Sliding friction under a constant load, then sticking."""
+
+    name = "slip-to-roll"
+    summary = "A sphere slides on a floor until it rolls, at 5/7 of its speed."
+    parameters = SlipToRoll
+    quantities = (
+        Observable("sliding_speed_ratio", "1", "", "speed over that of the start, while it slides"),
+        Observable("speed_ratio", "1", "", "speed over that of the start, at the end"),
+        Observable("spin_ratio", "1", "", "radius times spin over the speed of the start"),
+        Observable("momentum_ratio", "1", "", "u + 2/5 r omega over the speed of the start"),
+    )
+    submodels = (*TANGENTIAL, *OLD_TANGENTIAL)
+    systems: ClassVar[Mapping[str, Mapping[str, Any]]] = {"wall": {}}
+    formula: ClassVar[str] = (
+        "u + 2/5 r omega stays u0, whatever the friction. It rolls from t = 2 u0 / (7 mu g) on, "
+        "about 5/7 u0, with what the tangential spring makes of it: integrated."
+    )
+
+    @property
+    def presets(self) -> Mapping[str, SlipToRoll]:
+        """Return a sphere of glass's density, and MFiX's DEM05."""
+        usual = SlipToRoll(tangential="linear_history", friction=0.3)
+        return {"usual": usual, "mfix-dem05": usual.replace(speed=1.0, friction=0.2)}
+
+    def scene(self, parameters: SlipToRoll) -> ContactScene:
+        """Return the sphere at rest along the vertical; raise RequestError without friction."""
+        if not parameters.friction:
+            raise RequestError(
+                f"friction = {parameters.friction!r}: must be greater than 0 to roll"
+            )
+        rolls = 2.0 * parameters.speed / 7.0 / parameters.friction / parameters.gravity
+        start = (parameters.speed, 0.0, 0.0), ZERO
+        gravity = (0.0, 0.0, -parameters.gravity)
+        return resting(parameters, gravity, start, parameters.duration * rolls)
+
+    def measured(self, parameters: SlipToRoll, motion: Motion) -> Mapping[str, float]:
+        """Return speeds after the second quarter and at the end, spin at the end."""
+        u, spin = motion.velocity[:, 0, 0], parameters.radius * motion.omega[:, 0, 1]
+        return {
+            "sliding_speed_ratio": float(u[len(u) // 2]) / parameters.speed,
+            "speed_ratio": float(u[-1]) / parameters.speed,
+            "spin_ratio": float(spin[-1]) / parameters.speed,
+            "momentum_ratio": float(u[-1] + 0.4 * spin[-1]) / parameters.speed,
+        }
+
+    def closed_forms(self, parameters: SlipToRoll) -> Mapping[str, float]:  # noqa: ARG002
+        """Return the momentum about the floor, which no force there changes."""
+        return {"momentum_ratio": 1.0}
+
+
+CASE = SlipToRollCase()

@@ -1,0 +1,1 @@
+"""Two stacked spheres between plates."""

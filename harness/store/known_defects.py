@@ -1,0 +1,39 @@
+"""The file of known defects: ``inputs/known-defects.toml`` of the project, or of the wheel."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+from harness.comparison.known_defects import KnownDefect
+from harness.errors import RequestError
+from harness.store.baseline import committed_file
+
+NAME = "known-defects.toml"
+
+
+def known_defects(path: Path | None = None) -> tuple[KnownDefect, ...]:
+    """Return the defects of a file, the committed one unless given; none where there is no file.
+
+    Each is a table ``[defect.NAME]`` with the fields of
+    :class:`~harness.comparison.known_defects.KnownDefect`. Raise RequestError, naming file and
+    defect, for anything else.
+    """
+    path = path or committed_file(NAME)
+    if path is None:
+        return ()
+    try:
+        record = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        said = error.strerror if isinstance(error, OSError) else error
+        raise RequestError(f"known defects {path}: cannot be read: {said}") from None
+    tables = record.pop("defect", {})
+    if record or not all(isinstance(table, dict) for table in tables.values()):
+        raise RequestError(f"known defects {path}: holds tables [defect.NAME] and nothing else")
+    found = []
+    for name, table in tables.items():
+        try:
+            found.append(KnownDefect(**{**table, "name": name}))
+        except RequestError as error:
+            raise RequestError(f"known defects {path}, [defect.{name}]: {error}") from None
+    return tuple(found)

@@ -1,0 +1,123 @@
+"""Contact cases in LAMMPS: limits that hold, defects that are found, releases that lack a model."""
+
+import math
+import subprocess
+from pathlib import Path
+
+import pytest
+
+import harness
+from harness.cases.contract import Study
+from harness.cases.registry import get_case
+from harness.comparison.known_defects import told_apart
+from harness.comparison.verdicts import Verdict
+from harness.engines.lammps.engine import Lammps
+from harness.observables.release import release_of
+from harness.store.known_defects import known_defects
+from harness.workflows.case_run import run
+
+DEFECTS = sorted((Path(harness.__file__).parent.parent / "reports" / "defects").glob("*/in.lmp"))
+
+pytestmark = [pytest.mark.live, pytest.mark.usefixtures("lammps_here")]
+
+
+@pytest.fixture(scope="module")
+def lammps():
+    with Lammps(workers=1) as engine:
+        yield engine
+
+
+def few(case, names, systems=("wall",)):
+    """Return a case with some of its submodels."""
+    found = type(case)()
+    found.submodels = [one for one in case.submodels if one.name in names]
+    found.systems = {name: case.systems[name] for name in systems}
+    return found
+
+
+@pytest.mark.parametrize(
+    ("name", "submodels"),
+    [
+        ("head-on", ("hooke, velocity", "hertz, viscoelastic", "jkr")),
+        ("oblique", ("linear_history", "mindlin_rescale/force")),
+        ("spin", ("linear_nohistory", "mindlin")),
+    ],
+)
+def test_the_limit_of_a_small_step_is_the_law(lammps, name, submodels):
+    case = few(get_case(name), submodels, ("wall", "unequal spheres"))
+    found = case.verify(lammps, Study("quick"))
+    # the quick level takes the wall only
+    assert {c.cell.submodel for c in found.checks} == set(submodels)
+    assert [c.verdict for c in found.checks if c.verdict is not Verdict.PASS] == []
+    for check in found.checks:
+        assert check.tolerance <= max(1e-4, 1e-6 * abs(check.expected))
+        assert check.cell.order_low <= check.cell.order <= check.cell.order_high
+    assert len(found.records) == len(submodels)
+
+
+def test_defects_are_found_by_name_in_the_release_that_has_them(lammps):
+    version = lammps.identify().engine_version
+    if not release_of("28 Mar 2023") <= release_of(version) <= release_of("22 Jul 2025 - Update 9"):
+        pytest.skip(f"LAMMPS {version} may not have them")
+    found = [
+        *few(get_case("head-on"), ("old hooke, no damping", "hertz, tsuji"))
+        .verify(lammps, Study("quick"))
+        .checks,
+        *few(get_case("oblique"), ("old hooke/history", "mindlin_classic", "linear_history"))
+        .verify(lammps, Study("quick"))
+        .checks,
+    ]
+    told = told_apart(found, known_defects(), {"lammps": version})
+    by_name = {c.note.partition(":")[0] for c in told if c.verdict is Verdict.KNOWN_DEFECT}
+    assert by_name == {
+        "known defect old-wall-without-damping",
+        "known defect tsuji-restitution",
+        "known defect old-wall-friction",
+        "known defect classic-cap-without-radius",
+    }
+    assert not [c for c in told if c.verdict is Verdict.FAIL]
+    assert {c.cell.submodel for c in told if c.verdict is Verdict.PASS} >= {"linear_history"}
+
+
+def test_a_run_of_a_preset_gives_quantities_beside_their_references(lammps):
+    settings = {"preset": "chung-ooi-4", "angle": "80"}
+    found = run("oblique", settings, lammps).record()["quantities"]
+    # sliding throughout: Coulomb's law alone
+    assert found["impulse_ratio"]["value"] == pytest.approx(0.092, abs=1e-4)
+    assert found["normal_restitution"]["reference"] == pytest.approx(0.98, abs=1e-6)
+    assert all(abs(one["difference"]) < 2e-3 for one in found.values())
+    elastic = run("head-on", {"preset": "chung-ooi-1"}, lammps).record()["quantities"]
+    for name, published in (
+        ("largest_force_N", 10.697e3),
+        ("largest_overlap_m", 274.1e-6),
+        ("contact_time_s", 40.34e-6),
+    ):
+        assert elastic[name]["value"] == pytest.approx(published, rel=2e-4)
+
+
+def test_a_release_without_a_submodel_says_which_one_has_it(lammps, monkeypatch):
+    case = get_case("oblique")
+    job = case.job(case.default.replace(damping="coeff_restitution", restitution=0.9))
+    assert lammps.refuses(job) == ""
+    old = lammps.identify().__class__(engine="lammps", engine_version="2 Aug 2023 - Update 3")
+    monkeypatch.setattr(lammps, "identify", lambda: old)
+    assert lammps.refuses(job) == (
+        "LAMMPS 2 Aug 2023 - Update 3 has no coeff_restitution: LAMMPS 29 Aug 2024 has it"
+    )
+
+
+@pytest.mark.parametrize("script", DEFECTS, ids=lambda path: path.parent.name)
+def test_the_script_of_a_defect_runs_with_lammps_alone(script, tmp_path, lammps):
+    try:
+        program = lammps.twin().program
+    except Exception as error:
+        pytest.skip(f"no lmp: {error}")
+    done = subprocess.run(
+        [program, "-in", str(script), "-log", "none"],
+        cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False,
+    )  # fmt: skip
+    told = next(line for line in done.stdout.splitlines() if ": expected" in line)
+    words = told.replace(",", "").split()
+    expected, found = (float(words[words.index(w) + 1]) for w in ("expected", "found"))
+    gone = script.parent.name.startswith("wall-")  # of 23 Jun 2022
+    assert (abs(found - expected) < 1e-3) == gone or math.isnan(found)

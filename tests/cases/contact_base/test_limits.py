@@ -1,0 +1,60 @@
+"""Limits of a small step, and what is read off samples, against functions that are known."""
+
+import numpy as np
+import pytest
+
+from harness.cases.contact_base.ladder import RECORDED, STEPS, climb, powers
+from harness.cases.contact_base.motion import crossing, peak, value_at
+from harness.parameters.contact_law import ContactLaw
+
+LADDER = STEPS["default"]
+H = 1.0 / np.array(LADDER)
+
+
+@pytest.mark.parametrize(
+    ("law", "first"),
+    [
+        (ContactLaw(), 2.0),
+        (ContactLaw(damping="velocity", damping_coefficient=1.0), 1.0),
+        (ContactLaw(normal="hertz", damping="viscoelastic", damping_coefficient=1.0), 1.0),
+        (ContactLaw(normal="hertz", damping="coeff_restitution", restitution=0.5), 1.0),
+        (ContactLaw(normal="jkr"), 1.0),
+    ],
+)
+def test_a_series_in_the_powers_of_the_law_has_its_limit_to_round_off(law, first):
+    y = 0.7 + sum((0.3 + 0.2 * i) * H**p for i, p in enumerate(powers(law)))
+    limit = climb(powers(law), LADDER, [{"x": v} for v in y], kinked=False)["x"]
+    assert limit.value == pytest.approx(0.7, abs=1e-11)
+    assert limit.order == pytest.approx(first, abs=0.3)
+
+
+def test_the_jitter_of_a_kink_stays_within_the_uncertainty():
+    phase = np.array([0.3, -0.9, 0.8, -0.2, 0.6])
+    y = 0.7 + 0.5 * H + 3.0 * phase * H**2
+    limit = climb(powers(ContactLaw()), LADDER, [{"x": v} for v in y], kinked=True)["x"]
+    assert abs(limit.value - 0.7) < 1e-5
+    assert abs(limit.value - 0.7) <= limit.uncertainty
+    assert limit.order_interval[0] <= limit.order <= limit.order_interval[1]
+
+
+def test_a_quantity_that_a_rung_lacks_has_no_limit_and_one_that_is_zero_has():
+    rungs = [{"x": np.nan if n == 200 else 1.0, "zero": 0.0} for n in LADDER]
+    found = climb(powers(ContactLaw()), LADDER, rungs, kinked=False)
+    assert list(found) == ["zero"]
+    assert found["zero"].value == 0.0
+
+
+def test_every_level_runs_what_the_baseline_records():
+    assert all(RECORDED in steps for steps in STEPS.values())
+
+
+T = np.linspace(0.0, 4.0, 101)
+
+
+def test_zeros_values_and_peaks_lie_between_samples():
+    x, v = np.sin(T), np.cos(T)
+    assert crossing(T[1:], x[1:], v[1:]) == pytest.approx(np.pi, abs=1e-9)
+    assert np.isnan(crossing(T[1:], x[1:], v[1:], 1))
+    assert value_at(1.234, T, x, v) == pytest.approx(np.sin(1.234), abs=1e-8)
+    assert peak(x) == pytest.approx(1.0, abs=1e-9)
+    assert peak(np.array([1.0, 2.0])) == 2.0

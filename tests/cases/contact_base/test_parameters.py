@@ -1,0 +1,81 @@
+"""What a contact case may be told, and the one line that names what it may not."""
+
+import pytest
+
+from harness.cases.contact_base.impact import impact
+from harness.cases.contact_base.parameters import ContactSystem
+from harness.cases.contact_base.template import TEMPLATE, job_of, values_of
+from harness.engines.lammps.engine import Lammps
+from harness.errors import RequestError
+from harness.parameters.contact_law import ContactLaw
+from harness.parameters.contact_scene import Body, ContactScene, Plane
+from harness.workflows.case_run import run
+
+USUAL = ContactSystem(tangential="linear_history", friction=0.3)
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({"friction": "-0.1", "tangential": "mindlin"}, "friction"),
+        ({"normal": "hertz", "poisson_ratio": "0.6"}, "poisson_ratio = '0.6'"),
+        ({"restitution": "0.5", "damping": "velocity"}, "restitution = 0.5: damping = 'velocity'"),
+        ({"partner_radius": "0.02"}, "partner = 'wall' has none"),
+        ({"interface": "old", "rolling": "sds"}, "rolling"),
+        ({"interface": "old", "tangential": "linear_history"}, "interface = 'old': states"),
+        ({"preset": "chung-ooi-9"}, "has the presets"),
+        ({"partner": "box"}, "partner = 'box'"),
+        ({"steps_per_contact": "1"}, "steps_per_contact"),
+    ],
+)
+def test_what_is_not_allowed_is_one_line_that_names_it(settings, words):
+    more = {"damping_coefficient": "1"} if "damping" in settings else {}
+    with pytest.raises(RequestError, match=words) as told:
+        run("head-on", {**settings, **more})
+    assert "\n" not in str(told.value)
+
+
+def test_two_spheres_share_mass_and_curvature():
+    pair = USUAL.replace(partner="sphere", partner_radius=0.02)
+    m = pair.mass
+    assert pair.reduced_mass == pytest.approx(m * 8 * m / (9 * m))
+    assert pair.reduced_radius == pytest.approx(0.01 * 0.02 / 0.03)
+    assert USUAL.reduced_mass == USUAL.mass
+    frozen = USUAL.replace(partner="frozen")
+    assert (frozen.reduced_mass, frozen.reduced_radius) == (USUAL.mass, 0.005)
+
+
+@pytest.mark.parametrize("partner", ["wall", "sphere", "frozen"])
+def test_an_impact_touches_half_a_step_after_its_start(partner):
+    scene = impact(USUAL.replace(partner=partner), (0.3, 0.0, -0.7), finely=False)
+    first = scene.bodies[0]
+    touch = [x + 0.5 * scene.step * v for x, v in zip(first.position, first.velocity, strict=True)]
+    assert touch == pytest.approx([0.0, 0.0, 0.01], abs=1e-15)
+    assert scene.steps == 1100
+    assert scene.every == scene.steps
+
+
+@pytest.mark.parametrize("partner", ["wall", "sphere", "frozen"])
+def test_every_value_of_a_job_has_its_variable_in_the_script(partner):
+    scene = impact(USUAL.replace(partner=partner), (0.3, 0.0, -0.7), finely=True)
+    job = job_of(scene, "current")
+    script = Lammps.script(TEMPLATE, job.variant)
+    assert set(job.values) <= script.variables
+    assert script.variables - set(job.values) == {"series"}
+
+
+LAW = ContactLaw()
+BALL = Body(0.1, 1.0, (0.0, 0.0, 0.1))
+
+
+@pytest.mark.parametrize(
+    ("bodies", "planes", "words"),
+    [
+        ((BALL,) * 3, (), "bodies: scripts take one or two, got 3"),
+        ((BALL,), (Plane((0.0, 0.0, 0.0), (1.0, 0.0, 1.0)),), "planes: scripts take none"),
+        ((BALL,), (Plane((0.0, 0.0, 1.0), (0.0, 0.0, -1.0)),), "planes: scripts take none"),
+    ],
+)
+def test_a_scene_that_scripts_have_no_words_for_is_refused(bodies, planes, words):
+    with pytest.raises(RequestError, match=words):
+        values_of(ContactScene(bodies, planes, LAW, step=1e-5, steps=10))

@@ -1,0 +1,42 @@
+"""The file of known defects is read, and what is wrong with it is named."""
+
+from pathlib import Path
+
+import pytest
+
+import harness
+from harness.cases.registry import all_cases
+from harness.errors import RequestError
+from harness.store.known_defects import known_defects
+
+ROOT = Path(harness.__file__).parent.parent
+
+
+def test_every_committed_defect_has_its_script_and_names_cells_that_there_are():
+    found = known_defects()
+    assert {"old-wall-friction", "tsuji-restitution"} <= {one.name for one in found}
+    for one in found:
+        script = ROOT / one.script
+        assert script.is_file(), one.name
+        lines = script.read_text(encoding="utf-8").splitlines()
+        assert len(lines) <= 40, one.name
+        assert any("expected" in line and line.startswith("print") for line in lines), one.name
+        for case in one.cases:
+            assert case == "*" or case in all_cases(), one.name
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[defect.x]\nengine = 1\n", "defect.x"),
+        ("[other.x]\n", "nothing else"),
+        ("[defect", "cannot be read"),
+        ("defect = {x = 1}", "nothing else"),
+    ],
+)
+def test_a_file_that_is_none_is_named_with_what_is_wrong(tmp_path, text, words):
+    path = tmp_path / "known-defects.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(RequestError, match=words) as told:
+        known_defects(path)
+    assert str(path) in str(told.value)
