@@ -65,7 +65,9 @@ PROCESSES_AND_FILES = {"subprocess", "pathlib", "tempfile", "shutil", "io", "mul
 GENERIC = ("comparison", "store", "report", "workflows")
 """Folders that name no case and no engine."""
 
-ENGLISH = {"reference", "drop", "oblique", "head-on", "spin"}
+ENGLISH = {
+    "reference", "drop", "oblique", "head-on", "spin", "twist", "bounce", "stacked", "pull-off",
+}  # fmt: skip
 """Names that are words as well: only their imports can be told from the word."""
 
 LINES, FUNCTION_LINES, PARAMETERS = 250, 60, 8

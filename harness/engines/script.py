@@ -204,8 +204,9 @@ class ScriptSource(Engine):
 
     @classmethod
     def own_folders(cls) -> list[Path]:
-        """Return the folders of templates beside the engine's class and those it inherits from."""
-        scripted = [base for base in cls.__mro__ if issubclass(base, ScriptSource)]
+        """Return the folders of templates beside the engine's class and those it grew out of."""
+        engines = [base for base in cls.__mro__ if not inspect.isabstract(base)]
+        scripted = [base for base in engines if issubclass(base, ScriptSource)]
         return [Path(inspect.getfile(base)).parent / "templates" for base in scripted]
 
 

@@ -45,13 +45,11 @@ def verify(
     ``level`` is ``quick``, ``default`` or ``full``. ``cases`` are names, groups or ``all``: those
     that run by default unless given. ``engine`` is an open one, the default one unless given;
     ``engines`` are held beside it: names, or ``all``; ``open_one`` opens one by its name. The
-    results are held against a ``baseline``: read (:func:`chosen_baseline` takes a file of
-    tolerances as well), in a folder, the committed one for None, none for False. With ``strict``
-    what is not tested counts as a failure.
+    results are held against a ``baseline``: read, in a folder, the committed one for None, none
+    for False. With ``strict`` what is not tested counts as a failure.
 
     An engine that fails leaves rows that say so and status 3, a case that raises a failed row;
-    the rest goes on. Raise RequestError for an unknown level, case or engine and a damaged
-    baseline. :func:`harness.report.folder.write` writes the report with :func:`sections`.
+    the rest goes on. Raise RequestError for an unknown level, case or engine, and a damaged file.
     """
     chosen, asked = chosen_cases(cases), asked_engines(engines)
     study = Study(checked_level(level), progress, open_one)

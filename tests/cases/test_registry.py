@@ -15,8 +15,8 @@ from harness.errors import RequestError
 from harness.observables.declared import Observable
 
 
-class Bounce(Case):
-    name, group, summary = "bounce", "contacts", "A ball."
+class Ball(Case):
+    name, group, summary = "ball", "contacts", "A ball."
     parameters = Drop
     quantities = (Observable("height_m", "m", "", "of the bounce"),)
     template = TEMPLATE
@@ -28,12 +28,12 @@ class Bounce(Case):
         raise NotImplementedError
 
 
-class Unitless(Bounce):
+class Unitless(Ball):
     name = "unitless"
     quantities = (Observable("height", "", "", "of the bounce"),)
 
 
-GOOD, UNITLESS, NONE = Bounce(), Unitless(), object()
+GOOD, UNITLESS, NONE = Ball(), Unitless(), object()
 
 
 def point(name, value):
@@ -42,7 +42,7 @@ def point(name, value):
 
 HERE = "tests.cases.test_registry"
 POINTS = [
-    point("bounce", f"{HERE}:GOOD"),
+    point("ball", f"{HERE}:GOOD"),
     point("unitless", f"{HERE}:UNITLESS"),
     point("nothing", f"{HERE}:NONE"),
     point("broken", "no_such_package.case:CASE"),
@@ -83,9 +83,9 @@ def test_asking_a_case_for_its_quantities_imports_neither_numba_nor_scipy():
 
 
 def test_a_case_of_another_package_is_one_like_the_others(plugged):  # noqa: ARG001
-    assert registry.get_case("bounce") is GOOD
-    assert "bounce" in registry.case_names()
-    assert "bounce" in registry.all_cases()
+    assert registry.get_case("ball") is GOOD
+    assert "ball" in registry.case_names()
+    assert "ball" in registry.all_cases()
     assert isinstance(registry.get_case("incline"), InclineCase)
 
 
@@ -95,7 +95,7 @@ def test_a_case_of_another_package_is_one_like_the_others(plugged):  # noqa: ARG
         ("unitless", "quantity 'height' has no unit"),
         ("nothing", "is no case but object"),
         ("broken", "does not import: ModuleNotFoundError"),
-        ("misnamed", "its case has the name 'bounce'"),
+        ("misnamed", "its case has the name 'ball'"),
     ],
 )
 def test_a_case_that_cannot_be_used_is_named_in_one_line_with_its_package(plugged, name, words):  # noqa: ARG001
@@ -109,7 +109,7 @@ def test_a_case_that_cannot_be_used_is_named_in_one_line_with_its_package(plugge
 def test_a_case_cannot_take_the_name_of_one_of_ours(plugged):  # noqa: ARG001
     (fault,) = [line for line in registry.faults() if "'another_package.case'" in line]
     assert "name of a case of dem-harness itself" in fault
-    assert set(registry.all_cases()) - {"bounce"} == set(registry.built_in())
+    assert set(registry.all_cases()) - {"ball"} == set(registry.built_in())
 
 
 def test_cases_are_chosen_by_name_group_or_all():

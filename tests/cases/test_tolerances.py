@@ -12,8 +12,9 @@ from harness.comparison.tolerances import Tolerance
 def tolerances_of(case):
     """Return the tolerances of a case: those of its module, and of its baseline."""
     found = dict(get_case(case).regression)
-    if find_spec(f"harness.cases.{case}.tolerances"):
-        for name, value in vars(import_module(f"harness.cases.{case}.tolerances")).items():
+    module = f"harness.cases.{case.replace('-', '_')}.tolerances"
+    if find_spec(module):
+        for name, value in vars(import_module(module)).items():
             if isinstance(value, Tolerance):
                 found[name] = value
             elif isinstance(value, dict):

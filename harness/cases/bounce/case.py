@@ -54,7 +54,7 @@ class BounceCase(ContactCase[Bounce]):
         speed = math.sqrt(2.0 * g * parameters.height)
         return impact(parameters, (0.0, 0.0, -speed), finely=True, gravity=(0.0, 0.0, -g))
 
-    def measured(self, parameters: Bounce, motion: Motion) -> Mapping[str, float]:
+    def observed(self, parameters: Bounce, motion: Motion) -> Mapping[str, float]:
         """Return the height that the sphere will reach, and how long it touched."""
         g, z, v = parameters.gravity, motion.position[:, 0, 2], motion.velocity[:, 0, 2]
         # heights above touch, of fall and rebound, by the energy of free flight

@@ -48,7 +48,7 @@ class ContactCase(Case[P]):
         """Return what is set up."""
 
     @abstractmethod
-    def measured(self, parameters: P, motion: Motion) -> Mapping[str, float]:
+    def observed(self, parameters: P, motion: Motion) -> Mapping[str, float]:
         """Return the quantities of a motion, whoever computed it."""
 
     def closed_forms(self, parameters: P) -> Mapping[str, float]:  # noqa: ARG002
@@ -61,13 +61,13 @@ class ContactCase(Case[P]):
 
     def read(self, parameters: P, output: Output, traits: Traits) -> Mapping[str, float]:  # noqa: ARG002
         """Return the quantities of a run; raise EngineOutputError for one that is cut."""
-        return self.measured(parameters, motion_of(output, self.scene(parameters)))
+        return self.observed(parameters, motion_of(output, self.scene(parameters)))
 
     def references(self, parameters: P, traits: Traits) -> Mapping[str, Reference]:
         """Return closed forms, and what the integration of the law gives for the rest."""
         exact = self.closed_forms(parameters)
         motion = followed(self.scene(parameters), rules_of(parameters, traits)).motion
-        integrated = self.measured(parameters, motion)
+        integrated = self.observed(parameters, motion)
         return {
             **{name: Reference(value, "integrated") for name, value in integrated.items()},
             **{name: Reference(value, "closed form") for name, value in exact.items()},

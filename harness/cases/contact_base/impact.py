@@ -51,12 +51,13 @@ def impact(
 def _before(scene: ContactScene, lead: float) -> ContactScene:
     """Return a scene a time [s] before, when its first body flew freely."""
     first, *others = scene.bodies
-    v = tuple(u - lead * g for u, g in zip(first.velocity, scene.gravity, strict=True))
-    x = tuple(
+    v = [u - lead * g for u, g in zip(first.velocity, scene.gravity, strict=True)]
+    x = [
         x - lead * u + 0.5 * lead * lead * g
         for x, u, g in zip(first.position, first.velocity, scene.gravity, strict=True)
-    )
-    return replace(scene, bodies=(replace(first, position=x, velocity=v), *others))
+    ]
+    early = replace(first, position=(x[0], x[1], x[2]), velocity=(v[0], v[1], v[2]))
+    return replace(scene, bodies=(early, *others))
 
 
 def _guess(parameters: ContactSystem, velocity: Vector) -> float:

@@ -96,7 +96,7 @@ def _climbed(
         if isinstance(output, EngineError):
             raise output
         motion = motion_of(output, case.scene(parameters))
-        rungs.append(case.measured(parameters, motion))
+        rungs.append(case.observed(parameters, motion))
     finest = runs[-1][0]
     steps = [parameters.steps_per_contact for parameters, _ in runs]
     rules = rules_of(trial.parameters, engine.traits)
@@ -142,7 +142,7 @@ def _cell(
 ) -> Cell:
     place = (case.name, trial.submodel, trial.system, engine.name)
     # an order is told where the rungs differ by more than what the series misses them by
-    if reached is None or np.ptp(reached.y) < MOVED * reached.errors.max():
+    if reached is None or np.ptp(reached.y) < MOVED * reached.errors.min():
         return Cell(*place)
     return Cell(*place, reached.order, *reached.order_interval)
 

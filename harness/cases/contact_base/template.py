@@ -118,7 +118,7 @@ def _default(bodies: int, segments: int = 0) -> dict[str, Value]:
 
 
 TEMPLATE = Template(
-    name="contact",
+    name="contacts",
     variants={
         "plane": _default(bodies=1),
         "pair": _default(bodies=2),

@@ -53,7 +53,7 @@ class HeadOnCase(ContactCase[HeadOn]):
         """Return the impact, sampled over the contact."""
         return impact(parameters, (0.0, 0.0, -parameters.speed), finely=True)
 
-    def measured(self, parameters: HeadOn, motion: Motion) -> Mapping[str, float]:
+    def observed(self, parameters: HeadOn, motion: Motion) -> Mapping[str, float]:
         """Return restitution and peaks; contact time and overlap where nothing sticks."""
         overlap, rate = overlap_of(parameters, motion)
         found = {

@@ -64,7 +64,7 @@ class InclineRollCase(ContactCase[InclineRoll]):
         period = half_period(parameters, parameters.mass * -gravity[2])
         return resting(parameters, gravity, (ZERO, ZERO), parameters.duration * period)
 
-    def measured(self, parameters: InclineRoll, motion: Motion) -> Mapping[str, float]:
+    def observed(self, parameters: InclineRoll, motion: Motion) -> Mapping[str, float]:
         """Return accelerations over the second half, and the momentum at the end."""
         u, spin = motion.velocity[:, 0, 0], parameters.radius * motion.omega[:, 0, 1]
         half = len(u) // 2

@@ -59,7 +59,7 @@ class ObliqueCase(ContactCase[Oblique]):
         """Return the impact; samples before and after it."""
         return impact(parameters, parameters.velocity, finely=False)
 
-    def measured(self, parameters: Oblique, motion: Motion) -> Mapping[str, float]:
+    def observed(self, parameters: Oblique, motion: Motion) -> Mapping[str, float]:
         """Return ratios of the velocities after to those before; tangential ones at an angle."""
         along, _, down = parameters.velocity
         before, after = relative_velocity(motion)[[0, -1]]

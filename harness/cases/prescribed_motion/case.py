@@ -88,7 +88,7 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
             segments=pieces,
         )
 
-    def measured(self, parameters: PrescribedMotion, motion: Motion) -> Mapping[str, float]:
+    def observed(self, parameters: PrescribedMotion, motion: Motion) -> Mapping[str, float]:
         """Return forces and torques at the ends of the pieces."""
         force, torque = motion.force[:, 0], motion.torque[:, 0]
         shear, back, lifted, rolled, twisted = range(2, PIECES + 1)

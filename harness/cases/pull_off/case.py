@@ -66,7 +66,7 @@ class PullOffCase(ContactCase[PullOff]):
             segments=(pull,),
         )
 
-    def measured(self, parameters: PullOff, motion: Motion) -> Mapping[str, float]:
+    def observed(self, parameters: PullOff, motion: Motion) -> Mapping[str, float]:
         """Return the largest tension and the last overlap with a force."""
         force = motion.force[:, 0, 2]
         overlap, _ = overlap_of(parameters, motion)

@@ -59,7 +59,7 @@ class RollingResistanceCase(ContactCase[RollingResistance]):
         gravity = (0.0, 0.0, -parameters.gravity)
         return resting(parameters, gravity, start, parameters.duration * period)
 
-    def measured(self, parameters: RollingResistance, motion: Motion) -> Mapping[str, float]:
+    def observed(self, parameters: RollingResistance, motion: Motion) -> Mapping[str, float]:
         """Return the speed halfway, speed and spin at the end."""
         u, spin = motion.velocity[:, 0, 0], parameters.radius * motion.omega[:, 0, 1]
         return {

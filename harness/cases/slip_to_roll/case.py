@@ -61,7 +61,7 @@ class SlipToRollCase(ContactCase[SlipToRoll]):
         gravity = (0.0, 0.0, -parameters.gravity)
         return resting(parameters, gravity, start, parameters.duration * rolls)
 
-    def measured(self, parameters: SlipToRoll, motion: Motion) -> Mapping[str, float]:
+    def observed(self, parameters: SlipToRoll, motion: Motion) -> Mapping[str, float]:
         """Return speeds after the second quarter and at the end, spin at the end."""
         u, spin = motion.velocity[:, 0, 0], parameters.radius * motion.omega[:, 0, 1]
         return {

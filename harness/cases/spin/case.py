@@ -52,7 +52,7 @@ class SpinCase(ContactCase[Spin]):
         spin = (0.0, parameters.spin, 0.0)
         return impact(parameters, (0.0, 0.0, -parameters.speed), spin, finely=False)
 
-    def measured(self, parameters: Spin, motion: Motion) -> Mapping[str, float]:
+    def observed(self, parameters: Spin, motion: Motion) -> Mapping[str, float]:
         """Return ratios of what is left and gained to what was there before."""
         after = relative_velocity(motion)[-1]
         return {

@@ -76,7 +76,7 @@ class StackedCase(ContactCase[Stacked]):
             gravity=(0.0, 0.0, -parameters.gravity),
         )
 
-    def measured(self, parameters: Stacked, motion: Motion) -> Mapping[str, float]:
+    def observed(self, parameters: Stacked, motion: Motion) -> Mapping[str, float]:
         """Return how far each sphere rose, and its velocity, at the end."""
         squeeze = self._squeeze(parameters)
         rise = (motion.position[-1, :, 2] - motion.position[0, :, 2]) / squeeze

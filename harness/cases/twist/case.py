@@ -58,7 +58,7 @@ class TwistCase(ContactCase[Twist]):
         start = ZERO, (0.0, 0.0, parameters.spin)
         return resting(parameters, gravity, start, parameters.duration * period)
 
-    def measured(self, parameters: Twist, motion: Motion) -> Mapping[str, float]:
+    def observed(self, parameters: Twist, motion: Motion) -> Mapping[str, float]:
         """Return the spin halfway and at the end, and what it lost in between."""
         spin = motion.omega[:, 0, 2]
         half = len(spin) // 2

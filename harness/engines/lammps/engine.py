@@ -10,14 +10,14 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from harness.engines.contract import Job, Values
+from harness.engines.contract import Job
 from harness.engines.lammps.external_forces import FORCES
 from harness.engines.lammps.fingerprint import fingerprint
 from harness.engines.lammps.inprocess import InProcess
 from harness.engines.lammps.language import LammpsLanguage
 from harness.engines.lammps.read import version_in
 from harness.engines.lammps.releases import executable_of, in_use, is_release
-from harness.engines.lammps.submodels import first_lacking, may_lack
+from harness.engines.lammps.submodels import lacking
 from harness.engines.lammps.worker_process import Order
 from harness.engines.output import Output
 from harness.engines.process import Limits, first_words
@@ -128,16 +128,7 @@ class Lammps(LammpsLanguage):
                 f"law = {law!r} runs in LAMMPS in-process only, where the harness can give "
                 "the forces: leave --lmp and --mpirun out, or choose law 'overlap'"
             )
-        return super().refuses(job) or self._lacks(job.values)
-
-    def _lacks(self, values: Values) -> str:
-        """Return the submodel that this release does not have; nothing where it is not here."""
-        if not may_lack(values):
-            return ""
-        try:
-            return first_lacking(values, self.identify().engine_version)
-        except EngineMissingError:
-            return ""
+        return super().refuses(job) or lacking(job.values, self.identify)
 
     def ask_version(self) -> Provenance:
         """Return version and packages: of the library, or as the executable's help names them.

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from harness.engines.contract import Values
+from harness.errors import EngineMissingError
+from harness.observables.provenance import Provenance
 from harness.observables.release import release_of
 
 FIRST_RELEASES = {
@@ -13,18 +17,20 @@ FIRST_RELEASES = {
 """The first stable release that has one."""
 
 
-def first_lacking(values: Values, version: str) -> str:
+def lacking(values: Values, identify: Callable[[], Provenance]) -> str:
     """Return the submodel among values that a release does not have, and which one has it.
 
-    The old contact styles (``interface`` = old) are in every release.
+    The old contact styles (``interface`` = old) are in every release. Nothing where LAMMPS is not
+    here: that is said when it is to run.
     """
     told = () if values.get("interface") == "old" else values.values()
     for name, first in FIRST_RELEASES.items():
-        if name in told and release_of(version) < release_of(first):
+        if name not in told:
+            continue
+        try:
+            version = identify().engine_version
+        except EngineMissingError:
+            return ""
+        if release_of(version) < release_of(first):
             return f"LAMMPS {version} has no {name}: LAMMPS {first} has it"
     return ""
-
-
-def may_lack(values: Values) -> bool:
-    """Return whether values name a submodel that some release does not have."""
-    return bool(first_lacking(values, ""))

@@ -16,7 +16,7 @@ def test_head_on(submodel, system):
     parameters = HEAD_ON.default.replace(**submodel.law, **SYSTEMS[system])
     exact = HEAD_ON.closed_forms(parameters)
     path = followed(HEAD_ON.scene(parameters), Rules()).motion
-    integrated = HEAD_ON.measured(parameters, path)
+    integrated = HEAD_ON.observed(parameters, path)
     for name, value in exact.items():
         assert integrated[name] == pytest.approx(value, rel=2e-8), name
     if "hooke" in submodel.name and "viscoelastic" not in submodel.name:

@@ -12,6 +12,7 @@ from harness.cases.registry import get_case
 from harness.comparison.known_defects import told_apart
 from harness.comparison.verdicts import Verdict
 from harness.engines.lammps.engine import Lammps
+from harness.observables.provenance import Provenance
 from harness.observables.release import release_of
 from harness.store.known_defects import known_defects
 from harness.workflows.case_run import run
@@ -99,7 +100,7 @@ def test_a_release_without_a_submodel_says_which_one_has_it(lammps, monkeypatch)
     case = get_case("oblique")
     job = case.job(case.default.replace(damping="coeff_restitution", restitution=0.9))
     assert lammps.refuses(job) == ""
-    old = lammps.identify().__class__(engine="lammps", engine_version="2 Aug 2023 - Update 3")
+    old = Provenance("lammps", "2 Aug 2023 - Update 3")
     monkeypatch.setattr(lammps, "identify", lambda: old)
     assert lammps.refuses(job) == (
         "LAMMPS 2 Aug 2023 - Update 3 has no coeff_restitution: LAMMPS 29 Aug 2024 has it"
