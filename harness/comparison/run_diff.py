@@ -31,13 +31,10 @@ class Change(StrEnum):
     SAME = "same"
 
 
-_RANK = {
+_RANK = dict.fromkeys(Verdict, 2) | {
     Verdict.FAIL: 0,
     Verdict.KNOWN_DEFECT: 1,
     Verdict.NOT_TESTED: 1,
-    Verdict.FIXED: 2,
-    Verdict.FINDING: 2,
-    Verdict.PASS: 2,
 }
 """From bad to good. What is not tested is worse than what holds: it may fail unseen."""
 
