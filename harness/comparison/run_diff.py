@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from harness.comparison.published import published
 from harness.comparison.results import Results
-from harness.comparison.verdicts import Check, Verdict
+from harness.comparison.verdicts import RANK, Check, Verdict
 from harness.shown import Shown
 
 if TYPE_CHECKING:
@@ -29,14 +29,6 @@ class Change(StrEnum):
     REMOVED = "removed"
     ADDED = "added"
     SAME = "same"
-
-
-_RANK = dict.fromkeys(Verdict, 2) | {
-    Verdict.FAIL: 0,
-    Verdict.KNOWN_DEFECT: 1,
-    Verdict.NOT_TESTED: 1,
-}
-"""From bad to good. What is not tested is worse than what holds: it may fail unseen."""
 
 
 @dataclass(frozen=True)
@@ -185,7 +177,7 @@ def _row(before: Check | None, after: Check | None, same_level: bool) -> RowDiff
         return RowDiff(before, None, Change.REMOVED, same_level and before.judged)
     if before is None:
         return RowDiff(None, after, Change.ADDED, after.verdict is Verdict.FAIL)
-    ranks = _RANK[before.verdict], _RANK[after.verdict]
+    ranks = RANK[before.verdict], RANK[after.verdict]
     if ranks[1] < ranks[0]:
         return RowDiff(before, after, Change.WORSE, True)
     if ranks[1] > ranks[0]:

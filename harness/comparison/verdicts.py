@@ -40,6 +40,14 @@ class Verdict(StrEnum):
     FIXED = "fixed"
 
 
+RANK = dict.fromkeys(Verdict, 2) | {
+    Verdict.FAIL: 0,
+    Verdict.KNOWN_DEFECT: 1,
+    Verdict.NOT_TESTED: 1,
+}
+"""From bad to good. What is not tested is worse than what holds: it may fail unseen."""
+
+
 @dataclass(frozen=True)
 class Cell:
     """The place of a check in the matrix of cases and submodels, for a system and an engine.
