@@ -14,8 +14,6 @@ import typer
 from harness.cli.options import Json
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from harness.workflows.history_search import Recorded, Wanted
 
 SHOWN = 30
@@ -136,8 +134,8 @@ def history(search: SearchOptions, files: FileOptions, json: Json = False) -> No
         writers["--csv", csv] = partial(write_csv, **search.wanted)
     if plot is not None:
         found = search.find(None)
-        _check_one(found, str(quantity))
-        writers["--plot", plot] = save_figure(lambda: _draw(found, files.against), plot.suffix)
+        drawn = found.plot(files.against.value)
+        writers["--plot", plot] = save_figure(lambda: drawn, plot.suffix)
     write_all(writers)
     if json:
         with open_history(**search.wanted) as (file, rows):
@@ -145,28 +143,6 @@ def history(search: SearchOptions, files: FileOptions, json: Json = False) -> No
             print_json_rows({"history": str(file)}, name, rows)
     elif not writers:
         _print(search.find(SHOWN))
-
-
-def _check_one(found: Recorded, pattern: str) -> None:
-    """Raise RequestError unless one quantity, measured at least once, is to be drawn."""
-    from harness.errors import RequestError
-
-    drawn = sorted({row["name"] for row in found.rows if not row["cached"]})
-    if not drawn:
-        raise RequestError(f"--plot: no run in {found.file} measured --quantity {pattern!r}")
-    if len(drawn) > 1:
-        some = ", ".join(repr(name) for name in drawn[:3])
-        raise RequestError(
-            f"--plot: --quantity {pattern!r} fits {len(drawn)} quantities, must fit one: {some}"
-        )
-
-
-def _draw(found: Recorded, against: Against) -> Figure:
-    """Draw what was measured; a kept result handed out again is no measurement."""
-    from harness.report.figures.history import quantity_history
-
-    frame = found.frame()
-    return quantity_history(frame[~frame["cached"]], against.value)
 
 
 def _print(found: Recorded) -> None:

@@ -63,5 +63,5 @@ def headline(found: RunDiff) -> str:
 
 def _who(run: Results) -> str:
     engine = run.engine
-    name = f"{engine.engine} {engine.engine_version}, {engine.how}" if engine else "no engine"
+    name = engine.told if engine else "no engine"
     return f"{name} · {run.started[:16].replace('T', ' ')} · {run.level}"

@@ -47,7 +47,7 @@ def _suite(found: Verification, row: KindSummary, seconds: float) -> Xml.Element
         timestamp=found.started[:19],
     )
     engine = found.provenance
-    who = f"{engine.engine} {engine.engine_version}, {engine.how}" if engine else "none"
+    who = engine.told if engine else "none"
     properties = Xml.SubElement(suite, "properties")
     for name, value in (("level", found.level), ("engine", who), ("platform", found.platform)):
         Xml.SubElement(properties, "property", name=name, value=_clean(value))

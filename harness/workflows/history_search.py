@@ -22,6 +22,7 @@ from harness.store.history_query import HistoryQuery
 if TYPE_CHECKING:
     import pandas as pd
 
+    from harness.report.figures.history import Against
     from harness.shown.figure import Figure
 
 
@@ -58,11 +59,13 @@ class Recorded(Shown):
         what = "runs" if self.quantities is None else "measurements"
         return {what: str(len(self.rows)), "history": str(self.file)}
 
-    def drawn(self) -> Figure:
-        """Draw the one quantity over the date, or how many rows failed in each run."""
+    def plot(self, against: Against = "date") -> Figure:
+        """Return a figure of the one quantity over date or release, or of rows that failed."""
         from harness.report.figures.history import recorded
+        from harness.shown.figure import house_style
 
-        return recorded(self.frame())
+        with house_style():
+            return recorded(self.frame(), against)
 
 
 _TYPES = {
@@ -75,11 +78,7 @@ _TYPES = {
     "cached": "bool",
     "judged": "int64",
     "failed": "int64",
-    "folder": "string",
-    "harness_version": "string",
-    "harness_commit": "string",
-    "platform": "string",
-    "note": "string",
+    **dict.fromkeys(("folder", "harness_version", "harness_commit", "platform", "note"), "string"),
 }
 
 _QUANTITY_TYPES = {

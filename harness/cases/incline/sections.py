@@ -19,13 +19,6 @@ from harness.theory.shock import shock_from_restitution
 CONTACTS_TITLE = "The contacts"
 ENGINES_TITLE = "Critical angles of the engines"
 
-TWO_CLASSES = (
-    "Two classes of contact law must not be compared as one: a code that clips the attractive "
-    "tail rebounds where one that keeps it does not, and half the effective mass damps less. So "
-    "each engine stands beside theory, and beside the reference DEM under the engine's own rules "
-    "(tail, effective mass, spring, scheme, step). Differences between classes are findings."
-)
-
 REBOUNDS = (0.1, 0.5)
 """Restitutions for which the report gives the closed form."""
 
@@ -46,7 +39,6 @@ def engine_sections(angles: Sequence[EngineAngle]) -> Iterator[Section]:
         closed = angles[0].closed_form_deg
         yield Section(
             ENGINES_TITLE,
-            paragraphs=(TWO_CLASSES,),
             tables=(engine_table(angles),),
             drawings=(
                 Drawing(

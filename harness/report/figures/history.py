@@ -41,18 +41,21 @@ LINE = 90
 """Characters of a name that fit over the axes."""
 
 
-def recorded(frame: pd.DataFrame) -> Figure:
-    """Draw runs by how many of their rows failed, or one quantity of them, over the date.
+def recorded(frame: pd.DataFrame, against: Against = "date") -> Figure:
+    """Draw one quantity of runs over date or release, or how many of their rows failed.
 
     Raise RequestError where ``frame`` holds no quantity that was measured, or several.
     """
     frame = frame[~frame["cached"]]  # a kept result handed out again is no measurement
     if "name" in frame:
-        names = list(frame["name"].unique())
-        if len(names) != 1:
+        names = sorted(frame["name"].unique())
+        if not names:
+            raise RequestError("--plot: no run in the history measured this --quantity")
+        if len(names) > 1:
             some = ", ".join(map(repr, names[:3]))
-            raise RequestError(f"plot: {len(names)} quantities were measured, must be one: {some}")
-        return quantity_history(frame, "date")
+            told = f"fits {len(names)} quantities, must fit one: {some}"
+            raise RequestError(f"--plot: --quantity {told}")
+        return quantity_history(frame, against)
     figure = Figure(figsize=(8.0, 4.2), layout="constrained")
     axes = figure.add_subplot()
     if not frame.empty:

@@ -64,7 +64,7 @@ def _context(found: Reproduction, root: str) -> dict[str, Any]:
         "provenance": [
             ("dem-harness", found.harness_version),
             ("platform", found.platform),
-            ("engine", f"{engine.engine} {engine.engine_version}, {engine.how}"),
+            ("engine", engine.told),
         ],
     }
 
