@@ -11,6 +11,8 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from harness.parameters.nested import nested
+
 SEPARATOR, EQUALS = "; ", " = "
 
 _NAME = re.compile(r"[^\s.=;]+")
@@ -25,21 +27,14 @@ def parameter_text(parameters: Mapping[str, Any]) -> str:
 
 def parameters_of(text: str) -> dict[str, Any]:
     """Return the parameters of a text; raise ValueError where it is damaged."""
-    found: dict[str, Any] = {}
-    for part in text.split(SEPARATOR) if text else []:
-        name, equals, value = part.partition(EQUALS)
-        if not equals:
-            raise ValueError(f"{part!r} is no parameter")
-        inner = found
-        *outer, last = name.split(".")
-        for key in outer:
-            inner = inner.setdefault(key, {})
-            if not isinstance(inner, dict):
-                raise ValueError(f"parameter {name} is part of a value")
-        if last in inner:
-            raise ValueError(f"parameter {name} comes twice")
-        inner[last] = value if _is_plain(value) else json.loads(value)
-    return found
+    return nested(map(_parameter, text.split(SEPARATOR) if text else []))
+
+
+def _parameter(part: str) -> tuple[str, Any]:
+    name, equals, value = part.partition(EQUALS)
+    if not equals:
+        raise ValueError(f"{part!r} is no parameter")
+    return name, value if _is_plain(value) else json.loads(value)
 
 
 def _flat(parameters: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, str]]:

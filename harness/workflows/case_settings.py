@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from harness.cases.contract import Case
 from harness.errors import RequestError
 from harness.parameters.base import Parameters
+from harness.parameters.nested import nested
 from harness.workflows.case_list import default_of
 
 PRESET = "preset"
@@ -25,8 +26,7 @@ def parameters_of(case: Case[Any], settings: Mapping[str, str]) -> Parameters:
     is allowed, for a name or value that is not.
     """
     base = _preset(case, settings[PRESET]) if PRESET in settings else default_of(case)
-    wanted = {name: text for name, text in settings.items() if name != PRESET}
-    tree = _tree(wanted)
+    tree = _tree((name, text) for name, text in settings.items() if name != PRESET)
     try:
         if base is None:
             return case.parameters(**_values(case.parameters, tree))
@@ -35,27 +35,19 @@ def parameters_of(case: Case[Any], settings: Mapping[str, str]) -> Parameters:
         raise RequestError(f"--set: {error}") from None
 
 
+def _tree(settings: Iterable[tuple[str, str]]) -> Tree:
+    try:
+        return nested(settings)
+    except ValueError as error:
+        raise RequestError(f"--set {error}") from None
+
+
 def _preset(case: Case[Any], name: str) -> Parameters:
     if name not in case.presets:
         known = ", ".join(case.presets) or "none"
         raise RequestError(f"--set preset={name}: case {case.name!r} has the presets {known}")
     found: Parameters = case.presets[name]
     return found
-
-
-def _tree(settings: Mapping[str, str]) -> Tree:
-    tree: Tree = {}
-    for name, text in settings.items():
-        *outer, last = name.split(".")
-        inner = tree
-        for key in outer:
-            inner = inner.setdefault(key, {})
-            if not isinstance(inner, dict):
-                raise RequestError(f"--set {name}={text}: {key} is set as a whole already")
-        if last in inner:
-            raise RequestError(f"--set {name}={text}: {last} is set already, or parts of it are")
-        inner[last] = text
-    return tree
 
 
 def _changed(parameters: Parameters, tree: Tree, prefix: str) -> Parameters:

@@ -19,8 +19,8 @@ from harness.observables.provenance import Provenance
 from harness.workflows.engine_rows import untested
 from harness.workflows.engines_beside import Beside
 
-SIDE_BY_SIDE = 2
-"""Cases that run at a time: what one core computes, the other need not wait for."""
+SIDE_BY_SIDE = 4
+"""Parts that run at a time: own solvers compute while others wait for the engine's workers."""
 
 Part = tuple[Case[Any], str, Callable[[], Findings]]
 """A case, the engine that runs it (empty for own solvers), and what runs it."""
