@@ -7,12 +7,17 @@ from functools import partial
 
 from harness.cases.contract import LevelName, Study
 from harness.cases.incline.critical_angles import critical_angle, critical_angles, side_by_side
-from harness.cases.incline.evidence import InclineEvidence, Verifying
+from harness.cases.incline.evidence import (
+    InclineEvidence,
+    Verifying,
+    angle_case,
+    extrapolated_case,
+    in_phases,
+)
 from harness.cases.incline.extrapolation import extrapolate
 from harness.cases.incline.levels import SOURCE_CASE, SOURCE_CLIPPED
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.passage import PHASES
-from harness.cases.incline.records import angle_case, extrapolated_case, in_phases
 from harness.cases.incline.reference_checks import (
     MOTIONS,
     against_the_reference,

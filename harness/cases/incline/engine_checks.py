@@ -9,16 +9,16 @@ from functools import partial
 from harness.cases.contract import Study
 from harness.cases.incline.critical_angle import CriticalAngle
 from harness.cases.incline.critical_angles import critical_angle_or_error
-from harness.cases.incline.engine_angle import EngineAngle
-from harness.cases.incline.levels import LEVELS, STATED
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.rules import (
+from harness.cases.incline.engine_angle import (
     OWN,
     PLASTIC_ROLE,
+    EngineAngle,
     Stated,
     contacts_of,
     reference_for,
 )
+from harness.cases.incline.levels import LEVELS, STATED
+from harness.cases.incline.parameters import Incline
 from harness.cases.incline.runs import measured
 from harness.cases.incline.tolerances import (
     ENGINES_PLASTIC,

@@ -13,10 +13,9 @@ import numpy as np
 from harness.cases.contract import LevelName, failed_part
 from harness.cases.incline.critical_angle import CriticalAngle
 from harness.cases.incline.critical_angles import critical_angle
-from harness.cases.incline.engine_angle import EngineAngle
+from harness.cases.incline.engine_angle import SOURCE_ROLE, EngineAngle, Rules
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.routes import start_in_well
-from harness.cases.incline.rules import SOURCE_ROLE, Rules
 from harness.cases.incline.runs import steady_runs
 from harness.cases.incline.steady import COARSE_WELLS, critical_angle_by_steady_motion
 from harness.cases.incline.tolerances import RECORDED

@@ -15,13 +15,13 @@ from typing import TypeVar
 from harness.cases.incline import tolerances
 from harness.cases.incline.critical_angle import CriticalAngle
 from harness.cases.incline.critical_angles import critical_angle
+from harness.cases.incline.engine_angle import OWN, reference_for
 from harness.cases.incline.evidence import InclineEvidence, Verifying
 from harness.cases.incline.levels import SOURCE_CASE
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.passage import PHASES
 from harness.cases.incline.reference_paths import crests_rows, motion_rows, passage_rows
 from harness.cases.incline.result import InclineRun
-from harness.cases.incline.rules import OWN, reference_for
 from harness.cases.incline.single_runs import CASES, RECURSION_CASE, passage_row
 from harness.cases.parts import Part, rows_of_parts
 from harness.comparison.verdicts import Check, Kind, finding, judge, not_tested

@@ -7,10 +7,9 @@ from collections.abc import Iterator, Sequence
 
 from harness.cases.incline import figures
 from harness.cases.incline.closed_forms import rebound
-from harness.cases.incline.engine_angle import EngineAngle
+from harness.cases.incline.engine_angle import OWN, EngineAngle
 from harness.cases.incline.engine_figure import angles_of_engines
 from harness.cases.incline.evidence import InclineEvidence
-from harness.cases.incline.rules import OWN
 from harness.parameters.contact import CLIPPED, PLASTIC
 from harness.report.sections import Drawing, Section, Table
 from harness.theory.critical_angle import critical_angle

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from harness.cases.incline.critical_angles import critical_angle
-from harness.cases.incline.evidence import Recursion, Verifying
+from harness.cases.incline.engine_angle import reference_for
+from harness.cases.incline.evidence import Recursion, Verifying, passage_case, passage_name
 from harness.cases.incline.levels import SOURCE_CASE
 from harness.cases.incline.parameters import Incline
-from harness.cases.incline.records import passage_case, passage_name
-from harness.cases.incline.rules import reference_for
 from harness.cases.incline.runs import measured, run_inclines
 from harness.cases.incline.tolerances import ALL_WELLS, SCALES, TWO_WAYS
 from harness.cases.runs import whole

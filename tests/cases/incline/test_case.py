@@ -8,10 +8,9 @@ from harness.cases.contract import Study
 from harness.cases.incline.case import CASE
 from harness.cases.incline.closed_forms import closed_forms, rebound
 from harness.cases.incline.critical_angles import critical_angle, extrapolated_critical_angle
-from harness.cases.incline.engine_angle import EngineAngle
+from harness.cases.incline.engine_angle import EngineAngle, Rules
 from harness.cases.incline.engine_figure import angles_of_engines
 from harness.cases.incline.parameters import Incline
-from harness.cases.incline.rules import Rules
 from harness.cases.incline.sections import contacts_explained, engine_table
 from harness.comparison.findings import Findings
 from harness.comparison.verdicts import Verdict

@@ -2,8 +2,7 @@ import math
 
 import pytest
 
-from harness.cases.incline.engine_angle import EngineAngle
-from harness.cases.incline.rules import Rules
+from harness.cases.incline.engine_angle import EngineAngle, Rules
 
 RULES = Rules("clipped", "half", "linear")
 
