@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import minimize_scalar
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from harness.errors import RequestError
 
@@ -90,9 +90,7 @@ def slope_order(h: ArrayLike, error: ArrayLike) -> tuple[float, tuple[float, flo
     slope, offset = np.polyfit(x, z, 1)
     freedom = len(x) - 2
     scatter = float(np.sum((z - slope * x - offset) ** 2)) / freedom
-    width = student.ppf(0.5 + CONFIDENCE / 2, freedom) * np.sqrt(
-        scatter / np.sum((x - x.mean()) ** 2)
-    )
+    width = stdtrit(freedom, 0.5 + CONFIDENCE / 2) * np.sqrt(scatter / np.sum((x - x.mean()) ** 2))
     return float(slope), (float(slope - width), float(slope + width))
 
 
