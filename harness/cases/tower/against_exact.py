@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 
+from harness.cases.contract import Study
 from harness.cases.tower import tolerances
 from harness.cases.tower.comparison import SeriesComparison, compare
 from harness.cases.tower.evidence import CodeEvidence
@@ -75,19 +77,26 @@ def _events(name: str, found: SeriesComparison, triage: str) -> Check:
     )
 
 
+def exact_run(case: Tower, samples: int, study: Study, *, profiles: bool = True) -> TowerRun:
+    """Return the exact run of a tower with so many samples, made once in a study."""
+    make = partial(tower, case, solver="exact", samples=samples, profiles=profiles)
+    return study.once((case, samples, profiles), make)
+
+
 def order(
     law: Law,
     code: str,
     run: Callable[[Tower, float], TowerRun],
     ladder: Sequence[float],
     evidence: CodeEvidence,
+    study: Study,
 ) -> Check:
     """Measure how the force error falls with the step, against second order across onsets.
 
     ``run`` makes the run of a tower at so many steps per contact, ``ladder`` are those to take.
     """
     case = Tower(height=SHOWN + 1, law=law)
-    exact = tower(case, solver="exact", samples=12_000)
+    exact = exact_run(case, 12_000, study, profiles=False)
     found = step_convergence(lambda steps: run(case, steps), exact, ladder)
     evidence.convergence.append(found)
     low, high = found.l2_order.interval

@@ -9,7 +9,7 @@ from harness.cases.contract import LevelName, Study
 from harness.cases.parts import Part, asked, rows_of_parts
 from harness.cases.runs import whole
 from harness.cases.tower import tolerances
-from harness.cases.tower.against_exact import against_exact, order
+from harness.cases.tower.against_exact import against_exact, exact_run, order
 from harness.cases.tower.engine_runs import run_towers
 from harness.cases.tower.evidence import CodeEvidence
 from harness.cases.tower.impulse_angles import impulse_angles
@@ -79,7 +79,7 @@ def _same_law(law: Law, engine: Engine, study: Study, found: Findings) -> list[C
     runs = run_towers(engine, cases, DURATION, profiles=True)
     for number, (case, run) in enumerate(zip(cases, runs, strict=True), 1):
         name = f"{engine.name}, {law} law, n = {case.height}"
-        rows += rows_of_parts(NAME, [asked(Part(name, partial(_one, case, run, found)))])
+        rows += rows_of_parts(NAME, [asked(Part(name, partial(_one, case, run, study, found)))])
         if isinstance(run, EngineError):
             found.errors[record_name(case, engine.name)] = run
         study.progress(stage, number, len(heights) + 1)
@@ -87,16 +87,16 @@ def _same_law(law: Law, engine: Engine, study: Study, found: Findings) -> list[C
     def stepped(case: Tower, steps: float) -> TowerRun:
         return tower(case, steps_per_contact=steps, engine=engine)
 
-    rows.append(order(law, engine.name, stepped, LADDER, found.evidence))
+    rows.append(order(law, engine.name, stepped, LADDER, found.evidence, study))
     study.progress(stage, len(heights) + 1, len(heights) + 1)
     return rows
 
 
-def _one(case: Tower, run: TowerRun | EngineError, found: Findings) -> list[Check]:
+def _one(case: Tower, run: TowerRun | EngineError, study: Study, found: Findings) -> list[Check]:
     """Keep the record of a run and return its rows."""
     run = whole(run)
     # samples at the same times: nothing needs to be interpolated
-    exact = tower(case, solver="exact", samples=run.time.size - 1, profiles=True)
+    exact = exact_run(case, run.time.size - 1, study)
     found.records.append(tower_record(run))
     return against_exact(run, exact, found.evidence, found.divergences)
 

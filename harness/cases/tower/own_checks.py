@@ -11,7 +11,7 @@ from scipy.special import jn_zeros
 from harness.cases.contract import Study
 from harness.cases.parts import Part, rows_of_parts
 from harness.cases.tower import tolerances
-from harness.cases.tower.against_exact import against_exact, order
+from harness.cases.tower.against_exact import against_exact, exact_run, order
 from harness.cases.tower.chain_evidence import chain_evidence
 from harness.cases.tower.comparison import compare
 from harness.cases.tower.evidence import OwnEvidence
@@ -64,7 +64,7 @@ def own_findings(study: Study) -> Findings:
     parts = [Part("chain solvers", chain_checks)]
     if level.chain_figures:
         parts.append(Part("chain figures", partial(chain_evidence, found.evidence)))
-    parts += [Part(f"rk4, {law} law", partial(_same_law, law, level, found)) for law in LAWS]
+    parts += [Part(f"rk4, {law} law", partial(_same_law, law, study, found)) for law in LAWS]
     parts += [
         Part("laws apart", partial(_laws_apart, found.evidence)),
         Part("impulse table, exact", partial(_impulses, level, found)),
@@ -73,14 +73,14 @@ def own_findings(study: Study) -> Findings:
     return found
 
 
-def _same_law(law: Law, level: Level, found: Findings) -> list[Check]:
+def _same_law(law: Law, study: Study, found: Findings) -> list[Check]:
     """Hold RK4 against the exact propagator, and keep the records of both."""
     rows: list[Check] = []
-    for height in level.heights:
+    for height in LEVELS[study.level].heights:
         case = Tower(height=height, law=law)
         timing = plan(case, DURATION, None, None)
         # samples where an engine has them by default
-        exact = tower(case, solver="exact", samples=timing.steps // timing.every, profiles=True)
+        exact = exact_run(case, timing.steps // timing.every, study)
         rk4 = tower(case, solver="rk4", profiles=True)
         found.records += [tower_record(exact), tower_record(rk4)]
         rows += against_exact(rk4, exact, found.evidence, found.divergences)
@@ -88,7 +88,7 @@ def _same_law(law: Law, level: Level, found: Findings) -> list[Check]:
     def stepped(case: Tower, steps: float) -> TowerRun:
         return tower(case, solver="rk4", steps_per_contact=steps)
 
-    return [*rows, order(law, "rk4", stepped, OWN_LADDER, found.evidence)]
+    return [*rows, order(law, "rk4", stepped, OWN_LADDER, found.evidence, study)]
 
 
 def _laws_apart(evidence: OwnEvidence) -> list[Check]:
