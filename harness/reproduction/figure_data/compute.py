@@ -17,12 +17,11 @@ from harness.observables.trajectory import Trajectory
 from harness.parameters.tower import Tower
 from harness.reproduction.claims import Statement, untestable
 from harness.reproduction.figure_data import heights, schematics
-from harness.reproduction.figure_data.collapse import collapse
 from harness.reproduction.figure_data.collisions import (
     error_against_stiffness,
     two_and_three_particles,
 )
-from harness.reproduction.figure_data.towers_in_time import force_and_contacts, separated
+from harness.reproduction.figure_data.towers_in_time import collapse, force_and_contacts, separated
 from harness.reproduction.figure_data.velocity_series import recorded_motions, velocity_series
 from harness.reproduction.figure_data.windows import structure_window, window_selection
 from harness.reproduction.figures import curves, towers

@@ -10,13 +10,16 @@ import numpy as np
 
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.recorded import PATHS, recorded_path
-from harness.cases.incline.result import Motion
+from harness.cases.incline.result import InclineRun, Motion
+from harness.cases.incline.runs import run_inclines
 from harness.engines.contract import Engine
 from harness.errors import EngineError
 from harness.observables.trajectory import Trajectory
 from harness.reproduction.claims import Fact, Statement, claim_of_facts, untestable
-from harness.reproduction.incline_runs import ANGLES_DEG, sampled
 from harness.theory.critical_angle import critical_angle
+
+ANGLES_DEG = (10.20, 10.22)
+"""A hundredth of a degree either side of the source's 10.21 deg: trapped, and moving."""
 
 _EVERY = 200  # steps between samples: 0.013 s, as the recorded runs
 
@@ -115,3 +118,19 @@ def judged(own: Sequence[VelocitySeries], others: Sequence[VelocitySeries]) -> S
         coarse=coarse,
         closed=critical_angle(),
     )
+
+
+def sampled(
+    engine: Engine, cases: Sequence[Incline], every: int
+) -> list[tuple[InclineRun, Trajectory]]:
+    """Run cases in steady motion; return each with its path, sampled every so many steps.
+
+    Raise the first EngineError.
+    """
+    found = []
+    for run in run_inclines(engine, cases, "steady", every=every):
+        if isinstance(run, EngineError):
+            raise run
+        assert run.trajectory is not None
+        found.append((run, run.trajectory))
+    return found

@@ -19,7 +19,6 @@ from harness.reproduction.ledger import (
     appendix_window,
     background_energy,
     background_incline,
-    background_shock,
     beyond,
     discussion,
     errata,
@@ -46,7 +45,6 @@ def statements(
     sections: tuple[Section, ...] = (
         introduction.statements,
         background_energy.statements,
-        background_shock.statements,
         partial(background_incline.statements, engine=engine),
         methods_scales.statements,
         methods_pair.statements,

@@ -1,4 +1,4 @@
-"""Section Background: the energy from shock to shock, equations (2) to (6), and its angle."""
+"""Section Background: the energy from shock to shock, (2) to (6), its angle, the shock, to (9)."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from harness.reproduction.as_printed import Printed
@@ -17,6 +18,7 @@ from harness.theory.energy_map import after_next_shock, steady_energy
 
 _SAMPLES = 100
 _LONG = 2000  # shocks
+_RESTITUTIONS = np.linspace(0.0, 1.0, 21)
 
 
 def statements(printed: Printed) -> Iterator[Statement]:
@@ -25,6 +27,7 @@ def statements(printed: Printed) -> Iterator[Statement]:
     yield from _sums()
     yield from _limits(printed)
     yield from _angle(printed)
+    yield from _shock(printed)
 
 
 def iterated(shocks: int, start: float, gained: float, shock: float) -> float:
@@ -159,3 +162,40 @@ def _angle(printed: Printed) -> Iterator[Statement]:
     printed_root, closed = root(printed.well_divisor), critical_angle()
     yield compare("eq-6", printed=printed_root, found=found, corrected=root(2.0), closed=closed)
     yield compare("text-critical-angle", printed=printed.critical_angle_deg, found=found)
+
+
+def collide(velocity: NDArray[np.float64], restitution: float) -> NDArray[np.float64]:
+    """Return the velocity after the grain meets the next sphere, in vectors.
+
+    The new contact's normal stands 60 deg off the old one's; the normal part of
+    the velocity is turned back and multiplied by ``restitution``.
+    """
+    normal = np.array([-1.0, 0.0])
+    approach = float(velocity @ normal)
+    return np.asarray(velocity - (1 + restitution) * approach * normal)
+
+
+def _shock(printed: Printed) -> Iterator[Statement]:
+    before = np.array([math.sqrt(3) / 2, -0.5])  # unit speed, 60 deg off the new tangent
+    after = [collide(before, e) for e in _RESTITUTIONS]
+    speeds = [float(np.hypot(*v)) for v in after]
+    kept = [float(v @ v) / float(before @ before) for v in after]
+    vector = float(np.sum((before - after[0]) ** 2))
+    yield compare(
+        "eq-7",
+        found=kept,
+        before=1.0,
+        after=np.array(speeds),
+        vector=vector,
+        angle=critical_angle(vector),
+    )
+    yield compare("eq-8", found=speeds, before=1.0, e=_RESTITUTIONS)
+    after_8 = SOURCES["eq-8"].printed(before=7.0, e=_RESTITUTIONS)
+    yield compare(
+        "text-substitution",
+        printed=SOURCES["eq-9"].printed(e=_RESTITUTIONS),
+        found=SOURCES["eq-7"].printed(before=7.0, after=after_8),
+    )
+    yield compare("eq-9", found=kept, e=_RESTITUTIONS)
+    without_rebound = float(np.sum(collide(before, 0.0) ** 2))
+    yield compare("text-shock", printed=printed.shock, found=without_rebound)

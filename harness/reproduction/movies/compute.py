@@ -21,7 +21,7 @@ from harness.errors import EngineError
 from harness.observables.significant_contacts import SIGNIFICANT_FORCE
 from harness.observables.tower import Profiles, TowerRun
 from harness.parameters.tower import Tower
-from harness.reproduction.incline_runs import ANGLES_DEG, sampled
+from harness.reproduction.figure_data.velocity_series import ANGLES_DEG, sampled
 from harness.reproduction.movies.frames import InclineMotion, Motions, RowMotion
 from harness.theory.critical_angle import critical_angle
 from harness.workflows.progress import Progress, silent

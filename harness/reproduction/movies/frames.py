@@ -105,13 +105,7 @@ class InclineMotion:
             raise ValueError("run without trajectory: nothing to show")
         rows = np.searchsorted(whole.time_s, self.time + 1e-9 * self.time[-1], side="right") - 1
         rows = rows.clip(0)
-        return Trajectory(
-            whole.time_s[rows],
-            whole.x_m[rows],
-            whole.y_m[rows],
-            whole.vx_m_per_s[rows],
-            whole.vy_m_per_s[rows],
-        )
+        return Trajectory(**{name: column[rows] for name, column in vars(whole).items()})
 
 
 @dataclass(frozen=True)

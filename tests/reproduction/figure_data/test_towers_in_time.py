@@ -7,7 +7,7 @@ from harness.cases.tower.run import tower
 from harness.observables.significant_contacts import significant_contacts
 from harness.parameters.tower import Tower
 from harness.reproduction.claims import ClaimStatus
-from harness.reproduction.figure_data import collapse, towers_in_time
+from harness.reproduction.figure_data import towers_in_time
 
 
 @pytest.fixture(scope="module")
@@ -85,7 +85,7 @@ def test_a_run_does_not_differ_from_itself(found):
 
 
 def test_collapse():
-    runs, statement = collapse.collapse()
+    runs, statement = towers_in_time.collapse()
     assert statement.status is ClaimStatus.REPRODUCED
     assert [run.tower.each("stiffness")[0] for run in runs] == [1e5, 1e6, 1e7]
 
@@ -95,10 +95,10 @@ def test_without_gravity_the_collapse_is_exact_and_of_other_heights_there_is_non
         case = Tower(height=height, stiffness=stiffness, gravity=gravity)
         return tower(case, solver="exact", profiles=True)
 
-    bare = collapse.judged((run(9, 1e5, 0.0), run(9, 1e6, 0.0)))
+    bare = towers_in_time.judged((run(9, 1e5, 0.0), run(9, 1e6, 0.0)))
     assert bare.status is ClaimStatus.REPRODUCED
     left = float(bare.computed.rsplit("neighbours is ", 1)[1].removesuffix(" %."))
     # t0 is the same half-wave for both, so only the grids' rounding is left
     assert left < 1e-3
-    mixed = collapse.judged((run(9, 1e5, 9.81), run(1, 1e6, 9.81)))
+    mixed = towers_in_time.judged((run(9, 1e5, 9.81), run(1, 1e6, 9.81)))
     assert mixed.status is ClaimStatus.NOT_REPRODUCED

@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 from harness.reproduction.as_printed import PRINTED
 from harness.reproduction.ledger import methods_scales
-from harness.reproduction.ledger.background_shock import collide
+from harness.reproduction.ledger.background_energy import collide
 from harness.reproduction.ledger.beyond import impulse_ratio_at
 from harness.reproduction.ledger.methods_pair import peak_error, pushes
 from harness.reproduction.ledger.methods_scales import rise_time

@@ -32,7 +32,7 @@ PRINTED_OTHERWISE = [
     ("background_energy", "well_divisor", 2.0, "eq-6", REPRODUCED),
     ("background_energy", "critical_angle_deg", 20.0, "text-constant-contact", NOT),
     ("background_energy", "diverges_above", 1.01, "text-divergence", NOT),
-    ("background_shock", "shock", 0.26, "text-shock", NOT),
+    ("background_energy", "shock", 0.26, "text-shock", NOT),
     ("background_incline", "restitution", 0.5, "text-restitution", NOT),
     ("background_incline", "simulated_within_deg", 0.001, "text-mfix-angle", NOT),
     ("background_incline", "rest_angle_deg", 29.0, "text-rest-angle", NOT),
@@ -89,7 +89,7 @@ def patched_collide(velocity, _):
 
 PHYSICS_OTHERWISE = [
     ("background_energy", "after_next_shock", lambda e, _, s: 0.9 * s * (e + 0.18), "eq-6", NOT),
-    ("background_shock", "collide", patched_collide, "text-shock", NOT),
+    ("background_energy", "collide", patched_collide, "text-shock", NOT),
     ("introduction", "stiffness_of_springs", lambda n: 1 / (2 * n - 1), "eq-1", NOT),
     ("methods_pair", "pushes", lambda x: np.zeros(x.size), "eq-15", NOT),
     ("methods_chain", "boundaries.first_boundary", lambda x, r: x[0] - r, "eq-16", NOT),

@@ -10,7 +10,7 @@ from harness.reproduction import claims
 from tests.reproduction.ledger.test_perturbed import PACKAGE, as_it_is, section
 
 SECTIONS = (
-    "introduction", "background_energy", "background_shock", "methods_scales", "methods_pair",
+    "introduction", "background_energy", "methods_scales", "methods_pair",
     "methods_chain", "discussion", "appendix_chains", "beyond",
 )  # fmt: skip
 

@@ -4,7 +4,7 @@ from harness.observables.reference import ReferencePoints
 from harness.report.figures.style import house_style
 from harness.report.gallery import picture
 from harness.reproduction.figure_data.compute import source_figures
-from harness.reproduction.pages.pictures import source_pictures
+from harness.reproduction.pages.folder import source_pictures
 from harness.reproduction.source import FIGURES
 
 MOST_BYTES = 5_000_000
