@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from harness.comparison.releases import ReleaseMatrix
-from harness.report.figures.style import COLOURS, MARKERS, label, legend_below
+from harness.report.figures.divergence import name_and_unit
+from harness.report.figures.style import COLOURS, MARKERS, Figure, label, legend_below
 
 NONE = 1e-18
 """Where a change of exactly 0 is drawn: below one unit in the last place."""
@@ -21,7 +21,7 @@ def changes(found: ReleaseMatrix) -> Figure:
     No change at all stands at the left edge; what has no value is not drawn.
     """
     rows = [row for row in found.rows if row.cells[found.reference].value is not None]
-    figure = Figure(figsize=(8.6, 2.0 + 0.17 * max(len(rows), 4)), layout="constrained")
+    figure = Figure(figsize=(10.0, 2.0 + 0.2 * max(len(rows), 4)), layout="constrained")
     axes = figure.subplots()
     place = np.arange(len(rows))
     scale = np.array([abs(row.cells[found.reference].value or 0.0) or 1.0 for row in rows])
@@ -45,7 +45,8 @@ def changes(found: ReleaseMatrix) -> Figure:
     axes.set_xlim(NONE / 5, 10.0)
     axes.set_xticks([NONE, *DECADES], ["none", *(f"{decade:.0e}" for decade in DECADES)])
     axes.minorticks_off()
-    axes.set_yticks(place, [f"{row.record}, {row.quantity}" for row in rows], fontsize=6.5)
+    names = [f"{row.label or row.record}: {name_and_unit(row.quantity)[0]}" for row in rows]
+    axes.set_yticks(place, names, fontsize=8.5)
     axes.set_ylim(len(rows) - 0.4, -0.6)
     reference = found.columns[found.reference].title
     label(axes, f"change over the value, against\n{reference}", "")
