@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from harness.comparison.results import Results
 from harness.comparison.run_diff import Change, RunDiff
+from harness.report.page import WIDE, Shown
 from harness.report.templating import environment
 
 NUMERIC = ("before", "after", "moved by", "in tolerances", "in uncertainties")
@@ -21,7 +21,12 @@ class Pair:
 
     title: str
     same: bool
-    drawings: Sequence[Any]
+    drawings: Sequence[Shown | None]
+
+    @property
+    def stacked(self) -> bool:
+        """Return whether it stands one above the other: words side by side would be too small."""
+        return self.same or any(one is not None and one.width > WIDE for one in self.drawings)
 
 
 def diff_page(

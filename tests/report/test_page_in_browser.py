@@ -287,6 +287,12 @@ def test_figures_stand_two_to_a_row_but_for_wide_and_tall_ones_and_leave_no_hole
     assert places["odd"]["width"] > 0.5 * main  # nothing is left to stand beside it
 
 
+def test_wide_figures_of_two_runs_stand_one_above_the_other(look):
+    page = look("diff")
+    wide = page.locator(".pair", has=page.locator("img[alt='broad']")).locator("img").first
+    assert wide.bounding_box()["width"] > 0.6 * DESK[0]
+
+
 def test_the_words_of_a_figure_are_as_large_on_a_phone_as_a_page_needs(look):
     page = look(size=PHONE)
     for name in ("one", "broad", "four-rows"):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from matplotlib import dates
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from harness.errors import RequestError
@@ -62,6 +63,8 @@ def recorded(frame: pd.DataFrame, against: Against = "date") -> Figure:
         x = _by_date(axes, frame)
         axes.plot(x, frame["failed"].to_numpy(), "o", mfc="none")
         _around(axes, x)
+    axes.set_ylim(-0.5, max([1, *frame["failed"]]) + 0.5)
+    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     label(axes, "date of the run (UTC)", "rows that failed")
     return figure
 
