@@ -11,6 +11,7 @@ from harness.comparison.verdicts import Check, Verdict
 from harness.comparison.verification import Verification
 from harness.report import text, triage
 from harness.report.gallery import Drawn, Picture
+from harness.report.matrix import matrices
 from harness.report.sections import Section, Table
 from harness.report.templating import environment, tail
 from harness.report.vector import data_uri, size
@@ -122,6 +123,7 @@ def html_page(found: Verification, drawn: Sequence[Drawn]) -> str:
         numeric=NUMERIC,
         kinds=[s.kind for s in kinds],
         verdicts=[v for v in SEVERITY if any(c.verdict is v for c in found.checks)],
+        matrices=matrices([(row.check, row.id) for row in rows]),
         parts_of_page=_parts(drawn),
         pictures=figures([p for d in drawn if not d.section.title for p in d.pictures]),
         failures=[f for d in drawn if not d.section.title for f in d.failures],

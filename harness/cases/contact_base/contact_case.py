@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from harness.cases.contact_base.ladder import STEPS
 from harness.cases.contact_base.motion import Motion, motion_of
@@ -19,7 +19,10 @@ from harness.comparison.tolerances import Tolerance
 from harness.engines.contract import Engine, Job, Output, Template
 from harness.engines.traits import Traits
 from harness.parameters.contact_scene import ContactScene
-from harness.report.sections import Section
+from harness.report.sections import Drawing, Section
+
+if TYPE_CHECKING:
+    from harness.cases.contact_base.study import Evidence
 
 P = TypeVar("P", bound=ContactSystem)
 
@@ -91,6 +94,12 @@ class ContactCase(Case[P]):
         from harness.cases.contact_base.study import verify_trials
 
         return verify_trials(self, engine, study)
+
+    def drawings(self, evidence: Evidence) -> Sequence[Drawing]:
+        """Return the figures of a case: the error of its first quantity over the step."""
+        from harness.cases.contact_base.sections import errors_drawn
+
+        return (errors_drawn(self, evidence),)
 
     def sections(
         self,

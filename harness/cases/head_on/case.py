@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import ClassVar
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -17,6 +17,10 @@ from harness.cases.contact_base.submodels import COHESIVE, NORMAL, OLD_NORMAL
 from harness.cases.head_on.closed_forms import closed_forms
 from harness.observables.declared import Observable
 from harness.parameters.contact_scene import ContactScene
+from harness.report.sections import Drawing
+
+if TYPE_CHECKING:
+    from harness.cases.contact_base.study import Evidence
 
 
 class HeadOn(ContactSystem):
@@ -67,6 +71,18 @@ class HeadOnCase(ContactCase[HeadOn]):
             found["contact_time_s"] = float(end - begin)
             found["largest_overlap_m"] = value_at(turn, motion.time, overlap, rate)
         return found
+
+    def drawings(self, evidence: Evidence) -> Sequence[Drawing]:
+        """Return the errors, and the force over the overlap."""
+        from harness.cases.contact_base.figures import force_over_overlap
+
+        force = Drawing(
+            "head-on-force",
+            "head-on: force over overlap",
+            "Force on the sphere over the overlap with the wall, through a contact.",
+            lambda: force_over_overlap(evidence.climbed, evidence.who),
+        )
+        return (force, *super().drawings(evidence))
 
     def closed_forms(self, parameters: HeadOn) -> Mapping[str, float]:
         """Return what is known exactly of linear springs, elastic and constant restitution."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import ClassVar
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, ClassVar
 
 from pydantic import Field
 
@@ -16,6 +16,10 @@ from harness.cases.contact_base.presets import OBLIQUE
 from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL
 from harness.observables.declared import Observable
 from harness.parameters.contact_scene import ContactScene
+from harness.report.sections import Drawing
+
+if TYPE_CHECKING:
+    from harness.cases.contact_base.study import Evidence
 
 
 class Oblique(ContactSystem):
@@ -54,6 +58,18 @@ class ObliqueCase(ContactCase[Oblique]):
         """Return a linear contact that slides and sticks, and those of the literature."""
         usual = Oblique(tangential="linear_history", friction=0.3)
         return {"usual": usual, **{name: Oblique(**told) for name, told in OBLIQUE.items()}}
+
+    def drawings(self, evidence: Evidence) -> Sequence[Drawing]:
+        """Return the velocity ratio over the angle, and the errors."""
+        from harness.cases.oblique.figures import ratio_over_angle
+
+        over_angle = Drawing(
+            "oblique-ratio",
+            "oblique: velocity ratio over the angle",
+            "Tangential velocity after over that before, by law, for a sphere on a wall.",
+            lambda: ratio_over_angle(self, evidence.climbed, evidence.who),
+        )
+        return (over_angle, *super().drawings(evidence))
 
     def scene(self, parameters: Oblique) -> ContactScene:
         """Return the impact; samples before and after it."""

@@ -1,0 +1,53 @@
+"""The matrix of cases and submodels: a mark for each system, the worst of its checks."""
+
+from dataclasses import replace
+
+from harness.comparison.tolerances import Tolerance
+from harness.comparison.verdicts import Cell, Kind, Verdict, judge
+from harness.report.markdown import report_markdown
+from harness.report.matrix import matrices, matrix_markdown
+from harness.report.page import html_page
+
+WIDTH = Tolerance("", 1e-6, 0.0, "a millionth, for a test")
+
+
+def check(case, submodel, system, error, verdict=None):
+    row = judge(f"{case}: {submodel}: speed", Kind.ANALYTIC, 0.5 + error, 0.5, WIDTH)
+    row = replace(row, cell=Cell(case, submodel, system, "toy", 1.01, 0.99, 1.03))
+    return replace(row, verdict=verdict) if verdict else row
+
+
+CHECKS = (
+    check("slide", "spring", "wall", 1e-9),
+    check("slide", "spring", "wall", -3e-8),
+    check("slide", "spring", "two spheres", 2e-9),
+    check("roll", "spring", "wall", 1e-3, Verdict.KNOWN_DEFECT),
+    check("roll", "spring", "wall", 1e-9),
+    check("roll", "<old>", "wall", 1e-3),
+)
+
+
+def test_a_mark_is_the_worst_check_of_its_system():
+    (matrix,) = matrices([(row, f"check-{n}") for n, row in enumerate(CHECKS)])
+    assert matrix.cases == ("roll", "slide")
+    marks = matrix.rows["spring"]["slide"]
+    assert [(m.cell.system, m.text, m.place) for m in marks] == [
+        ("two spheres", "2e-09", "check-2"),
+        ("wall", "3e-08", "check-1"),
+    ]
+    assert marks[1].title.startswith("wall, speed: 0.49999997 against 0.5")
+    assert marks[1].title.endswith("order 1.01 (0.99 to 1.03)")
+    assert [m.text for m in matrix.rows["spring"]["roll"]] == ["known defect"]
+    assert [m.text for m in matrix.rows["<old>"]["roll"]] == ["fail"]
+    assert "slide" not in matrix.rows["<old>"]
+
+
+def test_page_and_markdown_show_it_and_have_none_without_cells(verification):
+    assert 'id="matrix"' not in html_page(verification, [])
+    assert list(matrix_markdown(verification.checks)) == []
+    found = replace(verification, checks=(*verification.checks, *CHECKS))
+    page = html_page(found, [])
+    assert '<a class="badge known-defect" href="#check-' in page
+    assert "&lt;old&gt;" in page
+    assert "<old>" not in page
+    assert "| spring | known defect | 2e-09, 3e-08 |" in report_markdown(found, [])
