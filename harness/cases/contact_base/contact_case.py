@@ -12,10 +12,9 @@ from harness.cases.contact_base.parameters import ContactSystem
 from harness.cases.contact_base.reference import followed, rules_of
 from harness.cases.contact_base.submodels import PLAIN, SYSTEMS, Submodel, Trial
 from harness.cases.contact_base.template import TEMPLATE, job_of
-from harness.cases.contact_base.tolerances import REGRESSION
+from harness.cases.contact_base.tolerances import AGAIN
 from harness.cases.contract import Case, LevelName, Reference, Study
 from harness.comparison.findings import Findings
-from harness.comparison.tolerances import Tolerance
 from harness.engines.contract import Engine, Job, Output, Template
 from harness.engines.traits import Traits
 from harness.parameters.contact_scene import ContactScene
@@ -39,12 +38,15 @@ class ContactCase(Case[P]):
 
     group: ClassVar[str] = "contacts"
     template: ClassVar[Template] = TEMPLATE
-    regression: ClassVar[Mapping[str, Tolerance]] = REGRESSION
     submodels: ClassVar[Sequence[Submodel]]
     systems: ClassVar[Mapping[str, Mapping[str, Any]]] = SYSTEMS
     formula: ClassVar[str]
     powers: ClassVar[tuple[float, ...]] = ()
     """Of the step in the error, where these are not those of the law."""
+
+    def __init_subclass__(cls, **more: Any) -> None:
+        super().__init_subclass__(**more)
+        cls.regression = {quantity.name: AGAIN for quantity in getattr(cls, "quantities", ())}
 
     @abstractmethod
     def scene(self, parameters: P) -> ContactScene:

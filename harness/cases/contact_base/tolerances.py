@@ -18,10 +18,9 @@ WHY_KINKED = (
     f"of the step squared, on the coarsest of which the series rests; {_UPSTREAM}"
 )
 
-REGRESSION = {
-    "series": Tolerance("", 0.0, 1e-9, "round-off of a few thousand steps, the same every time"),
-    "*": Tolerance("", 1e-10, 1e-9, "round-off of a few thousand steps, the same every time"),
-}
+AGAIN = Tolerance(
+    "", 1e-9, 1e-9, "round-off of a few thousand steps on ratios of the size of 1, and ten times it"
+)
 """Of the baseline's records."""
 
 
@@ -29,4 +28,4 @@ def width_of(unit: str, *, kinked: bool) -> Tolerance:
     """Return the tolerance about an expected limit; ratios are of the size of 1."""
     part = KINKED if kinked else SMOOTH
     why = WHY_KINKED if kinked else WHY_SMOOTH
-    return Tolerance(unit, part if unit == "1" else 0.0, 0.0 if unit == "1" else part, why)
+    return Tolerance("", part, 0.0, why) if unit == "1" else Tolerance(unit, 0.0, part, why)
