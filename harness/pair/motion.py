@@ -143,6 +143,8 @@ class Motion:
         if not len(fired):
             self.y, self.at_once = y, 0
             self.time = end if h == end - self.time else self.time + h
+            # an error of round-off does not fall with the step and must not hold it
+            change = max(change, 1.5) if error < 0.3 * self.tolerance else change
             self.h = self.h if truncated else h * min(4.0, change)
             return
         shortest, where = min(

@@ -31,6 +31,9 @@ from harness.pair.vectors import (
 OFF, STICK, SLIDE = range(3)
 INSIDE, OUTSIDE, STICKING_ONLY = range(3)
 
+ALIGNED = 1e-13
+"""[rad] between a sliding force and what drives it that is round-off."""
+
 
 class Slider(NamedTuple):
     """Coefficients of a slider at one instant, and their rates; without a spring kappa is 0."""
@@ -122,7 +125,12 @@ def state_rate(
     if mode == SLIDE and cut_back:
         held = displacement(slider, q, mode, cap[0], damping)
         e = direction(q)
-        return scaled(1.0 / max(cap[0], cap[1]), across(drive(slider, held, change, damping), e))
+        driven = drive(slider, held, change, damping)
+        turning = across(driven, e)
+        # a force that is aligned stays so, however fast it would turn: no stiffness from round-off
+        if length(turning) <= ALIGNED * length(driven):
+            return (0.0, 0.0, 0.0)
+        return scaled(1.0 / max(cap[0], cap[1]), turning)
     return plus(scaled(slider.gain, slider.velocity), slider.rescale, q)
 
 
