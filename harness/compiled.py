@@ -2,11 +2,17 @@
 
 Beside the sources, where numba would keep them, they would outlive ``pip uninstall``. A folder
 that the user names in ``NUMBA_CACHE_DIR`` comes first.
+
+Numba compiles again when the file of a kernel changes, but not when a kernel that it calls does,
+in another file. So the machine code lies under a stamp of all the files of the kernel's folder.
 """
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable
+from functools import cache
+from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
@@ -18,6 +24,15 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 FOLDER = "numba"
 
 
+@cache
+def _stamp(folder: Path) -> str:
+    """Return a digest of the Python files of a folder: 16 hexadecimal digits."""
+    found = hashlib.sha256()
+    for path in sorted(folder.glob("*.py")):
+        found.update(path.name.encode() + b"\0" + path.read_bytes())
+    return found.hexdigest()[:16]
+
+
 def jit(function: Function, **options: Any) -> Function:
     """Compile a function with options of ``numba.njit``, keeping its Python type.
 
@@ -27,7 +42,8 @@ def jit(function: Function, **options: Any) -> Function:
     given = config.CACHE_DIR
     try:
         # numba asks for the folder here and not again: other users of numba keep theirs
-        config.CACHE_DIR = given or str(cache_place().path / FOLDER)
+        place = Path(given) if given else cache_place().path / FOLDER
+        config.CACHE_DIR = str(place / _stamp(Path(function.__code__.co_filename).parent))
         return cast(Function, numba.njit(cache=True, **options)(function))
     finally:
         config.CACHE_DIR = given

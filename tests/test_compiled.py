@@ -70,3 +70,37 @@ def test_uninstalling_leaves_no_file(tmp_path, monkeypatch):
     left = [path for path in set(site.rglob("*")) - before if "pip" not in path.parts]
     assert left == []
     assert not (folder / "bin" / "dem-harness").exists()
+
+
+CALLER = """
+from harness.compiled import jit
+from part import part
+
+@jit
+def whole(x):
+    return part(x) + 0.5
+
+print(whole(1.0))
+"""
+
+PART = """
+from harness.compiled import jit
+
+@jit
+def part(x):
+    return {factor} * x
+"""
+
+
+def test_a_kernel_is_compiled_again_when_one_that_it_calls_has_changed(tmp_path):
+    (tmp_path / "caller.py").write_text(CALLER)
+    environment = {**os.environ, "PYTHONPATH": str(PROJECT), VARIABLE: str(tmp_path / "home")}
+    said = []
+    for factor in (2.0, 3.0):
+        (tmp_path / "part.py").write_text(PART.format(factor=factor))
+        command = [sys.executable, "-B", "-c", "import caller"]
+        run = subprocess.run(
+            command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True
+        )
+        said.append(float(run.stdout))
+    assert said == [2.5, 3.5]
