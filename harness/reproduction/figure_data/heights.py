@@ -112,7 +112,7 @@ def _row(
 
 def _rising(run: Curve, falling: list[Curve], unit: str) -> str:
     """Return how far a run rises, where, and how long its window is there."""
-    row = run.row_of_rise
+    row = int(run.rises.argmax())
     others = [other.windows[row] for other in falling]
     beside = f" (others {min(others):.1f} to {max(others):.1f})" if others else ""
     return (
@@ -142,15 +142,14 @@ class Curve(NamedTuple):
         return int(self.heights[off[-1] + 1]) if off.size else int(self.heights[0])
 
     @property
-    def row_of_rise(self) -> int:
-        """Return where in the arrays it has risen most above any smaller height's value."""
-        return int((self.values - np.minimum.accumulate(self.values)).argmax())
+    def rises(self) -> NDArray[np.float64]:
+        """Return how far each value stands above that of any smaller height."""
+        return np.asarray(self.values - np.minimum.accumulate(self.values))
 
     @property
     def rise(self) -> float:
         """Return the largest rise above any smaller height's value."""
-        row = self.row_of_rise
-        return float(self.values[row] - self.values[: row + 1].min())
+        return float(self.rises.max())
 
     @property
     def falls(self) -> bool:

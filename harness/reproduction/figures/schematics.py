@@ -30,24 +30,14 @@ def quartier_system(system: QuartierSystem) -> Figure:
     for name, centre in system.grains.items():
         line = "-" if name == "B" else "--"
         _spheres(axes, [centre], _GRAIN | {"ls": line, "fill": name == "B"})
-        axes.annotate(
-            name,
-            _point(centre),
-            xytext=(0, 7),
-            textcoords="offset points",
-            ha="center",
-            weight="bold",
-        )
+        above: dict[str, Any] = {"xytext": (0, 7), "textcoords": "offset points", "ha": "center"}
+        axes.annotate(name, _point(centre), weight="bold", **above)
         axes.plot(*centre, "o", color=BLACK, ms=3.5, zorder=4)
-    axes.plot(
-        system.path[:, 0], system.path[:, 1], color=BLUE, lw=1.6, zorder=3,
-        label="path of the grain's centre",
-    )  # fmt: skip
+    _join(axes, system.path, color=BLUE, lw=1.6, zorder=3, label="path of the grain's centre")
     well = system.grains["B"]
     for number, sphere in enumerate(_touched(system.spheres, well)):
         name = "_" if number else "contacts in the well"
-        ends = np.array([well, sphere])
-        axes.plot(ends[:, 0], ends[:, 1], color=RED, ls=":", lw=1.4, zorder=3, label=name)
+        _join(axes, [well, sphere], color=RED, ls=":", lw=1.4, zorder=3, label=name)
     _tilt(axes, system.spheres[0], system.spheres[-1], system.angle_deg)
     _gravity(axes, (float(system.spheres[-1][0]) + 0.4, 1.2))
     _frame(axes, f"the row is tilted by theta = {system.angle_deg:.2f} deg, its critical angle")
@@ -64,8 +54,7 @@ def force_diagrams(diagrams: Sequence[ForceDiagram]) -> Figure:
         _spheres(axes, [state.sphere, diagram.other], _FIXED)
         _spheres(axes, [state.grain], _GRAIN | {"facecolor": "none"})
         for sphere, line in ((state.sphere, "-"), (diagram.other, "--")):
-            ends = np.array([state.grain, sphere])
-            axes.plot(ends[:, 0], ends[:, 1], color="0.35", ls=line, lw=1.1)
+            _join(axes, [state.grain, sphere], color="0.35", ls=line, lw=1.1)
         _arrow(axes, state.grain, state.weight, RED, "m g")
         _arrow(axes, state.grain, state.contact_force, BLUE, "$F_c$")
         if diagram.velocity_before is not None:
@@ -96,8 +85,7 @@ def layers(arranged: Sequence[Layers]) -> Figure:
         _spheres(axes, part.mobile, _LAYER)
         _spheres(axes, part.chain, _CHAIN)
         _spheres(axes, [part.grain], _GRAIN)
-        line = np.array([part.grain, *part.chain])
-        axes.plot(line[:, 0], line[:, 1], "o-", color=BLUE, ms=3, lw=1.3, zorder=4)
+        _join(axes, [part.grain, *part.chain], marker="o", color=BLUE, ms=3, lw=1.3, zorder=4)
         _frame(axes, f"n = {part.layers} layers, {part.name}: {part.height:.2f} d high")
         axes.margins(0.03)
     looks = {"grain": _GRAIN, "layers": _LAYER, "fixed": _FIXED, "chain of its contact": _CHAIN}
@@ -110,6 +98,10 @@ def _spheres(axes: Axes, centres: Sequence[Points] | Points, look: dict[str, Any
     for centre in centres:
         axes.add_patch(Circle(_point(centre), 0.5, zorder=2, **look))
     axes.autoscale_view()
+
+
+def _join(axes: Axes, points: Sequence[Points] | Points, **look: Any) -> None:
+    axes.plot(*np.array(points).T, **look)
 
 
 def _point(position: Points) -> tuple[float, float]:
@@ -138,10 +130,9 @@ def _arrow(
 def _tilt(axes: Axes, first: Points, last: Points, angle_deg: float) -> None:
     """Draw the line of centres, a level one, and the angle between them."""
     reach = 2.4
-    axes.plot([first[0], last[0]], [first[1], last[1]], color="0.35", lw=1, zorder=3)
-    axes.plot(
-        [first[0], first[0] + 1.15 * reach], [first[1]] * 2, color="0.35", lw=1, ls="--", zorder=3
-    )
+    level = first + np.array([1.15 * reach, 0.0])
+    for end, line in ((last, "-"), (level, "--")):
+        _join(axes, [first, end], color="0.35", lw=1, ls=line, zorder=3)
     centre = _point(first)
     axes.add_patch(Arc(centre, 2 * reach, 2 * reach, theta1=-angle_deg, theta2=0, zorder=3))
     axes.text(centre[0] + reach + 0.06, centre[1] - 0.2, "theta", va="center", zorder=4)

@@ -41,7 +41,7 @@ def test_where_a_curve_levels_off_and_what_disturbs_it():
     assert falling.falls
     assert not rising.falls
     assert rising.rise == pytest.approx(0.2)
-    assert rising.heights[rising.row_of_rise] == 3
+    assert rising.heights[rising.rises.argmax()] == 3
 
 
 @pytest.mark.parametrize(
