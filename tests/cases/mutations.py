@@ -48,14 +48,16 @@ class Mutant(Engine):
             self.kept[key] = as_told(job, output)
         outputs = [self._mutated(job, self.kept[k]) for job, k in zip(jobs, keys, strict=True)]
         pairs = zip(jobs, changed, strict=True)
-        self.acted = self.acted or any(job.values != other.values for job, other in pairs)
+        if any(job.values != other.values for job, other in pairs):
+            self.acted = True  # set only: parts of a case run in several threads
         return outputs
 
     def _mutated(self, job, output):
         if isinstance(output, EngineError):
             return output
         changed = self.change_output(job, output)
-        self.acted = self.acted or changed is not output
+        if changed is not output:
+            self.acted = True
         return changed
 
 
