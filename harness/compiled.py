@@ -4,7 +4,7 @@ Beside the sources, where numba would keep them, they would outlive ``pip uninst
 that the user names in ``NUMBA_CACHE_DIR`` comes first.
 
 Numba compiles again when the file of a kernel changes, but not when a kernel that it calls does,
-in another file. So the machine code lies under a stamp of all the files of the kernel's folder.
+in another file. So the machine code lies under a stamp of all files of the kernel's folder.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ FOLDER = "numba"
 
 @cache
 def _stamp(folder: Path) -> str:
-    """Return a digest of the Python files of a folder: 16 hexadecimal digits."""
+    """Return a digest of the Python files of a folder, constants of kernels among them."""
     found = hashlib.sha256()
     for path in sorted(folder.glob("*.py")):
         found.update(path.name.encode() + b"\0" + path.read_bytes())

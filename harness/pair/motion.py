@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.optimize import brentq
 
+from harness.errors import RequestError
 from harness.pair.extrapolation import ORDER, step
 from harness.pair.flight import flown, next_contact
 from harness.pair.friction import normal_force
@@ -171,7 +172,10 @@ class Motion:
             self.time += part
         self.at_once = 0 if part > 1e-12 * self.unit() else self.at_once + 1
         if self.at_once > MOST_EVENTS_AT_ONCE:
-            raise ArithmeticError(f"contact integration: chatters at t = {self.time!r} s")
+            raise RequestError(
+                f"rules: sticking and sliding take turns without end at t = {self.time!r} s; a "
+                "dashpot that acts while sticking only makes the force jump (damping_in_cap)"
+            )
         c, column = where
         if column == TOUCH and self.modes[c, STATE] == OPEN:
             self._begin(c)

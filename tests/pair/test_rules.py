@@ -6,12 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from harness.errors import RequestError
 from harness.pair.integration import integrate
 from harness.pair.system import effective_moduli
 from harness.parameters.contact_rules import Rules
 from harness.parameters.contact_scene import Body, ContactScene, Segment
 from harness.theory import dashpot
-from tests.pair.scenes import ELASTIC, HERTZ, LINEAR, MASS, RADIUS, STILL, guided
+from tests.pair.scenes import ELASTIC, HERTZ, LINEAR, MASS, RADIUS, STILL, guided, impact
 
 PRESSED = 1e-5
 SPEED = 0.01
@@ -148,6 +149,20 @@ def test_the_stiffness_of_marshalls_twist():
     for rule, stiffness in (("spring", shear * a), ("coefficient", shear)):
         torque = integrate(scene, Rules(marshall_stiffness=rule)).torques[-1, 0, 2]
         assert torque == pytest.approx(-0.5 * stiffness * a**2 * 100e-6, rel=1e-12)
+
+
+def test_a_rule_that_lets_the_motion_chatter_is_refused_there():
+    """Sliding drives the spring to its limit; stuck, the dashpot stops it below: over and over."""
+    law = LINEAR.replace(
+        normal_stiffness=3e5,
+        damping="mass_velocity",
+        damping_coefficient=13000.0,
+        tangential_stiffness=2.9e5,
+        friction=0.6,
+    )
+    scene = impact(law, (0.17, 0.05, -0.1), (-2.5, 8.5, 10.0))
+    with pytest.raises(RequestError, match=r"^rules: sticking and sliding take turns .*in_cap"):
+        integrate(scene, Rules(damping_in_cap="sticking_only"))
 
 
 def test_every_rule_has_a_test():
