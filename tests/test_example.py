@@ -2,7 +2,9 @@
 
 import hashlib
 import json
+import re
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
@@ -11,7 +13,8 @@ from harness.report.schema import NAME, published
 from harness.store.baseline import committed, read_baseline
 
 ROOT = Path(__file__).parents[1]
-EXAMPLE = ROOT / "reports" / "example"
+REPORTS = ROOT / "reports"
+EXAMPLE = REPORTS / "example"
 FOUND = json.loads((EXAMPLE / "results.json").read_text(encoding="utf-8"))
 
 
@@ -41,3 +44,21 @@ def test_its_regression_rows_are_those_of_the_baseline():
     }
     assert rows <= records
     assert FOUND["status"] == 0
+
+
+def test_the_page_is_light_and_stands_alone():
+    page = (EXAMPLE / "report.html").read_text(encoding="utf-8")
+    assert len(page) < 1_500_000
+    assert '<link rel="stylesheet"' not in page
+    assert not re.search(r'<(?:img|script)[^>]* src="(?!data:)', page)
+
+
+@pytest.mark.parametrize("path", sorted(REPORTS.rglob("*.svg")), ids=lambda path: path.stem)
+def test_committed_figures_say_text_as_text_and_units_in_round_brackets(path):
+    words = [
+        "".join(node.itertext()).strip()
+        for node in ElementTree.fromstring(path.read_text(encoding="utf-8")).iter()
+        if node.tag.endswith("}text")
+    ]
+    assert len(words) > 5
+    assert not [text for text in words if re.search(r"\[[^\]]+\]$|\(-\)$", text)]
