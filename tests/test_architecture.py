@@ -17,7 +17,7 @@ ANYWHERE = {"harness", "harness.errors", "harness.parameters", "harness.shown"}
 FILES = {"harness.home", "harness.atomic_write"}
 MEASURED = {*ANYWHERE, "harness.observables"}
 JUDGED = {*MEASURED, "harness.comparison"}
-PRODUCERS = {"harness.theory", "harness.chain", "harness.pair", "harness.engines"}
+PRODUCERS = {f"harness.{name}" for name in ("theory", "chain", "pair", "hard_sphere", "engines")}
 
 ALLOWED = {
     "errors.py": set(),
@@ -31,6 +31,7 @@ ALLOWED = {
     "theory": MEASURED,
     "chain": {*MEASURED, "harness.compiled"},
     "pair": {*ANYWHERE, "harness.compiled"},
+    "hard_sphere": {"harness.errors", "harness.compiled"},
     "engines": {*MEASURED, *FILES, "harness.compiled", "harness.shared_memory"},
     "observables": ANYWHERE,
     "comparison": MEASURED,
@@ -59,7 +60,7 @@ LAZY_API = "workflows/__init__.py"
 OF_REPORT = ("harness.report.sections", "harness.report.figures.style")
 """What cases may use of the report."""
 
-WITHOUT_FILES = ("theory", "chain", "pair", "observables", "comparison")
+WITHOUT_FILES = ("theory", "chain", "pair", "hard_sphere", "observables", "comparison")
 PROCESSES_AND_FILES = {"subprocess", "pathlib", "tempfile", "shutil", "io", "multiprocessing"}
 
 GENERIC = ("comparison", "store", "report", "workflows")

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
-from harness.cases.contract import Case, LevelName, Reference, Study
+from harness.cases.contract import Case, LevelName, Measured, Reference, Study
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.runs import read
 from harness.cases.incline.template import NAME, TEMPLATE, job_of
@@ -48,6 +48,7 @@ class InclineCase(Case[Incline]):
         Observable("steps", "1", "", "time steps that were taken"),
     )
     template = TEMPLATE
+    solvers = ("hard-sphere",)
     regression = REGRESSION
 
     @property
@@ -84,6 +85,14 @@ class InclineCase(Case[Incline]):
         margin = passage_margin(parameters.angle, SHOCK_WITHOUT_REBOUND)
         return {"margin_over_mgd": Reference(margin, "closed form")}
 
+    def solve(self, parameters: Incline, solver: str) -> Measured:
+        """Follow the grain over rigid spheres, from event to event."""
+        from harness.cases.incline.rigid import solve_rigid
+
+        if solver not in self.solvers:
+            return super().solve(parameters, solver)
+        return solve_rigid(parameters)
+
     def expected_rows(self, level: LevelName, engine: Engine) -> int:
         """Return how many rows a level leaves."""
         from harness.cases.incline.checks import expected_rows
@@ -109,12 +118,19 @@ class InclineCase(Case[Incline]):
         }
         return found
 
-    def verify_own(self, study: Study) -> Findings:  # noqa: ARG002
-        """Hold the closed forms against second routes, and the adaptive reference DEM."""
-        from harness.cases.incline.own_checks import restitution_checks, theory_checks
+    def verify_own(self, study: Study) -> Findings:
+        """Hold the closed forms against second routes, and the adaptive reference DEM.
 
-        parts = (Part("closed forms", theory_checks), Part("restitution", restitution_checks))
-        return Findings(self.name, checks=rows_of_parts("theory", parts))
+        At level full also the reference DEM with restitution against rigid spheres.
+        """
+        from harness.cases.incline.own_checks import restitution_checks, theory_checks
+        from harness.cases.incline.rigid import Stiffening, rigid_checks
+
+        parts = [Part("closed forms", theory_checks), Part("restitution", restitution_checks)]
+        stiffening: list[Stiffening] = []
+        if study.level == "full":
+            parts.append(Part("rigid spheres", lambda: list(rigid_checks(stiffening))))
+        return Findings(self.name, checks=rows_of_parts("theory", parts), evidence=stiffening)
 
     def verify_beside(self, engine: Engine, study: Study) -> Findings:
         """Hold the critical angles of an engine against theory and the reference DEM."""
@@ -142,14 +158,18 @@ class InclineCase(Case[Incline]):
     def sections(
         self,
         main: Findings | None,
-        own: Findings,  # noqa: ARG002
+        own: Findings,
         beside: Mapping[str, Findings],
     ) -> Sequence[Section]:
-        """Return the contacts with their angles, and the engines beside one another."""
+        """Return the contacts with their angles, restitution, the engines beside one another."""
+        from harness.cases.incline.rigid import rigid_section
         from harness.cases.incline.sections import contact_sections, engine_sections
 
-        contacts = contact_sections(main.evidence) if main is not None else ()
-        return *contacts, *engine_sections([a for found in beside.values() for a in found.evidence])
+        found: list[Section] = []
+        if main is not None:
+            found += [*contact_sections(main.evidence), rigid_section(own.evidence or ())]
+        angles = [angle for one in beside.values() for angle in one.evidence]
+        return *found, *engine_sections(angles)
 
 
 def _beside(engine: str, run: Callable[[], Sequence[Check]], angles: list[EngineAngle]) -> Findings:

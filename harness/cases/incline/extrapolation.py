@@ -119,7 +119,7 @@ def extrapolate(angles: Sequence[CriticalAngle]) -> ExtrapolatedAngle:
         return angle.case.stiffness
 
     ordered = sorted(angles, key=lambda a: (stiffness(a), a.case.steps_per_contact))
-    limits = {k: _step_limit(list(group)) for k, group in groupby(ordered, key=stiffness)}
+    limits = {k: step_limit(list(group)) for k, group in groupby(ordered, key=stiffness)}
     rigid = limit(
         [1.0 / k for k in limits],
         [found.value for found in limits.values()],
@@ -129,7 +129,7 @@ def extrapolate(angles: Sequence[CriticalAngle]) -> ExtrapolatedAngle:
     return ExtrapolatedAngle(tuple(ordered), limits, rigid)
 
 
-def _step_limit(angles: Sequence[CriticalAngle]) -> Limit:
+def step_limit(angles: Sequence[CriticalAngle]) -> Limit:
     """Return the limit in the step at one stiffness."""
     return limit(
         [1.0 / a.case.steps_per_contact for a in angles],

@@ -11,6 +11,7 @@ from harness.cases.incline.critical_angles import critical_angle, extrapolated_c
 from harness.cases.incline.engine_angle import EngineAngle, Rules
 from harness.cases.incline.engine_figure import angles_of_engines
 from harness.cases.incline.parameters import Incline
+from harness.cases.incline.rigid import TITLE
 from harness.cases.incline.sections import contacts_explained, engine_table
 from harness.comparison.findings import Findings
 from harness.comparison.verdicts import Verdict
@@ -135,7 +136,8 @@ def test_the_figure_of_angles_keeps_to_one_stiffness_and_step(angles):
 def test_the_sections_show_the_main_engine_and_those_beside_it(angles):
     main = CASE.verify(Twin(), Study("quick"))
     beside = {"yade": Findings("incline", "yade", evidence=angles)}
-    contacts, engines = CASE.sections(main, Findings("incline"), beside)
+    contacts, rigid, engines = CASE.sections(main, Findings("incline"), beside)
+    assert rigid.title == TITLE
     assert contacts.items == contacts_explained()
     (table,) = contacts.tables
     assert "Twin" in table.caption

@@ -1,0 +1,1 @@
+"""A rigid grain over a row of rigid spheres, from event to event: no step and no stiffness."""

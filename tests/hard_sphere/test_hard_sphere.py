@@ -1,0 +1,147 @@
+"""Rigid spheres by events, against closed forms and against a motion in small steps."""
+
+import itertools
+import math
+
+import numba
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from harness.errors import RequestError
+from harness.hard_sphere.critical_angle import critical_angle, first_moving, passage, steady
+from harness.hard_sphere.motion import LEAVES, SHOCK, TURNS, WELL, flight, slide
+from harness.hard_sphere.passage import MOVES_ON, TRAPPED, follow
+from harness.hard_sphere.roots import roots_within
+from harness.theory import critical_angle as theory
+from harness.theory.energy_map import passage_margin
+from harness.theory.shock import SHOCK_WITHOUT_REBOUND
+
+
+@given(st.lists(st.floats(0.02, 0.98), min_size=1, max_size=4, unique=True))
+@settings(deadline=None)  # the kernels are compiled in the first call
+def test_the_roots_of_a_polynomial_are_found_between_those_of_its_derivatives(places):
+    places = sorted(places)
+    if any(b - a < 1e-3 for a, b in itertools.pairwise(places)):
+        return
+    coefficients = np.polynomial.polynomial.polyfromroots(places)
+    assert roots_within(coefficients, 1.0) == pytest.approx(places, abs=1e-9)
+
+
+@given(st.floats(-0.4, 0.4), st.floats(0.01, 1.5), st.floats(0.0, 0.4))
+@settings(max_examples=200, deadline=None)
+def test_a_flight_ends_on_a_sphere_and_passes_through_none(sideways, up, theta):
+    x, y = math.sin(0.1), math.cos(0.1)
+    vx, vy = sideways + up * x, up * y
+    if x * vx + y * vy <= 1e-3:
+        return
+    t, sphere = flight(x, y, vx, vy, theta, 0)
+
+    def gap(s, of):
+        px = x + vx * s + 0.5 * math.sin(theta) * s * s
+        return math.hypot(px - of, y + vy * s - 0.5 * math.cos(theta) * s * s) - 1.0
+
+    assert 0.0 < t < 10.0
+    assert abs(gap(t, sphere)) < 1e-12
+    times = np.linspace(0.0, t, 500)[1:-1]
+    assert min(gap(s, of) for s in times for of in range(-8, 10)) > -1e-12
+
+
+def test_sliding_ends_where_force_or_speed_vanish_or_the_next_sphere_is_met():
+    theta = 0.2
+    assert slide(1.0, 0.1, True, theta) == (pytest.approx(WELL + theta), SHOCK)
+    beta, how = slide(1.3, -0.1, True, theta)
+    assert (math.cos(beta), how) == (pytest.approx(2.0 * 1.3 / 3.0), LEAVES)
+    beta, how = slide(0.9, -0.6, True, theta)
+    assert (beta, how) == (pytest.approx(-math.acos(0.9)), TURNS)
+    assert slide(0.9, -0.3, False, theta) == (pytest.approx(-(WELL - theta)), SHOCK)
+
+
+def test_without_restitution_it_is_the_closed_form():
+    assert critical_angle(0.0) == pytest.approx(theory.critical_angle(), abs=1e-9)
+    assert round(critical_angle(0.0), 4) == 10.2078
+    for angle in (9.0, 10.2, 11.0, 14.0):
+        fate, margin, hits, slid = passage(angle, 0.0)
+        assert margin == pytest.approx(passage_margin(angle, SHOCK_WITHOUT_REBOUND), abs=1e-14)
+        assert fate == (MOVES_ON if margin > 0.0 else TRAPPED)
+        assert slid
+        assert hits >= 1
+    # the limit is smooth: a little restitution costs a little
+    assert critical_angle(1e-3) == pytest.approx(critical_angle(0.0), abs=1e-5)
+
+
+def test_the_clipped_contact_at_critical_damping_tends_to_its_own_restitution():
+    # exp(-2) is what clipping leaves of critical damping; LAMMPS and the reference tend to 10.224
+    assert critical_angle(math.exp(-2.0)) == pytest.approx(10.224, abs=5e-4)
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.1, 0.3, 0.5])
+def test_passage_and_steady_motion_give_the_same_angle(restitution):
+    moving = first_moving(lambda angle: steady(angle, restitution))
+    assert moving == pytest.approx(critical_angle(restitution), abs=1e-8)
+
+
+def test_no_collision_gains_energy_and_none_loses_any_at_restitution_one():
+    theta = math.radians(5.0)
+    x, y, vx, vy = 0.3, 1.4, 0.2, 0.0
+    before = 0.5 * (vx * vx + vy * vy) + y * math.cos(theta) - x * math.sin(theta)
+    for wells in (1, 3, 6):
+        fate, over, hits, _ = follow(x, y, vx, vy, theta, 1.0, wells, False)
+        assert fate == MOVES_ON
+        assert over == pytest.approx(before - 1.0 + wells * math.sin(theta), abs=1e-11)
+    assert hits > 0
+
+
+@pytest.mark.parametrize("restitution", [-0.1, 0.71, math.nan])
+def test_a_restitution_that_makes_no_sense_is_refused(restitution):
+    with pytest.raises(RequestError, match=r"must be from 0 to 0.7"):
+        critical_angle(restitution)
+
+
+@numba.njit
+def stepped(theta, e, h):
+    """Follow a grain from the well to the next crest in small steps (Moreau's scheme).
+
+    Velocities change first, then positions; a sphere that is met turns the normal velocity, and
+    holds the grain where that is no more than a few steps of gravity.
+    """
+    sixth = math.pi / 6.0
+    speed = math.sqrt(2.0 * (1.0 - math.cos(sixth + theta)))
+    x, y = math.sin(sixth), math.cos(sixth)
+    vx, vy = speed * math.cos(sixth), -speed * math.sin(sixth)
+    gx, gy = math.sin(theta), -math.cos(theta)
+    for _ in range(int(20.0 / h)):
+        vx, vy = vx + h * gx, vy + h * gy
+        for sphere in (0, 1, 2):
+            nx, ny = x - sphere, y
+            gap = math.hypot(nx, ny)
+            into = -(vx * nx + vy * ny) / gap
+            if gap <= 1.0 + 1e-12 and into > 0.0:
+                factor = (1.0 + (e if into > 4.0 * h else 0.0)) * into / gap
+                vx, vy = vx + factor * nx, vy + factor * ny
+        x, y = x + h * vx, y + h * vy
+        for sphere in (0, 1, 2):
+            gap = math.hypot(x - sphere, y)
+            if gap < 1.0:
+                x, y = sphere + (x - sphere) / gap, y / gap
+        if x > 1.0 - math.sin(theta):
+            return True
+        if vx < 0.0 and x < 0.9:
+            return False
+    return False
+
+
+@pytest.mark.parametrize("restitution", [0.1, 0.3, 0.5])
+def test_small_steps_tend_to_the_same_critical_angle(restitution):
+    def angle(h):
+        low, high = 9.5, 11.5
+        while high - low > 1e-6:
+            middle = 0.5 * (low + high)
+            moves = stepped(math.radians(middle), restitution, h)
+            low, high = (low, middle) if moves else (middle, high)
+        return 0.5 * (low + high)
+
+    coarse, fine = (abs(angle(h) - critical_angle(restitution)) for h in (1e-4, 1e-5))
+    assert fine < 3e-4
+    assert coarse / fine == pytest.approx(10.0, rel=0.3)  # of first order
