@@ -37,8 +37,11 @@ def powers(law: ContactLaw) -> tuple[float, ...]:
     The scheme is of second order, but a dashpot is given the velocity of half a step before: first
     order. A force that begins as overlap^q is missed or counted for part of a step, at a rate of
     h^(1 + q): q is 0 for a constant dashpot, 1/4 for one of constant restitution with Hertz's
-    spring, 1/2 for one that goes with the contact radius, and 3/2 for Hertz's spring.
+    spring, 1/2 for one that goes with the contact radius, and 3/2 for Hertz's spring. The contact
+    of jkr begins and ends with an area: its forces are smooth in between, and jump.
     """
+    if law.normal == "jkr":
+        return (1.0, 2.0, 3.0)
     if law.damping == "viscoelastic" or law.surface_energy is not None:
         return (1.0, 1.5, 2.0)
     if law.damping == "none":
