@@ -10,18 +10,19 @@ in another file. So the machine code lies under a stamp of all files of the kern
 from __future__ import annotations
 
 import hashlib
+import threading
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
 
-from harness.home import cache_place
+from harness.home import KERNELS, cache_place
 
 Function = TypeVar("Function", bound=Callable[..., Any])
-
-FOLDER = "numba"
+Result = TypeVar("Result")
 
 
 @cache
@@ -42,8 +43,24 @@ def jit(function: Function, **options: Any) -> Function:
     given = config.CACHE_DIR
     try:
         # numba asks for the folder here and not again: other users of numba keep theirs
-        place = Path(given) if given else cache_place().path / FOLDER
+        place = Path(given) if given else cache_place().path / KERNELS
         config.CACHE_DIR = str(place / _stamp(Path(function.__code__.co_filename).parent))
         return cast(Function, numba.njit(cache=True, **options)(function))
     finally:
         config.CACHE_DIR = given
+
+
+def shielded(kernel: Callable[..., Result], *arguments: Any) -> Result:
+    """Return what a kernel returns, called where an interrupt cannot be raised within.
+
+    The conversion of its arguments and results crashes where Python raises KeyboardInterrupt in
+    it, which happens in the main thread alone: there it is called in another one. An interrupt
+    does not wait for that.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        return kernel(*arguments)
+    pool = ThreadPoolExecutor(1)
+    try:
+        return pool.submit(kernel, *arguments).result()
+    finally:
+        pool.shutdown(wait=False)

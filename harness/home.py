@@ -16,6 +16,8 @@ from harness.errors import RequestError
 
 VARIABLE = "DEM_HARNESS_HOME"
 NAME = "dem-harness"
+KERNELS = "numba"
+"""Folder of the cache for compiled kernels."""
 
 
 @dataclass(frozen=True)

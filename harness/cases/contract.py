@@ -24,14 +24,9 @@ from harness.cases.once import Once
 from harness.cases.parts import failed_part as failed_part
 from harness.comparison.findings import Findings
 from harness.comparison.tolerances import Tolerance
-from harness.comparison.verdicts import (
-    Check,
-    Kind,
-    failed_run,
-    judge,
-    not_tested,
-)
+from harness.comparison.verdicts import Check, Kind, failed_run, judge, not_tested
 from harness.engines.contract import Engine, Job, Output, Template
+from harness.engines.cost import job_seconds
 from harness.engines.traits import Traits
 from harness.errors import EngineError, RequestError
 from harness.observables.declared import Observable
@@ -141,6 +136,10 @@ class Case(ABC, Generic[P]):
     def solve(self, parameters: P, solver: str) -> Measured:  # noqa: ARG002
         """Run a solver of this package."""
         raise RequestError(f"--engine {solver!r}: case {self.name!r} has no such solver")
+
+    def seconds(self, parameters: P, rules: Traits | None, solver: str = "") -> float:  # noqa: ARG002
+        """Return what a run is expected to take [s], in an engine of these rules or a solver."""
+        return 0.0 if rules is None else job_seconds(self.job(parameters), rules)
 
     def measure(self, parameters: P, engine: Engine) -> Measured:
         """Run once in an engine and return what was measured.

@@ -10,16 +10,15 @@ rounding of what came before it, as in any chain of collisions.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from harness.chain.arrays import Chain, Floats, assemble
 from harness.chain.compiled import compiled
-from harness.chain.complementarity import Flags, solve, substitute
-from harness.chain.events import ORDER, REACH, first_root, taylor_of_contacts
+from harness.chain.complementarity import solve, substitute
+from harness.chain.events import REACH, first_root, taylor_of_contacts
 from harness.chain.modes import decompose, project, state_at
+from harness.chain.motion import Motion, motion_of
 from harness.chain.record import (
     Record,
     as_run,
@@ -28,77 +27,90 @@ from harness.chain.record import (
     with_room,
     write_sample,
 )
+from harness.chain.slices import Told
+from harness.compiled import shielded
 from harness.errors import RequestError
 from harness.observables.tower import TowerRun
 from harness.parameters.tower import Tower
-
-Counts = NDArray[np.int64]
 
 # a contact changes when its force or gap is this far below 0, as a part of the
 # scale of displacements: above the rounding of the modes, below all else
 _SLACK = 1e-13
 
+_UNSETTLED = -2
+"""In place of a contact that changes."""
+
+
+MOST_PARTICLES = 5000
+"""Of a tower: the modes take 8 bytes for each pair of particles."""
+
+CUBES = 1e8
+"""Particles to the third power, times changes of contact, between two looks for an interrupt."""
+
 
 def run(
-    tower: Tower, duration: float, *, samples: int | None = None, profiles: bool = False
+    tower: Tower,
+    duration: float,
+    *,
+    samples: int | None = None,
+    profiles: bool = False,
+    told: Told = lambda *_: None,
 ) -> TowerRun:
     """Run ``tower`` for ``duration`` [s] and return its samples.
 
     There are ``samples`` at equal distances (1000 per t0 if not given), one at
-    each change of contacts and one whenever the distance of grain and base turns. Raise
-    RequestError for a duration that cannot be.
+    each change of contacts and one whenever the distance of grain and base turns. ``told`` is
+    called with the samples done and all of them. Raise RequestError for a duration or a number of
+    particles that cannot be, and where it cannot be told which contacts touch.
     """
     if not (math.isfinite(duration) and duration > 0):
         raise RequestError(f"duration = {duration} s: must be finite and greater than 0")
+    if tower.particles > MOST_PARTICLES:
+        raise RequestError(
+            f"height = {tower.height}: must be less than {MOST_PARTICLES} for the exact solver"
+        )
     wanted = wanted_samples(samples, duration / tower.contact_time)
     chain = assemble(tower)
-    record, rows = propagate(
-        chain, blank_record(wanted + 64, tower.particles, profiles), duration, wanted
-    )
+    blank = blank_record(wanted + 64, tower.particles, profiles)
+    record, rows = propagate(chain, blank, duration, wanted, told)
     if rows < 0:
         raise RequestError(
-            f"displacements = {chain.displacement.tolist()} m: the contacts do not settle here"
+            f"duration = {duration:.6g} s: which contacts of {tower.particles} particles touch "
+            "cannot be told to rounding before that; a shorter run, or rk4, can be"
         )
     order = np.argsort(record.rows[:rows, 0], kind="stable")
     sorted_record = Record(*(part[order] if part.shape[0] else part for part in record))
     return as_run(tower, "exact", None, sorted_record, rows, chain)
 
 
-class _Motion(NamedTuple):
-    """Arrays of the motion between two changes: the contact set, its forces and its modes."""
-
-    closed: Flags  # (n,)
-    factor: Floats  # (3, n)
-    overlap: Floats  # (n,) [m]
-    force: Floats  # (n,) [N]
-    shapes: Floats  # (N, N)
-    frequency: Floats  # (N,) [rad/s]
-    first: Floats  # (N,)
-    amplitudes: Floats  # (4, N)
-    series: Floats  # (n, ORDER + 1)
-    x: Floats  # (N,) [m] where the search for the next change stands
-    w: Floats  # (N,) [m/s]
-    y: Floats  # (N,) [m] at a sample
-    z: Floats  # (N,) [m/s]
-    counts: Counts  # rows of the record, samples
+def propagate(
+    chain: Chain, record: Record, duration: float, samples: int, told: Told = lambda *_: None
+) -> tuple[Record, int]:
+    """Advance ``chain`` in place; return the record and its rows, -1 if contacts do not settle."""
+    u, v = chain.displacement, chain.velocity
+    particles, motion = u.size, motion_of(chain, u[:-1] - u[1:] > _SLACK * chain.length)
+    changes, changed = math.ceil(CUBES / particles**3), 0
+    while changed >= 0:
+        record, changed = shielded(_advance, chain, motion, record, duration, samples, changes)
+        told(int(motion.counts[1]), samples)
+    if changed == _UNSETTLED:
+        return record, -1
+    told(samples, samples)
+    return _sampled(chain, motion, record, duration, u, v), int(motion.counts[0])
 
 
 @compiled
-def propagate(chain: Chain, record: Record, duration: float, samples: int) -> tuple[Record, int]:
-    """Advance ``chain`` in place; return the record and its rows, -1 if contacts do not settle."""
+def _advance(
+    chain: Chain, motion: Motion, record: Record, duration: float, samples: int, changes: int
+) -> tuple[Record, int]:
+    """Go through so many changes of contact; return the last contact that changed, -1 at the end.
+
+    ``_UNSETTLED`` where contacts do not settle.
+    """
     u, v = chain.displacement, chain.velocity
-    particles, n = u.size, u.size - 1
-    motion = _Motion(
-        np.zeros(n, np.bool_), np.zeros((3, n)), np.zeros(n), np.zeros(n),
-        np.zeros((particles, particles)), np.zeros(particles), np.zeros(particles),
-        np.zeros((4, particles)), np.zeros((n, ORDER + 1)),
-        u.copy(), v.copy(), u.copy(), v.copy(), np.zeros(2, np.int64),
-    )  # fmt: skip
-    closed, overlap, force = motion.closed, motion.overlap, motion.force
-    time, stuck, changed = 0.0, 0, 0
-    for i in range(n):
-        closed[i] = u[i] - u[i + 1] > _SLACK * chain.length
-    while changed >= 0:
+    closed, overlap, force, n = motion.closed, motion.overlap, motion.force, u.size - 1
+    changed = 0
+    for _ in range(changes):
         for i in range(n):
             overlap[i] = u[i] - u[i + 1]
         slack = _SLACK * max(chain.length, np.max(np.abs(u)))
@@ -106,30 +118,31 @@ def propagate(chain: Chain, record: Record, duration: float, samples: int) -> tu
         settled = solve(
             overlap, chain.diagonal, chain.beside, closed, motion.factor, force, 0.25 * slack
         )
-        if settled < 0 or stuck > 4 * n + 16:
-            return record, -1
+        if settled < 0 or motion.counts[2] > 4 * n + 16:
+            return record, _UNSETTLED
         highest = decompose(
             chain, closed, motion.factor, motion.shapes, motion.frequency, motion.first
         )
         project(chain, closed, motion.shapes, motion.frequency, motion.first, motion.amplitudes)
-        record = with_room(record, motion.counts[0])
+        record, time = with_room(record, motion.counts[0]), motion.time[0]
         write_sample(record, motion.counts[0], time, chain, u, v, overlap, force)
         motion.counts[0] += 1
         record, local, changed = _until_change(
             chain, motion, record, time, duration, samples, slack, highest
         )
         u[:], v[:] = motion.x, motion.w
-        time += local
-        if changed >= 0:
-            # many changes in no time, to rounding, would never end
-            stuck = stuck + 1 if local * highest < 1e-9 else 0
-            closed[changed] = not closed[changed]
-    return _sampled(chain, motion, record, duration, u, v), motion.counts[0]
+        motion.time[0] = time + local
+        if changed < 0:
+            break
+        # many changes in no time, to rounding, would never end
+        motion.counts[2] = motion.counts[2] + 1 if local * highest < 1e-9 else 0
+        closed[changed] = not closed[changed]
+    return record, changed
 
 
 @compiled
 def _until_change(
-    chain: Chain, motion: _Motion, record: Record, time: float,
+    chain: Chain, motion: Motion, record: Record, time: float,
     duration: float, samples: int, slack: float, highest: float,
 ) -> tuple[Record, float, int]:  # fmt: skip
     """Move on from ``time`` [s] to the next change of contacts or the end, writing samples.
@@ -167,7 +180,7 @@ def _until_change(
 
 @compiled
 def _sampled(
-    chain: Chain, motion: _Motion, record: Record, time: float, u: Floats, v: Floats
+    chain: Chain, motion: Motion, record: Record, time: float, u: Floats, v: Floats
 ) -> Record:
     """Return the record with a sample of the state ``u`` and ``v`` (N,)."""
     row = motion.counts[0]
@@ -181,13 +194,13 @@ def _sampled(
 
 
 @compiled
-def _state_at(chain: Chain, motion: _Motion, time: float, u: Floats, v: Floats) -> None:
+def _state_at(chain: Chain, motion: Motion, time: float, u: Floats, v: Floats) -> None:
     """Set ``u`` and ``v`` (N,) at ``time`` [s] after the last change of contacts."""
     state_at(chain, motion.closed, motion.shapes, motion.frequency, motion.amplitudes, time, u, v)
 
 
 @compiled
-def _next_change(chain: Chain, motion: _Motion, reach: float, slack: float) -> tuple[int, float]:
+def _next_change(chain: Chain, motion: Motion, reach: float, slack: float) -> tuple[int, float]:
     """Return the contact that changes first within ``reach`` [s] and when, as a part of it.
 
     Return -1 and 1 if none does.
@@ -203,7 +216,7 @@ def _next_change(chain: Chain, motion: _Motion, reach: float, slack: float) -> t
 
 
 @compiled
-def _turn(chain: Chain, motion: _Motion, low: float, high: float) -> float:
+def _turn(chain: Chain, motion: Motion, low: float, high: float) -> float:
     """Return when, between ``low`` and ``high`` [s], the distance of grain and base turns.
 
     Leaves the state then in ``motion.y`` and ``motion.z``.

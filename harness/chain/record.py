@@ -6,12 +6,16 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from harness.chain.arrays import Chain, Floats
 from harness.chain.compiled import compiled
 from harness.errors import RequestError
 from harness.observables.tower import COLUMNS, Profiles, TowerRun
 from harness.parameters.tower import Tower
+
+Counts = NDArray[np.int64]
+"""What a run counts as it goes."""
 
 _WIDTH = len(COLUMNS)
 _SAMPLES_PER_CONTACT = 1000

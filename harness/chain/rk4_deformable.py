@@ -12,7 +12,8 @@ import numpy as np
 
 from harness.chain.arrays import Chain
 from harness.chain.compiled import compiled
-from harness.chain.record import Record, chain_of_grain, with_room, write_sample
+from harness.chain.record import Counts, Record, chain_of_grain, with_room, write_sample
+from harness.chain.slices import Advance, Plan
 from harness.chain.stages import (
     ContactSet,
     accelerate,
@@ -25,29 +26,44 @@ from harness.chain.stages import (
 from harness.chain.twisted import factorise_from_both_ends, substitute_from_both_ends
 
 
-@compiled
-def integrate(
-    chain: Chain, record: Record, step: float, steps: int, every: int, longest: int
-) -> tuple[Record, int]:
-    """Advance ``chain`` in place; return the record and how many rows of it are written.
+def begin(chain: Chain, plan: Plan) -> Advance:
+    """Return what advances ``chain`` in place, from one step to another.
 
     Samples: every so many steps, at the end, and whenever the number of
-    contacts in the grain's chain has changed. Instead of the rows, return minus
-    the length of a chain of touching contacts longer than ``longest``, or -1
+    contacts in the grain's chain has changed. Instead of the rows of the record, it returns minus
+    the length of a chain of touching contacts longer than ``plan.longest``, or -1
     where no contact set fits.
     """
-    u, v, gravity = chain.displacement, chain.velocity, chain.gravity
+    n = chain.diagonal.size
+    found = ContactSet(np.zeros(n, np.bool_), np.zeros(n), np.zeros(n))
+    # all open: the first stage finds the set, and holds a preloaded row to its longest chain
+    factorise_from_both_ends(found.closed, chain.diagonal, chain.beside, 0, n, *found[1:])
+    counts = np.array([0, -1])
+
+    def advance(record: Record, first: int, last: int) -> tuple[Record, int]:
+        return _advance(chain, found, counts, record, plan, first, last)
+
+    return advance
+
+
+@compiled
+def _advance(
+    chain: Chain, found: ContactSet, counts: Counts, record: Record, plan: Plan,
+    first: int, last: int,
+) -> tuple[Record, int]:  # fmt: skip
+    """Do the steps from ``first`` to before ``last``.
+
+    ``counts`` are the rows of the record and the contacts in the grain's chain so far.
+    """
+    u, v, gravity, step = chain.displacement, chain.velocity, chain.gravity, plan.step
     mobility, diagonal, beside = chain.mobility, chain.diagonal, chain.beside
     tolerance = 1e-14 * chain.length
     n = diagonal.size
     a, b, c, d = np.zeros(n + 1), np.zeros(n + 1), np.zeros(n + 1), np.zeros(n + 1)
-    overlap, force, closed = np.zeros(n), np.zeros(n + 2), np.zeros(n, np.bool_)
-    factor, pivot, carry = np.zeros((3, n)), np.zeros(n), np.zeros(n)
-    # all open: the first stage finds the set, and holds a preloaded row to its longest chain
-    factorise_from_both_ends(closed, diagonal, beside, 0, n, pivot, carry)
-    found = ContactSet(closed, pivot, carry)
-    rows, contacts = 0, -1
-    for count in range(steps + 1):
+    overlap, force, factor = np.zeros(n), np.zeros(n + 2), np.zeros((3, n))
+    pivot, carry = found.pivot, found.carry
+    rows, contacts = counts
+    for count in range(first, last):
         for stage in range(4):
             shift = 0.0 if stage == 0 else 0.5 * step if stage < 3 else step
             lift = 0.0 if stage < 2 else 0.5 * step * shift
@@ -55,16 +71,16 @@ def integrate(
             substitute_from_both_ends(overlap, pivot, carry, 0, n, force)
             if count_wrong(overlap, beside, pivot, 0, 0, n, force, tolerance):
                 most = update_contact_set(chain, found, 0, n, overlap, factor, force, tolerance)
-                if most < 0 or most > longest:
+                if most < 0 or most > plan.longest:
                     return record, -abs(most)
             if stage == 0:
                 touching = chain_of_grain(force[1:-1])
-                if touching != contacts or count % every == 0 or count == steps:
+                if touching != contacts or count % plan.every == 0 or count == plan.steps:
                     contacts = touching
                     record = with_room(record, rows)
                     write_sample(record, rows, count * step, chain, u, v, overlap, force[1:-1])
                     rows += 1
-                if count == steps:
+                if count == plan.steps:
                     return record, rows
                 accelerate(force, mobility, gravity, 0, n, a)
             elif stage < 3:
@@ -72,4 +88,5 @@ def integrate(
         accelerate(force, mobility, gravity, 0, n, d)
         move(u, v, u, a, b, c, step)
         kick(v, v, a, b, c, d, step)
+    counts[0], counts[1] = rows, contacts
     return record, rows

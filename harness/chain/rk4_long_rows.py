@@ -16,7 +16,8 @@ import numpy as np
 from harness.chain.arrays import Chain, Floats, equal_run
 from harness.chain.block_partition import Cuts, end_of_block, no_cuts, stays_open
 from harness.chain.compiled import compiled
-from harness.chain.record import Record, chain_of_grain, with_room, write_sample
+from harness.chain.record import Counts, Record, chain_of_grain, with_room, write_sample
+from harness.chain.slices import Advance, Plan
 from harness.chain.stages import (
     STAGES,
     ContactSet,
@@ -70,10 +71,8 @@ class _Limits(NamedTuple):
     equal_to: int
 
 
-def integrate(
-    chain: Chain, record: Record, step: float, steps: int, every: int, longest: int
-) -> tuple[Record, int]:
-    """Advance ``chain`` in place; return as :func:`harness.chain.rk4_deformable.integrate` does."""
+def begin(chain: Chain, plan: Plan) -> Advance:
+    """Return what advances ``chain`` in place, as :func:`harness.chain.rk4_deformable.begin`."""
     particles, contacts = chain.mass.size, chain.diagonal.size
     state, factors, sample = (
         np.empty((2, particles)),
@@ -90,27 +89,36 @@ def integrate(
         np.empty(contacts), np.empty(contacts + 2), stages[0], stages[1], stages[2], stages[3],
         np.empty((3, contacts)), edges[0], edges[1], edges[2],
     )  # fmt: skip
-    limits = _Limits(step, 1e-14 * chain.length, longest, *equal_run(chain))
-    return _integrate(chain, row, room, limits, record, steps, every)
+    limits = _Limits(plan.step, 1e-14 * chain.length, plan.longest, *equal_run(chain))
+    counts = np.array([0, -1])
+
+    def advance(record: Record, first: int, last: int) -> tuple[Record, int]:
+        return _advance(chain, row, room, limits, counts, record, plan, first, last)
+
+    return advance
 
 
 @compiled
-def _integrate(
-    chain: Chain, row: _Row, room: _Room, limits: _Limits, record: Record, steps: int, every: int
-) -> tuple[Record, int]:
-    """Do the steps; return as :func:`integrate` does."""
-    rows, contacts = 0, -1
+def _advance(
+    chain: Chain, row: _Row, room: _Room, limits: _Limits, counts: Counts, record: Record,
+    plan: Plan, first: int, last: int,
+) -> tuple[Record, int]:  # fmt: skip
+    """Do the steps from ``first`` to before ``last``.
+
+    ``counts`` are the rows of the record and the contacts in the grain's chain so far.
+    """
+    rows, contacts = counts
     # all open: the first stage finds the set, and holds a preloaded row to its longest chain
-    renewed = True
+    renewed = first == 0
     u, v, next_u, next_v = row.u, row.v, row.next_u, row.next_v
-    for count in range(steps + 1):
+    for count in range(first, last):
         here = _Row(u, v, next_u, next_v, row.contacts, row.cuts, row.overlap, row.force)
         touching = contacts
-        if count < steps:
+        if count < plan.steps:
             touching = _advance_row(chain, here, room, limits, STAGES, renewed)
             renewed = False
-        if touching != contacts or count % every == 0 or count == steps:
-            if touching >= 0 or count == steps:
+        if touching != contacts or count % plan.every == 0 or count == plan.steps:
+            if touching >= 0 or count == plan.steps:
                 touching = _advance_row(chain, here, room, limits, 1, renewed)
             if touching < 0:
                 return record, touching
@@ -120,10 +128,11 @@ def _integrate(
                 record, rows, count * limits.step, chain, u, v, row.overlap, row.force
             )  # fmt: skip
             rows += 1
-        if count < steps:
+        if count < plan.steps:
             u, next_u, v, next_v = next_u, u, next_v, v
     chain.displacement[:] = u
     chain.velocity[:] = v
+    counts[0], counts[1] = rows, contacts
     return record, rows
 
 
@@ -135,7 +144,7 @@ def _advance_row(
 
     One stage alone leaves its overlaps and forces in ``row``. ``renewed`` says that
     the first block has no factors yet. Return a negative number as
-    :func:`harness.chain.rk4_deformable.integrate` does.
+    :func:`harness.chain.rk4_deformable.begin` does.
     """
     particles = row.u.size
     low, window, touching = 0, 0, 0

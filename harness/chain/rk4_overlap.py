@@ -12,49 +12,59 @@ import numpy as np
 from harness.chain.arrays import Chain, Floats, equal_run
 from harness.chain.compiled import compiled
 from harness.chain.overlap import forces
-from harness.chain.record import Record, with_room, write_sample
+from harness.chain.record import Counts, Record, with_room, write_sample
+from harness.chain.slices import Advance, Plan
 
 _BLOCK = 512
 _HALO = 4
 
 
-def integrate(
-    chain: Chain, record: Record, step: float, steps: int, every: int
-) -> tuple[Record, int]:
-    """Advance ``chain`` in place; return the record and how many rows of it are written.
+def begin(chain: Chain, plan: Plan) -> Advance:
+    """Return what advances ``chain`` in place, from one step to another.
 
     Samples: every so many steps, at the end, and whenever the number of
     contacts in the grain's chain has changed.
     """
     overlap, force = np.empty((2, chain.diagonal.size))
-    return _integrate(chain, 1 / chain.diagonal, overlap, force, record, step, steps, every)
+    stiffness, counts = 1 / chain.diagonal, np.array([0, -1])
+
+    def advance(record: Record, first: int, last: int) -> tuple[Record, int]:
+        return _advance(
+            chain, stiffness, overlap, force, counts, record, plan, first, last
+        )  # fmt: skip
+
+    return advance
 
 
 @compiled
-def _integrate(
-    chain: Chain, stiffness: Floats, overlap: Floats, force: Floats,
-    record: Record, step: float, steps: int, every: int,
+def _advance(
+    chain: Chain, stiffness: Floats, overlap: Floats, force: Floats, counts: Counts,
+    record: Record, plan: Plan, first: int, last: int,
 ) -> tuple[Record, int]:  # fmt: skip
-    """Do the steps; return as :func:`integrate` does. ``stiffness`` (n,) is that of contacts."""
+    """Do the steps from ``first`` to before ``last``; ``stiffness`` (n,) is that of contacts.
+
+    ``counts`` are the rows of the record and the contacts in the grain's chain so far.
+    """
     u, v, n = chain.displacement, chain.velocity, stiffness.size
     block = np.zeros((7, min(n + 1, _BLOCK + 2 * _HALO)))
     halo = np.zeros((2, _HALO))
     equal = equal_run(chain)
-    rows, contacts = 0, -1
-    for count in range(steps + 1):
+    rows, contacts = counts
+    for count in range(first, last):
         touching = 0
         while touching < n and u[touching] > u[touching + 1]:
             touching += 1
-        if touching != contacts or count % every == 0 or count == steps:
+        if touching != contacts or count % plan.every == 0 or count == plan.steps:
             contacts = touching
             for i in range(n):
                 overlap[i] = u[i] - u[i + 1]
             forces(overlap, chain.diagonal, force)
             record = with_room(record, rows)
-            write_sample(record, rows, count * step, chain, u, v, overlap, force)
+            write_sample(record, rows, count * plan.step, chain, u, v, overlap, force)
             rows += 1
-        if count < steps:
-            _step(chain, stiffness, step, block, halo, equal)
+        if count < plan.steps:
+            _step(chain, stiffness, plan.step, block, halo, equal)
+    counts[0], counts[1] = rows, contacts
     return record, rows
 
 

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from harness.cli.baseline import baseline
+from harness.cli.cache import cache
 from harness.cli.cases import cases
 from harness.cli.command import add_command
 from harness.cli.critical_angle import critical_angle
@@ -125,4 +126,5 @@ add_command(
     "dem-harness history --command verify --limit 5",
     "dem-harness history --quantity 'critical angle*' --plot angle.svg --against version",
 )
+add_command(app, cache, "dem-harness cache --json", "dem-harness cache --clear --older-than 30")
 app.add_typer(baseline)

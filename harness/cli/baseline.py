@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
-from harness.cli.command import add_command
+from harness.cli.command import add_command, option
 from harness.cli.engine_options import EngineOptions
-from harness.cli.options import Json, Tolerances
+from harness.cli.options import TOLERANCES, Json, Level
 
 if TYPE_CHECKING:
     from harness.workflows.baseline import BaselineComparison
@@ -23,34 +23,54 @@ baseline = typer.Typer(
 )
 
 
-class LevelName(StrEnum):
-    """The levels of ``verify``."""
+@dataclass(frozen=True)
+class BaselineOptions:
+    """Which cases are run, and which baseline they are held against."""
 
-    QUICK = "quick"
-    DEFAULT = "default"
-    FULL = "full"
-
-
-Level = Annotated[LevelName, typer.Option("--level", help="Which cases: those of `verify`.")]
-
-Folder = Annotated[
-    Path | None,
-    typer.Option(
-        "--baseline",
+    level: Level = option("default", "Which cases: those of `verify`.")
+    baseline: Path | None = option(
+        None,
+        "Folder of the baseline.  [default: reports/baseline of this project, or the installed "
+        "package's own]",
         metavar="DIR",
-        help="Folder of the baseline.  [default: reports/baseline of this project, or the "
-        "installed package's own]",
-    ),
-]
+    )
+
+    def run(
+        self, engine: EngineOptions, tolerances: Path | None, quiet: bool
+    ) -> BaselineComparison:
+        """Run the cases and compare; the run is recorded."""
+        from harness.cli.recording import recorded, verdicts
+        from harness.workflows.baseline import compare_with_baseline
+
+        with recorded("baseline", quiet=quiet) as told, engine.run() as opened:
+            compared = compare_with_baseline(
+                self.level,
+                baseline=self.baseline,
+                tolerances=tolerances,
+                engine=opened,
+                progress=told.progress,
+            )
+            told.status = compared.status
+            told.engine = compared.found.provenance.record() if compared.found.provenance else {}
+            told.quantities = verdicts([check.record() for check in compared.checks])
+        return compared
 
 
-def compare(
-    engine: EngineOptions,
-    level: Level = LevelName.DEFAULT,
-    folder: Folder = None,
-    tolerances: Tolerances = None,
-    json: Json = False,
-) -> None:
+@dataclass(frozen=True)
+class CompareOptions(BaselineOptions):
+    """As those of both commands, and how far a quantity may move."""
+
+    tolerances: Path | None = option(None, TOLERANCES, metavar="FILE")
+
+
+@dataclass(frozen=True)
+class AcceptOptions(BaselineOptions):
+    """As those of both commands, and the consent."""
+
+    yes: bool = option(False, "Write without asking.")
+
+
+def compare(asked: CompareOptions, engine: EngineOptions, json: Json = False) -> None:
     """Run the cases and hold each quantity against the baseline.
 
     A failed row says of what class it is: diverged from the first step, diverged
@@ -60,9 +80,9 @@ def compare(
     from harness.cli.output import print_json
     from harness.cli.verdicts import print_regression
 
-    check_source(folder, "--baseline", folder=True)
-    check_source(tolerances, "--tolerances")
-    compared = _run(level, engine, folder, tolerances)
+    check_source(asked.baseline, "--baseline", folder=True)
+    check_source(asked.tolerances, "--tolerances")
+    compared = asked.run(engine, asked.tolerances, json)
     if json:
         print_json(compared.record())
     else:
@@ -71,13 +91,7 @@ def compare(
     raise typer.Exit(compared.status)
 
 
-def accept(
-    engine: EngineOptions,
-    level: Level = LevelName.DEFAULT,
-    folder: Folder = None,
-    yes: Annotated[bool, typer.Option("--yes", help="Write without asking.")] = False,
-    json: Json = False,
-) -> None:
+def accept(asked: AcceptOptions, engine: EngineOptions, json: Json = False) -> None:
     """Run the cases, show what would change in the baseline, and write it if told to.
 
     Asks on a terminal; without one, and without --yes, nothing is written.
@@ -85,11 +99,11 @@ def accept(
     from harness.cli.output import print_json
     from harness.workflows.baseline import accept_baseline, where_to_accept
 
-    target = where_to_accept(folder)
-    compared = _run(level, engine, folder, None)
+    target = where_to_accept(asked.baseline)
+    compared = asked.run(engine, None, json)
     if not json:
         _print_changes(compared)
-    written = bool(compared.changes) and (yes or (not json and _agreed(compared, target)))
+    written = bool(compared.changes) and (asked.yes or (not json and _agreed(compared, target)))
     if written:
         accept_baseline(compared, target)
     if json:
@@ -121,27 +135,6 @@ def _agreed(compared: BaselineComparison, target: Path) -> bool:
     if sys.stdin is None or not sys.stdin.isatty():
         return False
     return typer.confirm(f"Write {len(compared.changes)} records into {target}?")
-
-
-def _run(
-    level: LevelName, engine: EngineOptions, folder: Path | None, tolerances: Path | None
-) -> BaselineComparison:
-    from harness.cli.progress import progress_bars
-    from harness.cli.recording import recorded, verdicts
-    from harness.workflows.baseline import compare_with_baseline
-
-    with recorded("baseline") as told, progress_bars() as progress, engine.run() as opened:
-        compared = compare_with_baseline(
-            level.value,
-            baseline=folder,
-            tolerances=tolerances,
-            engine=opened,
-            progress=progress,
-        )
-        told.status = compared.status
-        told.engine = compared.found.provenance.record() if compared.found.provenance else {}
-        told.quantities = verdicts([check.record() for check in compared.checks])
-    return compared
 
 
 def _print_changes(compared: BaselineComparison) -> None:

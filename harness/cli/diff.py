@@ -2,35 +2,37 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
+from harness.cli.command import argument, option
 from harness.cli.options import Json
 
 if TYPE_CHECKING:
-    from harness.comparison.run_diff import RunDiff
+    from harness.comparison.run_diff import RowDiff, RunDiff
 
 SHOWN = 20
 """Rows that a terminal shows of those that moved without a change of verdict."""
 
 
-def diff(
-    before: Annotated[
-        Path, typer.Argument(metavar="RUN", help="A report's folder, or its results.json.")
-    ],
-    after: Annotated[Path, typer.Argument(metavar="RUN", help="The run to hold against it.")],
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "--output",
-            metavar="DIR",
-            help="Folder for a page with both runs side by side; must not hold anything yet.",
-        ),
-    ] = None,
-    json: Json = False,
-) -> None:
+@dataclass(frozen=True)
+class DiffOptions:
+    """Two runs, and where a page of them goes."""
+
+    before: Path = argument("RUN", "A report's folder, or its results.json.")
+    after: Path = argument("RUN", "The run to hold against it.")
+    output: Path | None = option(
+        None,
+        "Folder for a page with both runs side by side; must not hold anything yet.",
+        metavar="DIR",
+    )
+
+
+def diff(asked: DiffOptions, json: Json = False) -> None:
     """Hold two verification runs side by side: what moved, and by how much.
 
     A move is told in the row's unit, in tolerances, and in uncertainties of both
@@ -43,6 +45,7 @@ def diff(
     from harness.cli.output import print_json
     from harness.workflows import diff as hold
 
+    before, after, output = asked.before, asked.after, asked.output
     if output is not None:
         from harness.report.target import check_folder
 
@@ -63,40 +66,53 @@ def diff(
 
 def _print(found: RunDiff) -> None:
     """Print what is not the same beside the checks, the rows that moved, and the counts."""
-    import math
-
-    from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
+    from harness.cli.verdicts import Printer
     from harness.comparison.run_diff import Change
 
-    console = Console(width=None if Console().is_terminal else 140)
+    printer = Printer()
     for other in found.metadata:
-        console.print(f"{other.name}: {other.before} -> {other.after}", markup=False)
+        digits = 12 if other.name.endswith("sha256") else None
+        printer.line(f"{other.name}: {other.before[:digits]} -> {other.after[:digits]}")
     moved = [row for row in found.rows if row.change is not Change.SAME]
     shown = [r for r in moved if r.worsens or r.change in (Change.WORSE, Change.BETTER)]
     shown += [row for row in moved if row not in shown][:SHOWN]
+    table = Table("check", width=printer.width, show_lines=True)
+    for name in ("before, after", "moved by"):
+        table.add_column(name, justify="right", no_wrap=True)
+    for row in shown:
+        style = "bold red" if row.worsens else ""
+        table.add_row(Text(_what(row), style, overflow="fold"), _ends(row), _moved(row))
     if shown:
-        table = Table("change", "check", "kind", "verdict")
-        for name in ("before", "after", "moved by", "in tolerances", "in uncertainties"):
-            table.add_column(name, justify="right", no_wrap=True)
-        for row in shown:
-            ends = (row.before, row.after)
-            verdict = " -> ".join(
-                dict.fromkeys(str(end.verdict) if end else "none" for end in ends)
-            )
-            numbers = [f"{end.value:.8g}" if end else "" for end in ends]
-            moves = (row.moved_by, row.in_tolerances, row.in_uncertainties)
-            colour = "[bold red]" if row.worsens else ""
-            table.add_row(
-                f"{colour}{row.change}",
-                row.row.name,
-                str(row.row.kind),
-                verdict,
-                *numbers,
-                *("" if math.isnan(move) else f"{move:.2g}" for move in moves),
-            )
-        console.print(table)
+        printer.table(table)
     if len(moved) > len(shown):
-        console.print(f"and {len(moved) - len(shown)} more; --json has all")
-    console.print(", ".join(f"{found.count(change)} {change}" for change in Change))
+        printer.line(f"and {len(moved) - len(shown)} more; --json has all")
+    printer.line(", ".join(f"{found.count(change)} {change}" for change in Change))
+
+
+def _what(row: RowDiff) -> str:
+    """Return what became of a row, its name and kind, and its verdicts."""
+    from harness.report.plain import one_line
+
+    ends = (str(end.verdict) if end else "none" for end in (row.before, row.after))
+    verdict = " -> ".join(dict.fromkeys(ends))
+    return one_line(f"{row.change}: {row.row.name} ({row.row.kind}): {verdict}")
+
+
+def _ends(row: RowDiff) -> str:
+    """Return the values, a line each, the unit after the second."""
+    before, after = (f"{end.value:.8g}" if end else "-" for end in (row.before, row.after))
+    return f"{before}\n{after} {row.row.unit}".rstrip()
+
+
+def _moved(row: RowDiff) -> str:
+    """Return the move in the row's unit, in tolerances and in uncertainties, a line each."""
+    lines = [f"{row.moved_by:+.2g}"]
+    if math.isinf(row.in_tolerances):
+        lines.append("none is allowed")
+    else:
+        lines.append(f"{row.in_tolerances:.2g} tolerances")
+    lines.append(f"{row.in_uncertainties:.2g} uncertainties")
+    return "\n".join(line for line in lines if "nan" not in line)

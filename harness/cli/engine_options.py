@@ -3,101 +3,34 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
-
+from harness.cli.command import option
 from harness.cli.lists import engine_settings, named_values
 
 if TYPE_CHECKING:
     from harness.engines.contract import Engine
     from harness.store.entries import Entries
 
-_ENGINE, _KEPT = "Engine", "Kept results"
-
-EngineName = Annotated[
-    str,
-    typer.Option(
-        "--engine",
-        metavar="NAME",
-        help="The engine to run: a name that `dem-harness engines` lists, or `module:Class` of "
-        "one of your own.",
-        rich_help_panel=_ENGINE,
-    ),
-]
-Lmp = Annotated[
-    str | None,
-    typer.Option(
-        "--lmp",
-        metavar="PATH",
-        help="A LAMMPS executable of your own. Without it, LAMMPS runs in-process.",
-        rich_help_panel=_ENGINE,
-    ),
-]
-Mpirun = Annotated[
-    str | None,
-    typer.Option(
-        "--mpirun",
-        metavar="COMMAND",
-        help='An MPI launcher of LAMMPS with its options, as in `--mpirun "mpirun -np 4"`.',
-        rich_help_panel=_ENGINE,
-    ),
-]
-Programs = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--program",
-        metavar="NAME=PATH",
-        help="The executable of an engine (of Kratos a Python that has it); repeat it for several.",
-        rich_help_panel=_ENGINE,
-    ),
-]
-Settings = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--engine-option",
-        metavar="NAME.KEY=VALUE",
-        help="An option of an engine's class; repeat it for several.",
-        rich_help_panel=_ENGINE,
-    ),
-]
-Integrator = Annotated[
-    str | None,
-    typer.Option(
-        "--integrator",
-        metavar="NAME",
-        help="Of the reference engine. `velocity-verlet`: as LAMMPS. `mfix-euler`, "
-        "`mfix-adams-bashforth`: as MFiX-DEM (with --half-mass). `rk4`: fourth order. `adaptive`: "
-        "high order, contact changes located; has no step, --steps-per-contact is ignored.  "
-        "[default: velocity-verlet]",
-        rich_help_panel=_ENGINE,
-    ),
-]
-Cache = Annotated[
-    Path | None,
-    typer.Option(
-        "--cache",
-        metavar="DIR",
-        help="Where results are kept, up to 1 GiB.  [default: DEM_HARNESS_HOME/cache, "
-        "else ~/.cache/dem-harness]",
-        rich_help_panel=_KEPT,
-    ),
-]
-Fresh = Annotated[
-    bool,
-    typer.Option("--fresh", help="Run everything again, whatever is kept.", rich_help_panel=_KEPT),
-]
+engine_option = partial(option, panel="Engine")
+kept_option = partial(option, panel="Kept results")
 
 
 @dataclass(frozen=True)
 class CacheOptions:
     """Where results are kept, and whether they are used."""
 
-    cache: Cache = None
-    fresh: Fresh = False
+    cache: Path | None = kept_option(
+        None,
+        "Where results are kept, up to 2 GiB.  [default: DEM_HARNESS_HOME/cache, else "
+        "~/.cache/dem-harness]",
+        metavar="DIR",
+    )
+    fresh: bool = kept_option(False, "Run everything again, whatever is kept.")
 
     def entries(self) -> Entries | None:
         """Return the cache; None, with a note on stderr, where the default place is not writable.
@@ -119,20 +52,54 @@ class CacheOptions:
 
 
 @dataclass(frozen=True)
-class ProgramOptions(CacheOptions):
+class WhereOptions:
+    """Where the programs of engines are."""
+
+    lmp: str | None = engine_option(
+        None,
+        "A LAMMPS executable of your own. Without it, LAMMPS runs in-process.",
+        metavar="PATH",
+    )
+    mpirun: str | None = engine_option(
+        None,
+        'An MPI launcher of LAMMPS with its options, as in `--mpirun "mpirun -np 4"`.',
+        metavar="COMMAND",
+    )
+    program: list[str] | None = engine_option(
+        None,
+        "The executable of an engine (of Kratos a Python that has it); repeat it for several.",
+        metavar="NAME=PATH",
+    )
+
+    @property
+    def programs(self) -> dict[str, str]:
+        """Return the programs by the engines' names; raise RequestError for what is no pair."""
+        return named_values(self.program or (), "--program")
+
+
+@dataclass(frozen=True)
+class ProgramOptions(CacheOptions, WhereOptions):
     """How engines are run: programs, launcher, options of their classes."""
 
-    lmp: Lmp = None
-    mpirun: Mpirun = None
-    program: Programs = None
-    engine_option: Settings = None
+    engine_option: list[str] | None = engine_option(
+        None,
+        "An option of an engine's class; repeat it for several.",
+        metavar="NAME.KEY=VALUE",
+    )
 
-    def chosen(self, name: str, integrator: str | None = None) -> Chosen:
-        """Return how an engine is opened; raise RequestError for options that cannot be read."""
+    def opening(self, name: str, integrator: str | None = None) -> dict[str, Any]:
+        """Return what opens an engine, as the functions of the registry take it.
+
+        Raise RequestError for options that cannot be read.
+        """
         _check_launcher(self.mpirun)
-        programs = named_values(self.program or (), "--program")
-        settings = engine_settings(self.engine_option or ())
-        return Chosen(name, self.lmp, self.mpirun, integrator, programs, settings.get(name, {}))
+        return {
+            "program": self.programs.get(name),
+            "options": engine_settings(self.engine_option or ()).get(name, {}),
+            "lmp": self.lmp,
+            "launcher": self.mpirun,
+            "integrator": integrator,
+        }
 
     def check_names(self, asked: Iterable[str], option: str = "--engine") -> None:
         """Raise RequestError for a program or option whose engine is not asked for.
@@ -143,8 +110,7 @@ class ProgramOptions(CacheOptions):
         from harness.errors import RequestError
 
         names = set(asked)
-        programs = named_values(self.program or (), "--program")
-        for name, path in programs.items():
+        for name, path in self.programs.items():
             if name not in names:
                 raise RequestError(f"--program {name}={path}: goes with {option} {name} only")
             find_program(f"program {name}", path)
@@ -158,23 +124,41 @@ class ProgramOptions(CacheOptions):
         from harness.engines.registry import open_engine
 
         entries = self.entries()
-        with (
-            open_engine(name, **self.chosen(name, integrator).arguments()) as opened,
-            cached(opened, entries, self.fresh) as engine,
-        ):
-            yield engine
+        with open_engine(name, **self.opening(name, integrator)) as opened:
+            yield cached(opened, entries, self.fresh)
 
 
 @dataclass(frozen=True)
-class EngineOptions(ProgramOptions):
+class IntegratorOptions(ProgramOptions):
+    """How engines are run, the reference engine's integrator among it."""
+
+    integrator: str | None = engine_option(
+        None,
+        "Of the reference engine. `velocity-verlet`: as LAMMPS. `mfix-euler`, "
+        "`mfix-adams-bashforth`: as MFiX-DEM (with --half-mass). `rk4`: fourth order. `adaptive`: "
+        "high order, contact changes located; has no step, --steps-per-contact is ignored.  "
+        "[default: velocity-verlet]",
+        metavar="NAME",
+    )
+
+
+@dataclass(frozen=True)
+class CostOptions:
+    """What a long run needs."""
+
+    force: bool = option(False, "Run also what is expected to take more than ten minutes.")
+
+
+@dataclass(frozen=True)
+class EngineOptions(IntegratorOptions):
     """One engine of the user's choice."""
 
-    engine: EngineName = "lammps"
-    integrator: Integrator = None
-
-    def main(self) -> Chosen:
-        """Return how the engine is opened."""
-        return self.chosen(self.engine, self.integrator)
+    engine: str = engine_option(
+        "lammps",
+        "The engine to run: a name that `dem-harness engines` lists, or `module:Class` of one of "
+        "your own.",
+        metavar="NAME",
+    )
 
     def run(self) -> contextlib.AbstractContextManager[Engine]:
         """Return the engine to be entered, after a look at the options that go with it."""
@@ -186,37 +170,11 @@ class EngineOptions(ProgramOptions):
         return replace(self, lmp=None, mpirun=None)
 
 
-@dataclass(frozen=True)
-class Chosen:
-    """How one engine is opened: as :func:`harness.engines.registry.open_engine` takes it."""
-
-    name: str
-    lmp: str | None = None
-    launcher: str | None = None
-    integrator: str | None = None
-    programs: Mapping[str, str] | None = None
-    settings: Mapping[str, str] | None = None
-
-    def arguments(self) -> dict[str, Any]:
-        """Return the arguments of the registry's functions beside the name."""
-        return {
-            "program": (self.programs or {}).get(self.name),
-            "options": self.settings,
-            "lmp": self.lmp,
-            "launcher": self.launcher,
-            "integrator": self.integrator,
-        }
-
-
-@contextlib.contextmanager
-def cached(opened: Engine, entries: Entries | None, fresh: bool) -> Iterator[Engine]:
-    """Yield an open engine that keeps its runs where there is a cache."""
-    if entries is None:
-        yield opened
-        return
+def cached(opened: Engine, entries: Entries | None, fresh: bool) -> Engine:
+    """Return an open engine as one that keeps its runs, where there is a cache."""
     from harness.store.cached_engine import CachedEngine
 
-    yield CachedEngine(opened, entries, fresh=fresh)
+    return opened if entries is None else CachedEngine(opened, entries, fresh=fresh)
 
 
 def runs_made(engine: Engine | None) -> dict[str, int]:
@@ -233,11 +191,9 @@ def _check_launcher(command: str | None) -> None:
 
     from harness.errors import RequestError
 
-    if command is None:
-        return
     try:
-        words = shlex.split(command)
+        empty = command is not None and not shlex.split(command)
     except ValueError as error:
         raise RequestError(f"--mpirun {command!r}: {str(error).lower()}") from None
-    if not words:
+    if empty:
         raise RequestError(f"--mpirun {command!r}: must be a command, as in 'mpirun -np 4'")

@@ -2,20 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-from harness.cli.engine_options import Lmp, Mpirun, Programs
-from harness.cli.lists import named_values
+from harness.cli.engine_options import WhereOptions
 from harness.cli.options import Json
-
-
-@dataclass(frozen=True)
-class WhereOptions:
-    """Where engines are looked for."""
-
-    lmp: Lmp = None
-    mpirun: Mpirun = None
-    program: Programs = None
 
 
 def engines(where: WhereOptions, json: Json = False) -> None:
@@ -23,9 +11,12 @@ def engines(where: WhereOptions, json: Json = False) -> None:
     from harness.cli.output import print_json
     from harness.report.plain import one_line
     from harness.workflows import engines as ask
+    from harness.workflows import progress_bars
 
-    programs = named_values(where.program or (), "--program")
-    found = ask(lmp=where.lmp, launcher=where.mpirun, programs=programs)
+    with progress_bars("engines", quiet=json) as progress:
+        found = ask(
+            lmp=where.lmp, launcher=where.mpirun, programs=where.programs, progress=progress
+        )
     if json:
         print_json({"engines": [status.record() for status in found]})
         return

@@ -31,14 +31,9 @@ def check_target(path: Path | None, option: str, suffixes: tuple[str, ...] = ())
         return
     if suffixes and path.suffix.lower() not in suffixes:
         raise RequestError(f"{option} {path}: must end in {', '.join(suffixes)}")
-    try:
-        path.stat()
-    except FileNotFoundError:
-        pass
-    except OSError as error:  # a name that is too long, a folder that nobody may look into
-        raise RequestError(f"{option} {path}: {error.strerror}") from None
-    if path.is_dir():
-        raise RequestError(f"{option} {path}: is a folder")
+    if path.exists() and not path.is_file():
+        what = "a folder" if path.is_dir() else "a device, which a new file would replace"
+        raise RequestError(f"{option} {path}: is {what}")
     if not path.parent.is_dir():
         raise RequestError(f"{option} {path}: there is no folder {path.parent}")
 

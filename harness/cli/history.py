@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, cast
+from typing import TYPE_CHECKING, Any, Literal, cast
 
-import typer
-
+from harness.cli.command import option
 from harness.cli.options import Json
 
 if TYPE_CHECKING:
@@ -20,62 +18,32 @@ SHOWN = 30
 LONGEST = 56
 """Characters of a command in the list."""
 
-_LOOK = "Look for"
-_OUT = "Draw and export"
-
-
-class Against(StrEnum):
-    """What a quantity is drawn against."""
-
-    DATE = "date"
-    VERSION = "version"
+look_option = partial(option, panel="Look for")
+out_option = partial(option, panel="Draw and export")
 
 
 @dataclass(frozen=True)
 class SearchOptions:
     """Which runs are looked for, and whether their quantities are listed."""
 
-    command: Annotated[
-        str | None, typer.Option(help="Runs of this command.", rich_help_panel=_LOOK)
-    ] = None
-    engine: Annotated[
-        str | None, typer.Option(help="Runs of this engine or solver.", rich_help_panel=_LOOK)
-    ] = None
-    engine_version: Annotated[
-        str | None,
-        typer.Option(help='A release, or how it begins: "22 Jul 2025".', rich_help_panel=_LOOK),
-    ] = None
-    quantity: Annotated[
-        str | None,
-        typer.Option(
-            metavar="PATTERN",
-            help="List these quantities of the runs, as `incline*`; `*` is all of them.",
-            rich_help_panel=_LOOK,
-        ),
-    ] = None
-    since: Annotated[
-        str | None,
-        typer.Option(
-            metavar="DATE", help="From this date or time on, as 2025-07-22.", rich_help_panel=_LOOK
-        ),
-    ] = None
-    verdict: Annotated[
-        str | None,
-        typer.Option(help="`pass`, `fail`, `not tested` or `finding`.", rich_help_panel=_LOOK),
-    ] = None
-    status: Annotated[
-        str | None,
-        typer.Option(
-            help="Exit status, or `unfinished`: still running, or killed.", rich_help_panel=_LOOK
-        ),
-    ] = None
-    limit: Annotated[
-        int | None,
-        typer.Option(
-            help=f"The newest so many.  [default: {SHOWN} in the list, all elsewhere]",
-            rich_help_panel=_LOOK,
-        ),
-    ] = None
+    command: str | None = look_option(None, "Runs of this command.")
+    engine: str | None = look_option(None, "Runs of this engine or solver.")
+    engine_version: str | None = look_option(None, 'A release, or how it begins: "22 Jul 2025".')
+    quantity: str | None = look_option(
+        None,
+        "List these quantities of the runs, as `incline*`; `*` is all of them.",
+        metavar="PATTERN",
+    )
+    since: str | None = look_option(
+        None, "From this date or time on, as 2025-07-22.", metavar="DATE"
+    )
+    verdict: str | None = look_option(None, "`pass`, `fail`, `not tested` or `finding`.")
+    status: str | None = look_option(
+        None, "Exit status, or `unfinished`: still running, or killed."
+    )
+    limit: int | None = look_option(
+        None, f"The newest so many.  [default: {SHOWN} in the list, all elsewhere]"
+    )
 
     def find(self, limit: int | None) -> Recorded:
         """Return what the history holds; ``limit`` counts where none was given."""
@@ -95,21 +63,11 @@ class SearchOptions:
 class FileOptions:
     """Where what was found is drawn and written."""
 
-    plot: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Draw the one --quantity: .svg, .png or .pdf.",
-            rich_help_panel=_OUT,
-        ),
-    ] = None
-    against: Annotated[
-        Against, typer.Option(help="What to draw it against.", rich_help_panel=_OUT)
-    ] = Against.DATE
-    csv: Annotated[
-        Path | None,
-        typer.Option("--csv", metavar="FILE", help="Write the rows here.", rich_help_panel=_OUT),
-    ] = None
+    plot: Path | None = out_option(
+        None, "Draw the one --quantity: .svg, .png or .pdf.", metavar="FILE"
+    )
+    against: Literal["date", "version"] = out_option("date", "What to draw it against.")
+    csv: Path | None = out_option(None, "Write the rows here.", metavar="FILE")
 
 
 def history(search: SearchOptions, files: FileOptions, json: Json = False) -> None:
@@ -134,7 +92,7 @@ def history(search: SearchOptions, files: FileOptions, json: Json = False) -> No
         writers["--csv", csv] = partial(write_csv, **search.wanted)
     if plot is not None:
         found = search.find(None)
-        drawn = found.plot(files.against.value)
+        drawn = found.plot(files.against)
         writers["--plot", plot] = save_figure(lambda: drawn, plot.suffix)
     write_all(writers)
     if json:

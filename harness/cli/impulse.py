@@ -2,139 +2,159 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, cast
+from typing import TYPE_CHECKING, Any, Literal
 
-import typer
-
+from harness.cli.command import option
+from harness.cli.engine_options import CostOptions
 from harness.cli.options import Json, Reading
-from harness.cli.solvers import OWN, SolverOptions
+from harness.cli.solvers import SolverOptions
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
+    from harness.cases.tower.impulse_table import TableOptions as Over
     from harness.engines.contract import Engine
     from harness.observables.reference import ReferencePoints
-    from harness.observables.windows import Window
-    from harness.parameters.tower import Law
+    from harness.parameters.tower import Tower
 
-
-class Laws(StrEnum):
-    """Contact laws, one or both."""
-
-    overlap = "overlap"
-    deformable = "deformable"
-    both = "both"
-
-
-class Windows(StrEnum):
-    """Windows of the impulse, one or all."""
-
-    turnaround = "turnaround"
-    structure = "structure"
-    first_contact = "first-contact"
-    all = "all"
+MOST_ESTIMATED = 20
+"""Heights whose cost is estimated one by one."""
 
 
 @dataclass(frozen=True)
-class TableOptions:
+class TableOptions(CostOptions):
     """The rows of the table, and how an impulse ratio becomes an angle."""
 
-    heights: Annotated[str, typer.Option(help="Heights, as `1-19` or `1,2,5`.")] = "1-19"
-    stiffness: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NUMBERS",
-            help="Normal stiffnesses [N/m], commas or repeated.  [default: 1e5,1e6,1e7]",
-        ),
-    ] = None
-    speed: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NUMBERS", help="Speeds of the grain [m/s], commas or repeated.  [default: 2,4]"
-        ),
-    ] = None
-    law: Annotated[
-        Laws, typer.Option(help="Contact law: what DEM codes do, the source's, or both.")
-    ] = Laws.both
-    window: Annotated[
-        Windows,
-        typer.Option(
-            help="Impulse until: `turnaround`, twice the time of closest approach (the source's); "
-            "`structure`, the grain's chain swings from all contacts to one; `first-contact`, the "
-            "grain first detaches."
-        ),
-    ] = Windows.turnaround
-    gravity: Annotated[float, typer.Option(help="Gravity along the motion [m/s2].")] = 9.81
-    mass: Annotated[float, typer.Option(help="Mass of each particle [kg].")] = 1.0
-    reading: Annotated[
-        Reading,
-        typer.Option(
-            help="Critical angle from alpha: `lost` rescales the velocity lost in the shock, "
-            "sqrt(shock) = 1 - alpha/2, and falls with height; `kept` the velocity kept, alpha/2, "
-            "and rises. The source prints both."
-        ),
-    ] = Reading.LOST
+    heights: str = option("1-19", "Heights, as `1-19` or `1,2,5`.")
+    stiffness: list[str] | None = option(
+        None,
+        "Normal stiffnesses [N/m], commas or repeated.  [default: 1e5,1e6,1e7]",
+        metavar="NUMBERS",
+    )
+    speed: list[str] | None = option(
+        None,
+        "Speeds of the grain [m/s], commas or repeated.  [default: 2,4]",
+        metavar="NUMBERS",
+    )
+    law: Literal["overlap", "deformable", "both"] = option(
+        "both", "Contact law: what DEM codes do, the source's, or both."
+    )
+    window: Literal["turnaround", "structure", "first-contact", "all"] = option(
+        "turnaround",
+        "Impulse until: `turnaround`, twice the time of closest approach (the source's); "
+        "`structure`, the grain's chain swings from all contacts to one; `first-contact`, the "
+        "grain first detaches.",
+    )
+    gravity: float = option(9.81, "Gravity along the motion [m/s2].")
+    mass: float = option(1.0, "Mass of each particle [kg].")
+    reading: Reading = option(
+        "lost",
+        "Critical angle from alpha: `lost` rescales the velocity lost in the shock, sqrt(shock) = "
+        "1 - alpha/2, and falls with height; `kept` the velocity kept, alpha/2, and rises. The "
+        "source prints both.",
+    )
 
-    def rows(self, solver: str | None, engine: Engine | None) -> pd.DataFrame:
-        """Return the table; raise RequestError for lists that cannot be read."""
-        from harness.cases.tower.impulse_angles import impulse_angles
-        from harness.cases.tower.impulse_table import SPEEDS, STIFFNESSES
+    def case(self) -> Tower:
+        """Return what the towers have in common."""
+        from harness.parameters.tower import Tower
+
+        return Tower(mass=self.mass, gravity=self.gravity)
+
+    def over(self) -> Over:
+        """Return what the table runs over; raise RequestError for lists that cannot be read."""
         from harness.cli.lists import heights, numbers
         from harness.observables.windows import WINDOWS
-        from harness.parameters.tower import LAWS, Tower
 
-        law, window = self.law, self.window
-        return impulse_angles(
-            heights=heights(self.heights),
-            stiffnesses=numbers(self.stiffness, "--stiffness") if self.stiffness else STIFFNESSES,
-            speeds=numbers(self.speed, "--speed") if self.speed else SPEEDS,
-            laws=LAWS if law is Laws.both else (cast("Law", law.value),),
-            windows=WINDOWS if window is Windows.all else (cast("Window", window.value),),
-            solver=solver,
-            case=Tower(mass=self.mass, gravity=self.gravity),
-            reading=self.reading.value,
-            engine=engine,
+        found: Over = {"heights": heights(self.heights)}
+        if self.stiffness:
+            found["stiffnesses"] = numbers(self.stiffness, "--stiffness")
+        if self.speed:
+            found["speeds"] = numbers(self.speed, "--speed")
+        if self.law != "both":
+            found["laws"] = (self.law,)
+        found["windows"] = WINDOWS if self.window == "all" else (self.window,)
+        return found
+
+    def check_cost(self, solver: str | None, engine: Engine | None) -> None:
+        """Raise RequestError for a table that would hardly end, unless it is asked for."""
+        from harness.cases.tower.cost import tower_seconds
+        from harness.cases.tower.impulse_table import families
+        from harness.engines.cost import refuse_endless
+
+        if self.force:
+            return
+        over, rules = self.over(), engine.traits if engine else None
+        every = list(over["heights"])
+        # some of many heights stand for all
+        over["heights"] = some = every[:: math.ceil(len(every) / MOST_ESTIMATED)]
+        seconds = sum(
+            tower_seconds(case, solver, rules)
+            for group in families(self.case(), **over)
+            for case in group
         )
+        what = f"the table (--heights {self.heights})"
+        refuse_endless(seconds * len(every) / len(some), what)
 
 
 @dataclass(frozen=True)
 class FileOptions:
     """Files that are read and written."""
 
-    reference: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Measured angles for the figure: CSV with the columns h_over_d and theta_deg.",
-        ),
-    ] = None
-    figure: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", help="Draw critical angle against height: .svg, .png or .pdf."
-        ),
-    ] = None
-    csv: Annotated[
-        Path | None, typer.Option("--csv", metavar="FILE", help="Write the table to this file.")
-    ] = None
+    reference: Path | None = option(
+        None,
+        "Measured angles for the figure: CSV with the columns h_over_d and theta_deg.",
+        metavar="FILE",
+    )
+    figure: Path | None = option(
+        None, "Draw critical angle against height: .svg, .png or .pdf.", metavar="FILE"
+    )
+    csv: Path | None = option(None, "Write the table to this file.", metavar="FILE")
 
-    def check(self) -> None:
-        """Raise RequestError for files that cannot be written, and points that nothing shows."""
-        from harness.cli.files import FORMATS, check_target
+    def points(self) -> ReferencePoints | None:
+        """Return the measured angles, if there are any.
+
+        Raise RequestError for files that cannot be read or written, and points that nothing shows.
+        """
+        from harness.cli.files import FORMATS, check_target, read_reference
         from harness.errors import RequestError
 
         check_target(self.figure, "--figure", FORMATS)
         check_target(self.csv, "--csv")
         if self.figure and self.csv and self.figure.resolve() == self.csv.resolve():
             raise RequestError(f"--figure and --csv {self.csv}: must be two files")
-        if self.reference is not None and self.figure is None:
+        if self.reference is None:
+            return None
+        if self.figure is None:
             raise RequestError(
                 f"--reference {self.reference}: is drawn in a figure only; add --figure FILE"
             )
+        return read_reference(self.reference)
+
+    def write(
+        self, found: pd.DataFrame, points: ReferencePoints | None, reading: Reading, solver: str
+    ) -> None:
+        """Write the table and the figure, where they are asked for."""
+        from harness.cli.files import Writer, save_figure, write_all
+
+        def draw() -> Figure:
+            from harness.cases.tower.figures.impulse import critical_angle_against_height
+            from harness.observables.reference import PEYNEAU_ROUX
+
+            return critical_angle_against_height(
+                found, readings=(reading,), solver=solver, published=PEYNEAU_ROUX, reference=points
+            )
+
+        writers: dict[tuple[str, Path], Writer] = {}
+        if self.csv is not None:
+            writers["--csv", self.csv] = lambda path: found.to_csv(path, index=False)
+        if self.figure is not None:
+            writers["--figure", self.figure] = save_figure(draw, self.figure.suffix)
+        write_all(writers)
 
 
 def impulse(
@@ -146,68 +166,44 @@ def impulse(
     over that on a rigid base. It rescales the shock in the well of the incline,
     hence the critical angle. Without options: the source's six runs, both laws.
     """
-    from harness.cli.files import read_reference, save_figure, write_all
+    from harness.cases.tower.impulse_angles import impulse_angles
     from harness.cli.history_records import impulse_quantities
-    from harness.cli.qualified import end_unqualified, qualification
+    from harness.cli.qualified import answer, completed
     from harness.cli.recording import recorded
 
-    files.check()
-    points = read_reference(files.reference) if files.reference is not None else None
-    name, reading = solver.solver, table.reading.value
-    with recorded("impulse") as told, solver.run() as engine:
-        found = table.rows(name if name in OWN else None, engine)
+    points, name, case = files.points(), solver.solver, table.case()
+    with recorded("impulse", quiet=json) as told, solver.run() as engine:
+        table.check_cost(solver.own, engine)
+        found = impulse_angles(
+            case=case,
+            solver=solver.own,
+            reading=table.reading,
+            engine=engine,
+            progress=told.progress,
+            **table.over(),
+        )
+        record = completed({"solver": name, "reading": table.reading}, engine, told)
         told.engine = engine.identify().record() if engine else solver.own_record
-        told.quantities = impulse_quantities(
-            found.to_dict(orient="records"),
-            name,
-            {"mass_kg": table.mass, "gravity_m_per_s2": table.gravity},
-        )
-        more = qualification(engine, told)
-    writers: dict[tuple[str, Path], Any] = {}
-    if files.csv is not None:
-        writers["--csv", files.csv] = lambda path: found.to_csv(path, index=False)
-    if files.figure is not None:
-        writers["--figure", files.figure] = save_figure(
-            lambda: _draw(found, points, reading, name), files.figure.suffix
-        )
-    write_all(writers)
-    if json:
-        _print_json(found, points, {"solver": name, "reading": reading, **more})
-    else:
-        _print_tables(found, reading, name)
-    end_unqualified(more, name)
-
-
-def _draw(found: pd.DataFrame, points: ReferencePoints | None, reading: str, solver: str) -> Figure:
-    from harness.cases.tower.figures.impulse import critical_angle_against_height
-    from harness.observables.reference import PEYNEAU_ROUX
-
-    return critical_angle_against_height(
-        found, readings=(reading,), solver=solver, published=PEYNEAU_ROUX, reference=points
-    )
-
-
-def _print_json(
-    found: pd.DataFrame, points: ReferencePoints | None, record: dict[str, Any]
-) -> None:
-    from harness.cli.output import print_json
-
-    record["rows"] = found.to_dict(orient="records")
+        record["rows"] = found.to_dict(orient="records")
+        others = {"mass_kg": table.mass, "gravity_m_per_s2": table.gravity}
+        told.quantities = impulse_quantities(record["rows"], name, others)
+    files.write(found, points, table.reading, name)
     if points is not None:
         pairs = zip(points.heights, points.angles_deg, strict=True)
         record["reference"] = [{"h_over_d": h, "theta_deg": angle} for h, angle in pairs]
-    print_json(record)
+    answer(record, json, lambda record: _print_tables(found, record))
 
 
-def _print_tables(found: pd.DataFrame, reading: str, solver: str) -> None:
+def _print_tables(found: pd.DataFrame, record: Mapping[str, Any]) -> None:
     """Print a table for each law and window: heights down, runs across."""
     from rich.console import Console
     from rich.table import Table
 
     console = Console(width=None if Console().is_terminal else 120, markup=False)
     for (law, window), part in found.groupby(["law", "window"], sort=False):
-        title = f"{law} law, {window} window, {solver}; alpha and critical angle (deg) of each run"
-        console.print(f"{title}, reading: velocity {reading}", soft_wrap=True, highlight=False)
+        title = f"{law} law, {window} window, {record['solver']}; alpha and critical angle (deg)"
+        reading = f"of each run, reading: velocity {record['reading']}"
+        console.print(f"{title} {reading}", soft_wrap=True, highlight=False)
         table = Table()
         table.add_column("height", justify="right")
         runs = list(part.groupby(["stiffness_N_per_m", "speed_m_per_s"], sort=False))
@@ -220,12 +216,8 @@ def _print_tables(found: pd.DataFrame, reading: str, solver: str) -> None:
         console.print(table)
 
 
-def _cells(run: pd.DataFrame) -> list[str]:
-    pairs = zip(run["impulse_ratio"], run["critical_angle_deg"], strict=True)
-    return [_cell(ratio, angle) for ratio, angle in pairs]
-
-
-def _cell(ratio: float, angle: float) -> str:
-    if ratio != ratio:  # the window does not exist
-        return "-"
-    return f"{ratio:.4f}  {'-' if angle != angle else format(angle, '6.3f')}"
+def _cells(run: pd.DataFrame) -> Iterable[str]:
+    """Yield impulse ratio and angle of each height; - where the window does not exist."""
+    for ratio, angle in zip(run["impulse_ratio"], run["critical_angle_deg"], strict=True):
+        told = "-" if angle != angle else format(angle, "6.3f")
+        yield "-" if ratio != ratio else f"{ratio:.4f}  {told}"

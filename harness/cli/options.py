@@ -1,10 +1,11 @@
-"""Options that several commands share."""
+"""What several commands share: types of options, and texts.
+
+Names are spelled out, not imported: --help must not wait for numba.
+"""
 
 from __future__ import annotations
 
-from enum import StrEnum
-from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -12,34 +13,10 @@ Json = Annotated[
     bool, typer.Option("--json", help="Print one JSON object on stdout, and nothing else.")
 ]
 
-Tolerances = Annotated[
-    Path | None,
-    typer.Option(
-        "--tolerances",
-        metavar="FILE",
-        help="Named overrides of the regression tolerances, TOML.  "
-        "[default: inputs/tolerances.toml]",
-    ),
-]
+ContactName = Literal["source", "clipped", "plastic"]
+Level = Literal["quick", "default", "full"]
+Reading = Literal["kept", "lost"]
 
-
-class Method(StrEnum):
-    """The two routes to the critical angle."""
-
-    PASSAGE = "passage"
-    STEADY = "steady"
-
-
-class Reading(StrEnum):
-    """The two readings of the source's shock."""
-
-    KEPT = "kept"
-    LOST = "lost"
-
-
-class ContactName(StrEnum):
-    """The contacts that have a name."""
-
-    SOURCE = "source"
-    CLIPPED = "clipped"
-    PLASTIC = "plastic"
+TOLERANCES = (
+    "Named overrides of the regression tolerances, TOML.  [default: inputs/tolerances.toml]"
+)

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from harness.store.history import History, Quantity
+    from harness.workflows.progress import Progress
 
 
 @dataclass
@@ -27,6 +28,7 @@ class Recording:
     quantities: Sequence[Quantity] = ()
     cached: bool = False
     folder: Path | None = None
+    progress: Progress = lambda *_: None
 
 
 Finish = Callable[[Recording, float, str], None]
@@ -34,20 +36,22 @@ Finish = Callable[[Recording, float, str], None]
 
 
 @contextlib.contextmanager
-def recorded(command: str) -> Iterator[Recording]:
+def recorded(command: str, *, quiet: bool = False) -> Iterator[Recording]:
     """Record a run from here to the end of the block, with the error that ended it, if any.
 
-    Yield what the command fills in. A default place that cannot be written
-    costs a note on stderr, one that was named in DEM_HARNESS_HOME the command:
-    RequestError.
+    Yield what the command fills in, with what shows its progress unless ``quiet``. A default place
+    that cannot be written costs a note on stderr, one that was named in DEM_HARNESS_HOME the
+    command: RequestError.
     """
     from harness.cli import interrupted_status
     from harness.errors import HarnessError
+    from harness.workflows import progress_bars
 
     told, clock = Recording(), time.monotonic()
     with _begin(command) as finish:
         try:
-            yield told
+            with progress_bars(command, quiet=quiet) as told.progress:
+                yield told
         except HarnessError as error:
             told.status = error.exit_status
             finish(told, time.monotonic() - clock, str(error))
@@ -64,24 +68,15 @@ def verdicts(checks: Sequence[Mapping[str, Any]]) -> list[Quantity]:
     """Return the checks of a verification's record as quantities."""
     from harness.store.history import Quantity
 
-    return [
-        Quantity(
-            name=check["name"],
-            kind=check["kind"],
-            unit=check["unit"],
-            value=_number(check["value"]),
-            uncertainty=_number(check["uncertainty"]),
-            expected=_number(check["expected"]),
-            tolerance=_number(check["tolerance"]),
-            verdict=check["verdict"],
-            triage=check.get("triage", ""),
-        )
-        for check in checks
-    ]
-
-
-def _number(value: Any) -> float:
-    return math.nan if value is None else float(value)
+    texts = ("name", "kind", "unit", "verdict")
+    numbers = ("value", "uncertainty", "expected", "tolerance")
+    found = []
+    for check in checks:
+        given: dict[str, Any] = {name: check[name] for name in texts}
+        for name in numbers:
+            given[name] = math.nan if check[name] is None else float(check[name])
+        found.append(Quantity(triage=check.get("triage", ""), **given))
+    return found
 
 
 @contextlib.contextmanager

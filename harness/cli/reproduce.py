@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
+from harness.cli.command import option
 from harness.cli.engine_options import EngineOptions
 from harness.cli.options import Json
 
@@ -19,27 +21,24 @@ if TYPE_CHECKING:
 COMMITTED = Path("reports") / "reproduction"
 
 
-def reproduce(
-    engine: EngineOptions,
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "--output",
-            metavar="DIR",
-            help="Folder for the report, replaced where it holds an older reproduction.  "
-            "[default: reports/runs/<date>-reproduction; with --check reports/reproduction]",
-        ),
-    ] = None,
-    check: Annotated[
-        bool,
-        typer.Option(
-            "--check",
-            help="Write nothing: hold the ledger in the folder against what is computed now. "
-            "Exit status 1 if a status, or a number beyond round-off, has changed.",
-        ),
-    ] = False,
-    json: Json = False,
-) -> None:
+@dataclass(frozen=True)
+class ReproduceOptions:
+    """Where the report goes, or which one is checked."""
+
+    output: Path | None = option(
+        None,
+        "Folder for the report, replaced where it holds an older reproduction.  "
+        "[default: reports/runs/<date>-reproduction; with --check reports/reproduction]",
+        metavar="DIR",
+    )
+    check: bool = option(
+        False,
+        "Write nothing: hold the ledger in the folder against what is computed now. Exit status 1 "
+        "if a status, or a number beyond round-off, has changed.",
+    )
+
+
+def reproduce(asked: ReproduceOptions, engine: EngineOptions, json: Json = False) -> None:
     """Recompute the source: every equation, number and figure, and whether it holds.
 
     Writes a folder with report.html, report.md, ledger.csv, the figures of the
@@ -50,19 +49,20 @@ def reproduce(
     from harness.cli.output import print_json
     from harness.reproduction.ledger_differences import ledger_differences
 
-    if check:
-        folder = output or COMMITTED
+    differences: list[str] = []
+    if asked.check:
+        folder = asked.output or COMMITTED
         committed = _committed(folder)
-        found = _reproduced(engine, None)
+        found = _reproduced(engine, None, json)
         differences = ledger_differences(committed, found.ledger.frame())
-    elif output is not None:
-        folder, differences = output, []
-        found = _reproduced(engine, folder)
+    elif asked.output is not None:
+        folder = asked.output
+        found = _reproduced(engine, folder, json)
     else:
         with output_folder(None, "-reproduction") as folder:
-            found, differences = _reproduced(engine, folder), []
+            found = _reproduced(engine, folder, json)
     record = {**_counts(found.ledger), "folder": str(folder)}
-    if check:
+    if asked.check:
         record["differences"] = differences
     if json:
         print_json(record)
@@ -71,22 +71,21 @@ def reproduce(
     raise typer.Exit(1 if differences else 0)
 
 
-def _reproduced(engine: EngineOptions, folder: Path | None) -> Reproduction:
+def _reproduced(engine: EngineOptions, folder: Path | None, quiet: bool) -> Reproduction:
     """Recompute the source and write the report, where a folder is given for it."""
-    from harness.cli.progress import progress_bars
     from harness.cli.recording import recorded
     from harness.reproduction.pages.folder import check_folder, write
     from harness.reproduction.run import reproduce as reproduce_with
 
     if folder is not None:
         check_folder(folder)
-    with recorded("reproduce") as told, progress_bars() as progress, engine.run() as opened:
-        found = reproduce_with(engine=opened, progress=progress)
+    with recorded("reproduce", quiet=quiet) as told, engine.run() as opened:
+        found = reproduce_with(engine=opened, progress=told.progress)
         told.engine, told.folder = found.provenance.record(), folder
         if folder is not None:
-            progress("figures, movies and report", 0, 1)
+            told.progress("figures, movies and report", 0, 1)
             write(found, folder)
-            progress("figures, movies and report", 1, 1)
+            told.progress("figures, movies and report", 1, 1)
     return found
 
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
-
-from harness.cli.engine_options import Integrator, ProgramOptions
+from harness.cli.command import argument, option
+from harness.cli.engine_options import CostOptions, IntegratorOptions
 from harness.cli.options import Json
 
 if TYPE_CHECKING:
@@ -17,48 +17,41 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class RunnerOptions(ProgramOptions):
+class CaseOptions(CostOptions):
+    """What is run."""
+
+    case: str = argument("CASE", "A case that `dem-harness cases` lists.")
+    settings: list[str] | None = option(
+        None,
+        "A parameter of the case, in SI units and degrees; repeat it for several.",
+        "--set",
+        metavar="NAME=VALUE",
+    )
+
+
+@dataclass(frozen=True)
+class RunnerOptions(IntegratorOptions):
     """Who runs the case."""
 
-    engine: Annotated[
-        str | None,
-        typer.Option(
-            "--engine",
-            metavar="NAME",
-            help="An engine that `dem-harness engines` lists, `module:Class` of one of your own, "
-            "or a solver that `dem-harness cases` names.  [default: lammps, or a solver where "
-            "it cannot]",
-            rich_help_panel="Engine",
-        ),
-    ] = None
-    integrator: Integrator = None
+    engine: str | None = option(
+        None,
+        "An engine that `dem-harness engines` lists, `module:Class` of one of your own, or a "
+        "solver that `dem-harness cases` names.  [default: lammps, or a solver where it cannot]",
+        metavar="NAME",
+        panel="Engine",
+    )
 
 
-def run(
-    case: Annotated[
-        str, typer.Argument(metavar="CASE", help="A case that `dem-harness cases` lists.")
-    ],
-    runner: RunnerOptions,
-    settings: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="NAME=VALUE",
-            help="A parameter of the case, in SI units and degrees; repeat it for several.",
-        ),
-    ] = None,
-    json: Json = False,
-) -> None:
+def run(asked: CaseOptions, runner: RunnerOptions, json: Json = False) -> None:
     """One run of any case: its parameters, what it measures, and what is expected."""
-    from harness.cli.engine_options import runs_made
     from harness.cli.history_records import run_quantities
     from harness.cli.lists import named_values
-    from harness.cli.output import print_json
-    from harness.cli.qualified import end_unqualified, qualification
+    from harness.cli.qualified import answer, completed
     from harness.cli.recording import recorded
+    from harness.engines.cost import MOST_SECONDS
     from harness.workflows import run as run_case
 
-    values = named_values(settings or (), "--set")
+    values = named_values(asked.settings or (), "--set")
     runner.check_names([runner.engine or "lammps"])
     more: dict[str, Any] = {}
 
@@ -66,18 +59,20 @@ def run(
     def open_one(name: str) -> Iterator[Engine]:
         with runner.open(name, runner.integrator) as engine:
             yield engine
-            more.update(qualification(engine, told))
-            more.update(runs_made(engine))
+            more.update(completed({}, engine, told))
 
-    with recorded("run") as told:
-        found = run_case(case, values, runner.engine, open_one=open_one)
+    with recorded("run", quiet=json) as told:
+        found = run_case(
+            asked.case,
+            values,
+            runner.engine,
+            open_one=open_one,
+            progress=told.progress,
+            most_seconds=math.inf if asked.force else MOST_SECONDS,
+        )
         record = {**found.record(), **more}
         told.engine, told.quantities = record, run_quantities(record, values)
-    if json:
-        print_json(record)
-    else:
-        _print(record)
-    end_unqualified(record, found.engine)
+    answer(record, json, _print)
 
 
 def _print(record: Mapping[str, Any]) -> None:

@@ -3,61 +3,43 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from enum import StrEnum
-from typing import TYPE_CHECKING, Annotated, Any
+from functools import partial
+from typing import TYPE_CHECKING, Literal
 
-import typer
+from harness.cli.command import option
 
 if TYPE_CHECKING:
     from harness.workflows.slurm_jobs import Settings
 
-_PANEL = "Where it runs"
-
-
-class Where(StrEnum):
-    """What runs the jobs."""
-
-    LOCAL = "local"
-    SLURM = "slurm"
-
-
-def _option(name: str, metavar: str, told: str, **more: Any) -> Any:
-    return typer.Option(name, metavar=metavar, help=told, rich_help_panel=_PANEL, **more)
+where_option = partial(option, panel="Where it runs")
 
 
 @dataclass(frozen=True)
 class ExecutorOptions:
     """Where runs are made, and what SLURM is asked for."""
 
-    executor: Annotated[
-        Where,
-        typer.Option(
-            help="`local`: in this machine's workers. `slurm`: in arrays of jobs, with "
-            "--output in a folder that the nodes see.",
-            rich_help_panel=_PANEL,
-        ),
-    ] = Where.LOCAL
-    partition: Annotated[str | None, _option("--partition", "NAME", "SLURM's queue.")] = None
-    account: Annotated[str | None, _option("--account", "NAME", "Who is charged.")] = None
-    time: Annotated[int, _option("--time", "MINUTES", "Longest time of a job.", min=1)] = 60
-    cpus: Annotated[int, _option("--cpus", "COUNT", "Cores of a job, or of a rank.", min=1)] = 1
-    ranks: Annotated[
-        int,
-        _option(
-            "--ranks",
-            "COUNT",
-            "MPI ranks of each run, started by `srun -n COUNT` unless --mpirun names another "
-            "launcher, as `srun --mpi=pmi2 -n 4`.",
-            min=1,
-        ),
-    ] = 1
-    chunk: Annotated[int, _option("--chunk", "COUNT", "Runs of a job.", min=1)] = 50
-    sbatch: Annotated[
-        list[str] | None,
-        _option(
-            "--sbatch", "KEY=VALUE", "Another option of sbatch, as qos=long; repeat it for several."
-        ),
-    ] = None
+    executor: Literal["local", "slurm"] = where_option(
+        "local",
+        "`local`: in this machine's workers. `slurm`: in arrays of jobs, with --output in a folder "
+        "that the nodes see.",
+    )
+    partition: str | None = where_option(None, "SLURM's queue.", metavar="NAME")
+    account: str | None = where_option(None, "Who is charged.", metavar="NAME")
+    time: int = where_option(60, "Longest time of a job.", metavar="MINUTES", min=1)
+    cpus: int = where_option(1, "Cores of a job, or of a rank.", metavar="COUNT", min=1)
+    ranks: int = where_option(
+        1,
+        "MPI ranks of each run, started by `srun -n COUNT` unless --mpirun names another launcher, "
+        "as `srun --mpi=pmi2 -n 4`.",
+        metavar="COUNT",
+        min=1,
+    )
+    chunk: int = where_option(50, "Runs of a job.", metavar="COUNT", min=1)
+    sbatch: list[str] | None = where_option(
+        None,
+        "Another option of sbatch, as qos=long; repeat it for several.",
+        metavar="KEY=VALUE",
+    )
 
     def settings(self) -> Settings | None:
         """Return what SLURM is asked for, None for this machine.
@@ -69,7 +51,7 @@ class ExecutorOptions:
         from harness.workflows.slurm_jobs import Settings
         from harness.workflows.slurm_queue import check_slurm
 
-        if self.executor is Where.LOCAL:
+        if self.executor == "local":
             for one in fields(self):
                 value = getattr(self, one.name)
                 if value not in (one.default, []):

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-import typer
-
+from harness.cli.command import option
 from harness.cli.engine_options import ProgramOptions
 
 if TYPE_CHECKING:
@@ -21,38 +21,42 @@ OWN = ("rk4", "exact")
 class SolverOptions(ProgramOptions):
     """What runs the towers."""
 
-    solver: Annotated[
-        str,
-        typer.Option(
-            "--solver",
-            metavar="NAME",
-            help="`rk4`: fixed steps of fourth order. `exact`: modes, without a step. Or an "
-            "engine that `dem-harness engines` lists, or `module:Class`: the overlap law; the "
-            "deformable one in LAMMPS in-process.",
-        ),
-    ] = "rk4"
+    solver: str = option(
+        "rk4",
+        "`rk4`: fixed steps of fourth order. `exact`: modes, without a step. Or an engine that "
+        "`dem-harness engines` lists, or `module:Class`: the overlap law; the deformable one in "
+        "LAMMPS in-process.",
+        metavar="NAME",
+    )
 
-    def run(self) -> AbstractContextManager[Engine | None]:
-        """Return the engine that is asked for, to be entered; None for a solver of the harness.
+    @property
+    def own(self) -> str | None:
+        """Return the solver of the harness that is asked for, None for an engine."""
+        return self.solver if self.solver in OWN else None
+
+    @contextmanager
+    def run(self) -> Iterator[Engine | None]:
+        """Yield the engine that is asked for; None for a solver of the harness.
 
         Raise RequestError for a name that is not known, and for options of another engine.
         """
         from harness.engines.registry import engine_class
         from harness.errors import RequestError
 
-        for option, value in (("--lmp", self.lmp), ("--mpirun", self.mpirun)):
+        for name, value in (("--lmp", self.lmp), ("--mpirun", self.mpirun)):
             if value is not None and self.solver != "lammps":
-                raise RequestError(f"{option} {value!r}: goes with --solver lammps only")
+                raise RequestError(f"{name} {value!r}: goes with --solver lammps only")
         self.check_names({self.solver} - set(OWN), "--solver")
-        if self.solver in OWN:
-            return nullcontext()
+        if self.own:
+            yield None
+            return
         try:
             engine_class(self.solver)
         except RequestError as error:
-            own = ", ".join(OWN)
             text = str(error).replace("--engine", "--solver", 1)
-            raise RequestError(f"{text}; or a solver of the harness: {own}") from None
-        return self.open(self.solver)
+            raise RequestError(f"{text}; or a solver of the harness: {', '.join(OWN)}") from None
+        with self.open(self.solver) as engine:
+            yield engine
 
     @property
     def own_record(self) -> dict[str, str]:

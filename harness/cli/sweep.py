@@ -6,11 +6,12 @@ import contextlib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
-from harness.cli.engine_options import Integrator, ProgramOptions
+from harness.cli.command import argument, option
+from harness.cli.engine_options import IntegratorOptions
 from harness.cli.options import Json
 from harness.cli.slurm_options import ExecutorOptions
 
@@ -29,57 +30,50 @@ MOST_SHOWN = 40
 
 
 @dataclass(frozen=True)
-class SweepOptions(ProgramOptions):
+class SweepOptions(IntegratorOptions):
     """What is swept, and in which engines."""
 
-    over: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--over",
-            metavar="NAME=VALUES",
-            help="A parameter and its values, in SI units and degrees: a list `1,2,5`, a range "
-            "`FIRST:LAST:COUNT` of evenly spaced numbers, both ends among them, a range "
-            "`FIRST:LAST:logCOUNT` evenly spaced in the logarithm, or several with commas "
-            "between. Repeat it for every combination with another parameter.",
-        ),
-    ] = None
-    settings: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="NAME=VALUE",
-            help="A parameter that is the same in every run; repeat it for several.",
-        ),
-    ] = None
-    engines: Annotated[
-        str,
-        typer.Option(
-            "--engines",
-            metavar="NAMES",
-            help="Engines that `dem-harness engines` lists and solvers that `dem-harness cases` "
-            "names, with commas between, or `all`.  [default: as of `run`]",
-            rich_help_panel="Engine",
-        ),
-    ] = ""
-    integrator: Integrator = None
-    quantity: Annotated[
-        str,
-        typer.Option(metavar="NAME", help="What the figure shows.  [default: the first measured]"),
-    ] = ""
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR",
-            help="Where table and figure are written; the same sweep goes on there.  [default: "
-            "reports/runs/DATE-sweep]",
-        ),
-    ] = None
+    target: str = argument(
+        "CASE or FILE.toml",
+        "A case that `dem-harness cases` lists, or a file that says what is swept.",
+    )
+    over: list[str] | None = option(
+        None,
+        "A parameter and its values, in SI units and degrees: a list `1,2,5`, a range "
+        "`FIRST:LAST:COUNT` of evenly spaced numbers, both ends among them, a range "
+        "`FIRST:LAST:logCOUNT` evenly spaced in the logarithm, or several with commas between. "
+        "Repeat it for every combination with another parameter.",
+        metavar="NAME=VALUES",
+    )
+    settings: list[str] | None = option(
+        None,
+        "A parameter that is the same in every run; repeat it for several.",
+        "--set",
+        metavar="NAME=VALUE",
+    )
+    engines: str = option(
+        "",
+        "Engines that `dem-harness engines` lists and solvers that `dem-harness cases` names, with "
+        "commas between, or `all`.  [default: as of `run`]",
+        metavar="NAMES",
+        panel="Engine",
+    )
+    quantity: str = option(
+        "", "What the figure shows.  [default: the first measured]", metavar="NAME"
+    )
+    output: Path | None = option(
+        None,
+        "Where table and figure are written; the same sweep goes on there.  [default: "
+        "reports/runs/DATE-sweep]",
+        metavar="DIR",
+    )
 
-    def asked(self, target: str) -> Asked:
+    def asked(self) -> Asked:
         """Return what is to be run: of a case, or of a file with these options on top."""
         from harness.cli.lists import named_values
         from harness.workflows.sweep_plan import Asked, asked_in, with_options
 
+        target = self.target
         of_file = target.endswith(".toml")
         base = asked_in(Path(target)) if of_file else Asked(target, {}, {})
         more = {
@@ -91,18 +85,7 @@ class SweepOptions(ProgramOptions):
         return with_options(base, more.items())
 
 
-def sweep(
-    target: Annotated[
-        str,
-        typer.Argument(
-            metavar="CASE or FILE.toml",
-            help="A case that `dem-harness cases` lists, or a file that says what is swept.",
-        ),
-    ],
-    options: SweepOptions,
-    where: ExecutorOptions,
-    json: Json = False,
-) -> None:
+def sweep(options: SweepOptions, where: ExecutorOptions, json: Json = False) -> None:
     """Run a case over values of its parameters and over engines: one tidy row a run.
 
     Runs that were made before are not made again, and one that was killed goes on: every run is
@@ -112,16 +95,16 @@ def sweep(
     from harness.cli.recording import recorded
     from harness.workflows.sweep_plan import plan
 
-    chosen = plan(options.asked(target))
+    chosen = plan(options.asked())
     settings = where.settings()
     options = replace(options, mpirun=where.launcher(options.mpirun))
     options.check_names(chosen.engines, "--engines")
     counts: dict[str, int] = {}
-    with recorded("sweep") as told, _folder(options, chosen.asked) as folder:
+    with recorded("sweep", quiet=json) as told, _folder(options, chosen.asked) as folder:
         if settings is None:
             found, unqualified = _run(options, chosen, counts, told)
         else:
-            found, unqualified = _run_on_cluster(options, chosen, settings, folder), {}
+            found, unqualified = _run_on_cluster(options, chosen, settings, folder, told), {}
         told.folder, told.status = folder, FAILED if found.count("failed") else told.status
         notes = _written(folder, found)
     notes += [f"engine {n!r} did not qualify: {reason}" for n, reason in unqualified.items()]
@@ -138,7 +121,6 @@ def _run(
 ) -> tuple[Sweep, dict[str, str]]:
     """Return the sweep, and why engines did not qualify, by their names."""
     from harness.cli.engine_options import runs_made
-    from harness.cli.progress import progress_bars
     from harness.cli.qualified import qualification
     from harness.workflows.sweep_local import Local
     from harness.workflows.sweep_run import run_plan
@@ -156,15 +138,15 @@ def _run(
                 unqualified[name] = reason
 
     executor = Local(open_one, options.entries(), options.fresh)
-    with progress_bars() as progress:
-        return run_plan(chosen, executor, progress), unqualified
+    return run_plan(chosen, executor, told.progress), unqualified
 
 
-def _run_on_cluster(options: SweepOptions, chosen: Plan, settings: Settings, folder: Path) -> Sweep:
+def _run_on_cluster(
+    options: SweepOptions, chosen: Plan, settings: Settings, folder: Path, told: Recording
+) -> Sweep:
     """Return the sweep, run under SLURM; engines are opened here to look up what is kept."""
     from functools import partial
 
-    from harness.cli.progress import progress_bars
     from harness.home import cache_place
     from harness.workflows.slurm import Slurm
     from harness.workflows.sweep_local import Local
@@ -175,11 +157,10 @@ def _run_on_cluster(options: SweepOptions, chosen: Plan, settings: Settings, fol
         folder,
         settings,
         Local(partial(options.open, integrator=options.integrator), entries, options.fresh),
-        lambda name: options.chosen(name, options.integrator).arguments(),
+        lambda name: options.opening(name, options.integrator),
         cache_place(options.cache).path if entries is not None else None,
     )
-    with progress_bars() as progress:
-        return run_plan(chosen, executor, progress)
+    return run_plan(chosen, executor, told.progress)
 
 
 @contextlib.contextmanager

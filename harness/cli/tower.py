@@ -2,96 +2,73 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Any, Literal
 
-import typer
-
+from harness.cli.command import option
+from harness.cli.engine_options import CostOptions
 from harness.cli.options import Json
-from harness.cli.solvers import OWN, SolverOptions
+from harness.cli.solvers import SolverOptions
 
 if TYPE_CHECKING:
+    from harness.engines.contract import Engine
     from harness.parameters.tower import Tower
 
 MOST_SHOWN = 20
 """Entries of a list that the table shows; JSON has them all."""
-
-# The names are spelled out here, not imported: --help must not wait for numba.
-
-
-class Law(StrEnum):
-    """Contact laws."""
-
-    overlap = "overlap"
-    deformable = "deformable"
-
-
-class Base(StrEnum):
-    """What the last particle does."""
-
-    fixed = "fixed"
-    free = "free"
-
-
-class Window(StrEnum):
-    """Windows of the impulse."""
-
-    turnaround = "turnaround"
-    structure = "structure"
-    first_contact = "first-contact"
 
 
 @dataclass(frozen=True)
 class SystemOptions:
     """The tower and the grain."""
 
-    height: Annotated[int, typer.Option(help="Contacts; particles - 1.")] = 1
-    stiffness: Annotated[float, typer.Option(help="Normal stiffness [N/m].")] = 1e6
-    mass: Annotated[float, typer.Option(help="Mass of each particle [kg].")] = 1.0
-    speed: Annotated[float, typer.Option(help="Speed of the grain at the start [m/s].")] = 2.0
-    gravity: Annotated[
-        float, typer.Option(help="Gravity along the motion [m/s2]; 0 is the air hockey table.")
-    ] = 9.81
-    law: Annotated[Law, typer.Option(help="Contact law: what DEM codes do, or the source's.")] = (
-        Law.deformable
+    height: int = option(1, "Contacts; particles - 1.")
+    stiffness: float = option(1e6, "Normal stiffness [N/m].")
+    mass: float = option(1.0, "Mass of each particle [kg].")
+    speed: float = option(2.0, "Speed of the grain at the start [m/s].")
+    gravity: float = option(9.81, "Gravity along the motion [m/s2]; 0 is the air hockey table.")
+    law: Literal["overlap", "deformable"] = option(
+        "deformable", "Contact law: what DEM codes do, or the source's."
     )
-    base: Annotated[Base, typer.Option(help="Whether the last particle moves.")] = Base.fixed
+    base: Literal["fixed", "free"] = option("fixed", "Whether the last particle moves.")
 
     def tower(self) -> Tower:
         """Return the parameters; raise RequestError for values out of range."""
         from harness.parameters.tower import Tower
 
-        return Tower(
-            height=self.height,
-            stiffness=self.stiffness,
-            mass=self.mass,
-            speed=self.speed,
-            gravity=self.gravity,
-            law=self.law.value,
-            base=self.base.value,
-        )
+        return Tower(**vars(self))
 
 
 @dataclass(frozen=True)
-class RunOptions:
+class RunOptions(CostOptions):
     """How long, how finely, and what is kept of it."""
 
-    duration: Annotated[
-        float, typer.Option(help="How long, in contact times t0 of grain and one fixed particle.")
-    ] = 3.0
-    steps_per_contact: Annotated[
-        float | None,
-        typer.Option(help="Steps in pi sqrt(m/k).  [default: 4000 rk4, 1000 engines]"),
-    ] = None
-    window: Annotated[Window, typer.Option(help="What the impulse is summed over.")] = (
-        Window.turnaround
+    duration: float = option(3.0, "How long, in contact times t0 of grain and one fixed particle.")
+    steps_per_contact: float | None = option(
+        None, "Steps in pi sqrt(m/k).  [default: 4000 rk4, 1000 engines]"
     )
-    series: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Write the series to this CSV file.", dir_okay=False),
-    ] = None
+    window: Literal["turnaround", "structure", "first-contact"] = option(
+        "turnaround", "What the impulse is summed over."
+    )
+    series: Path | None = option(None, "Write the series to this CSV file.", metavar="FILE")
+
+    def check_cost(self, case: Tower, solver: str | None, engine: Engine | None) -> None:
+        """Raise RequestError for a run that would hardly end, unless it is asked for."""
+        from harness.cases.tower.cost import tower_seconds
+        from harness.engines.cost import refuse_endless
+
+        if not self.force:
+            seconds = tower_seconds(
+                case,
+                solver,
+                engine.traits if engine else None,
+                duration=self.duration,
+                steps_per_contact=self.steps_per_contact,
+            )
+            what = f"--height {case.height} --duration {self.duration:g}"
+            refuse_endless(seconds, f"the tower ({what}, {solver or 'engine'})")
 
 
 def tower(
@@ -105,38 +82,34 @@ def tower(
     """
     from harness.cases.tower.run import covering
     from harness.cases.tower.run import tower as run_tower
-    from harness.cli.engine_options import runs_made
     from harness.cli.files import check_target, write_all
     from harness.cli.history_records import tower_quantities
-    from harness.cli.output import print_json
-    from harness.cli.qualified import end_unqualified, qualification
+    from harness.cli.qualified import answer, completed
     from harness.cli.recording import recorded
     from harness.observables.summary import summary
 
     check_target(run.series, "--series")
-    case = system.tower()
-    with recorded("tower") as told, solver.run() as engine:
+    case, window = system.tower(), run.window
+    with recorded("tower", quiet=json) as told, solver.run() as engine:
+        run.check_cost(case, solver.own, engine)
         found = run_tower(
             case,
-            solver=solver.solver if solver.solver in OWN else None,
+            solver=solver.own,
             duration=run.duration,
             steps_per_contact=run.steps_per_contact,
             engine=engine,
+            progress=told.progress,
         )
-        record = summary(found, run.window.value, covering(found, run.window.value, engine))
-        record |= qualification(engine, told)
-        record |= runs_made(engine)
-        told.engine, told.quantities = {**solver.own_record, **record}, tower_quantities(record)
+        whole = covering(found, window, engine, told.progress)
+        record = completed(summary(found, window, whole), engine, told)
+        told.engine = {**solver.own_record, **record}
+        told.quantities = tower_quantities(record)
     if run.series is not None:
         write_all({("--series", run.series): lambda path: found.frame().to_csv(path, index=False)})
-    if json:
-        print_json(record)
-    else:
-        _print(record)
-    end_unqualified(record, solver.solver)
+    answer(record, json, _print)
 
 
-def _print(record: dict[str, object]) -> None:
+def _print(record: Mapping[str, Any]) -> None:
     """Print the summary as a table."""
     from rich.console import Console
     from rich.table import Table

@@ -6,7 +6,10 @@ import math
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.table import Table
 
 MOST_FAILED, MOST_UNTESTED, MOST_FINDINGS = 40, 8, 5
 """Rows of each sort that are printed without --verbose."""
@@ -79,11 +82,16 @@ class Printer:
         for one in lines:
             self._console.print(one, style=style, soft_wrap=True)
 
+    def table(self, table: Table) -> None:
+        """Print a table, which has a width of its own."""
+        self._console.print(table)
+
     def rows(self, checks: Sequence[Record], most: int, folder: Path | None = None) -> None:
         """Print checks, each with what happened; those beyond ``most`` are counted."""
         for check in checks[:most]:
             verdict = check["verdict"]
-            self.line(f"{verdict}: {check['name']} ({check['kind']})", COLOURS[verdict])
+            kind = "" if check["kind"] == verdict else f" ({check['kind']})"
+            self.line(f"{verdict}: {check['name']}{kind}", COLOURS[verdict])
             for text in _said(check, folder):
                 self.line(text, indent=4)
         if len(checks) > most:

@@ -3,80 +3,52 @@
 from __future__ import annotations
 
 import sys
-from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
+from harness.cli.command import option
 from harness.cli.engine_options import EngineOptions
-from harness.cli.options import Json, Tolerances
+from harness.cli.options import TOLERANCES, Json
 
 if TYPE_CHECKING:
-    from harness.engines.contract import Engine
     from harness.store.entries import Entries
+    from harness.workflows.progress import Progress
 
 
 @dataclass(frozen=True)
 class VerifyOptions:
     """What is to be verified: how much, against which baseline, and where the report goes."""
 
-    quick: Annotated[
-        bool, typer.Option("--quick", help="A shorter ladder: under 20 s on two cores.")
-    ] = False
-    full: Annotated[
-        bool,
-        typer.Option(
-            "--full", help="Up to 100 times the stiffness, every height: some two minutes."
-        ),
-    ] = False
-    cases: Annotated[
-        str | None,
-        typer.Option(
-            "--cases",
-            metavar="NAME[,NAME...]",
-            help="Cases or groups that `dem-harness cases` lists, or `all`.  [default: incline "
-            "and tower]",
-        ),
-    ] = None
-    engines: Annotated[
-        str | None,
-        typer.Option(
-            "--engines",
-            metavar="all|NAME[,NAME...]",
-            help="Hold other engines against theory and one another as well, or `all`, of which "
-            "those that are missing are not tested. One that is named must be here.",
-        ),
-    ] = None
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "--output",
-            metavar="DIR",
-            help="Folder for the report; must not hold anything yet.  "
-            "[default: reports/runs/ and the date]",
-        ),
-    ] = None
-    baseline: Annotated[
-        Path | None,
-        typer.Option(
-            "--baseline",
-            metavar="DIR",
-            help="Baseline to compare with.  [default: the committed one, reports/baseline]",
-        ),
-    ] = None
-    no_baseline: Annotated[
-        bool, typer.Option("--no-baseline", help="Leave the comparison with a baseline out.")
-    ] = False
-    tolerances: Tolerances = None
-    strict: Annotated[
-        bool,
-        typer.Option("--strict", help="Exit status 1 also where a check was not tested."),
-    ] = False
-    verbose: Annotated[
-        bool, typer.Option("--verbose", help="Print every check, not only those that failed.")
-    ] = False
+    quick: bool = option(False, "A shorter ladder: under 20 s on two cores.")
+    full: bool = option(False, "Up to 100 times the stiffness, every height: some two minutes.")
+    cases: str | None = option(
+        None,
+        "Cases or groups that `dem-harness cases` lists, or `all`.  [default: incline and tower]",
+        metavar="NAME[,NAME...]",
+    )
+    engines: str | None = option(
+        None,
+        "Hold other engines against theory and one another as well, or `all`, of which those that "
+        "are missing are not tested. One that is named must be here.",
+        metavar="all|NAME[,NAME...]",
+    )
+    output: Path | None = option(
+        None,
+        "Folder for the report; must not hold anything yet.  [default: reports/runs/ and the date]",
+        metavar="DIR",
+    )
+    baseline: Path | None = option(
+        None,
+        "Baseline to compare with.  [default: the committed one, reports/baseline]",
+        metavar="DIR",
+    )
+    no_baseline: bool = option(False, "Leave the comparison with a baseline out.")
+    tolerances: Path | None = option(None, TOLERANCES, metavar="FILE")
+    strict: bool = option(False, "Exit status 1 also where a check was not tested.")
+    verbose: bool = option(False, "Print every check, not only those that failed.")
 
     @property
     def level(self) -> str:
@@ -114,8 +86,8 @@ def verify(asked: VerifyOptions, engine: EngineOptions, json: Json = False) -> N
     asked.check()
     beside = engines_of(asked.engines)
     engine.check_names((engine.engine, *beside), "--engines")
-    with output_folder(asked.output) as folder, recorded("verify") as told:
-        record = _record(asked, engine, folder)
+    with output_folder(asked.output) as folder, recorded("verify", quiet=json) as told:
+        record = _record(asked, engine, folder, told.progress)
         told.cached = record["cached"]
         told.status, told.folder = record["status"], folder
         told.engine, told.quantities = record["engine"] or {}, verdicts(record["checks"])
@@ -138,12 +110,20 @@ def engines_of(wanted: str | None) -> tuple[str, ...]:
     return asked_engines(wanted).engines
 
 
-def _record(asked: VerifyOptions, engine: EngineOptions, folder: Path) -> dict[str, Any]:
+def _record(
+    asked: VerifyOptions, engine: EngineOptions, folder: Path, progress: Progress
+) -> dict[str, Any]:
     """Return the record of a kept verification or of a new one, its report in the folder."""
+    from harness.store.verifications import pack
+
     entries = engine.entries()
     key = _key(asked, engine) if entries else None
     record = None if engine.fresh else _kept(entries, key, folder)
-    return record or _measured(asked, engine, entries, key, folder)
+    if record is None:
+        record = _measured(asked, engine, folder, progress)
+        if entries is not None and key is not None and not record["engine_errors"]:
+            entries.put(key, pack(folder, record))
+    return record
 
 
 def _key(asked: VerifyOptions, engine: EngineOptions) -> str | None:
@@ -160,7 +140,7 @@ def _key(asked: VerifyOptions, engine: EngineOptions) -> str | None:
         cases=[case.name for case in chosen_cases(asked.cases)],
         engine=engine.engine,
         beside={"baseline": against, "strict": asked.strict},
-        **engine.main().arguments(),
+        **engine.opening(engine.engine, engine.integrator),
     )
 
 
@@ -182,28 +162,17 @@ def _kept(entries: Entries | None, key: str | None, folder: Path) -> dict[str, A
 
 
 def _measured(
-    asked: VerifyOptions,
-    engine: EngineOptions,
-    entries: Entries | None,
-    key: str | None,
-    folder: Path,
+    asked: VerifyOptions, engine: EngineOptions, folder: Path, progress: Progress
 ) -> dict[str, Any]:
-    """Verify, write the report and return the record; keep both unless the engine died."""
+    """Verify, write the report and return the record."""
     from harness.cli.engine_options import runs_made
-    from harness.cli.progress import progress_bars
     from harness.report.folder import write
-    from harness.store.verifications import pack
     from harness.workflows import sections
     from harness.workflows import verify as verify_with
     from harness.workflows.request import chosen_baseline
 
-    beside = engine.without_launcher()
-
-    def open_one(name: str) -> AbstractContextManager[Engine]:
-        return beside.open(name)
-
     known = not asked.no_baseline and chosen_baseline(asked.baseline, asked.tolerances)
-    with progress_bars() as progress, engine.open(engine.engine, engine.integrator) as opened:
+    with engine.open(engine.engine, engine.integrator) as opened:
         if engine.lmp or engine.mpirun or engine.program:
             opened.identify()  # a program that was named and is another ends the command at once
         found = verify_with(
@@ -211,7 +180,7 @@ def _measured(
             cases=asked.cases,
             engine=opened,
             engines=asked.engines or (),
-            open_one=open_one,
+            open_one=engine.without_launcher().open,
             baseline=known,
             progress=progress,
             strict=asked.strict,
@@ -219,7 +188,5 @@ def _measured(
         progress("figures and report", 0, 1)
         record = found.record()
         write(found, folder, sections(found))
-        if entries is not None and key is not None and not found.engine_errors:
-            entries.put(key, pack(folder, record))
         progress("figures and report", 1, 1)
         return {**record, "cached": False, **runs_made(opened)}

@@ -66,12 +66,13 @@ class RowDiff:
     def in_uncertainties(self) -> float:
         """Return the move over both uncertainties, added in quadrature as for independent runs.
 
-        NaN where neither run states one.
+        NaN where neither run states one that the move can be counted in.
         """
         if self.before is None or self.after is None:
             return math.nan
         width = math.hypot(self.before.uncertainty, self.after.uncertainty)
-        return self.moved_by / width if width else math.nan
+        many = self.moved_by / width if width else math.nan
+        return many if math.isfinite(many) else math.nan
 
     def record(self) -> dict[str, Any]:
         """Return the row as a flat JSON-ready mapping."""

@@ -23,7 +23,7 @@ def environments_folder() -> Path:
     return cache_place().path / FOLDER
 
 
-USED, MADE = ".used", ".lock"
+USED, MADE = LOCKS = ".used", ".lock"
 """Endings of the locks of those who use an environment, and of the one who makes it."""
 
 

@@ -21,8 +21,10 @@ class Traits:
     can be told; ``restitution_floor`` the least nominal restitution that
     it takes, ``most_damping`` its largest damping ratio. ``digits`` are those of its
     output. ``laws`` are those of several particles in a row. ``force_from_velocity`` says that
-    its forces are changes of velocity over a step, which round as such. ``lineage`` is the engine
-    it grew out of: such a one is a regression partner, not independent evidence. ``install_hint``
+    its forces are changes of velocity over a step, which round as such.
+    ``microseconds_per_step`` is the cost of a step of ten particles, as the table of engines in
+    ``reports/example`` has it, rounded up; 0 where runs have no step. ``lineage`` is the engine it
+    grew out of: such a one is a regression partner, not independent evidence. ``install_hint``
     says in one line how to get it, ``versions`` with which ones it was tried. ``title`` is the
     engine's name as its authors write it; empty where that is its name in capitals.
     """
@@ -38,6 +40,7 @@ class Traits:
     most_damping: float = 100.0
     digits: int = 15
     force_from_velocity: bool = False
+    microseconds_per_step: float = 1.0
     lineage: str = ""
     title: str = ""
     contact_rules: Rules = field(default_factory=Rules)

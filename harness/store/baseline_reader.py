@@ -26,6 +26,7 @@ from harness.store.baseline_tables import (
     TABLE,
     count_of,
 )
+from harness.store.bounded_text import bounded_text
 from harness.store.parameter_text import parameters_of
 
 T = TypeVar("T")
@@ -66,7 +67,7 @@ class _DamagedError(ValueError):
 
 def _read(path: Path, head: Sequence[str], read: Callable[[list[_Line]], T]) -> T:
     try:
-        text = path.read_text(encoding="utf-8")
+        text = bounded_text(path)
         return read(_lines(text, head))
     except OSError as error:
         raise _damaged(path, error.strerror or error) from None

@@ -64,7 +64,7 @@ class CachedEngine(Engine):
         for index, output in zip(missing, made, strict=True):
             results[index] = output
             if isinstance(output, Output):
-                self._entries.put(keys[index], pack(output))
+                self._entries.put(keys[index], pack(output, jobs[index].template.name))
         return [results[index] for index in range(len(jobs))]
 
     def kept(self, jobs: Sequence[Job]) -> dict[int, Output]:

@@ -20,8 +20,8 @@ DECODE_ERRORS = (ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, 
 """What unpacking raises for bytes that are not those of an output."""
 
 
-def pack(output: Output) -> bytes:
-    """Return an output as bytes."""
+def pack(output: Output, template: str = "") -> bytes:
+    """Return an output as bytes; ``template`` says what was run, for who looks into the cache."""
     arrays: dict[str, NDArray[Any]] = {}
     tables: dict[str, dict[str, str]] = {}
     for table, columns in output.tables.items():
@@ -36,6 +36,7 @@ def pack(output: Output) -> bytes:
         "log": output.log,
         "seconds": output.seconds,
         "title": output.title,
+        "template": template,
     }
     stream = io.BytesIO()
     text = np.frombuffer(zlib.compress(json.dumps(facts).encode(), 1), dtype=np.uint8)

@@ -11,6 +11,7 @@ from typing import Any
 from harness.comparison.regression_tolerances import Override
 from harness.comparison.tolerances import Tolerance
 from harness.errors import RequestError
+from harness.store.bounded_text import bounded_text
 
 SHORTEST_REASON = 20
 
@@ -23,7 +24,7 @@ def read_overrides(path: Path) -> tuple[Override, ...]:
     naming file and override, for anything else.
     """
     try:
-        record = tomllib.loads(path.read_text(encoding="utf-8"))
+        record = tomllib.loads(bounded_text(path))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         said = error.strerror if isinstance(error, OSError) else error
         raise RequestError(f"--tolerances {path}: cannot be read: {said}") from None

@@ -26,6 +26,7 @@ _HOMES = {
     "impulse_table": "harness.cases.tower.impulse_table",
     "inputs": "harness.workflows.scripts",
     "outdated_inputs": "harness.workflows.scripts",
+    "progress_bars": "harness.workflows.progress",
     "releases": "harness.workflows.release_runs",
     "reproduce": "harness.reproduction.run",
     "run": "harness.workflows.case_run",
@@ -70,6 +71,7 @@ if TYPE_CHECKING:
     from harness.workflows.case_list import cases as cases
     from harness.workflows.case_run import run as run
     from harness.workflows.history_search import history as history
+    from harness.workflows.progress import progress_bars as progress_bars
     from harness.workflows.release_runs import releases as releases
     from harness.workflows.report_sections import sections as sections
     from harness.workflows.run_diffs import diff as diff

@@ -12,12 +12,14 @@ from harness.cases.contract import Case, Measured, Reference, ReferenceKind
 from harness.cases.registry import get_case
 from harness.comparison.published import Number, published
 from harness.engines.contract import Engine
+from harness.engines.cost import refuse_endless
 from harness.engines.registry import DEFAULT, engine_names, open_engine
 from harness.engines.traits import Traits
 from harness.errors import RequestError
 from harness.parameters.base import Parameters
 from harness.shown import Shown
 from harness.workflows.case_settings import parameters_of
+from harness.workflows.progress import Progress, silent
 from harness.workflows.verification_run import Open
 
 if TYPE_CHECKING:
@@ -91,6 +93,8 @@ def run(
     engine: str | Engine | None = None,
     *,
     open_one: Open = open_engine,
+    progress: Progress = silent,
+    most_seconds: float = math.inf,
 ) -> RunResult:
     """Run a case once and return its quantities beside their references.
 
@@ -98,15 +102,26 @@ def run(
     lists them (k in [N/m]), of nested ones with a dot, and ``preset`` for a known set; each
     quantity names its unit. ``engine`` is an open engine, or the name of an engine or of a solver
     of the case; the default engine unless given. ``open_one`` opens one by its name. Raise
-    RequestError for a name or value that is not allowed, and for an engine that cannot run the
-    case, with the reason; EngineError for a run that failed.
+    RequestError for a name or value that is not allowed, for an engine that cannot run the
+    case, with the reason, and for a run that is expected to take more than ``most_seconds``;
+    EngineError for a run that failed.
     """
     chosen = get_case(case)
     parameters = parameters_of(chosen, settings or {})
+
+    def begin(rules: Traits | None, solver: str = "") -> None:
+        refuse_endless(
+            chosen.seconds(parameters, rules, solver), f"case {case!r} with these values",
+            most_seconds,
+        )  # fmt: skip
+        progress(case, 0, 1)
+
     if isinstance(engine, Engine):
+        begin(engine.traits)
         return _in_engine(chosen, parameters, engine)
     name = engine or usual_engine(chosen)
     if name in chosen.solvers and (engine is None or name not in engine_names()):
+        begin(None, name)
         measured = chosen.solve(parameters, name)
         who = (name, f"dem-harness {__version__}")
         return _result(chosen, parameters, who, measured, NO_RULES)
@@ -114,6 +129,7 @@ def run(
         known = ", ".join([*engine_names(), *chosen.solvers])
         raise RequestError(f"--engine {name!r} is not known: must be one of {known}")
     with open_one(name) as opened:
+        begin(opened.traits)
         return _in_engine(chosen, parameters, opened)
 
 

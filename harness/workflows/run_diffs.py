@@ -11,6 +11,7 @@ from pydantic import ValidationError
 from harness.comparison.results import SCHEMA, Results, read_published
 from harness.comparison.run_diff import RunDiff, diff_runs
 from harness.errors import RequestError
+from harness.store.bounded_text import bounded_text
 
 FILE = "results.json"
 
@@ -51,7 +52,7 @@ def _json(path: Path) -> Any:
     if path.parent.is_dir() and not path.exists() and path.name == FILE:
         raise RequestError(f"{path.parent}: is not a run: it holds no {FILE}")
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
+        return json.loads(bounded_text(path))
     except OSError as error:
         raise RequestError(f"{path}: {error.strerror or error}") from None
     except UnicodeDecodeError:

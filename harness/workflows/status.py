@@ -12,6 +12,7 @@ from harness.errors import EngineError, RequestError
 from harness.observables.provenance import Provenance
 from harness.shown import Listing
 from harness.workflows.engine_rows import NO_TRAITS
+from harness.workflows.progress import Progress, silent
 
 NOT_RUN = "-"
 """How an engine is run that is not here."""
@@ -49,7 +50,10 @@ class EngineStatus:
 
 
 def engines(
-    *, programs: Mapping[str, str] | None = None, **options: str | None
+    *,
+    programs: Mapping[str, str] | None = None,
+    progress: Progress = silent,
+    **options: str | None,
 ) -> Listing[EngineStatus]:
     """Return the status of every engine, and of its other way to run where it has one.
 
@@ -58,8 +62,10 @@ def engines(
     imported is one line that says so.
     """
     found: Listing[EngineStatus] = Listing()
+    names = engine_names()
     given = {key: value for key, value in options.items() if value is not None}
-    for name in engine_names():
+    for done, name in enumerate(names):
+        progress("engines", done, len(names))
         program = {"program": programs[name]} if programs and name in programs else {}
         try:
             twin = engine_class(name).twin_options(**program)
@@ -70,6 +76,7 @@ def engines(
         if twin is not None:
             chosen = {**twin, **given} if name == DEFAULT else dict(twin)
             found.append(_status(name, options.get("launcher") or "executable", chosen))
+    progress("engines", len(names), len(names))
     return found
 
 

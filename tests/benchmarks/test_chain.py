@@ -20,6 +20,7 @@ from harness.cases.tower.impulse_table import impulse_table
 from harness.chain import rk4
 from harness.chain.arrays import assemble
 from harness.chain.record import blank_record
+from harness.chain.slices import Plan
 from harness.parameters.tower import Tower
 
 pytestmark = pytest.mark.benchmark
@@ -52,7 +53,7 @@ def rk4_seconds(particles, law, moving, steps):
         chain.velocity[:] = thrown(particles)
     record = blank_record(3, particles, False)
     begin = time.process_time()
-    _, rows = rk4.integrate(chain, record, STEP, steps, steps, particles)
+    _, rows = rk4.integrate(chain, record, Plan(STEP, steps, steps, particles))
     spent = time.process_time() - begin
     assert rows > 0
     return spent

@@ -10,6 +10,7 @@ from harness.chain.arrays import assemble
 from harness.chain.block_partition import BLOCK
 from harness.chain.complementarity import forces_of_overlaps
 from harness.chain.record import blank_record
+from harness.chain.slices import Plan
 from harness.chain.stages import STAGES, in_free_flight, set_overlaps, stage_shift
 from harness.observables.impulse import impulse_until
 from harness.parameters.tower import Tower
@@ -76,7 +77,8 @@ def test_blocks_of_a_long_row(particles, start, equal):
     start_row(chain, start, rng)
     step, steps = 1e-5, 40
     u, v = stepped(chain, step, steps)
-    _, rows = rk4.integrate(chain, blank_record(3, particles, False), step, steps, 20, particles)
+    plan = Plan(step, steps, 20, particles)
+    _, rows = rk4.integrate(chain, blank_record(3, particles, False), plan)
     assert rows > 0
     scale = max(np.abs(u).max(), 1e-6)
     assert chain.displacement == pytest.approx(u, abs=1e-11 * scale)
@@ -95,7 +97,7 @@ def test_blocks_sample_what_the_whole_row_does(start, seed):
         chain = assemble(case)
         start_row(chain, start, np.random.default_rng(seed))
         blank = blank_record(8, particles, True)
-        record, rows = kernel.integrate(chain, blank, step, steps, 50, particles)
+        record, rows = kernel.begin(chain, Plan(step, steps, 50, particles))(blank, 0, steps + 1)
         records.append([part[:rows] for part in record])
     for blocks, whole in zip(*records, strict=True):
         # rounding grows with each change of contacts it meets, and forces differ by it times k
@@ -113,9 +115,8 @@ def test_two_particles_meet_where_nothing_touched(gravity):
     chain.displacement[at] += gap - 1e-4
     chain.velocity[at : at + 2] = 0.5, -0.5
     start, thrown = chain.displacement.copy(), chain.velocity.copy()
-    record, rows = rk4_long_rows.integrate(
-        chain, blank_record(8, 3 * BLOCK, True), step, steps, 50, 2
-    )
+    advance = rk4_long_rows.begin(chain, Plan(step, steps, 50, 2))
+    record, rows = advance(blank_record(8, 3 * BLOCK, True), 0, steps + 1)
     pressed = record.forces[:rows] > 0
     assert pressed.sum(axis=1).tolist() == [0, 1, 1, 1, 1, 0, 0]  # from 0.1 ms for pi sqrt(m/2k)
     assert not np.delete(pressed, at, axis=1).any()

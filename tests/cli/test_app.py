@@ -23,6 +23,7 @@ COMMANDS = [
     "baseline compare",
     "baseline accept",
     "diff",
+    "cache",
 ]
 
 PROGRAM = [sys.executable, "-m", "harness"]

@@ -15,6 +15,7 @@ from harness.cli.engine_options import CacheOptions, EngineOptions
 from harness.errors import RequestError
 from harness.report import folder as report_folder
 from harness.store.entries import Entries
+from harness.workflows.progress import silent
 
 
 class Kept:
@@ -103,22 +104,26 @@ def died(monkeypatch):
     found = SimpleNamespace(
         engine_errors=("crashed",),
         cases=(),
-        record=lambda: {"status": 3, "checks": [], "engine": None},
+        record=lambda: {"status": 3, "engine_errors": ["crashed"]},
     )
     monkeypatch.setattr(harness.workflows, "verify", lambda *_, **__: found, raising=False)
     monkeypatch.setattr(report_folder, "write", lambda _, folder, __: folder.mkdir())
     return found
 
 
-def test_a_verification_whose_engine_died_is_not_kept(died, tmp_path):
-    entries = Entries(tmp_path / "cache")
+def test_a_verification_whose_engine_died_is_not_kept(died, tmp_path, monkeypatch):
+    monkeypatch.setattr(verify, "_key", lambda *_: "ab" * 32)
     asked = verify.VerifyOptions(quick=True, no_baseline=True)
     engine = EngineOptions(engine="reference", cache=tmp_path / "cache")
-    verify._measured(asked, engine, entries, "ab" * 32, tmp_path / "run")
-    assert entries.get("ab" * 32) is None
-    died.engine_errors = ()
-    verify._measured(asked, engine, entries, "ab" * 32, tmp_path / "again")
-    assert entries.get("ab" * 32) is not None
+
+    def kept():
+        return Entries(tmp_path / "cache").get("ab" * 32)
+
+    verify._record(asked, engine, tmp_path / "run", silent)
+    assert kept() is None
+    died.engine_errors, died.record = (), lambda: {"status": 0, "engine_errors": []}
+    verify._record(asked, engine, tmp_path / "again", silent)
+    assert kept() is not None
 
 
 def test_a_kept_report_that_is_none_is_dropped(tmp_path):

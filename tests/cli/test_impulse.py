@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 
@@ -244,3 +245,10 @@ def test_help_loads_nothing_heavy():
     )
     assert result.returncode == 0, result.stderr
     assert "alpha(n)" in result.stdout
+
+
+def test_a_device_is_not_replaced_by_a_file(harness, tmp_path):
+    os.mkfifo(tmp_path / "pipe.csv")
+    said = harness("impulse", "--heights", "1", "--csv", "pipe.csv", status=2).stderr
+    assert "pipe.csv: is a device" in said
+    assert (tmp_path / "pipe.csv").is_fifo()

@@ -100,10 +100,10 @@ def test_programs_and_options_go_by_the_name_of_their_engine():
     given = ProgramOptions(
         program=["yade=sh", "my.mod:Dem=/x"], engine_option=["my.mod:Dem.step=3", "yade.workers=1"]
     )
-    assert given.chosen("yade").arguments()["program"] == "sh"
-    assert given.chosen("yade").arguments()["options"] == {"workers": "1"}
-    assert given.chosen("my.mod:Dem").arguments()["options"] == {"step": "3"}
-    assert given.chosen("mfix").arguments()["program"] is None
+    assert given.opening("yade")["program"] == "sh"
+    assert given.opening("yade")["options"] == {"workers": "1"}
+    assert given.opening("my.mod:Dem")["options"] == {"step": "3"}
+    assert given.opening("mfix")["program"] is None
 
 
 @pytest.mark.usefixtures("as_yade")

@@ -29,10 +29,10 @@ class NoEngine:
 def run_here(monkeypatch, tmp_path, capsys):
     """Run the command in this process and in an empty folder, with a ledger of one row."""
     from harness.cli import recording
-    from harness.cli.reproduce import reproduce
+    from harness.cli.reproduce import ReproduceOptions, reproduce
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(recording, "recorded", lambda _: _recorder())
+    monkeypatch.setattr(recording, "recorded", lambda *_, **__: _recorder())
 
     def run(found=10.2078, **options):
         row = compare(SOURCES["text-critical-angle"], printed=10.21, found=found, computed="10.21")
@@ -42,7 +42,7 @@ def run_here(monkeypatch, tmp_path, capsys):
         monkeypatch.setattr("harness.reproduction.run.reproduce", lambda **_: made)
         monkeypatch.setattr("harness.reproduction.pages.folder._fill", _fill)
         with pytest.raises(typer.Exit) as done:
-            reproduce(NoEngine(), json=True, **options)
+            reproduce(ReproduceOptions(**options), NoEngine(), json=True)
         return done.value.exit_code, json.loads(capsys.readouterr().out)
 
     return run
@@ -50,7 +50,7 @@ def run_here(monkeypatch, tmp_path, capsys):
 
 @contextmanager
 def _recorder():
-    yield SimpleNamespace()
+    yield SimpleNamespace(progress=lambda *_: None)
 
 
 def _fill(found, folder, _root):

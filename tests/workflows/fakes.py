@@ -60,6 +60,9 @@ class Line(Case):
     def job(self, parameters):
         return Job(self.template, {"slope": parameters.slope, "x": parameters.end.x})
 
+    def seconds(self, parameters, rules, solver=""):  # noqa: ARG002
+        return 2.0
+
     def read(self, parameters, output, traits):  # noqa: ARG002
         return {"y": output.number("y"), "twice": 2.0 * output.number("y")}
 

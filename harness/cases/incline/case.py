@@ -7,6 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from harness.cases.contract import Case, LevelName, Measured, Reference, Study
+from harness.cases.incline.cost import run_seconds
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.runs import read
 from harness.cases.incline.template import NAME, TEMPLATE, job_of
@@ -92,6 +93,10 @@ class InclineCase(Case[Incline]):
         if solver not in self.solvers:
             return super().solve(parameters, solver)
         return solve_rigid(parameters)
+
+    def seconds(self, parameters: Incline, rules: Traits | None, solver: str = "") -> float:  # noqa: ARG002
+        """Return what one passage is expected to take an engine of these rules [s]."""
+        return 0.0 if rules is None else run_seconds(parameters, "passage", rules)
 
     def expected_rows(self, level: LevelName, engine: Engine) -> int:
         """Return how many rows a level leaves."""

@@ -10,13 +10,16 @@ from typing import Any, Literal, TypeVar
 
 from harness.cases.contract import Progress, silent
 from harness.cases.incline.closed_forms import ONE_SHOCK, rebound
+from harness.cases.incline.cost import PASSAGES, STEADY_RUNS
 from harness.cases.incline.critical_angle import CriticalAngle
 from harness.cases.incline.extrapolation import ExtrapolatedAngle, extrapolate
 from harness.cases.incline.levels import Ladder
 from harness.cases.incline.parameters import Incline
-from harness.cases.incline.passage import PHASES, critical_angle_by_passage
+from harness.cases.incline.passage import PHASES, Measure, critical_angle_by_passage
+from harness.cases.incline.result import InclineRun
 from harness.cases.incline.runs import measured
 from harness.cases.incline.steady import COARSE, COARSE_WELLS, critical_angle_by_steady_motion
+from harness.cases.incline.template import Route
 from harness.cases.runs import complete
 from harness.engines.contract import Engine
 from harness.engines.parallel import cores, parallel_map
@@ -42,6 +45,7 @@ def critical_angle(
     phases: int = PHASES,
     wells: int | None = None,
     engine: Engine | None = None,
+    progress: Progress = silent,
 ) -> CriticalAngle:
     """Return the critical angle [deg] of a case (the source's contact unless told otherwise).
 
@@ -50,16 +54,17 @@ def critical_angle(
     ``steady`` (smallest angle that keeps moving, the source's definition);
     ``phases`` is how many starts within a step the passage is averaged over; ``wells`` are to be
     passed in steady motion: those of the case unless given, 100 or more at coarse steps.
-    Without an engine, LAMMPS in-process is opened and closed again. Raise
-    EngineError when the engine fails.
+    Without an engine, LAMMPS in-process is opened and closed again. ``progress`` is called with
+    the runs done and those expected. Raise EngineError when the engine fails.
     """
     case = case or Incline()
     tolerance = TOLERANCES_DEG[method] if tolerance_deg is None else tolerance_deg
     with nullcontext(engine) if engine is not None else open_engine() as opened:
-        measure = partial(measured, opened, route=method)
         if method == "steady":
+            measure = _counted(opened, method, STEADY_RUNS, progress)
             passing = _passing(case, wells)
             return critical_angle_by_steady_motion(measure, passing, tolerance_deg=tolerance)
+        measure = _counted(opened, method, PASSAGES, progress)
         return critical_angle_by_passage(measure, case, tolerance_deg=tolerance, phases=phases)
 
 
@@ -75,6 +80,24 @@ def critical_angle_or_error(case: Incline, **options: Any) -> CriticalAngle | En
         return error
     except RequestError as error:
         return EngineOutputError(str(error))
+
+
+def _counted(engine: Engine, route: Route, expected: int, progress: Progress) -> Measure:
+    """Return what runs inclines in an engine and tells of it; the last runs of a search are told.
+
+    How many there will be is known only then.
+    """
+    done = 0
+
+    def measure(cases: Sequence[Incline]) -> list[InclineRun]:
+        nonlocal done
+        progress(f"runs, {route}", done, max(expected, done + len(cases)))
+        found = measured(engine, cases, route)
+        done += len(found)
+        progress(f"runs, {route}", done, max(expected, done))
+        return found
+
+    return measure
 
 
 def _passing(case: Incline, wells: int | None) -> Incline:

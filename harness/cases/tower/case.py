@@ -7,6 +7,7 @@ from functools import lru_cache, partial
 
 from harness.cases.contract import Case, LevelName, Measured, Reference, Study
 from harness.cases.parts import Part, rows_of_parts
+from harness.cases.tower.cost import tower_seconds
 from harness.cases.tower.engine_runs import read
 from harness.cases.tower.parameters import TowerRunParameters
 from harness.cases.tower.records import NAME
@@ -95,6 +96,16 @@ class TowerCase(Case[TowerRunParameters]):
             steps_per_contact=parameters.steps_per_contact,
         )
         return Measured(_quantities(run, parameters))
+
+    def seconds(
+        self, parameters: TowerRunParameters, rules: Traits | None, solver: str = ""
+    ) -> float:
+        """Return what a run and the exact one that it is held against are expected to take [s]."""
+        case, duration = parameters.tower, parameters.duration
+        own = tower_seconds(
+            case, solver, rules, duration=duration, steps_per_contact=parameters.steps_per_contact
+        )
+        return own + tower_seconds(case, "exact", duration=duration)
 
     def expected_rows(self, level: LevelName, engine: Engine) -> int:
         """Return how many rows a level leaves."""

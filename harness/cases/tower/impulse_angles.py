@@ -5,10 +5,11 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple, Unpack, get_args
+from typing import TYPE_CHECKING, NamedTuple, Unpack, get_args
 
 import pandas as pd
 
+from harness.cases.contract import Progress, silent
 from harness.cases.tower.impulse_table import HEIGHTS, TableOptions, impulse_table
 from harness.cases.tower.run import chosen_solver
 from harness.observables.impulse import ImpulseRow
@@ -17,6 +18,9 @@ from harness.parameters.tower import LAWS, Law, Tower
 from harness.theory import energy_scaling
 from harness.theory.critical_angle import critical_angle
 from harness.theory.shock import Reading, shock_from_impulse_ratio
+
+if TYPE_CHECKING:
+    from harness.engines.contract import Engine
 
 READINGS: tuple[Reading, ...] = get_args(Reading)
 
@@ -43,17 +47,22 @@ def angle_from_impulse_ratio(ratio: float, reading: Reading = "lost") -> float:
 
 
 def impulse_angles(
-    *, reading: Reading = "lost", case: Tower | None = None, **table: Unpack[TableOptions]
+    *,
+    reading: Reading = "lost",
+    case: Tower | None = None,
+    solver: str | None = None,
+    engine: Engine | None = None,
+    progress: Progress = silent,
+    **over: Unpack[TableOptions],
 ) -> pd.DataFrame:
     """Return alpha(n) [1] and theta_c(n) [deg], a row for each combination (:func:`impulse_table`).
 
-    ``table`` are options of :func:`impulse_table`; RK4 is the solver unless another, or an
-    engine, is given. ``critical_angle_deg`` is that of ``reading``; both readings stand beside it.
+    Takes what that takes; RK4 is the solver unless another, or an engine, is given.
+    ``critical_angle_deg`` is that of ``reading``; both readings stand beside it.
     Window, impulse, ratio and angles are NaN where the window does not exist.
     """
-    common = case or Tower()
-    table["solver"] = chosen_solver(table.get("solver"), table.get("engine"))
-    rows = impulse_table(case=common, **table)
+    common, name = case or Tower(), chosen_solver(solver, engine)
+    rows = impulse_table(case=common, solver=name, engine=engine, progress=progress, **over)
     return pd.DataFrame([_record(row, common, reading) for row in rows])
 
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, TypedDict
+from collections.abc import Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING, TypedDict, Unpack
 
+from harness.cases.contract import Progress, silent
 from harness.cases.tower.run import chosen_solver, covering, towers
 from harness.errors import RequestError
 from harness.observables.impulse import ImpulseRow, impulse_until
@@ -24,53 +25,60 @@ SPEEDS = (2.0, 4.0)
 
 
 class TableOptions(TypedDict, total=False):
-    """What a table runs over, and what runs it: keywords of :func:`impulse_table`."""
+    """What a table runs over; the source's values where nothing is given."""
 
     heights: Iterable[int]
     stiffnesses: Iterable[float]
     speeds: Iterable[float]
     laws: Iterable[Law]
     windows: Sequence[Window]
-    solver: str | None
-    engine: Engine | None
+
+
+def families(case: Tower | None = None, **over: Unpack[TableOptions]) -> Iterator[list[Tower]]:
+    """Yield the towers of each law, stiffness and speed, the height 1 that others need first."""
+    heights = dict.fromkeys((1, *over.get("heights", HEIGHTS)))
+    for law, k, speed in itertools.product(
+        over.get("laws", LAWS), over.get("stiffnesses", STIFFNESSES), over.get("speeds", SPEEDS)
+    ):
+        family = (case or Tower()).replace(law=law, stiffness=k, speed=speed, height=1)
+        yield [family.replace(height=height) for height in heights]
 
 
 def impulse_table(
     *,
-    heights: Iterable[int] = HEIGHTS,
-    stiffnesses: Iterable[float] = STIFFNESSES,
-    speeds: Iterable[float] = SPEEDS,
-    laws: Iterable[Law] = LAWS,
-    windows: Sequence[Window] = ("turnaround",),
     solver: str | None = None,
     case: Tower | None = None,
     engine: Engine | None = None,
+    progress: Progress = silent,
+    **over: Unpack[TableOptions],
 ) -> list[ImpulseRow]:
     """Return alpha(n) = J(n)/J(1) [1] for every combination, the source's by default.
 
     ``heights`` [contacts], ``stiffnesses`` [N/m], ``speeds`` [m/s].
 
-    ``case`` gives what is not listed: mass, gravity, diameter and so on. A window that a tower
-    does not show within 3 t0 leaves NaN in its row. ``solver`` (the exact one by default) and
-    ``engine`` are those of :func:`harness.cases.tower.run.tower`; an engine runs the heights of
-    one law, stiffness and speed together.
+    ``over`` are lists of heights, stiffnesses [N/m], speeds [m/s], laws and windows
+    (:class:`TableOptions`). ``case`` gives what is not listed: mass, gravity, diameter and so on. A
+    window that a tower does not show within 3 t0 leaves NaN in its row. ``solver`` (the exact one
+    by default) and ``engine`` are those of :func:`harness.cases.tower.run.tower`; an engine runs
+    the heights of one law, stiffness and speed together. ``progress`` is called for each tower.
     """
-    common, wanted = case or Tower(), tuple(heights)
     name = "exact" if solver is None and engine is None else chosen_solver(solver, engine)
+    windows = over.get("windows", ("turnaround",))
+    over["heights"] = wanted = tuple(over.get("heights", HEIGHTS))
     profiles = "structure" in windows  # its end is a contact's, which the grain does not feel
+    groups = list(families(case, **over))
     rows: list[ImpulseRow] = []
-    for law, k, speed in itertools.product(laws, stiffnesses, speeds):
-        family = common.replace(law=law, stiffness=k, speed=speed, height=1)
-        distinct = dict.fromkeys((1, *wanted))
-        runs = towers(
-            [family.replace(height=height) for height in distinct],
-            solver=name,
-            profiles=profiles,
-            engine=engine,
-        )
-        found = {run.tower.height: _impulses(run, windows, engine) for run in runs}
+    done, total = 0, sum(map(len, groups))
+    for group in groups:
+        found = {}
+        for run in towers(group, solver=name, profiles=profiles, engine=engine):
+            found[run.tower.height] = _impulses(run, windows, engine)
+            done += 1
+            progress("towers", done, total)
+        one = group[0]
+        k, speed = one.each("stiffness")[0], one.speed
         rows += [
-            ImpulseRow(height, k, speed, law, window, end, value, value / found[1][window][1])
+            ImpulseRow(height, k, speed, one.law, window, end, value, value / found[1][window][1])
             for height in wanted
             for window, (end, value) in found[height].items()
         ]

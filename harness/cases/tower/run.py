@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import nullcontext
+from functools import partial
 from typing import TYPE_CHECKING, TypedDict, Unpack
 
+from harness.cases.contract import Progress, silent
 from harness.cases.runs import whole
 from harness.cases.tower.engine_runs import run_towers
+from harness.cases.tower.timing import check_duration
 from harness.engines.registry import ENGINES, open_engine
 from harness.errors import RequestError
 from harness.observables.tower import TowerRun
@@ -32,9 +34,13 @@ class Options(TypedDict, total=False):
     samples: int | None
     profiles: bool
     engine: Engine | None
+    progress: Progress
 
 
-Solver = Callable[[Tower, float, float | None, int | None, bool], TowerRun]
+Told = Callable[[int, int], None]
+"""Called with what is done and all of it."""
+
+Solver = Callable[[Tower, float, float | None, int | None, bool, Told], TowerRun]
 
 
 def tower(case: Tower, **options: Unpack[Options]) -> TowerRun:
@@ -43,8 +49,9 @@ def tower(case: Tower, **options: Unpack[Options]) -> TowerRun:
     ``engine`` runs it where it is given; the name of an engine for ``solver`` opens that one and
     closes it again; else RK4 does. ``steps_per_contact`` counts steps in pi sqrt(m/k), for solvers
     with a step. ``samples`` is how many to keep, about 1000 per t0 if not given; with
-    ``profiles`` all particles are kept, not only the grain. Raise RequestError for what cannot be,
-    a solver that is not the given engine among it, and EngineError for a run that failed.
+    ``profiles`` all particles are kept, not only the grain. ``progress`` is called as solvers of
+    this package go on. Raise RequestError for what cannot be, a solver that is not the given
+    engine among it, and EngineError for a run that failed.
     """
     (run,) = towers([case], **options)
     return run
@@ -59,15 +66,16 @@ def towers(
     samples: int | None = None,
     profiles: bool = False,
     engine: Engine | None = None,
+    progress: Progress = silent,
 ) -> Iterator[TowerRun]:
     """Yield the runs of ``cases``, as :func:`tower` makes one: in an engine they are one batch."""
     name = chosen_solver(solver, engine)
-    if not (math.isfinite(duration) and duration > 0):
-        raise RequestError(f"duration = {duration} t0: must be finite and greater than 0")
+    check_duration(duration)
     if name in SOLVERS:
         for case in cases:
             seconds = duration * case.contact_time
-            yield SOLVERS[name](case, seconds, steps_per_contact, samples, profiles)
+            told = partial(progress, f"tower of height {case.height}, {case.law} law")
+            yield SOLVERS[name](case, seconds, steps_per_contact, samples, profiles, told)
         return
     with nullcontext(engine) if engine is not None else open_engine(name) as opened:
         runs = run_towers(
@@ -101,7 +109,9 @@ def chosen_solver(solver: str | None, engine: Engine | None) -> str:
     return solver
 
 
-def covering(run: TowerRun, window: Window, engine: Engine | None = None) -> TowerRun:
+def covering(
+    run: TowerRun, window: Window, engine: Engine | None = None, progress: Progress = silent
+) -> TowerRun:
     """Return ``run``, or one of the same case and solver that covers ``window``.
 
     Closest approach and impulse need 3 t0, and more where the window ends
@@ -110,12 +120,12 @@ def covering(run: TowerRun, window: Window, engine: Engine | None = None) -> Tow
     """
     t0, long = run.tower.contact_time, run
     if long.time[-1] < (touch_time(run) + SEARCH * t0) * (1 - 1e-9):
-        long = _longer(run, touch_time(run) / t0 + SEARCH, engine)
+        long = _longer(run, touch_time(run) / t0 + SEARCH, engine, progress)
     end = max(window_end(long, one) for one in {window, "turnaround"})
-    return long if end <= long.time[-1] else _longer(run, end / t0 * MARGIN, engine)
+    return long if end <= long.time[-1] else _longer(run, end / t0 * MARGIN, engine, progress)
 
 
-def _longer(run: TowerRun, duration: float, engine: Engine | None) -> TowerRun:
+def _longer(run: TowerRun, duration: float, engine: Engine | None, progress: Progress) -> TowerRun:
     """Run the same again for ``duration`` [t0]."""
     return tower(
         run.tower,
@@ -124,25 +134,30 @@ def _longer(run: TowerRun, duration: float, engine: Engine | None) -> TowerRun:
         steps_per_contact=None if run.step is None else run.tower.contact_period / run.step,
         profiles=run.profiles is not None,
         engine=engine,
+        progress=progress,
     )
 
 
 def _rk4(
-    case: Tower, seconds: float, steps: float | None, samples: int | None, profiles: bool
-) -> TowerRun:
+    case: Tower, seconds: float, steps: float | None, samples: int | None, profiles: bool,
+    told: Told,
+) -> TowerRun:  # fmt: skip
     from harness.chain import rk4
 
-    return rk4.run(case, seconds, steps_per_contact=steps, samples=samples, profiles=profiles)
+    return rk4.run(
+        case, seconds, steps_per_contact=steps, samples=samples, profiles=profiles, told=told
+    )
 
 
 def _exact(
-    case: Tower, seconds: float, steps: float | None, samples: int | None, profiles: bool
-) -> TowerRun:
+    case: Tower, seconds: float, steps: float | None, samples: int | None, profiles: bool,
+    told: Told,
+) -> TowerRun:  # fmt: skip
     from harness.chain import exact
 
     if steps is not None:
         raise RequestError(f"steps_per_contact = {steps}: the exact solver has no step")
-    return exact.run(case, seconds, samples=samples, profiles=profiles)
+    return exact.run(case, seconds, samples=samples, profiles=profiles, told=told)
 
 
 SOLVERS: dict[str, Solver] = {"rk4": _rk4, "exact": _exact}

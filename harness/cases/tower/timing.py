@@ -28,6 +28,12 @@ class Plan:
     steps_per_contact: float
 
 
+def check_duration(duration: float) -> None:
+    """Raise RequestError for a duration [t0] that cannot be."""
+    if not (math.isfinite(duration) and duration > 0):
+        raise RequestError(f"duration = {duration} t0: must be finite and greater than 0")
+
+
 def plan(
     case: Tower, duration: float, steps_per_contact: float | None, samples: int | None
 ) -> Plan:

@@ -60,6 +60,7 @@ class Esys(ScriptedEngine):
         install_hint="apt install esys-particle (Debian), or --program esys=PATH",
         versions=("2.3.4",),
         integrator="mfix-euler",
+        microseconds_per_step=32.0,
         tails=("clipped",),
         spring="Hertz",
         force_from_velocity=True,

@@ -63,6 +63,7 @@ class Kratos(ScriptedEngine):
         "kratos=PYTHON",
         versions=RELEASES,
         integrator=REFERENCE["Velocity_Verlet"],
+        microseconds_per_step=10.0,
         tails=("clipped",),
         effective_masses=("full", "half"),
         digits=15,

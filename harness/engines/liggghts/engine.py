@@ -48,6 +48,7 @@ class Liggghts(LammpsLanguage):
         install_hint="apt install liggghts (Debian, Ubuntu), or --program liggghts=PATH",
         versions=("LIGGGHTS-PUBLIC 3.8.0",),
         integrator="velocity-verlet",
+        microseconds_per_step=2.5,
         lineage="LAMMPS",
         caveats=(
             "In two dimensions (dimension 2) its particles are discs of unit height: 3/2 of the "

@@ -19,6 +19,7 @@ TRAITS = Traits(
     install_hint=OBTAIN,
     versions=("21.3.2",),
     integrator="mfix-euler",
+    microseconds_per_step=32.0,
     tails=("attractive",),
     effective_masses=("half",),
     restitution_floor=1e-20,

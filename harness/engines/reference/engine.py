@@ -76,6 +76,7 @@ class Reference(Engine):
         install_hint="comes with the harness",
         versions=(__version__,),
         integrator=DEFAULT_INTEGRATOR,
+        microseconds_per_step=0.05,
         title="reference DEM",
     )
     ready = True
@@ -96,7 +97,10 @@ class Reference(Engine):
             raise RequestError(f"spring {spring!r} is not known: must be linear or Hertz")
         self.integrator = integrator
         if type(self).traits is Reference.traits:  # a class of its own declares for itself
-            self.traits = replace(self.traits, integrator=integrator, spring=spring)
+            cost = 0.0 if integrator == ADAPTIVE else self.traits.microseconds_per_step
+            self.traits = replace(
+                self.traits, integrator=integrator, spring=spring, microseconds_per_step=cost
+            )
         self._spring: Spring = spring
         self.workers = workers or cores()
         self._seconds = seconds
@@ -162,8 +166,6 @@ class Reference(Engine):
             seconds = time.perf_counter() - started
             return Output((), who, tables, seconds=seconds, title=self.title)
 
-        if len(systems) == 1:
-            return [one(systems[0])]
         return parallel_map(one, systems, self.workers)
 
     def follow(self, scene: Scene) -> Trajectory:

@@ -33,6 +33,7 @@ class Yade(ScriptedEngine):
         install_hint="apt install yade (Debian, Ubuntu), or --program yade=PATH",
         versions=("2023.02a",),
         integrator="mfix-euler",
+        microseconds_per_step=5.0,
         tails=("clipped",),
         title="Yade",
         caveats=(

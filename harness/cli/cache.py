@@ -1,0 +1,95 @@
+"""``dem-harness cache``."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from harness.cli.command import option
+from harness.cli.options import Json
+
+if TYPE_CHECKING:
+    from harness.store.cache_contents import Kept
+
+DAY = 86_400.0
+
+
+@dataclass(frozen=True)
+class CacheCommandOptions:
+    """Which cache, and what of it is removed."""
+
+    cache: Path | None = option(
+        None, "The cache.  [default: DEM_HARNESS_HOME/cache, else ~/.cache/dem-harness]",
+        metavar="DIR",
+    )  # fmt: skip
+    clear: bool = option(False, "Remove what fits the two options below; all without them.")
+    older_than: float | None = option(
+        None, "Only what was not used for so many days.", metavar="DAYS"
+    )
+    case: str | None = option(
+        None, "Only results of a case that `dem-harness cases` lists.", metavar="NAME"
+    )
+
+    def fitting(self, found: list[Kept]) -> list[Kept]:
+        """Return what fits the options; raise RequestError for an age that is none."""
+        from harness.cases.registry import get_case
+        from harness.errors import RequestError
+
+        if self.older_than is not None and not self.older_than >= 0.0:
+            raise RequestError(f"--older-than {self.older_than}: must be 0 days or more")
+        if self.case is not None:
+            template = get_case(self.case).template.name
+            found = [one for one in found if {self.case, template} & set(one.cases)]
+        if self.older_than is not None:
+            newest = time.time() - DAY * self.older_than
+            found = [one for one in found if one.used <= newest]
+        return found
+
+
+def cache(asked: CacheCommandOptions, json: Json = False) -> None:
+    """Say what is kept: path, size and cases of the cache; or clear it, by age or case.
+
+    Besides results the cache holds environments of `releases` and compiled kernels. What is
+    cleared is computed, installed or compiled again when it is asked for.
+    """
+    from harness.cli.output import print_json
+    from harness.home import cache_place
+    from harness.store.cache_contents import clear, contents
+
+    folder = cache_place(asked.cache).path
+    found = asked.fitting(contents(folder))
+    record: dict[str, Any] = {"cache": str(folder), **_sums(found)}
+    if asked.clear:
+        gone = clear(folder, found)
+        record = {"cache": str(folder), "cleared": _sums(gone), **_sums(contents(folder))}
+    if json:
+        print_json(record)
+        return
+    print(f"{folder}: {_said(record)}")
+    for sort, part in record["sorts"].items():
+        print(f"  {sort}: {_said(part)}")
+    for case, part in record["cases"].items():
+        print(f"  of case {case}: {_said(part)}")
+    if asked.clear:
+        print(f"cleared: {_said(record['cleared'])}")
+
+
+def _sums(found: list[Kept]) -> dict[str, Any]:
+    """Return how many things there are and their size, in all, by sort and by case."""
+    sorts = sorted({one.sort for one in found})
+    cases = sorted({case for one in found for case in one.cases})
+    return {
+        **_sum(found),
+        "sorts": {sort: _sum([one for one in found if one.sort == sort]) for sort in sorts},
+        "cases": {case: _sum([one for one in found if case in one.cases]) for case in cases},
+    }
+
+
+def _sum(found: list[Kept]) -> dict[str, int]:
+    return {"count": len(found), "size_bytes": sum(one.size for one in found)}
+
+
+def _said(part: dict[str, Any]) -> str:
+    return f"{part['count']} kept, {part['size_bytes'] / 1e6:.1f} MB"

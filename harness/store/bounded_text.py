@@ -1,0 +1,18 @@
+"""Read a file that a user names: a device has no end."""
+
+from __future__ import annotations
+
+import errno
+from pathlib import Path
+
+LONGEST = 2**27
+"""Bytes: the results of the longest verification are a hundredth of it."""
+
+
+def bounded_text(path: Path) -> str:
+    """Return a file's text; raise OSError for one that is too long, UnicodeDecodeError."""
+    with path.open("rb") as file:
+        data = file.read(LONGEST + 1)
+    if len(data) > LONGEST:
+        raise OSError(errno.EFBIG, f"is longer than {LONGEST} bytes")
+    return data.decode("utf-8")

@@ -1,0 +1,104 @@
+"""Random command lines: every command and option of the app, with values good and bad."""
+
+import random
+from typing import Any, Literal, get_args, get_origin
+
+from harness.cli.app import app
+
+NUMBERS = (
+    *("nan", "inf", "-inf", "-0", "0", "1", "2", "3.5", "-1", "1e308", "-1e308", "1e-308"),
+    *("5e-324", "1e15", "123456789012345678901234567890", "0.1", "50", "1e5", "1e6", "x"),
+)
+TEXTS = (
+    *(
+        "",
+        " ",
+        "a" * 5000,
+        "Ω≈ç√",
+        "日本語",
+        "אבג",
+        "\U0001f4a9",
+        "a\nb",
+        "\x1b[31m",
+        "--",
+        "-",
+        "%s",
+    ),
+    *("'", '"', "a=b", "=", "x=", "a.b=c", "1-", "1-3", "1,2", "9-1", "1e5,1e6", "*", "[", "?"),
+    *("2025-01-01", "0001-01-01", "9999-12-31T23:59:59-14:00", "all", "none", "pass", "fail"),
+    *("incline", "tower", "drop", "lammps", "reference", "yade", "exact", "rk4", "os:path", ":"),
+    *("yade=/bin/true", "reference.seconds=1", "height=2", "stiffness=1e308", "angle=nan"),
+    *("preset=source", "contact.tail=clipped", "speed=-0", "velocity-verlet", "adaptive", "\udcff"),
+)
+PATHS = (
+    *("nowhere/at/all", ".", "", "endless", "a" * 300, "file.csv", "file.svg", "file.png"),
+    *("folder", "new", "new/below", "Ω.csv", "-", "~", "\udcff", "folder/results.json", "link"),
+)
+"""All within the test's folder: a line may write, replace or remove what it names. ``file.*``,
+``folder``, ``link`` and ``endless``, a link to a device, are made by the test."""
+
+NEVER = ("--force", "--help", "--version")
+"""What takes the limit of the cost away, or asks for nothing."""
+
+
+def commands() -> dict[str, dict[str, Any]]:
+    """Return the parameters of every command by its words, as the app has them."""
+    found = {}
+    groups = [("", app), *((group.typer_instance.info.name, group.typer_instance)
+                           for group in app.registered_groups)]  # fmt: skip
+    for prefix, group in groups:
+        for command in group.registered_commands:
+            name = command.name or command.callback.__name__.replace("_", "-")
+            words = f"{prefix} {name}".strip()
+            found[words] = command.callback.__signature__.parameters
+    return found
+
+
+def line(dice: random.Random) -> list[str]:
+    """Return a random command line."""
+    every = commands()
+    words = dice.choice(list(every))
+    # many options contradict one another: most lines have few
+    many = dice.choice((0, 1, 1, 2, 2, 3, 5, 9))
+    options, arguments = [], []
+    for parameter in every[words].values():
+        (kind, told) = get_args(parameter.annotation)
+        # of Annotated[..., Option("--name")] typer keeps the first name where the default was
+        texts = [
+            text for text in (told.default, *(told.param_decls or ())) if isinstance(text, str)
+        ]
+        names = [name for text in texts for name in text.split("/")]
+        if not names:
+            repeats = dice.choice((1, 1, 2)) if get_origin(kind) is list else 1
+            arguments += [_value(dice, kind) for _ in range(repeats)]
+        elif names[0] not in NEVER:
+            options.append((names, kind))
+    chosen = dice.sample(options, min(many, len(options)))
+    given = [word for names, kind in chosen for word in _option(dice, names, kind)]
+    if dice.random() < 0.05:
+        arguments = arguments[1:] if dice.random() < 0.5 else [*arguments, dice.choice(TEXTS)]
+    return [*words.split(), *given, *arguments]
+
+
+def _option(dice: random.Random, names: list[str], kind: Any) -> list[str]:
+    name = dice.choice(names)
+    if bool in (kind, *get_args(kind)):
+        return [name]
+    value = _value(dice, kind)
+    return [f"{name}={value}"] if dice.random() < 0.3 else [name, value]
+
+
+def _value(dice: random.Random, kind: Any) -> str:
+    """Return a value of a type, now and then one of another."""
+    if dice.random() < 0.05:
+        return dice.choice((*NUMBERS, *TEXTS, *PATHS))
+    inner = get_args(kind)
+    if get_origin(kind) is Literal:
+        return dice.choice(inner)
+    kinds = {kind, *inner, *(one for part in inner for one in get_args(part))}
+    if kinds & {int, float}:
+        return dice.choice(NUMBERS)
+    if str in kinds:
+        return dice.choice((*TEXTS, *NUMBERS))
+    literal = [one for one in kinds if isinstance(one, str)]
+    return dice.choice(literal) if literal else dice.choice(PATHS)

@@ -1,0 +1,116 @@
+"""What would hardly end is refused before it begins; what runs long hears Ctrl-C."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from harness.cases.incline.cost import PASSAGES, angle_seconds, extrapolation_seconds, run_seconds
+from harness.cases.incline.parameters import Incline
+from harness.cases.registry import all_cases
+from harness.cases.tower.cost import tower_seconds
+from harness.engines.cost import MOST_SECONDS, engine_seconds, refuse_endless
+from harness.engines.reference.engine import Reference
+from harness.engines.registry import ENGINES, engine_class
+from harness.errors import RequestError
+from harness.parameters.tower import Tower
+
+ENDLESS = [
+    ("impulse", "--heights", "1-10000"),
+    ("critical-angle", "--stiffness", "1e308"),
+    ("critical-angle", "--stiffness", "1e308", "--engine", "reference"),
+    ("critical-angle", "--diameter", "1e-15", "--engine", "liggghts"),
+    ("critical-angle", "--stiffness", "1e13", "--extrapolate"),
+    ("critical-angle", "--method", "steady", "--wells", "10000", "--stiffness", "1e11"),
+    ("tower", "--height", "10000000"),
+    ("tower", "--duration", "1e7"),
+    ("tower", "--height", "1000", "--duration", "3000", "--solver", "exact"),
+    ("tower", "--height", "1000000", "--law", "overlap", "--solver", "lammps"),
+    ("run", "incline", "--set", "stiffness=1e300"),
+    ("run", "drop", "--set", "steps_per_contact=1e5", "--set", "duration=1e4"),
+    ("run", "tower", "--set", "height=4000", "--set", "duration=3000"),
+]
+
+
+@pytest.mark.parametrize("words", ENDLESS, ids=" ".join)
+def test_what_would_hardly_end_is_refused_with_the_cost(harness, words):
+    said = harness(*words, status=2).stderr
+    assert "would take" in said
+    assert "10 minutes are the limit" in said
+    assert "--force" in said
+    assert said.count("\n") == 1
+
+
+def test_force_runs_it_all_the_same(answer):
+    words = ("tower", "--height", "3", "--duration", "0.1", "--force")
+    assert answer(*words)["height"] == 3
+    with pytest.raises(RequestError, match="more than 1000 years"):
+        refuse_endless(float("nan"), "it")
+    refuse_endless(1e9, "it", float("inf"))
+
+
+def test_the_usual_is_below_the_limit_in_every_engine():
+    for name in ENGINES:
+        rules = engine_class(name).traits
+        assert angle_seconds(Incline(), "passage", rules) < MOST_SECONDS / 10
+        assert angle_seconds(Incline(), "steady", rules) < MOST_SECONDS
+        assert extrapolation_seconds(Incline(), rules) < MOST_SECONDS
+    lammps = engine_class("lammps").traits
+    for case in all_cases().values():
+        for parameters in case.presets.values():
+            assert case.seconds(parameters, lammps) < MOST_SECONDS / 10
+    assert tower_seconds(Tower(height=19), "exact") < 1
+    assert tower_seconds(Tower(height=100)) < 10
+
+
+def test_a_passage_takes_the_steps_that_are_expected(answer):
+    found = answer("critical-angle", "--engine", "reference", "--stiffness", "1e5")
+    cost = Reference.traits.microseconds_per_step * 1e-6
+    expected = run_seconds(Incline(stiffness=1e5), "passage", Reference.traits) / cost
+    assert found["steps"] / found["runs"] == pytest.approx(expected, rel=0.1)
+    assert found["runs"] == pytest.approx(PASSAGES, abs=3)
+
+
+def test_the_cost_of_a_step_grows_with_the_particles():
+    rules = engine_class("lammps").traits
+    assert engine_seconds(1e6, 2, rules) == engine_seconds(1e6, 10, rules) == pytest.approx(1.0)
+    assert engine_seconds(1e6, 1000, rules) == pytest.approx(100.0)
+    assert engine_seconds(1e6, 10, Reference("adaptive").traits) == 0.0
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("tower", "--height", "300000", "--duration", "0.02"),
+        ("tower", "--height", "300000", "--duration", "3", "--law", "overlap"),
+        ("tower", "--height", "1000", "--duration", "100", "--solver", "exact"),
+        ("critical-angle", "--engine", "reference", "--stiffness", "1e14"),
+        ("critical-angle", "--engine", "reference", "--stiffness", "1e14", "--integrator", "rk4"),
+    ],
+    ids=" ".join,
+)
+def test_ctrl_c_is_heard_within_two_seconds_in_compiled_loops(tmp_path, words):
+    begun = subprocess.Popen(
+        [sys.executable, "-m", "harness", *words, "--force"],
+        cwd=tmp_path,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    with begun:
+        time.sleep(12.0)
+        assert begun.poll() is None
+        begun.send_signal(signal.SIGINT)
+        sent = time.monotonic()
+        said = begun.communicate()[1]
+    # the machine may be shared: its scheduler is no part of what is measured
+    assert time.monotonic() - sent < 4.0
+    assert (begun.returncode, said.count("\n")) == (130, 1)
+
+
+def test_an_error_before_the_work_is_an_object_with_json(answer):
+    found = answer("tower", "--height", "10000000", status=2)
+    assert json.dumps(found["status"]) == "2"
+    assert "would take" in found["error"]
