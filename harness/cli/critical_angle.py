@@ -212,4 +212,4 @@ def critical_angle(
         found = route.measure(case, opened, told.progress)
         record = completed({"closed_form_deg": closed_form(), **found}, opened, told)
         told.quantities = angle_quantities(record)
-    answer(record, json, print_record)
+    answer(record, engine.engine, json, print_record)

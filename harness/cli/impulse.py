@@ -191,7 +191,7 @@ def impulse(
     if points is not None:
         pairs = zip(points.heights, points.angles_deg, strict=True)
         record["reference"] = [{"h_over_d": h, "theta_deg": angle} for h, angle in pairs]
-    answer(record, json, lambda record: _print_tables(found, record))
+    answer(record, name, json, lambda record: _print_tables(found, record))
 
 
 def _print_tables(found: pd.DataFrame, record: Mapping[str, Any]) -> None:

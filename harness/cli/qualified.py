@@ -25,7 +25,10 @@ def completed(record: Mapping[str, Any], engine: Engine | None, told: Recording)
 
 
 def answer(
-    record: Mapping[str, Any], json: bool, show: Callable[[Mapping[str, Any]], None]
+    record: Mapping[str, Any],
+    engine: str,
+    json: bool,
+    show: Callable[[Mapping[str, Any]], None],
 ) -> None:
     """Print a record, and end with status 3 and the reason where its engine did not qualify."""
     import typer
@@ -38,7 +41,6 @@ def answer(
     (print_json if json else show)(record)
     if not record.get("qualified", True):
         reason = printable(record["qualification_failures"])
-        engine = record.get("engine", record.get("solver"))
         tell_stderr(f"engine {engine!r} did not qualify, its result is not to be used: {reason}")
         raise typer.Exit(HarnessError.exit_status)
 

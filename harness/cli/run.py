@@ -72,7 +72,7 @@ def run(asked: CaseOptions, runner: RunnerOptions, json: Json = False) -> None:
         )
         record = {**found.record(), **more}
         told.engine, told.quantities = record, run_quantities(record, values)
-    answer(record, json, _print)
+    answer(record, found.engine, json, _print)
 
 
 def _print(record: Mapping[str, Any]) -> None:

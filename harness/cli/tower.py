@@ -106,7 +106,7 @@ def tower(
         told.quantities = tower_quantities(record)
     if run.series is not None:
         write_all({("--series", run.series): lambda path: found.frame().to_csv(path, index=False)})
-    answer(record, json, _print)
+    answer(record, solver.solver, json, _print)
 
 
 def _print(record: Mapping[str, Any]) -> None:
