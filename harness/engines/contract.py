@@ -34,6 +34,7 @@ from harness.observables.provenance import Provenance
 
 if TYPE_CHECKING:
     from harness.engines.scene import SceneBuilder
+    from harness.parameters.allowed import Allowed
     from harness.parameters.contact import Contact
 
 Value = str | int | float
@@ -49,7 +50,8 @@ class Template:
     ``variants`` maps the name of a variant to its defaults; the first is the main one, and a case
     with one script names it "". ``notes`` is a sentence on each variant for the head of its script.
     ``package`` is where templates of a case outside this project lie, in
-    ``templates/<engine>/``. ``scene`` makes the same system from values as arrays.
+    ``templates/<engine>/``. ``scene`` makes the same system from values as arrays. ``allowed`` is
+    what values may be, for scripts that are run by hand: jobs are checked before.
     """
 
     name: str
@@ -57,6 +59,7 @@ class Template:
     notes: Mapping[str, str] = field(default_factory=dict)
     package: str = ""
     scene: SceneBuilder | None = None
+    allowed: Mapping[str, Allowed] = field(default_factory=dict)
 
     @property
     def main(self) -> str:

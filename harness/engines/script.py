@@ -3,7 +3,8 @@
 A template lies in ``templates/<name>.<extension>.j2`` of an engine's folder, or, where the case
 belongs to another package, in ``<package>/templates/<engine>/``. Jinja sees every default as
 :meth:`ScriptSource.literal` writes it, and all as ``defaults``, with ``name`` (the file),
-``version``, ``variant`` and ``note``.
+``version``, ``variant``, ``note``, and ``allowed``: what the variables that the script declares
+may be.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from typing import Any, ClassVar
 from harness import __version__
 from harness.engines.contract import Engine, Job, Template, Value, Values
 from harness.errors import RequestError
+from harness.parameters.allowed import Allowed
 
 
 @dataclass(frozen=True)
@@ -58,7 +60,8 @@ class ScriptSource(Engine):
     (``<template>-<variant>.<extension>``), or all run that of the main one with other values.
     ``inputs_folder`` is where scripts are written below ``inputs``, the engine's name unless
     given. ``unused_values`` are those that no script has a use for. A sampled job sets each of
-    the ``switches`` that its script declares. ``jinja`` are options of Jinja's environment.
+    the ``switches`` that its script declares. ``allowed`` is what variables of the engine's own
+    may be. ``jinja`` are options of Jinja's environment.
     """
 
     extension: ClassVar[str] = "py"
@@ -66,6 +69,7 @@ class ScriptSource(Engine):
     inputs_folder: ClassVar[str | None] = None
     unused_values: ClassVar[frozenset[str]] = frozenset()
     switches: ClassVar[Values] = {}
+    allowed: ClassVar[Mapping[str, Allowed]] = {}
     jinja: ClassVar[Mapping[str, bool]] = {}
 
     @classmethod
@@ -176,10 +180,14 @@ class ScriptSource(Engine):
             "name": name,
             "variant": variant,
             "note": template.notes.get(variant, ""),
+            "allowed": {},
             **cls.context(template, variant),
         }
         text = _render(cls._folders(template), source, values, cls.jinja)
-        return Script(name, text, cls.declared(text))
+        variables = cls.declared(text)
+        allowed = {**template.allowed, **cls.allowed}
+        values["allowed"] = {n: one for n, one in allowed.items() if n in variables}
+        return Script(name, _render(cls._folders(template), source, values, cls.jinja), variables)
 
     @classmethod
     def _source(cls, template: Template) -> str | None:

@@ -6,9 +6,9 @@ from inspect import cleandoc
 from typing import TYPE_CHECKING, Any, Self
 
 from pydantic import BaseModel, ConfigDict, ValidationError
-from pydantic.fields import FieldInfo
 
 from harness.errors import RequestError
+from harness.parameters.allowed import allowed_in, unit_in
 
 
 class Parameters(BaseModel):
@@ -56,9 +56,12 @@ def _one_line(kind: type[BaseModel], error: ValidationError) -> str:
     message = message[0].lower() + message[1:]
     if first["type"] in _OUT_OF_RANGE:
         finite = ["a finite number"] if first["type"] == "finite_number" else []
-        allowed = ", ".join([*finite, *_ranges(kind, name)])
+        ranges = [one.range] if (one := allowed_in(kind).get(name)) and one.range else []
+        allowed = ", ".join([*finite, *ranges])
         message = f"must be {allowed}" if allowed else message
-    return f"{name} = {first['input']!r}{_unit(kind.model_fields.get(name))}: {message}"
+    field = kind.model_fields.get(name)
+    unit = unit_in((field.description if field else None) or "")
+    return f"{name} = {first['input']!r}{unit and ' '}{unit}: {message}"
 
 
 _OUT_OF_RANGE = {
@@ -68,25 +71,3 @@ _OUT_OF_RANGE = {
     "less_than",
     "less_than_equal",
 }
-
-_BOUNDS = {
-    "exclusiveMinimum": "greater than",
-    "minimum": "greater than or equal to",
-    "exclusiveMaximum": "less than",
-    "maximum": "less than or equal to",
-}
-
-
-def _ranges(kind: type[BaseModel], name: str) -> list[str]:
-    """Return the range of a field, as in ``greater than 0 and less than 5``, or nothing."""
-    schema = kind.model_json_schema()["properties"][name]
-    allowed = {**schema, **schema.get("anyOf", [{}])[0]}
-    bounds = [f"{words} {allowed[key]:.12g}" for key, words in _BOUNDS.items() if key in allowed]
-    return [" and ".join(bounds)] if bounds else []
-
-
-def _unit(field: FieldInfo | None) -> str:
-    """Return the unit that opens the description of a field, with a space before it."""
-    description = (field.description if field else None) or ""
-    unit = description[1 : description.index("]")] if description.startswith("[") else "-"
-    return "" if unit == "-" else f" {unit}"

@@ -13,6 +13,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
+from harness.parameters.allowed import Allowed, allowed_in
 from harness.parameters.base import Parameters
 
 Tail = Literal["attractive", "clipped"]
@@ -115,6 +116,11 @@ def contact_values(contact: Contact) -> dict[str, str | int | float]:
         "effective_mass": contact.effective_mass,
         "tail": contact.tail,
     }
+
+
+def contact_allowed() -> dict[str, Allowed]:
+    """Return what scripts allow for the values of a contact."""
+    return {"damping": Allowed(words=("restitution", "ratio")), **allowed_in(Contact)}
 
 
 def contact_of(values: Mapping[str, Any], name: str = "custom") -> Contact:

@@ -13,6 +13,7 @@ from harness.cases.registry import all_cases
 from harness.comparison.published import published
 from harness.engines.registry import engine_class, engine_names
 from harness.errors import RequestError
+from harness.parameters.allowed import unit_in
 from harness.parameters.base import Parameters
 from harness.shown import Listing
 
@@ -100,14 +101,7 @@ def _parameters(
         if isinstance(value, Parameters):
             yield from _parameters(type(value), value, f"{prefix}{name}.")
             continue
-        unit, description = _unit_and_text(declared.description or "")
+        text = declared.description or ""
+        meaning = text.partition("]")[2].strip() if text.startswith("[") else text
         default = None if value is PydanticUndefined else value
-        yield prefix + name, ParameterInfo(default, unit, description)
-
-
-def _unit_and_text(description: str) -> tuple[str, str]:
-    """Return the unit that opens a description in brackets, empty for ``[-]``, and the rest."""
-    if not description.startswith("["):
-        return "", description
-    unit, _, text = description[1:].partition("]")
-    return "" if unit == "-" else unit, text.strip()
+        yield prefix + name, ParameterInfo(default, unit_in(text), meaning)

@@ -57,14 +57,94 @@ PARAMETERS = {
 FIXED, GRAIN = 1, 2
 
 
+ALLOWED = {
+    "angle": (
+        lambda value: not (value < 0 or value > 30 or value != value),
+        " deg: must be greater than or equal to 0 and less than or equal to 30",
+    ),
+    "stiffness": (
+        lambda value: not (value <= 0 or value != value),
+        " N/m: must be greater than 0",
+    ),
+    "steps_per_contact": (
+        lambda value: not (value <= 0 or value > 100000 or value != value),
+        ": must be greater than 0 and less than or equal to 100000",
+    ),
+    "diameter": (
+        lambda value: not (value <= 0 or value != value),
+        " m: must be greater than 0",
+    ),
+    "density": (
+        lambda value: not (value <= 0 or value != value),
+        " kg/m3: must be greater than 0",
+    ),
+    "gravity": (
+        lambda value: not (value <= 0 or value != value),
+        " m/s2: must be greater than 0",
+    ),
+    "wells": (
+        lambda value: not (value < 1 or value > 10000 or value != value),
+        ": must be a whole number, greater than or equal to 1 and less than or equal to 10000",
+    ),
+    "time_limit": (
+        lambda value: not (value <= 0 or value != value),
+        ": must be greater than 0",
+    ),
+    "damping": (
+        lambda value: value in ["restitution", "ratio"],
+        ": must be one of restitution, ratio",
+    ),
+    "restitution": (
+        lambda value: not (value < 0 or value > 1 or value != value),
+        ": must be greater than or equal to 0 and less than or equal to 1",
+    ),
+    "damping_ratio": (
+        lambda value: not (value < 0 or value > 100 or value != value),
+        ": must be greater than or equal to 0 and less than or equal to 100",
+    ),
+    "effective_mass": (
+        lambda value: value in ["full", "half"],
+        ": must be one of full, half",
+    ),
+    "route": (
+        lambda value: value in ["passage", "steady"],
+        ": must be one of passage, steady",
+    ),
+    "speed": (
+        lambda value: not (value <= 0 or value != value),
+        ": must be greater than 0",
+    ),
+    "start": (
+        lambda value: not (value <= 0 or value > 30 or value != value),
+        " deg: must be greater than 0 and less than or equal to 30",
+    ),
+    "series_every": (
+        lambda value: not (value < 1 or value != value),
+        ": must be a whole number, greater than or equal to 1",
+    ),
+}
+
+
+def value_of(name, text):
+    """Return a parameter given as text, of the type of its default; end for one not allowed."""
+    if name not in PARAMETERS:
+        sys.exit(f"ERROR: {name}: no such parameter; there are {', '.join(PARAMETERS)}")
+    kind = type(PARAMETERS[name])
+    try:
+        value = kind(text)
+    except ValueError:
+        sys.exit(f"ERROR: {name} = {text}: must be a {'whole ' if kind is int else ''}number")
+    if name in ALLOWED and not ALLOWED[name][0](value):
+        sys.exit(f"ERROR: {name} = {text}{ALLOWED[name][1]}")
+    return value
+
+
 def parameters(words):
     """Return the parameters, with what the command line says of them."""
     values = dict(PARAMETERS)
     for word in words:
         name, _, text = word.partition("=")
-        if name not in values:
-            sys.exit(f"{name}: no such parameter; there are {', '.join(values)}")
-        values[name] = type(values[name])(text)
+        values[name] = value_of(name, text)
     return values
 
 

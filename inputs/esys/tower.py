@@ -39,14 +39,78 @@ PARAMETERS = {
 FIXED, MOBILE = 1, 2
 
 
+ALLOWED = {
+    "height": (
+        lambda value: not (value < 1 or value > 10000000 or value != value),
+        ": must be a whole number, greater than or equal to 1 and less than or equal to 10000000",
+    ),
+    "stiffness": (
+        lambda value: not (value <= 0 or value != value),
+        " N/m: must be greater than 0",
+    ),
+    "mass": (
+        lambda value: not (value <= 0 or value != value),
+        " kg: must be greater than 0",
+    ),
+    "diameter": (
+        lambda value: not (value <= 0 or value != value),
+        " m: must be greater than 0",
+    ),
+    "speed": (
+        lambda value: not (value < 0 or value != value),
+        " m/s: must be greater than or equal to 0",
+    ),
+    "gravity": (
+        lambda value: not (value < 0 or value != value),
+        " m/s2: must be greater than or equal to 0",
+    ),
+    "base": (
+        lambda value: value in ["fixed", "free"],
+        ": must be one of fixed, free",
+    ),
+    "start": (
+        lambda value: value in ["touching", "preloaded", "gapped"],
+        ": must be one of touching, preloaded, gapped",
+    ),
+    "gap": (
+        lambda value: not (value < 0 or value != value),
+        " m: must be greater than or equal to 0",
+    ),
+    "duration": (
+        lambda value: not (value <= 0 or value != value),
+        " t0: must be greater than 0",
+    ),
+    "steps_per_contact": (
+        lambda value: not (value <= 3.141592653589793 or value != value),
+        ": must be greater than 3.14159265359",
+    ),
+    "series_every": (
+        lambda value: not (value < 1 or value != value),
+        ": must be a whole number, greater than or equal to 1",
+    ),
+}
+
+
+def value_of(name, text):
+    """Return a parameter given as text, of the type of its default; end for one not allowed."""
+    if name not in PARAMETERS:
+        sys.exit(f"ERROR: {name}: no such parameter; there are {', '.join(PARAMETERS)}")
+    kind = type(PARAMETERS[name])
+    try:
+        value = kind(text)
+    except ValueError:
+        sys.exit(f"ERROR: {name} = {text}: must be a {'whole ' if kind is int else ''}number")
+    if name in ALLOWED and not ALLOWED[name][0](value):
+        sys.exit(f"ERROR: {name} = {text}{ALLOWED[name][1]}")
+    return value
+
+
 def parameters(words):
     """Return the parameters, with what the command line says of them."""
     values = dict(PARAMETERS)
     for word in words:
         name, _, text = word.partition("=")
-        if name not in values:
-            sys.exit(f"{name}: no such parameter; there are {', '.join(values)}")
-        values[name] = type(values[name])(text)
+        values[name] = value_of(name, text)
     return values
 
 

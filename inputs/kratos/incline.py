@@ -135,6 +135,7 @@ class Row:
         self.mass = p.density * math.pi * p.diameter**3 / 6.0
         self.step = math.pi * math.sqrt(self.mass / p.stiffness) / p.steps_per_contact
         self.damping = dashpot(p, self.mass)
+        refuse_unsound(p, self.mass, self.damping)
         self.tilt = math.radians(p.angle)
         self.gravity = p.gravity * math.sin(self.tilt), -p.gravity * math.cos(self.tilt)
         self.weight = self.mass * p.gravity
@@ -205,6 +206,22 @@ def dashpot(p: SimpleNamespace, mass: float) -> float:
             zeta = -logarithm / math.hypot(math.pi, logarithm)
     effective = 0.5 * mass if p.effective_mass == "half" else mass
     return 2.0 * zeta * math.sqrt(p.stiffness * effective)
+
+
+def refuse_unsound(p, mass, eta):
+    """End for a contact that is too soft, or a step that is unstable in a well.
+
+    There the motion normal to the row feels 3/2 of the spring and of the dashpot.
+    """
+    zeta = eta / 2 / math.sqrt(p.stiffness * mass)
+    fewest = math.pi / 2 / (math.sqrt(zeta * zeta + 2 / 3) - zeta)
+    softest = 100 * mass * p.gravity / p.diameter
+    for name, value, least in (
+        ("steps_per_contact", p.steps_per_contact, fewest),
+        ("stiffness", p.stiffness, softest),
+    ):
+        if value < least * (1 - 1e-12):
+            sys.exit(f"ERROR: {name} = {value}: must be greater than {least:.6g} at these values")
 
 
 LAW = "DEM_D_Linear_viscous_Coulomb"
@@ -403,14 +420,94 @@ STRATEGY = """{
 }"""
 
 
-CHOICES = {
-    "route": ("passage", "steady"),
-    "damping": ("restitution", "ratio"),
-    "effective_mass": ("full", "half"),
-    "base": ("fixed", "free"),
-    "start": ("touching", "preloaded", "gapped"),
-    "scheme": ("Velocity_Verlet", "Symplectic_Euler"),
+ALLOWED = {
+    "angle": (
+        lambda value: not (value < 0 or value > 30 or value != value),
+        " deg: must be greater than or equal to 0 and less than or equal to 30",
+    ),
+    "stiffness": (
+        lambda value: not (value <= 0 or value != value),
+        " N/m: must be greater than 0",
+    ),
+    "steps_per_contact": (
+        lambda value: not (value <= 0 or value > 100000 or value != value),
+        ": must be greater than 0 and less than or equal to 100000",
+    ),
+    "diameter": (
+        lambda value: not (value <= 0 or value != value),
+        " m: must be greater than 0",
+    ),
+    "density": (
+        lambda value: not (value <= 0 or value != value),
+        " kg/m3: must be greater than 0",
+    ),
+    "gravity": (
+        lambda value: not (value <= 0 or value != value),
+        " m/s2: must be greater than 0",
+    ),
+    "wells": (
+        lambda value: not (value < 1 or value > 10000 or value != value),
+        ": must be a whole number, greater than or equal to 1 and less than or equal to 10000",
+    ),
+    "phase": (
+        lambda value: not (value < 0 or value > 1 or value != value),
+        ": must be greater than or equal to 0 and less than or equal to 1",
+    ),
+    "time_limit": (
+        lambda value: not (value <= 0 or value != value),
+        ": must be greater than 0",
+    ),
+    "damping": (
+        lambda value: value in ["restitution", "ratio"],
+        ": must be one of restitution, ratio",
+    ),
+    "restitution": (
+        lambda value: not (value < 0 or value > 1 or value != value),
+        ": must be greater than or equal to 0 and less than or equal to 1",
+    ),
+    "damping_ratio": (
+        lambda value: not (value < 0 or value > 100 or value != value),
+        ": must be greater than or equal to 0 and less than or equal to 100",
+    ),
+    "effective_mass": (
+        lambda value: value in ["full", "half"],
+        ": must be one of full, half",
+    ),
+    "route": (
+        lambda value: value in ["passage", "steady"],
+        ": must be one of passage, steady",
+    ),
+    "speed": (
+        lambda value: not (value <= 0 or value != value),
+        ": must be greater than 0",
+    ),
+    "start": (
+        lambda value: not (value <= 0 or value > 30 or value != value),
+        " deg: must be greater than 0 and less than or equal to 30",
+    ),
+    "series_every": (
+        lambda value: not (value < 1 or value != value),
+        ": must be a whole number, greater than or equal to 1",
+    ),
+    "scheme": (
+        lambda value: value in ["Velocity_Verlet", "Symplectic_Euler"],
+        ": must be one of Velocity_Verlet, Symplectic_Euler",
+    ),
 }
+
+
+def value_of(name, text):
+    """Return a parameter given as text, of the type of its default; end for one not allowed."""
+    if name not in PARAMETERS:
+        sys.exit(f"ERROR: {name}: no such parameter; there are {', '.join(PARAMETERS)}")
+    kind = type(PARAMETERS[name])
+    try:
+        value = kind(text)
+    except ValueError:
+        sys.exit(f"ERROR: {name} = {text}: must be a {'whole ' if kind is int else ''}number")
+    if name in ALLOWED and not ALLOWED[name][0](value):
+        sys.exit(f"ERROR: {name} = {text}{ALLOWED[name][1]}")
+    return value
 
 
 def parameters(words: list[str]) -> SimpleNamespace:
@@ -418,15 +515,7 @@ def parameters(words: list[str]) -> SimpleNamespace:
     values: dict[str, Any] = dict(PARAMETERS)
     for word in words:
         name, _, text = word.partition("=")
-        if name not in values:
-            sys.exit(f"{word}: must be NAME=VALUE, with a NAME of {', '.join(values)}")
-        try:
-            values[name] = type(values[name])(text)
-        except ValueError:
-            sys.exit(f"{word}: must be a number")
-        allowed = CHOICES.get(name, (text,)) if isinstance(values[name], str) else (text,)
-        if text not in allowed:
-            sys.exit(f"{word}: must be one of {', '.join(allowed)}")
+        values[name] = value_of(name, text)
     return SimpleNamespace(**values)
 
 

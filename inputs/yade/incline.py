@@ -75,6 +75,96 @@ WATCH = 50
 """Steps between two looks at the grain."""
 
 
+ALLOWED = {
+    "angle": (
+        lambda value: not (value < 0 or value > 30 or value != value),
+        " deg: must be greater than or equal to 0 and less than or equal to 30",
+    ),
+    "stiffness": (
+        lambda value: not (value <= 0 or value != value),
+        " N/m: must be greater than 0",
+    ),
+    "steps_per_contact": (
+        lambda value: not (value <= 0 or value > 100000 or value != value),
+        ": must be greater than 0 and less than or equal to 100000",
+    ),
+    "diameter": (
+        lambda value: not (value <= 0 or value != value),
+        " m: must be greater than 0",
+    ),
+    "density": (
+        lambda value: not (value <= 0 or value != value),
+        " kg/m3: must be greater than 0",
+    ),
+    "gravity": (
+        lambda value: not (value <= 0 or value != value),
+        " m/s2: must be greater than 0",
+    ),
+    "spheres": (
+        lambda value: not (value < 4 or value > 100000 or value != value),
+        ": must be a whole number, greater than or equal to 4 and less than or equal to 100000",
+    ),
+    "wells": (
+        lambda value: not (value < 1 or value > 10000 or value != value),
+        ": must be a whole number, greater than or equal to 1 and less than or equal to 10000",
+    ),
+    "phase": (
+        lambda value: not (value < 0 or value > 1 or value != value),
+        ": must be greater than or equal to 0 and less than or equal to 1",
+    ),
+    "time_limit": (
+        lambda value: not (value <= 0 or value != value),
+        ": must be greater than 0",
+    ),
+    "damping": (
+        lambda value: value in ["restitution", "ratio"],
+        ": must be one of restitution, ratio",
+    ),
+    "restitution": (
+        lambda value: not (value < 0 or value > 1 or value != value),
+        ": must be greater than or equal to 0 and less than or equal to 1",
+    ),
+    "damping_ratio": (
+        lambda value: not (value < 0 or value > 100 or value != value),
+        ": must be greater than or equal to 0 and less than or equal to 100",
+    ),
+    "effective_mass": (
+        lambda value: value in ["full", "half"],
+        ": must be one of full, half",
+    ),
+    "route": (
+        lambda value: value in ["passage", "steady"],
+        ": must be one of passage, steady",
+    ),
+    "speed": (
+        lambda value: not (value <= 0 or value != value),
+        ": must be greater than 0",
+    ),
+    "start": (
+        lambda value: not (value <= 0 or value > 30 or value != value),
+        " deg: must be greater than 0 and less than or equal to 30",
+    ),
+    "series_every": (
+        lambda value: not (value < 1 or value != value),
+        ": must be a whole number, greater than or equal to 1",
+    ),
+}
+
+
+def value_of(name, text):
+    """Return a parameter given as text, of the type of its default; end for one not allowed."""
+    if name not in PARAMETERS:
+        sys.exit(f"ERROR: {name}: no such parameter; there are {', '.join(PARAMETERS)}")
+    kind = type(PARAMETERS[name])
+    try:
+        value = kind(text)
+    except ValueError:
+        sys.exit(f"ERROR: {name} = {text}: must be a {'whole ' if kind is int else ''}number")
+    if name in ALLOWED and not ALLOWED[name][0](value):
+        sys.exit(f"ERROR: {name} = {text}{ALLOWED[name][1]}")
+    return value
+
+
 def runs():
     """Return the parameters of each run: of a JSON file (a list of them), or of NAME=VALUE."""
     batch, named = [{}], {}
@@ -89,10 +179,7 @@ def runs():
 
 def checked(given):
     """Return all parameters, those given in the place of the defaults."""
-    unknown = set(given) - set(PARAMETERS)
-    if unknown:
-        sys.exit(f"no parameter {', '.join(sorted(unknown))}: there are {', '.join(PARAMETERS)}")
-    values = {name: type(PARAMETERS[name])(value) for name, value in given.items()}
+    values = {name: value_of(name, value) for name, value in given.items()}
     return SimpleNamespace(**{**PARAMETERS, **values})
 
 
@@ -192,6 +279,22 @@ def dashpot(p, mass):
     return 2 * zeta * math.sqrt(p.stiffness * effective)
 
 
+def refuse_unsound(p, mass, eta):
+    """End for a contact that is too soft, or a step that is unstable in a well.
+
+    There the motion normal to the row feels 3/2 of the spring and of the dashpot.
+    """
+    zeta = eta / 2 / math.sqrt(p.stiffness * mass)
+    fewest = math.pi / 2 / (math.sqrt(zeta * zeta + 2 / 3) - zeta)
+    softest = 100 * mass * p.gravity / p.diameter
+    for name, value, least in (
+        ("steps_per_contact", p.steps_per_contact, fewest),
+        ("stiffness", p.stiffness, softest),
+    ):
+        if value < least * (1 - 1e-12):
+            sys.exit(f"ERROR: {name} = {value}: must be greater than {least:.6g} at these values")
+
+
 class Incline:
     """The system of one run, and the energy by which the grain is judged."""
 
@@ -202,6 +305,7 @@ class Incline:
         self.step = math.pi * math.sqrt(self.m / self.k) / p.steps_per_contact
         self.longest = math.ceil(p.time_limit * math.sqrt(self.d / self.g) / self.step)
         self.eta = dashpot(p, self.m)
+        refuse_unsound(p, self.m, self.eta)
         # a crest is the highest point of the grain's path over a sphere. There the grain at
         # rest is pressed in by m g / k, so it stands at this distance from the sphere's centre
         weight = self.m * self.g

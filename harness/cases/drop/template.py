@@ -8,7 +8,14 @@ from typing import Any
 from harness.cases.drop.parameters import Drop
 from harness.engines.contract import Job, Template, Value
 from harness.engines.scene import Scene
-from harness.parameters.contact import Contact, Spring, contact_of, contact_values
+from harness.parameters.allowed import COUNT, allowed_in
+from harness.parameters.contact import (
+    Contact,
+    Spring,
+    contact_allowed,
+    contact_of,
+    contact_values,
+)
 
 NAME = "drop"
 """Name of the case, and of its template."""
@@ -56,6 +63,7 @@ TEMPLATE = Template(
     name=NAME,
     variants={"": values_of(Drop(contact=HEAD_ON, gap=1e-3, speed=1.0))},
     scene=scene_of,
+    allowed={**allowed_in(Drop), **contact_allowed(), "steps": COUNT, "series_every": COUNT},
 )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -16,7 +16,16 @@ from harness.cases.incline.routes import crest_energy, end_of, margin_offset, st
 from harness.engines.contract import Job, Template, Value
 from harness.engines.output import Table
 from harness.engines.scene import Scene, Stage
-from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE, Spring, contact_of, contact_values
+from harness.parameters.allowed import COUNT, Allowed, allowed_in
+from harness.parameters.contact import (
+    CLIPPED,
+    PLASTIC,
+    SOURCE,
+    Spring,
+    contact_allowed,
+    contact_of,
+    contact_values,
+)
 
 Route = Literal["passage", "steady"]
 
@@ -83,6 +92,14 @@ TEMPLATE = Template(
     },
     notes=NOTES,
     scene=scene_of,
+    allowed={
+        **allowed_in(Incline),
+        **contact_allowed(),
+        "route": Allowed(words=get_args(Route)),
+        "speed": Allowed(bounds={"exclusiveMinimum": 0}),
+        "start": Allowed(bounds={"exclusiveMinimum": 0, "maximum": 30}, unit="deg"),
+        "series_every": COUNT,
+    },
 )
 
 

@@ -7,11 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from harness.cases.tower.timing import Plan, plan
+from harness.cases.tower.parameters import TowerRunParameters
+from harness.cases.tower.timing import FEWEST_STEPS, Plan, plan
 from harness.engines.contract import Job, Template, Value
 from harness.engines.scene import Scene
 from harness.errors import RequestError
-from harness.parameters.contact import Spring
+from harness.parameters.allowed import COUNT, Allowed, allowed_in
+from harness.parameters.contact import Spring, contact_allowed
 from harness.parameters.tower import Property, Tower
 
 PROPERTIES: tuple[Property, ...] = ("stiffness", "mass", "diameter")
@@ -90,7 +92,18 @@ def _defaults() -> dict[str, Value]:
     return {**values_of(case, timing), "steps_per_contact": 1000.0, "series_every": 4}
 
 
-TEMPLATE = Template(name="tower", variants={"": _defaults()}, scene=scene_of)
+TEMPLATE = Template(
+    name="tower",
+    variants={"": _defaults()},
+    scene=scene_of,
+    allowed={
+        **contact_allowed(),
+        **allowed_in(TowerRunParameters),
+        "steps_per_contact": Allowed(bounds={"exclusiveMinimum": FEWEST_STEPS}),
+        "duration": Allowed(bounds={"exclusiveMinimum": 0}, unit="t0"),
+        "series_every": COUNT,
+    },
+)
 
 
 def job_of(case: Tower, timing: Plan) -> Job:

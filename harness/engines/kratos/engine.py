@@ -24,6 +24,7 @@ from harness.errors import (
     EngineNaNError,
 )
 from harness.observables.provenance import Provenance
+from harness.parameters.allowed import Allowed
 
 Scheme = Literal["Velocity_Verlet", "Symplectic_Euler"]
 """Kratos's names of its integrators."""
@@ -80,6 +81,9 @@ class Kratos(ScriptedEngine):
     )
     unused_values = frozenset({"spheres"})
     """A row without an end has no number of spheres."""
+    allowed: ClassVar[Mapping[str, Allowed]] = {
+        "scheme": Allowed(words=("Velocity_Verlet", "Symplectic_Euler"))
+    }
     jinja: ClassVar[Mapping[str, bool]] = {"trim_blocks": False, "keep_trailing_newline": False}
 
     def __init__(

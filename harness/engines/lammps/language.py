@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
-from harness.engines.contract import Value, Values
+from harness.engines.contract import Template, Value, Values
 from harness.engines.lammps.read import error_from_text
 from harness.engines.output import Table
 from harness.engines.parallel import dealt
@@ -17,6 +17,7 @@ from harness.engines.script import Script, Task
 from harness.engines.scripted import ScriptedEngine
 from harness.engines.tables import read_csv, read_dump
 from harness.errors import EngineError, EngineTimeoutError
+from harness.parameters.allowed import COUNT, Allowed
 
 
 class LammpsLanguage(ScriptedEngine):
@@ -28,6 +29,14 @@ class LammpsLanguage(ScriptedEngine):
     extension: ClassVar[str] = "in"
     renders_variants: ClassVar[bool] = True
     switches: ClassVar[Values] = {"record": "yes", "everyone": "yes"}
+    allowed: ClassVar[Mapping[str, Allowed]] = {
+        "record": Allowed(words=("yes", "no")),
+        "everyone": Allowed(words=("yes", "no")),
+        "thermo": COUNT,
+    }
+    words_compare: ClassVar[bool] = True
+    """Whether conditions of the language compare words, and not only numbers."""
+
     command_name: ClassVar[str]
     """What the documentation calls the program."""
 
@@ -40,6 +49,11 @@ class LammpsLanguage(ScriptedEngine):
     def declared(cls, text: str) -> frozenset[str]:
         """Return the names of the index variables, which ``-var`` may set."""
         return frozenset(re.findall(r"^variable (\w+) +index ", text, re.MULTILINE))
+
+    @classmethod
+    def context(cls, template: Template, variant: str) -> Mapping[str, Any]:  # noqa: ARG003
+        """Return what the head of the templates asks for."""
+        return {"words_compare": cls.words_compare}
 
     def shares(self, tasks: Sequence[Task]) -> list[list[int]]:
         """Return the indices of the tasks of each process, of whatever script, dealt out."""

@@ -42,6 +42,7 @@ class Liggghts(LammpsLanguage):
 
     name = "liggghts"
     command_name = "liggghts"
+    words_compare = False
     programs = ("liggghts",)
     self_contained = True
     traits = Traits(

@@ -1,0 +1,178 @@
+"""Scripts run by hand refuse what the harness refuses, in a line that names variable and range."""
+
+import ast
+import re
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+from harness.cases.drop.parameters import Drop
+from harness.cases.drop.template import TEMPLATE as DROP
+from harness.cases.incline.parameters import Incline
+from harness.cases.incline.template import TEMPLATE as INCLINE
+from harness.cases.tower.template import TEMPLATE as TOWER
+from harness.engines.esys.open_mpi import RANKS, find_launcher
+from harness.engines.registry import engine_class
+from harness.engines.tables import read_dump
+from harness.errors import RequestError
+from harness.parameters.contact import Contact
+from harness.parameters.tower import Tower
+
+TEMPLATES = (INCLINE, TOWER, DROP)
+DECLARED = {"incline": (Incline, Contact), "tower": (Tower, Contact), "drop": (Drop, Contact)}
+PYTHON = ("yade", "kratos", "esys")
+COMMANDS = {
+    "liggghts": (["liggghts", "-in"], ["-var", "angle", "45"]),
+    "yade": (["yade", "-n", "-x"], ["angle=45"]),
+    "kratos": ([sys.executable], ["angle=45"]),
+    "esys": (["esysparticle"], ["angle=45"]),
+}
+
+
+def beyond(one):
+    """Return values just out of range, one a bound, and one that is not whole where it must be."""
+    found = []
+    for key, bound in one.bounds.items():
+        away = 1 if one.whole else 1e-6 * max(1.0, abs(bound))
+        if key.startswith("exclusive"):
+            found.append(bound)
+        else:
+            found.append(bound - away if key == "minimum" else bound + away)
+    return [*found, *([2.5] if one.whole else [])]
+
+
+REFUSED = [
+    (template, name, value)
+    for template in TEMPLATES
+    for name, one in template.allowed.items()
+    for value in (["sticky"] if one.words else beyond(one))
+]
+
+
+def _script(engine, template):
+    return engine_class(engine).script(template, template.main)
+
+
+def refused_in(engine):
+    """Return those that the scripts of an engine declare."""
+    return [one for one in REFUSED if one[1] in _script(engine, one[0]).variables]
+
+
+@pytest.mark.parametrize(("template", "name", "value"), REFUSED)
+def test_the_ranges_are_those_of_the_parameters(template, name, value):
+    for kind in DECLARED[template.name]:
+        if name in kind.model_fields:
+            others = {"restitution": 0.5} if kind is Contact else {}
+            with pytest.raises(RequestError, match=f"^{name} = "):
+                kind(**{**others, name: value})
+
+
+def _lmp(lmp, folder, script, *words):
+    (folder / script.name).write_text(script.text)
+    command = [lmp, "-in", script.name, "-log", "none", *words]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+
+
+@pytest.mark.live
+@pytest.mark.parametrize(("template", "name", "value"), refused_in("lammps"))
+def test_lammps_ends_with_variable_value_and_range(lmp, tmp_path, template, name, value):
+    done = _lmp(lmp, tmp_path, _script("lammps", template), "-var", name, str(value))
+    assert done.returncode == 1
+    one = template.allowed[name]
+    assert f"ERROR: {name} = {value}{one.unit and ' '}{one.unit}: {one.text}\n" in done.stdout
+    assert "Setting up" not in done.stdout
+
+
+@pytest.mark.live
+@pytest.mark.parametrize("zeta", [0.0, 1.0, 5.0])
+@pytest.mark.parametrize("away", [-1e-6, 1e-6])
+def test_lammps_draws_the_line_of_the_step_where_the_harness_does(lmp, tmp_path, zeta, away):
+    contact = Contact(damping_ratio=zeta)
+    fewest = Incline(contact=contact, steps_per_contact=1000.0).fewest_steps_per_contact
+    steps = fewest * (1.0 + away)
+    values = {"damping": "ratio", "damping_ratio": zeta, "steps_per_contact": steps}
+    words = [word for name, value in values.items() for word in ("-var", name, str(value))]
+    done = _lmp(lmp, tmp_path, _script("lammps", INCLINE), *words, "-var", "time_limit", "1e-9")
+    if away > 0:
+        Incline(contact=contact, steps_per_contact=steps)
+        assert "RESULT verdict = undecided" in done.stdout
+    else:
+        with pytest.raises(RequestError, match="steps_per_contact"):
+            Incline(contact=contact, steps_per_contact=steps)
+        assert f"ERROR: steps_per_contact = {steps}" in done.stdout
+
+
+@pytest.mark.live
+@pytest.mark.parametrize("template", TEMPLATES, ids=lambda template: template.name)
+def test_one_variable_writes_a_dump_for_ovito_and_thermo_shows_the_motion(lmp, tmp_path, template):
+    script = _script("lammps", template)
+    done = _lmp(lmp, tmp_path, script, "-var", "dump", "all.dump")
+    assert done.returncode == 0, done.stdout[-500:]
+    text = (tmp_path / "all.dump").read_text()
+    assert "ITEM: ATOMS id type x y z vx vy vz radius\n" in text
+    table = read_dump(text, "LAMMPS")
+    assert len(table["step"]) > 3
+    assert (table["radius_m"] == 0.5).all()
+    head = next(line.split() for line in done.stdout.splitlines() if "Step" in line.split())
+    assert head[:2] == ["Step", "v_time"]
+    assert len(head) >= 5
+    plain = _lmp(lmp, tmp_path, script)
+    with_dump, without = (re.findall("^RESULT.*", run.stdout, re.M) for run in (done, plain))
+    assert with_dump == without
+
+
+def _reader(script):
+    """Return the part of a Python script that reads its parameters, as it stands in it."""
+    found = {"sys": sys}
+    for node in ast.parse(script.text).body:
+        target = node.targets[0] if isinstance(node, ast.Assign) else node
+        if getattr(target, "id", getattr(target, "name", "")) in (
+            "PARAMETERS",
+            "ALLOWED",
+            "value_of",
+        ):
+            exec(ast.unparse(node), found)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("engine", "template", "name", "value"),
+    [(engine, *one) for engine in PYTHON for one in refused_in(engine)],
+)
+def test_scripts_in_python_say_the_same(engine, template, name, value):
+    found = _reader(_script(engine, template))
+    one = template.allowed[name]
+    whole = value == 2.5 and one.whole
+    told = ": must be a whole number" if whole else f"{one.unit and ' '}{one.unit}: {one.text}"
+    with pytest.raises(SystemExit) as ended:
+        found["value_of"](name, str(value))
+    assert ended.value.code == f"ERROR: {name} = {value}{told}"
+    default = found["PARAMETERS"][name]
+    assert found["value_of"](name, str(default)) == default
+    with pytest.raises(SystemExit, match=r"^ERROR: angel: no such parameter; there are "):
+        found["value_of"]("angel", "1")
+
+
+@pytest.mark.live
+@pytest.mark.parametrize("name", COMMANDS)
+def test_other_codes_end_with_the_same_words(tmp_path, name):
+    command, words = COMMANDS[name]
+    if shutil.which(command[0]) is None:
+        pytest.skip(f"no {command[0]} on PATH")
+    if name == "kratos":
+        pytest.importorskip("KratosMultiphysics.DEMApplication")
+    script = _script(name, INCLINE)
+    if name == "esys":
+        command = [*find_launcher(None), *RANKS, *command]
+        with engine_class(name)() as engine:
+            said, ended = engine.ask([*command, script.name, *words], {script.name: script.text})
+        code = ended.code
+    else:
+        (tmp_path / script.name).write_text(script.text)
+        command = [*command, script.name, *words]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+        said, code = done.stdout + done.stderr, done.returncode
+    assert f"ERROR: angle = 45 deg: {INCLINE.allowed['angle'].text}" in said
+    assert code != 0
