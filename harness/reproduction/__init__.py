@@ -9,3 +9,20 @@ motions of its supplement; ``findings`` are tables beyond it; ``pages`` writes a
 folder. ``run.reproduce`` does the whole, ``ledger_differences`` holds two ledgers against each
 other.
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from harness.reproduction.run import reproduce as reproduce
+
+__all__ = ["reproduce"]
+
+
+def __getattr__(name: str) -> Any:
+    if name != "reproduce":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from harness.reproduction.run import reproduce
+
+    return reproduce

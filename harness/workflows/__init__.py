@@ -28,7 +28,6 @@ _HOMES = {
     "outdated_inputs": "harness.workflows.scripts",
     "progress_bars": "harness.workflows.progress",
     "releases": "harness.workflows.release_runs",
-    "reproduce": "harness.reproduction.run",
     "run": "harness.workflows.case_run",
     "sections": "harness.workflows.report_sections",
     "sweep": "harness.workflows.sweep_run",
@@ -65,7 +64,6 @@ if TYPE_CHECKING:
     from harness.cases.tower.impulse_angles import impulse_by_gamma as impulse_by_gamma
     from harness.cases.tower.impulse_table import impulse_table as impulse_table
     from harness.cases.tower.run import tower as tower
-    from harness.reproduction.run import reproduce as reproduce
     from harness.workflows.baseline import accept_baseline as accept_baseline
     from harness.workflows.baseline import compare_with_baseline as compare_with_baseline
     from harness.workflows.case_list import cases as cases

@@ -9,7 +9,7 @@ from harness.cases.incline.parameters import Incline
 from harness.cases.incline.template import case_of as incline_of
 from harness.cases.incline.template import values_of as incline_values
 from harness.cases.tower.template import values_of as tower_values
-from harness.cases.tower.timing import plan
+from harness.cases.tower.timing import timing_of
 from harness.errors import RequestError
 from harness.parameters.contact import PLASTIC, SOURCE, Contact, contact_of, contact_values
 from harness.parameters.tower import Tower
@@ -40,7 +40,7 @@ def test_numbers_are_those_of_the_case():
     assert (values["angle"], values["wells"], values["series_every"]) == (11.1, 4, 20)
     assert incline_of(values).replace(contact=incline.contact) == incline
     tower = Tower(height=3, mass=2.0)
-    told = tower_values(tower, plan(tower, 3.0, 500.0, None))
+    told = tower_values(tower, timing_of(tower, 3.0, 500.0, None))
     assert (told["mass"], told["height"], told["duration"]) == (2.0, 3, 3.0)
     assert told["law"] == tower.law
 
@@ -49,4 +49,4 @@ def test_numbers_are_those_of_the_case():
 def test_towers_of_unequal_particles_are_refused(unequal):
     case = Tower(height=1, law="overlap", **{unequal: (1e6, 2e6)})
     with pytest.raises(RequestError, match="must be one number each in an engine"):
-        tower_values(case, plan(case, 3.0, 100.0, 100))
+        tower_values(case, timing_of(case, 3.0, 100.0, 100))

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.template import job_of as incline_job
 from harness.cases.tower.template import job_of as tower_job
-from harness.cases.tower.timing import plan
+from harness.cases.tower.timing import timing_of
 from harness.parameters.contact import CLIPPED, SOURCE, Contact
 from harness.parameters.tower import Tower
 from harness.store import keys
@@ -22,7 +22,7 @@ def key(case, route="passage", every=None, who=ENGINE):
 
 def tower_key(case, samples=100):
     """Return the key of a run of a tower."""
-    return run_key(Lammps, tower_job(case, plan(case, 1.0, None, samples)), ENGINE)
+    return run_key(Lammps, tower_job(case, timing_of(case, 1.0, None, samples)), ENGINE)
 
 
 class Lammps:

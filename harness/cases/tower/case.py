@@ -13,7 +13,7 @@ from harness.cases.tower.parameters import TowerRunParameters
 from harness.cases.tower.records import NAME
 from harness.cases.tower.run import MARGIN, SOLVERS, covering, tower
 from harness.cases.tower.template import TEMPLATE, job_of
-from harness.cases.tower.timing import Plan, plan
+from harness.cases.tower.timing import Timing, timing_of
 from harness.cases.tower.tolerances import REGRESSION
 from harness.comparison.findings import Findings
 from harness.engines.contract import Engine, Job, Output
@@ -171,8 +171,8 @@ def _duration(parameters: TowerRunParameters) -> float:
     return parameters.duration if end < parameters.duration else end * MARGIN
 
 
-def _timing(parameters: TowerRunParameters) -> Plan:
-    return plan(parameters.tower, _duration(parameters), parameters.steps_per_contact, None)
+def _timing(parameters: TowerRunParameters) -> Timing:
+    return timing_of(parameters.tower, _duration(parameters), parameters.steps_per_contact, None)
 
 
 def _quantities(run: TowerRun, parameters: TowerRunParameters) -> dict[str, float]:

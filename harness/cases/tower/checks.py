@@ -18,7 +18,7 @@ from harness.cases.tower.own_checks import bessel
 from harness.cases.tower.records import NAME, ratio_records, record_name, tower_record
 from harness.cases.tower.run import DURATION, tower
 from harness.cases.tower.template import job_of
-from harness.cases.tower.timing import plan
+from harness.cases.tower.timing import timing_of
 from harness.comparison.findings import Findings
 from harness.comparison.verdicts import Check, Kind, judge, not_tested
 from harness.engines.contract import Engine
@@ -68,7 +68,7 @@ def _refused(law: Law, engine: Engine, _: Study, found: Findings) -> list[Check]
 
 def refusal(engine: Engine, case: Tower) -> str:
     """Return why an engine cannot run a tower, or nothing where it can."""
-    return engine.refuses(job_of(case, plan(case, DURATION, None, None)))
+    return engine.refuses(job_of(case, timing_of(case, DURATION, None, None)))
 
 
 def _same_law(law: Law, engine: Engine, study: Study, found: Findings) -> list[Check]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from harness.cases.runs import run_jobs
 from harness.cases.tower.template import job_of
-from harness.cases.tower.timing import Plan, plan
+from harness.cases.tower.timing import Timing, timing_of
 from harness.engines.contract import Engine, Output
 from harness.engines.output import SERIES
 from harness.engines.traits import Traits
@@ -46,8 +46,8 @@ def run_towers(
     Raise RequestError for a case that the engine cannot state.
     """
 
-    def timing(case: Tower) -> Plan:
-        return plan(case, duration, steps_per_contact, samples)
+    def timing(case: Tower) -> Timing:
+        return timing_of(case, duration, steps_per_contact, samples)
 
     return run_jobs(
         engine,
@@ -58,7 +58,7 @@ def run_towers(
 
 
 def read(
-    case: Tower, timing: Plan, output: Output, traits: Traits, profiles: bool = False
+    case: Tower, timing: Timing, output: Output, traits: Traits, profiles: bool = False
 ) -> TowerRun:
     """Return the run that a table of positions, velocities and forces tells of.
 

@@ -24,7 +24,7 @@ from harness.cases.tower.impulse_angles import (
 from harness.cases.tower.levels import LEVELS, OWN_LADDER, Level
 from harness.cases.tower.records import NAME, of_ratio, ratio_records, tower_record
 from harness.cases.tower.run import DURATION, tower
-from harness.cases.tower.timing import plan
+from harness.cases.tower.timing import timing_of
 from harness.comparison.findings import Findings
 from harness.comparison.tolerances import Tolerance
 from harness.comparison.verdicts import Check, Kind, finding, judge
@@ -78,7 +78,7 @@ def _same_law(law: Law, study: Study, found: Findings) -> list[Check]:
     rows: list[Check] = []
     for height in LEVELS[study.level].heights:
         case = Tower(height=height, law=law)
-        timing = plan(case, DURATION, None, None)
+        timing = timing_of(case, DURATION, None, None)
         # samples where an engine has them by default
         exact = exact_run(case, timing.steps // timing.every, study)
         rk4 = tower(case, solver="rk4", profiles=True)

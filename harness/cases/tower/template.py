@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from harness.cases.tower.parameters import TowerRunParameters
-from harness.cases.tower.timing import FEWEST_STEPS, Plan, plan
+from harness.cases.tower.timing import FEWEST_STEPS, Timing, timing_of
 from harness.engines.contract import Job, Template, Value
 from harness.engines.scene import Scene
 from harness.errors import RequestError
@@ -20,7 +20,7 @@ PROPERTIES: tuple[Property, ...] = ("stiffness", "mass", "diameter")
 """Of each particle."""
 
 
-def values_of(case: Tower, timing: Plan) -> dict[str, Value]:
+def values_of(case: Tower, timing: Timing) -> dict[str, Value]:
     """Return what a script is told of a tower of equal particles.
 
     Raise RequestError for unequal particles, which scripts do not have.
@@ -88,7 +88,7 @@ def start_displacements(case: Tower) -> list[float]:
 
 def _defaults() -> dict[str, Value]:
     case = Tower(height=2, law="overlap")
-    timing = plan(case, 3.0, None, None)
+    timing = timing_of(case, 3.0, None, None)
     return {**values_of(case, timing), "steps_per_contact": 1000.0, "series_every": 4}
 
 
@@ -106,6 +106,6 @@ TEMPLATE = Template(
 )
 
 
-def job_of(case: Tower, timing: Plan) -> Job:
+def job_of(case: Tower, timing: Timing) -> Job:
     """Return the job of a tower, which writes the motion of all particles."""
     return Job(TEMPLATE, values_of(case, timing), sampled=True)

@@ -18,7 +18,7 @@ FEWEST_STEPS = math.pi
 
 
 @dataclass(frozen=True)
-class Plan:
+class Timing:
     """A run of ``steps`` steps of ``step`` [s] for ``duration`` [t0], written every so many."""
 
     duration: float
@@ -34,9 +34,9 @@ def check_duration(duration: float) -> None:
         raise RequestError(f"duration = {duration} t0: must be finite and greater than 0")
 
 
-def plan(
+def timing_of(
     case: Tower, duration: float, steps_per_contact: float | None, samples: int | None
-) -> Plan:
+) -> Timing:
     """Return the timing of a run, with the step made to divide the duration and the samples.
 
     Raise RequestError for a step that velocity Verlet cannot take. Under the
@@ -62,4 +62,4 @@ def plan(
     if steps > 2_000_000_000:
         raise RequestError(f"duration = {duration:g} t0: more than 2e9 steps, LAMMPS's bound")
     step = seconds / steps
-    return Plan(duration, step, steps, every, case.contact_period / step)
+    return Timing(duration, step, steps, every, case.contact_period / step)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from harness.cases.tower.timing import MOST_ROWS, plan
+from harness.cases.tower.timing import MOST_ROWS, timing_of
 from harness.errors import RequestError
 from harness.parameters.tower import Tower
 
@@ -18,7 +18,7 @@ from harness.parameters.tower import Tower
 )
 def test_steps_and_samples_end_with_the_duration(duration, steps, samples, height):
     case = Tower(height=height)
-    found = plan(case, duration, steps, samples)
+    found = timing_of(case, duration, steps, samples)
     assert found.steps * found.step == pytest.approx(duration * case.contact_time, rel=1e-12)
     assert found.steps % found.every == 0
     assert found.steps_per_contact >= steps * (1 - 1e-9)
@@ -27,9 +27,9 @@ def test_steps_and_samples_end_with_the_duration(duration, steps, samples, heigh
 
 
 def test_tall_towers_write_fewer_samples():
-    found = plan(Tower(height=10_000, law="overlap"), 100.0, None, None)
+    found = timing_of(Tower(height=10_000, law="overlap"), 100.0, None, None)
     assert found.steps / found.every * 10_001 <= 1.1 * MOST_ROWS
-    asked = plan(Tower(height=10_000, law="overlap"), 100.0, None, 50_000)
+    asked = timing_of(Tower(height=10_000, law="overlap"), 100.0, None, 50_000)
     assert asked.steps / asked.every == pytest.approx(50_000, rel=0.1)
 
 
@@ -52,10 +52,10 @@ def test_no_step_is_taken_that_verlet_cannot(law, height, base):
     case = Tower(height=height, law=law, base=base)
     bound = _highest_frequency(case) * case.contact_period / 2
     with pytest.raises(RequestError, match="steps_per_contact"):
-        plan(case, 3.0, 0.999 * bound, None)
+        timing_of(case, 3.0, 0.999 * bound, None)
 
 
 @pytest.mark.parametrize("bad", [0.0, -1.0, math.nan, math.inf, 1.0])
 def test_bad_steps_name_the_value(bad):
     with pytest.raises(RequestError, match=r"steps_per_contact = .*greater than"):
-        plan(Tower(), 3.0, bad, None)
+        timing_of(Tower(), 3.0, bad, None)

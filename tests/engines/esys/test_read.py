@@ -10,7 +10,7 @@ from harness.cases.drop.parameters import Drop
 from harness.cases.incline import runs as inclines
 from harness.cases.incline.parameters import Incline
 from harness.cases.tower import engine_runs as towers
-from harness.cases.tower.timing import plan
+from harness.cases.tower.timing import timing_of
 from harness.engines.esys.engine import Esys, apart
 from harness.engines.process import Ended, Limits
 from harness.engines.reference.engine import Reference
@@ -36,7 +36,7 @@ DROP = Drop(
     every=20,
 )
 TOWER = Tower(height=2, stiffness=1e5, law="overlap")
-TIMING = plan(TOWER, 2.0, 200.0, 40)
+TIMING = timing_of(TOWER, 2.0, 200.0, 40)
 
 
 def result(said, name):

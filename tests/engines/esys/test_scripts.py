@@ -8,7 +8,7 @@ from harness.cases.drop.parameters import Drop
 from harness.cases.incline import template as inclines
 from harness.cases.incline.parameters import Incline
 from harness.cases.tower import template as towers
-from harness.cases.tower.timing import plan
+from harness.cases.tower.timing import timing_of
 from harness.engines.contract import Job, Template
 from harness.engines.esys.engine import Esys
 from harness.parameters.contact import PLASTIC, Contact
@@ -86,7 +86,7 @@ def test_an_incline_states_its_contact_and_its_phase():
 )
 def test_what_it_cannot_state_is_refused(values, reason):
     case = Tower(height=2, law="overlap")
-    job = towers.job_of(case, plan(case, 1.0, None, None))
+    job = towers.job_of(case, timing_of(case, 1.0, None, None))
     assert ENGINE.refuses(job) == ""
     assert re.search(reason, ENGINE.refuses(Job(job.template, {**job.values, **values})))
 

@@ -7,7 +7,7 @@ from harness.cases.drop import runs as drops
 from harness.cases.incline import runs as inclines
 from harness.cases.incline.result import Motion
 from harness.cases.tower import engine_runs as towers
-from harness.cases.tower.timing import plan
+from harness.cases.tower.timing import timing_of
 from harness.chain import exact
 from harness.engines.batches import finished
 from harness.engines.kratos.engine import Kratos
@@ -41,7 +41,7 @@ def test_the_path_of_an_incline_gives_what_the_script_says_of_it(recorded, recor
 
 
 def test_a_tower_is_read_with_the_forces_of_its_contacts(recorded, recorded_tower):
-    timing = plan(recorded_tower, 3.0, 100.0, 60)
+    timing = timing_of(recorded_tower, 3.0, 100.0, 60)
     run = towers.read(recorded_tower, timing, recorded("tower"), Kratos.traits, profiles=True)
     assert run.time[-1] == pytest.approx(3.0 * recorded_tower.contact_time, rel=1e-14)
     # the overlap law: the force of each contact is k times its overlap

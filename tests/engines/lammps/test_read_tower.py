@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from harness.cases.tower.engine_runs import read
-from harness.cases.tower.timing import Plan
+from harness.cases.tower.timing import Timing
 from harness.engines.lammps.engine import Lammps
 from harness.engines.output import Output
 from harness.engines.tables import read_dump
@@ -17,7 +17,7 @@ CASE = Tower(height=2, law="overlap", stiffness=1000.0, gravity=10.0, mass=2.0)
 def read_tower(case, step, dump, who, profiles=False):
     """Return the run that a dump tells of."""
     table = read_dump(dump, "LAMMPS")
-    timing = Plan(1.0, step, 10 * (len(table["step"]) - 1), 10, 100.0)
+    timing = Timing(1.0, step, 10 * (len(table["step"]) - 1), 10, 100.0)
     return read(case, timing, Output((), who, {"series": table}), Lammps.traits, profiles)
 
 

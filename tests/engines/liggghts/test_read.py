@@ -10,7 +10,7 @@ from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import Motion
 from harness.cases.incline.runs import read as read_incline
 from harness.cases.tower.engine_runs import read
-from harness.cases.tower.timing import Plan
+from harness.cases.tower.timing import Timing
 from harness.engines.lammps.read import error_from_text
 from harness.engines.liggghts.engine import Liggghts
 from harness.engines.output import Output, results_in
@@ -37,7 +37,7 @@ def read_tower(case, step, dump, who, profiles=False):
     """Return the run that a dump tells of."""
     table = read_dump(dump, "LIGGGHTS")
     every = int(table["step"][1])
-    timing = Plan(1.0, step, every * (len(table["step"]) - 1), every, 100.0)
+    timing = Timing(1.0, step, every * (len(table["step"]) - 1), every, 100.0)
     output = Output((), who, {"series": table}, title="LIGGGHTS")
     return read(case, timing, output, Liggghts.traits, profiles)
 

@@ -6,7 +6,7 @@ from harness.cases.drop.template import TEMPLATE as DROP
 from harness.cases.incline.template import TEMPLATE as INCLINE
 from harness.cases.tower.template import TEMPLATE as TOWER
 from harness.cases.tower.template import job_of
-from harness.cases.tower.timing import plan
+from harness.cases.tower.timing import timing_of
 from harness.engines.batches import finished
 from harness.engines.lammps.engine import Lammps
 from harness.engines.liggghts.engine import Liggghts
@@ -114,7 +114,7 @@ def test_everything_a_case_sets_is_declared_or_a_rule_of_the_engine():
 
 def test_tower_of_the_deformable_law_is_refused_in_one_line(program):
     case = Tower()
-    job = job_of(case, plan(case, 3.0, None, None))
+    job = job_of(case, timing_of(case, 3.0, None, None))
     with Liggghts(program) as engine, pytest.raises(RequestError) as caught:
         engine.run([job])
     assert "it has the overlap law only (law = 'deformable')" in str(caught.value)
@@ -125,4 +125,4 @@ def test_tower_of_the_deformable_law_is_refused_in_one_line(program):
 def test_tower_of_unequal_particles_cannot_be_stated(unequal):
     case = Tower(height=1, law="overlap", **{unequal: (1e6, 2e6)})
     with pytest.raises(RequestError, match="must be one number each in an engine"):
-        job_of(case, plan(case, 3.0, 1000.0, 100))
+        job_of(case, timing_of(case, 3.0, 1000.0, 100))

@@ -12,7 +12,7 @@ from harness.cases.drop.parameters import Drop
 from harness.cases.incline.recorded import CONTACT, case_at
 from harness.cases.incline.routes import start_behind_crest, start_in_well
 from harness.cases.tower import template as tower
-from harness.cases.tower.timing import Plan
+from harness.cases.tower.timing import Timing
 from harness.engines.mfix.system import system_of
 from harness.errors import RequestError
 from harness.parameters.tower import Tower
@@ -29,7 +29,7 @@ def drop_scene(case):
 
 
 def tower_scene(case, steps_per_contact=1000.0, every=10):
-    timing = Plan(3.0, 0.0, 0, every, steps_per_contact)
+    timing = Timing(3.0, 0.0, 0, every, steps_per_contact)
     return tower.scene_of(tower.values_of(case, timing), "linear")
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from harness.cases.tower.engine_runs import run_towers
 from harness.cases.tower.template import start_displacements
-from harness.cases.tower.timing import plan
+from harness.cases.tower.timing import timing_of
 from harness.chain import exact
 from harness.comparison.convergence import slope_order
 from harness.errors import EngineOutputError
@@ -56,7 +56,7 @@ def test_a_tower_is_mfix_s_scheme_sample_by_sample(stand_in, case):
     (run,) = run_towers(
         stand_in(), [case], duration, steps_per_contact=fineness, samples=samples, profiles=True
     )
-    timing = plan(case, duration, fineness, samples)
+    timing = timing_of(case, duration, fineness, samples)
     places, speeds, forces = scheme(case, timing.step, timing.steps)
     taken = np.rint(run.time / timing.step).astype(int)
     assert taken[0] == 0
@@ -108,7 +108,7 @@ def test_every_step_can_be_written(stand_in):
     """The frame of the first step and that of the start tell of one state."""
     case = tower()
     (run,) = run_towers(stand_in(), [case], 0.5, steps_per_contact=50.0, samples=10_000)
-    timing = plan(case, 0.5, 50.0, 10_000)
+    timing = timing_of(case, 0.5, 50.0, 10_000)
     assert timing.every == 1
     assert run.time == pytest.approx(timing.step * np.arange(timing.steps + 1), rel=1e-12)
     _, _, forces = scheme(case, timing.step, timing.steps)

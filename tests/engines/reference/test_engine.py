@@ -16,7 +16,7 @@ from harness.cases.incline.routes import Start, start_in_well
 from harness.cases.incline.runs import follow, run_inclines, scene_from
 from harness.cases.incline.template import scene_of, values_of
 from harness.cases.tower import template as tower
-from harness.cases.tower.timing import plan
+from harness.cases.tower.timing import timing_of
 from harness.engines.reference.engine import INTEGRATORS, Reference
 from harness.engines.registry import open_engine
 from harness.engines.scene import Stage
@@ -96,7 +96,7 @@ def scene(**changes):
 )
 def test_a_tower_is_refused(height, said):
     case = Tower(height=height, law="overlap")
-    job = tower.job_of(case, plan(case, 3.0, None, None))
+    job = tower.job_of(case, timing_of(case, 3.0, None, None))
     assert Reference().refuses(job) == said
     with pytest.raises(RequestError, match=f"engine 'reference' cannot run 'tower': {said}"):
         Reference().run([job])

@@ -10,7 +10,7 @@ from harness.cases.incline import runs as inclines
 from harness.cases.incline.result import Motion
 from harness.cases.incline.routes import margin, start_of
 from harness.cases.tower import engine_runs as towers
-from harness.cases.tower.timing import plan
+from harness.cases.tower.timing import timing_of
 from harness.engines.yade.engine import Yade
 from harness.errors import EngineNaNError, EngineOutputError
 
@@ -51,7 +51,7 @@ def test_drop(drop, recorded):
 
 
 def test_tower(tower, recorded):
-    timing = plan(tower, 1.0, 100.0, 20)
+    timing = timing_of(tower, 1.0, 100.0, 20)
     run = towers.read(tower, timing, recorded("tower"), Yade.traits, profiles=True)
     assert run.time[-1] == pytest.approx(tower.contact_time, rel=1e-12)
     overlap = run.profiles.displacements[:, :-1] - run.profiles.displacements[:, 1:]
@@ -67,7 +67,7 @@ def test_tower(tower, recorded):
 
 def test_the_rounding_of_places_is_no_contact(tower, recorded):
     """Forces of two roundings of a place count as none; one contact that presses is still there."""
-    timing, tiny = plan(tower, 1.0, 100.0, 20), 1e5 * 2.0 * float(np.finfo(float).eps)
+    timing, tiny = timing_of(tower, 1.0, 100.0, 20), 1e5 * 2.0 * float(np.finfo(float).eps)
 
     def rounded(series, last="9,0"):
         head, *rows = series.splitlines()

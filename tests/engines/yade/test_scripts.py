@@ -8,7 +8,7 @@ from harness.cases.drop import template as drops
 from harness.cases.incline import template as inclines
 from harness.cases.incline.parameters import Incline
 from harness.cases.tower import template as towers
-from harness.cases.tower.timing import plan
+from harness.cases.tower.timing import timing_of
 from harness.engines.yade.engine import Yade
 from harness.parameters.contact import CLIPPED, PLASTIC
 
@@ -50,7 +50,7 @@ def test_a_job_sets_parameters_that_the_script_has_in_types_that_it_keeps(contac
     jobs = [
         inclines.job_of(Incline(contact=contact), "passage", 7),
         drops.job_of(drop.replace(contact=contact)),
-        towers.job_of(tower, plan(tower, 1.0, None, None)),
+        towers.job_of(tower, timing_of(tower, 1.0, None, None)),
     ]
     for job in jobs:
         task = source.task(job)
@@ -79,6 +79,6 @@ def test_the_traps_of_yade_are_spelled_out(script):
     ],
 )
 def test_what_yade_cannot_state_is_refused(tower, values, reason):
-    job = towers.job_of(tower, plan(tower, 1.0, None, None))
+    job = towers.job_of(tower, timing_of(tower, 1.0, None, None))
     job = type(job)(job.template, {**job.values, **values}, sampled=True)
     assert re.search(reason, Yade.__new__(Yade).refuses(job))
