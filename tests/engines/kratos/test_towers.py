@@ -3,30 +3,15 @@
 import numpy as np
 import pytest
 
-from harness.cases.tower.engine_runs import run_towers
 from harness.chain import exact
 from harness.engines.kratos.engine import Kratos
 from harness.observables.impulse import impulse
 from harness.parameters.tower import Tower
+from tests.engines.tower_runs import KINDS, force_difference, run
 
 pytestmark = [pytest.mark.live, pytest.mark.slow]
 
 FINE = 8000.0
-
-
-def run(engine, case, **options):
-    (found,) = run_towers(engine, [case], 3.0, **options)
-    assert not isinstance(found, Exception), found
-    return found
-
-
-def force_difference(found):
-    """Return the largest difference of the grain's force to the exact one, over its peak."""
-    reference = exact.run(found.tower, found.time[-1], samples=len(found.time) - 1)
-    rows = np.searchsorted(reference.time, found.time - 1e-9 * found.time[-1])
-    assert reference.time[rows] == pytest.approx(found.time, abs=1e-12 * found.time[-1])
-    difference = np.abs(reference.grain_force[rows] - found.grain_force).max()
-    return difference / reference.grain_force.max()
 
 
 def tower(height, **changes):
@@ -54,17 +39,7 @@ def test_order_of_convergence(scheme, order):
     assert np.log2(errors[1] / errors[2]) == pytest.approx(order, abs=0.2)
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {"gravity": 0.0},
-        {"base": "free", "gravity": 0.0},
-        {"base": "free"},
-        {"start": "preloaded"},
-        {"start": "gapped", "gap": 1e-4},
-        {"mass": 0.3, "diameter": 0.02, "stiffness": 2e4, "speed": 0.7},
-    ],
-)
+@pytest.mark.parametrize("changes", KINDS)
 @pytest.mark.parametrize("scheme", ["Velocity_Verlet", "Symplectic_Euler"])
 @pytest.mark.usefixtures("kratos_here")
 def test_every_kind_of_tower(scheme, changes):

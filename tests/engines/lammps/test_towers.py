@@ -10,6 +10,7 @@ from harness.errors import RequestError
 from harness.observables.impulse import impulse
 from harness.observables.windows import first_contact_end
 from harness.parameters.tower import Tower
+from tests.engines.tower_runs import KINDS, force_difference, run
 
 pytestmark = pytest.mark.live
 
@@ -20,53 +21,28 @@ def lammps():
         yield engine
 
 
-def _run(engine, case, **options):
-    (run,) = run_towers(engine, [case], 3.0, **options)
-    assert not isinstance(run, Exception), run
-    return run
-
-
-def _force_difference(run):
-    """Return the largest difference of the grain's force to the exact one, over its peak."""
-    reference = exact.run(run.tower, run.time[-1], samples=len(run.time) - 1)
-    rows = np.searchsorted(reference.time, run.time - 1e-9 * run.time[-1])
-    assert reference.time[rows] == pytest.approx(run.time, abs=1e-12 * run.time[-1])
-    difference = np.abs(reference.grain_force[rows] - run.grain_force).max()
-    return difference / reference.grain_force.max()
-
-
 @pytest.mark.parametrize("height", range(1, 20))
 def test_overlap_law_meets_the_exact_solution(lammps, height):
     case = Tower(height=height, law="overlap")
-    run = _run(lammps, case)
-    assert _force_difference(run) < 1e-5
-    assert impulse(run) == pytest.approx(impulse(exact.run(case, run.time[-1])), rel=1e-5)
+    found = run(lammps, case)
+    assert force_difference(found) < 1e-5
+    assert impulse(found) == pytest.approx(impulse(exact.run(case, found.time[-1])), rel=1e-5)
 
 
 @pytest.mark.parametrize("height", [1, 2, 3, 5, 10, 19])
 def test_deformable_law_as_an_external_force_meets_the_exact_solution(lammps, height):
-    assert _force_difference(_run(lammps, Tower(height=height))) < 1e-4
+    assert force_difference(run(lammps, Tower(height=height))) < 1e-4
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {"gravity": 0.0},
-        {"base": "free", "gravity": 0.0},
-        {"base": "free"},
-        {"start": "preloaded"},
-        {"start": "gapped", "gap": 1e-4},
-        {"mass": 0.3, "diameter": 0.02, "stiffness": 2e4, "speed": 0.7},
-    ],
-)
+@pytest.mark.parametrize("changes", KINDS)
 def test_every_kind_of_tower(lammps, changes):
     case = Tower(height=4, law="overlap").replace(**changes)
-    assert _force_difference(_run(lammps, case)) < 2e-5
+    assert force_difference(run(lammps, case)) < 2e-5
 
 
 def test_the_error_falls_with_the_square_of_the_step(lammps):
     errors = [
-        _force_difference(_run(lammps, Tower(height=3, law="overlap"), steps_per_contact=n))
+        force_difference(run(lammps, Tower(height=3, law="overlap"), steps_per_contact=n))
         for n in (250, 500, 1000, 2000)
     ]
     order = np.polyfit(np.log([250, 500, 1000, 2000]), -np.log(errors), 1)[0]
@@ -75,7 +51,7 @@ def test_the_error_falls_with_the_square_of_the_step(lammps):
 
 def test_the_bessel_limit_of_a_tall_tower(lammps):
     # the reflection from the base comes back after two passages: 40 contacts are enough
-    tall = _run(lammps, Tower(height=40, law="overlap", gravity=0.0), samples=6000)
+    tall = run(lammps, Tower(height=40, law="overlap", gravity=0.0), samples=6000)
     end = first_contact_end(tall)
     lost = 2.0 - np.interp(end, tall.time, tall.grain_velocity)
     assert lost / 4.0 == pytest.approx(0.5661397, abs=1e-5)
@@ -98,14 +74,14 @@ def test_in_process_and_executable_give_the_same_series(lammps, lmp):
     case = Tower(height=5, law="overlap")
     with Lammps(lmp=lmp) as engine:
         (other,) = run_towers(engine, [case], 3.0)
-    np.testing.assert_array_equal(_run(lammps, case).grain_force, other.grain_force)
+    np.testing.assert_array_equal(run(lammps, case).grain_force, other.grain_force)
 
 
 @pytest.mark.parametrize("way", ["in-process", "executable"])
 def test_inclines_and_towers_take_turns_in_one_process(way, lmp):
     tower, incline = Tower(height=2, law="overlap"), Incline(angle=10.0)
     with Lammps(lmp=lmp if way == "executable" else None, workers=1) as engine:
-        first = _run(engine, tower)
-        (run,) = measured(engine, [incline], "passage")
-        np.testing.assert_array_equal(_run(engine, tower).grain_force, first.grain_force)
+        first = run(engine, tower)
+        measured(engine, [incline], "passage")
+        np.testing.assert_array_equal(run(engine, tower).grain_force, first.grain_force)
         assert measured(engine, [incline], "passage")[0].margin_J == run.margin_J

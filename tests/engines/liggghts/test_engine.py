@@ -18,6 +18,7 @@ from harness.observables.impulse import impulse
 from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE
 from harness.parameters.tower import Tower
 from harness.theory.critical_angle import critical_angle as closed_form
+from tests.engines.tower_runs import KINDS, force_difference
 
 pytestmark = pytest.mark.live
 
@@ -106,27 +107,15 @@ def test_tower_meets_the_exact_solution(liggghts, height):
     errors = []
     for steps in (400.0, 1600.0):
         (run,) = run_towers(liggghts, [case], 3.0, steps_per_contact=steps, samples=1200)
-        reference = exact.run(case, run.time[-1], samples=len(run.time) - 1)
-        rows = np.searchsorted(reference.time, run.time - 1e-9 * run.time[-1])
-        force = reference.grain_force[rows]
-        errors.append(float(np.abs(run.grain_force - force).max() / force.max()))
-    assert run.grain_force.max() == pytest.approx(force.max(), rel=2e-5)
+        errors.append(force_difference(run))
+    reference = exact.run(case, run.time[-1], samples=len(run.time) - 1)
+    assert run.grain_force.max() == pytest.approx(reference.grain_force.max(), rel=2e-5)
     assert impulse(run) == pytest.approx(impulse(reference), rel=2e-5)
     assert 1.8 < 0.5 * np.log2(errors[0] / errors[1]) < 2.4
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {"gravity": 0.0},
-        {"base": "free", "gravity": 0.0},
-        {"base": "free"},
-        {"start": "preloaded"},
-        {"start": "gapped", "gap": 1e-4},
-        {"mass": 0.3, "diameter": 0.02, "stiffness": 2e4, "speed": 0.7},
-    ],
-)
+@pytest.mark.parametrize("changes", KINDS)
 def test_every_kind_of_tower_is_lammps_bit_by_bit(liggghts, lammps, changes):
     case = Tower(height=5, law="overlap").replace(**changes)
     (own,), (theirs,) = (run_towers(e, [case], 3.0, profiles=True) for e in (liggghts, lammps))
