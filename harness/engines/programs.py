@@ -75,7 +75,10 @@ class ProgramEngine(ScriptSource):
 
     @cached_property
     def _identity(self) -> Provenance:
-        return replace(self.ask_version(), integrator=self.traits.integrator)
+        who = self.ask_version()
+        # what a program says of itself goes to terminals and pages
+        version = "".join(c if c.isprintable() else "?" for c in who.engine_version)
+        return replace(who, engine_version=version, integrator=self.traits.integrator)
 
     @classmethod
     def fingerprint_of(cls, **options: Any) -> Mapping[str, Any] | None:

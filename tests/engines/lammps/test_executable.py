@@ -102,6 +102,13 @@ def test_provenance_is_what_the_help_says(fake, tmp_path):
     assert who.script_sha256 == Lammps.script(TEMPLATE, "source").sha256
 
 
+def test_a_version_cannot_steer_a_terminal(script_file):
+    said = r"Large-scale Atomic/Molecular Massively Parallel Simulator - 1 Jan \033[31m\a"
+    path = script_file(f"printf '{said}\\n\\nInstalled packages:\\n\\nGRANULAR \\n\\n'\n")
+    with Lammps(lmp=path) as engine:
+        assert engine.identify().engine_version == "1 Jan ?[31m?"
+
+
 def test_lammps_without_granular_is_refused_with_the_package_named(fake):
     with pytest.raises(EngineMissingError, match=r"fake-lmp .* without the GRANULAR package"):
         fake("without granular").identify()
