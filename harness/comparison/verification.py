@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any
 
 from harness.comparison.baseline_record import BaselineRecord
@@ -107,28 +107,17 @@ class Verification(Shown):
     @property
     def results(self) -> Results:
         """Return everything but the series, as it is published."""
-        return Results(
-            level=self.level,
-            started=self.started,
-            seconds=self.seconds,
-            platform=self.platform,
-            harness_version=self.harness_version,
-            status=self.status,
-            engine=self.provenance,
-            checks=self.checks,
-            cases=self.cases,
-            strict=self.strict,
-            engine_errors=self.engine_errors,
-            baseline=self.baseline,
-            baseline_sha256=self.baseline_sha256,
-            headlines=self.headlines,
-            divergences=tuple(DivergenceRow(**series.record()) for series in self.divergences),
-            engines=Engines(self.engines) if self.engines else None,
-            scripts={
+        told: dict[str, Any] = {
+            "engine": self.provenance,
+            "divergences": tuple(DivergenceRow(**one.record()) for one in self.divergences),
+            "engines": Engines(self.engines) if self.engines else None,
+            "scripts": {
                 name: hashlib.sha256(text.encode()).hexdigest()
                 for name, text in self.scripts.items()
             },
-        )
+        }
+        same = {f.name: getattr(self, f.name) for f in fields(Results) if hasattr(self, f.name)}
+        return Results(**{**same, **told})
 
     def record(self) -> dict[str, Any]:
         """Return the results with the keys of the cases as a JSON-ready mapping: results.json.

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import difflib
-import os
-import tempfile
 from pathlib import Path
 
+from harness.atomic_write import held_folder
 from harness.cases.registry import built_in, get_case
 from harness.engines.registry import input_files
 from harness.errors import RequestError
@@ -23,11 +22,17 @@ def inputs(folder: Path) -> list[Path]:
     Each is written aside and renamed. Raise RequestError when the folder
     cannot be written.
     """
+    written = []
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        return [_write(folder / name, text) for name, text in generated_inputs().items()]
+        with held_folder(folder) as aside:
+            for name, text in generated_inputs().items():
+                (aside / "input").write_text(text, encoding="utf-8")
+                (folder / name).parent.mkdir(parents=True, exist_ok=True)
+                written.append((aside / "input").replace(folder / name))
     except OSError as error:
         raise RequestError(f"folder {folder} cannot be written: {error.strerror}") from None
+    return written
 
 
 def outdated_inputs(folder: Path) -> dict[str, str]:
@@ -55,17 +60,3 @@ def outdated_inputs(folder: Path) -> dict[str, str]:
             )
             differences[name] = "\n".join(lines) or "differs in its line ends"
     return differences
-
-
-def _write(path: Path, text: str) -> Path:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, aside = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as stream:
-            stream.write(text)
-        Path(aside).chmod(0o644)
-        Path(aside).replace(path)
-    except BaseException:
-        Path(aside).unlink(missing_ok=True)
-        raise
-    return path

@@ -84,6 +84,8 @@ def scene_of(values: Mapping[str, Any], spring: Spring) -> Scene:
     )
 
 
+_RANGES = allowed_in(Incline)
+
 TEMPLATE = Template(
     name=NAME,
     variants={
@@ -93,7 +95,8 @@ TEMPLATE = Template(
     notes=NOTES,
     scene=scene_of,
     allowed={
-        **allowed_in(Incline),
+        "angle": _RANGES["angle"],  # what is changed the most is checked first
+        **_RANGES,
         **contact_allowed(),
         "route": Allowed(words=get_args(Route)),
         "speed": Allowed(bounds={"exclusiveMinimum": 0}),
