@@ -13,16 +13,15 @@ import hashlib
 import inspect
 import re
 import threading
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import import_module, resources
-from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any, ClassVar
 
-from harness import __version__
 from harness.engines.contract import Engine, Job, Template, Value, Values
+from harness.engines.rendering import Folder, rendered, text_in
 from harness.errors import RequestError
 from harness.parameters.allowed import Allowed
 
@@ -183,17 +182,18 @@ class ScriptSource(Engine):
             "allowed": {},
             **cls.context(template, variant),
         }
-        text = _render(cls._folders(template), source, values, cls.jinja)
+        folders = [*cls._folders(template), *(folder for _, folder in cls._template_folders())]
+        text = rendered(folders, source, values, cls.jinja)
         variables = cls.declared(text)
         allowed = {**template.allowed, **cls.allowed}
         values["allowed"] = {n: one for n, one in allowed.items() if n in variables}
-        return Script(name, _render(cls._folders(template), source, values, cls.jinja), variables)
+        return Script(name, rendered(folders, source, values, cls.jinja), variables)
 
     @classmethod
     def _source(cls, template: Template) -> str | None:
         """Return the file of a template, or None where no folder has it."""
         file = f"{template.name}.{cls.extension}.j2"
-        return None if _text_in(cls._folders(template), file) is None else file
+        return None if text_in(cls._folders(template), file) is None else file
 
     @classmethod
     def _folders(cls, template: Template) -> list[Folder]:
@@ -213,39 +213,14 @@ class ScriptSource(Engine):
     @classmethod
     def own_folders(cls) -> list[Path]:
         """Return the folders of templates beside the engine's class and those it grew out of."""
-        engines = [base for base in cls.__mro__ if not inspect.isabstract(base)]
-        scripted = [base for base in engines if issubclass(base, ScriptSource)]
-        return [Path(inspect.getfile(base)).parent / "templates" for base in scripted]
+        return [f for base, f in cls._template_folders() if not inspect.isabstract(base)]
 
+    @classmethod
+    def _template_folders(cls) -> list[tuple[type, Path]]:
+        """Return each class of scripts behind this one with its folder; templates include all."""
+        scripted = [base for base in cls.__mro__ if issubclass(base, ScriptSource)]
+        return [(base, Path(inspect.getfile(base)).parent / "templates") for base in scripted]
 
-Folder = Traversable | Path
 
 _RENDERED: dict[tuple[type, str, str, str], tuple[Template, Script]] = {}
 _LOCK = threading.RLock()
-
-
-def _text_in(folders: Sequence[Folder], file: str) -> str | None:
-    """Return the text of a template of this name, or None where no folder has it."""
-    for folder in folders:
-        path = folder / file
-        if path.is_file():
-            return path.read_text(encoding="utf-8")
-    return None
-
-
-def _render(
-    folders: Sequence[Folder], file: str, values: Mapping[str, Any], options: Mapping[str, bool]
-) -> str:
-    """Return a template with its values filled in, ended by a line feed."""
-    from jinja2 import Environment, FunctionLoader, StrictUndefined
-
-    environment = Environment(
-        loader=FunctionLoader(lambda name: _text_in(folders, name)),
-        undefined=StrictUndefined,
-        autoescape=False,
-        trim_blocks=options.get("trim_blocks", True),
-        lstrip_blocks=options.get("lstrip_blocks", False),
-        keep_trailing_newline=options.get("keep_trailing_newline", True),
-    )
-    text = environment.get_template(file).render(version=__version__, **values)
-    return text if text.endswith("\n") else text + "\n"

@@ -1,0 +1,39 @@
+"""Render templates that lie in folders, the first folder that has one first."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from importlib.resources.abc import Traversable
+from pathlib import Path
+from typing import Any
+
+from harness import __version__
+
+Folder = Traversable | Path
+
+
+def text_in(folders: Sequence[Folder], file: str) -> str | None:
+    """Return the text of a template of this name, or None where no folder has it."""
+    for folder in folders:
+        path = folder / file
+        if path.is_file():
+            return path.read_text(encoding="utf-8")
+    return None
+
+
+def rendered(
+    folders: Sequence[Folder], file: str, values: Mapping[str, Any], options: Mapping[str, bool]
+) -> str:
+    """Return a template with its values filled in, ended by a line feed."""
+    from jinja2 import Environment, FunctionLoader, StrictUndefined
+
+    environment = Environment(
+        loader=FunctionLoader(lambda name: text_in(folders, name)),
+        undefined=StrictUndefined,
+        autoescape=False,
+        trim_blocks=options.get("trim_blocks", True),
+        lstrip_blocks=options.get("lstrip_blocks", False),
+        keep_trailing_newline=options.get("keep_trailing_newline", True),
+    )
+    text = environment.get_template(file).render(version=__version__, **values)
+    return text if text.endswith("\n") else text + "\n"
