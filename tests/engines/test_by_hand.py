@@ -1,6 +1,7 @@
 """Scripts run by hand refuse what the harness refuses, in a line that names variable and range."""
 
 import ast
+import os
 import re
 import shutil
 import subprocess
@@ -14,6 +15,7 @@ from harness.cases.incline.parameters import Incline
 from harness.cases.incline.template import TEMPLATE as INCLINE
 from harness.cases.tower.template import TEMPLATE as TOWER
 from harness.engines.esys.open_mpi import RANKS, find_launcher
+from harness.engines.liggghts.engine import ALONE
 from harness.engines.registry import engine_class
 from harness.engines.tables import read_dump
 from harness.errors import RequestError
@@ -172,7 +174,14 @@ def test_other_codes_end_with_the_same_words(tmp_path, name):
     else:
         (tmp_path / script.name).write_text(script.text)
         command = [*command, script.name, *words]
-        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+        done = subprocess.run(
+            command,
+            cwd=tmp_path,
+            env={**os.environ, **ALONE},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
         said, code = done.stdout + done.stderr, done.returncode
     assert f"ERROR: angle = 45 deg: {INCLINE.allowed['angle'].text}" in said
     assert code != 0
