@@ -218,7 +218,7 @@ class ContactLaw(Parameters):
 def _default(name: str, models: dict[str, Any], given: dict[str, Any]) -> float | None:
     """Return the default of a coefficient beside the others; None where there is none."""
     if name == "tangential_stiffness" and given.get("normal_stiffness") is not None:
-        return 2.0 * float(given["normal_stiffness"]) / 7.0  # as _DEFAULTS has it, to the last digit
+        return 2.0 * float(given["normal_stiffness"]) / 7.0  # as in _DEFAULTS, to the bit
     if name == "tangential_damping" and models["tangential"] == "linear_nohistory":
         return 1.0
     return _DEFAULTS.get(name)
