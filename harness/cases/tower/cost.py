@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from harness.cases.tower.timing import check_duration, plan
+from harness.cases.tower.timing import check_duration, timing_of
 from harness.chain import rk4
 from harness.chain.slices import exact_seconds, rk4_step_seconds
 from harness.engines.cost import engine_seconds
@@ -28,7 +28,7 @@ def tower_seconds(
     """
     check_duration(duration)
     if rules is not None:
-        steps = plan(case, duration, steps_per_contact, 1).steps
+        steps = timing_of(case, duration, steps_per_contact, 1).steps
         return engine_seconds(steps, case.particles, rules)
     if solver == "exact":
         return exact_seconds(case.particles, duration, SAMPLES_PER_T0 * duration)
