@@ -27,7 +27,12 @@ baseline = typer.Typer(
 class BaselineOptions:
     """Which cases are run, and which baseline they are held against."""
 
-    level: Level = option("default", "Which cases: those of `verify`.")
+    level: Level = option("default", "How much of each case: that of `verify`.")
+    cases: str | None = option(
+        None,
+        "Cases or groups that `dem-harness cases` lists, or `all`.  [default: incline and tower]",
+        metavar="NAMES",
+    )
     baseline: Path | None = option(
         None,
         "Folder of the baseline.  [default: reports/baseline of this project, or the installed "
@@ -45,6 +50,7 @@ class BaselineOptions:
         with recorded("baseline", quiet=quiet) as told, engine.run() as opened:
             compared = compare_with_baseline(
                 self.level,
+                cases=self.cases,
                 baseline=self.baseline,
                 tolerances=tolerances,
                 engine=opened,
@@ -124,7 +130,7 @@ add_command(
     baseline,
     accept,
     "dem-harness baseline accept --baseline mine",
-    "dem-harness baseline accept --level full --yes",
+    "dem-harness baseline accept --cases contacts --level full --yes",
 )
 
 
