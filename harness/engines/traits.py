@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from harness.parameters.contact_rules import Rules
-
 if TYPE_CHECKING:
     from harness.parameters.contact import Contact, EffectiveMass, Spring, Tail
 
@@ -43,9 +41,10 @@ class Traits:
     microseconds_per_step: float = 1.0
     lineage: str = ""
     title: str = ""
-    contact_rules: Rules = field(default_factory=Rules)
-    """Of contacts with friction, where codes differ that state the same law."""
-    old_contact_rules: Rules = field(default_factory=Rules)
+    contact_rules: Mapping[str, Any] = field(default_factory=dict)
+    """Of contacts with friction, where codes that state the same law differ: what
+    :class:`~harness.parameters.contact_rules.Rules` is told."""
+    old_contact_rules: Mapping[str, Any] = field(default_factory=dict)
     """Of the engine's earlier interface to contacts."""
     caveats: tuple[str, ...] = field(default=())
     """Traps that users fall into, a sentence each; the report shows them."""

@@ -57,6 +57,10 @@ def committed_tolerances() -> Path | None:
     return committed_file("tolerances.toml")
 
 
+KNOWN_DEFECTS = "known-defects.toml"
+"""File of ``inputs``, read by :mod:`harness.store.known_defects`."""
+
+
 def committed_file(name: str) -> Path | None:
     """Return a file of ``inputs`` that came with this harness, None if there is none."""
     package = Path(harness.__file__).parent
@@ -70,17 +74,19 @@ def digest_of(folder: Path) -> str:
 
 
 def digest(folder: Path | None, tolerances: Path | None) -> dict[str, str | None]:
-    """Return the digests of a baseline and of its overrides, the committed ones unless given.
+    """Return the digests of a baseline, of its overrides and of the known defects.
 
-    None where there is none. They stand for all that a comparison depends on
-    besides the runs. Raise RequestError for a file that cannot be read.
+    The committed ones unless given, None where there is none. They stand for all that a
+    comparison depends on besides the runs. Raise RequestError for a file that cannot be read.
     """
     where, overrides = folder or committed(), tolerances or committed_tolerances()
     if overrides:
         read_overrides(overrides)
+    defects = committed_file(KNOWN_DEFECTS)
     return {
         "folder": digest_of(where) if where else None,
         "tolerances": digest_of_files([overrides], overrides.parent) if overrides else None,
+        "known_defects": digest_of_files([defects], defects.parent) if defects else None,
     }
 
 

@@ -7,9 +7,7 @@ from pathlib import Path
 
 from harness.comparison.known_defects import KnownDefect
 from harness.errors import RequestError
-from harness.store.baseline import committed_file
-
-NAME = "known-defects.toml"
+from harness.store.baseline import KNOWN_DEFECTS, committed_file
 
 
 def known_defects(path: Path | None = None) -> tuple[KnownDefect, ...]:
@@ -19,7 +17,7 @@ def known_defects(path: Path | None = None) -> tuple[KnownDefect, ...]:
     :class:`~harness.comparison.known_defects.KnownDefect`. Raise RequestError, naming file and
     defect, for anything else.
     """
-    path = path or committed_file(NAME)
+    path = path or committed_file(KNOWN_DEFECTS)
     if path is None:
         return ()
     try:

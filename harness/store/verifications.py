@@ -11,7 +11,6 @@ from typing import Any
 
 from harness.engines.registry import chosen_options, fingerprint_of
 from harness.store.keys import key_of, machine, source_digest, versions
-from harness.store.known_defects import known_defects
 
 PACKAGES = ("jinja2", "matplotlib", "numba", "numpy", "pandas", "pydantic", "scipy")
 RECORD = "record.json"
@@ -46,7 +45,6 @@ def verification_key(
             "machine": machine(),
             "packages": versions(*PACKAGES),
             "source": source_digest(),
-            "known_defects": [one.model_dump() for one in known_defects()],
             "beside": dict(beside or {}),
         }
     )

@@ -26,7 +26,8 @@ class Followed:
 
 def rules_of(parameters: ContactSystem, traits: Traits) -> Rules:
     """Return the rules of the interface by which an engine is told of a contact."""
-    return traits.old_contact_rules if parameters.interface == "old" else traits.contact_rules
+    old = parameters.interface == "old"
+    return Rules(**(traits.old_contact_rules if old else traits.contact_rules))
 
 
 @lru_cache(maxsize=2048)

@@ -26,7 +26,6 @@ from harness.engines.script import Task
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineMissingError, RequestError
 from harness.observables.provenance import Provenance
-from harness.parameters.contact_rules import Rules
 from harness.shared_memory import processes_with_room
 
 
@@ -53,7 +52,7 @@ class Lammps(LammpsLanguage):
         integrator="velocity-verlet",
         laws=("overlap", "deformable"),
         # the manual of pair_style granular: torques act at the contact, those of gran/* at r
-        old_contact_rules=Rules(torque_lever="radius"),
+        old_contact_rules={"torque_lever": "radius"},
         caveats=("Clipping the tail (limit_damping) is an option, off by default.",),
     )
 

@@ -82,6 +82,6 @@ def test_inclines_and_towers_take_turns_in_one_process(way, lmp):
     tower, incline = Tower(height=2, law="overlap"), Incline(angle=10.0)
     with Lammps(lmp=lmp if way == "executable" else None, workers=1) as engine:
         first = run(engine, tower)
-        measured(engine, [incline], "passage")
+        (alone,) = measured(engine, [incline], "passage")
         np.testing.assert_array_equal(run(engine, tower).grain_force, first.grain_force)
-        assert measured(engine, [incline], "passage")[0].margin_J == run.margin_J
+        assert measured(engine, [incline], "passage")[0].margin_J == alone.margin_J
