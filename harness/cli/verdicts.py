@@ -147,7 +147,9 @@ class Printer:
             died = "an engine could not be run or died" if errors else ""
             self.line(f"FAILED: {'; '.join(filter(None, (counts, died)))}", "bold red")
         elif any(check["verdict"] == "pass" for check in checks):
-            self.line("All verdicts hold", "green")
+            defects = sum(check["verdict"] == "known defect" for check in checks)
+            known = f" but {defects} known defects" if defects else ""
+            self.line(f"All verdicts hold{known}", "green")
         else:
             self.line("Nothing was judged", "yellow")
 

@@ -27,10 +27,10 @@ class Mark:
 
     @property
     def text(self) -> str:
-        """Return the error of a cell that holds, else the verdict."""
+        """Return the error of a cell that holds, else the verdict in a word or two."""
         if self.check.verdict is Verdict.PASS:
             return f"{abs(self.check.difference):.0e}"
-        return str(self.check.verdict)
+        return str(self.check.verdict).removeprefix("known ")
 
     @property
     def title(self) -> str:

@@ -69,7 +69,8 @@ def headline(checks: Sequence[Check]) -> str:
         return "Failed: " + ", ".join(f"{number} {kind}" for kind, number in failed)
     if not any(s.judged for s in rows):
         return "Nothing was judged"
-    return "All verdicts hold"
+    defects = sum(s.count(Verdict.KNOWN_DEFECT) for s in rows)
+    return "All verdicts hold" + (f" but {defects} known defects" if defects else "")
 
 
 def by_severity(checks: Sequence[Check]) -> list[Check]:
