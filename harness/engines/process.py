@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import re
 import resource
 import signal
 import subprocess
@@ -17,6 +18,7 @@ from pathlib import Path
 from harness.errors import (
     EngineCrashError,
     EngineError,
+    EngineInputError,
     EngineMemoryError,
     EngineOutputError,
     EngineTimeoutError,
@@ -25,6 +27,8 @@ from harness.shared_memory import MARK, advice, record_segments, remove_segments
 
 LAST_WORDS = 4000
 """Characters that are kept of what a program said."""
+
+REFUSAL = r"^ERROR: \w+(?: = .*: must|: no such parameter).*$"  # of a generated script
 
 FIRST_LOOK, LOOK_SECONDS = 0.05, 0.5
 """[s] to the first look at a program, and at most between two."""
@@ -113,7 +117,7 @@ class Processes:
                 timed_out = _hangs(process, seconds, progress, folder)
             finally:
                 # also when the harness is interrupted
-                record_segments(folder)
+                record_segments(folder)  # of its shared memory, in case it is killed
                 _kill(group)
                 process.wait()
                 remove_segments(folder, mapped=True)
@@ -164,6 +168,8 @@ def death(who: str, code: int, said: str) -> EngineError:
         return EngineOutputError(f"{who} wrote a file of more than {LARGEST_FILE} bytes")
     if way == "signal SIGBUS":
         return EngineMemoryError(f"{who} died: {way}: {advice()}")
+    if refused := re.search(REFUSAL, said, re.MULTILINE):
+        return EngineInputError(f"{who} refused its input: {refused[0][:160]}")
     return EngineCrashError(f"{who} died: {way}{last_words(said)}")
 
 
@@ -207,17 +213,14 @@ def first_text(path: Path, size: int) -> str:
 def _hangs(
     process: subprocess.Popen[bytes], seconds: float, progress: Callable[[], int], folder: Path
 ) -> bool:
-    """Wait for the end of a process; return whether it went ``seconds`` without progress.
-
-    Its shared memory is written down in its folder meanwhile.
-    """
+    """Wait for the end of a process; return whether it went ``seconds`` without progress."""
     state, since, look = progress(), time.monotonic(), FIRST_LOOK
     while (left := since + seconds - time.monotonic()) > 0.0:
         try:
             process.wait(min(left, look))
         except subprocess.TimeoutExpired:
             look = min(2.0 * look, LOOK_SECONDS)
-            record_segments(folder)
+            record_segments(folder)  # of its shared memory, in case it is killed
             if (new := progress()) != state:
                 state, since = new, time.monotonic()
         else:
