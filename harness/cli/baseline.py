@@ -10,7 +10,7 @@ import typer
 
 from harness.cli.command import add_command, option
 from harness.cli.engine_options import EngineOptions
-from harness.cli.options import TOLERANCES, Json, Level
+from harness.cli.options import CASES, TOLERANCES, Json, Level
 
 if TYPE_CHECKING:
     from harness.workflows.baseline import BaselineComparison
@@ -30,8 +30,8 @@ class BaselineOptions:
     level: Level = option("default", "How much of each case: that of `verify`.")
     cases: str | None = option(
         None,
-        "Cases or groups that `dem-harness cases` lists, or `all`.  [default: incline and tower]",
-        metavar="NAMES",
+        CASES,
+        metavar="NAME[,NAME...]",
     )
     baseline: Path | None = option(
         None,

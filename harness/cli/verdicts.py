@@ -147,9 +147,10 @@ class Printer:
             died = "an engine could not be run or died" if errors else ""
             self.line(f"FAILED: {'; '.join(filter(None, (counts, died)))}", "bold red")
         elif any(check["verdict"] == "pass" for check in checks):
+            from harness.report.verdict_summary import all_hold
+
             defects = sum(check["verdict"] == "known defect" for check in checks)
-            known = f" but {defects} known defects" if defects else ""
-            self.line(f"All verdicts hold{known}", "green")
+            self.line(all_hold(defects), "green")
         else:
             self.line("Nothing was judged", "yellow")
 

@@ -11,7 +11,7 @@ import typer
 
 from harness.cli.command import option
 from harness.cli.engine_options import EngineOptions
-from harness.cli.options import TOLERANCES, Json
+from harness.cli.options import CASES, TOLERANCES, Json
 
 if TYPE_CHECKING:
     from harness.store.entries import Entries
@@ -26,7 +26,7 @@ class VerifyOptions:
     full: bool = option(False, "Up to 100 times the stiffness, every height: some two minutes.")
     cases: str | None = option(
         None,
-        "Cases or groups that `dem-harness cases` lists, or `all`.  [default: incline and tower]",
+        CASES,
         metavar="NAME[,NAME...]",
     )
     engines: str | None = option(

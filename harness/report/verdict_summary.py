@@ -69,7 +69,11 @@ def headline(checks: Sequence[Check]) -> str:
         return "Failed: " + ", ".join(f"{number} {kind}" for kind, number in failed)
     if not any(s.judged for s in rows):
         return "Nothing was judged"
-    defects = sum(s.count(Verdict.KNOWN_DEFECT) for s in rows)
+    return all_hold(sum(s.count(Verdict.KNOWN_DEFECT) for s in rows))
+
+
+def all_hold(defects: int) -> str:
+    """Return the outcome in words of a run in which none failed, beside known defects."""
     return "All verdicts hold" + (f" but {defects} known defects" if defects else "")
 
 

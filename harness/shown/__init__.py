@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
@@ -16,20 +17,20 @@ ROUND_OFF = 14
 """Decimals beyond which an uncertainty says nothing."""
 
 
-class Shown:
+class Shown(ABC):
     """A result that a notebook shows in a few lines, and that draws itself.
 
     A subclass says what it is in ``told`` and draws itself in ``drawn``; as a dataclass it leaves
     ``repr`` to this class.
     """
 
+    @abstractmethod
     def told(self) -> Mapping[str, str]:
         """Return what the result says of itself, a line each: at most five."""
-        raise NotImplementedError
 
+    @abstractmethod
     def drawn(self) -> Figure:
         """Return the figure behind ``plot``, in whatever style is set."""
-        raise NotImplementedError
 
     def plot(self) -> Figure:
         """Return a figure of the result, a matplotlib Figure whose axes name their units."""

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from harness.report.figures.history import Against
     from harness.shown.figure import Figure
 
-
 UNFINISHED = "unfinished"
 VERDICTS = ("pass", "fail", "known defect", "fixed", "not tested", "finding")
 NEAR = 3
@@ -59,13 +58,18 @@ class Recorded(Shown):
         what = "runs" if self.quantities is None else "measurements"
         return {what: str(len(self.rows)), "history": str(self.file)}
 
+    def drawn(self, against: Against = "date") -> Figure:
+        """Return the one quantity over date or release, or the rows that failed."""
+        from harness.report.figures.history import recorded
+
+        return recorded(self.frame(), against)
+
     def plot(self, against: Against = "date") -> Figure:
         """Return a figure of the one quantity over date or release, or of rows that failed."""
-        from harness.report.figures.history import recorded
         from harness.shown.figure import house_style
 
         with house_style():
-            return recorded(self.frame(), against)
+            return self.drawn(against)
 
 
 _TYPES = {
@@ -142,10 +146,7 @@ def history(file: Path | None = None, **wanted: Unpack[Wanted]) -> Recorded:
 def open_history(
     file: Path | None = None, **wanted: Unpack[Wanted]
 ) -> Iterator[tuple[Path, Iterator[dict[str, Any]]]]:
-    """Yield the file, and the rows that :func:`history` returns, each read when it is asked for.
-
-    Raise RequestError as it does.
-    """
+    """Yield the file and the rows of :func:`history`, read one by one; raise as it does."""
     path, quantity = file or history_place().path, wanted.get("quantity")
     question = HistoryQuery(
         command=wanted.get("command"),

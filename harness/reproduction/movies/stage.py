@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from typing import Any, ClassVar, Generic, TypeVar
 
@@ -24,7 +25,7 @@ DPI, WIDTH = 100, 880
 INK = "#333333"
 
 
-class Scene(Generic[Motion]):
+class Scene(ABC, Generic[Motion]):
     """Draws the frames of one motion.
 
     A scene gives its height and where its two lines of text stand, what moves, and how that
@@ -63,22 +64,22 @@ class Scene(Generic[Motion]):
             self._figure.draw_artist(artist)
         return np.asarray(self._canvas.buffer_rgba())[..., :3].copy()
 
+    @abstractmethod
     def subtitle(self) -> str:
         """Return what is drawn, and to which scale."""
-        raise NotImplementedError
 
+    @abstractmethod
     def build(self, figure: Figure) -> list[Artist]:
         """Draw what stays on a figure; return what moves."""
-        raise NotImplementedError
 
+    @abstractmethod
     def show(self, frame: int) -> None:
         """Put what moves where it is at a frame."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def poster_frame(self) -> int:
         """Return the frame to show where nothing moves."""
-        raise NotImplementedError
 
 
 class Traces:
