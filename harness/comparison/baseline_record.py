@@ -59,6 +59,12 @@ class Made(TypedDict, total=False):
     script_sha256: str
 
 
+def record_name(engine: str, case: str, words: str) -> str:
+    """Return ``engine/case-words``, of the words letters, digits, points and underscores only."""
+    kept = "".join(c if c.isalnum() or c in "._" else " " for c in words)
+    return f"{engine}/{case}-{'-'.join(kept.split())}"
+
+
 def made_by(who: Provenance | None, solver: str = "", version: str = "") -> Made:
     """Return who made a case: an engine, or a solver of this harness in its ``version``."""
     if who is None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import inspect
 import json
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -13,14 +12,14 @@ from typing import Any, Protocol
 from harness import __version__
 from harness.cases.contract import Case, Measured
 from harness.engines.contract import Engine, Job, Output
-from harness.engines.registry import engine_names, open_engine
+from harness.engines.registry import engine_names
 from harness.errors import EngineError, EngineOutputError, HarnessError, RequestError
-from harness.home import cache_place
 from harness.observables.provenance import Provenance
 from harness.parameters.base import Parameters
 from harness.store.cached_engine import CachedEngine
 from harness.store.entries import Entries
 from harness.store.keys import ROOT, digest_of_tree, key_of, machine, source_digest, versions
+from harness.workflows.opened import opened
 from harness.workflows.verification_run import Open
 
 CHUNK = 512
@@ -51,18 +50,11 @@ class Executor(Protocol):
         """Yield the place and the outcome of each run as soon as it is known, in any order."""
 
 
-@contextmanager
-def open_cached(name: str) -> Iterator[Engine]:
-    """Yield an engine that keeps its runs in the default place."""
-    with open_engine(name) as engine:
-        yield CachedEngine(engine, Entries(cache_place().path))
-
-
 @dataclass(frozen=True)
 class Local:
     """Runs work here; ``entries`` keep what solvers found, nothing for None."""
 
-    open_one: Open = open_cached
+    open_one: Open = opened
     entries: Entries | None = None
     fresh: bool = False
 

@@ -15,10 +15,9 @@ from harness.cases.contact_base.reference import followed, rules_of
 from harness.cases.contact_base.submodels import Trial
 from harness.cases.contact_base.tolerances import width_of
 from harness.cases.contract import Reference, Study
-from harness.comparison.baseline_record import BaselineRecord, Quantity, made_by
+from harness.comparison.baseline_record import BaselineRecord, Quantity, made_by, record_name
 from harness.comparison.convergence import Limit
 from harness.comparison.findings import Findings
-from harness.comparison.triage import Triage
 from harness.comparison.verdicts import Cell, Check, Kind, failed_run, judge, not_tested
 from harness.engines.contract import Engine, Output
 from harness.errors import EngineError, EngineNaNError
@@ -70,11 +69,12 @@ def verify_trials(case: ContactCase[Any], engine: Engine, study: Study) -> Findi
         runs = list(zip(rungs[own], outputs[own], strict=True))
         try:
             found = _climbed(case, trial, runs, engine)
-        except EngineNaNError as error:
-            findings.checks.append(_no_number(case, trial, engine, error))
         except EngineError as error:
             row = failed_run(_name(case, trial, engine), Kind.ANALYTIC, error)
-            findings.checks.append(replace(row, cell=_cell(case, trial, engine)))
+            # with values that are no numbers it ran, and went wrong
+            died = not isinstance(error, EngineNaNError)
+            cell = _cell(case, trial, engine)
+            findings.checks.append(replace(row, engine_died=died, cell=cell))
         else:
             findings.checks += _judged(case, found, engine)
             climbed.append(found)
@@ -128,15 +128,6 @@ def _judged(case: ContactCase[Any], found: Climbed, engine: Engine) -> list[Chec
     return rows
 
 
-def _no_number(
-    case: ContactCase[Any], trial: Trial, engine: Engine, error: EngineNaNError
-) -> Check:
-    """Return the failed row of a run with values that are no numbers: it ran, and went wrong."""
-    row = failed_run(_name(case, trial, engine), Kind.ANALYTIC, error)
-    cell = _cell(case, trial, engine)
-    return replace(row, engine_died=False, triage=Triage.NAN, cell=cell)
-
-
 def _cell(
     case: ContactCase[Any], trial: Trial, engine: Engine, reached: Limit | None = None
 ) -> Cell:
@@ -162,10 +153,8 @@ def _record(
     assert isinstance(output, Output)
     values = case.read(parameters, output, engine.traits)
     units = {quantity.name: quantity.unit for quantity in case.quantities}
-    said = f"{trial.submodel} {trial.system}"
-    words = "".join(c if c.isalnum() or c in "._" else " " for c in said)
     return BaselineRecord(
-        name=f"{engine.name}/{case.name}-{'-'.join(words.split())}",
+        name=record_name(engine.name, case.name, f"{trial.submodel} {trial.system}"),
         parameters=parameters.model_dump(mode="json"),
         quantities={
             name: Quantity(value, 0.0, "" if units[name] == "1" else units[name])
@@ -175,5 +164,5 @@ def _record(
         case=case.name,
         label=f"{trial.submodel}, {trial.system}",
         family=(trial.submodel,),
-        **made_by(output.provenance, "", ""),
+        **made_by(output.provenance),
     )

@@ -12,7 +12,7 @@ from harness.cases.drop.parameters import Drop
 from harness.cases.drop.runs import DropRun, read, run_drops
 from harness.cases.drop.template import HEAD_ON, NAME, TEMPLATE, job_of
 from harness.cases.runs import whole
-from harness.comparison.baseline_record import BaselineRecord, Quantity, made_by
+from harness.comparison.baseline_record import BaselineRecord, Quantity, made_by, record_name
 from harness.comparison.findings import Findings
 from harness.comparison.tolerances import Tolerance
 from harness.comparison.verdicts import Check, Kind, judge, not_tested
@@ -153,8 +153,7 @@ def _judged(name: str, test: DropTest, run: DropRun | EngineError) -> Check:
 
 def _key(engine: str, test: DropTest) -> str:
     words = f"{test.quantity} {test.case.contact.name}".replace("_", " ")
-    kept = "".join(c if c.isalnum() or c == "." else " " for c in words)
-    return f"{engine}/drop-{'-'.join(kept.split())}"
+    return record_name(engine, NAME, words)
 
 
 def _record(name: str, test: DropTest, run: DropRun, value: float) -> BaselineRecord:
