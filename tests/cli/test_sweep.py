@@ -63,7 +63,8 @@ def test_without_pyarrow_the_sweep_says_so(answer, tmp_path, monkeypatch):
         "u.find_spec = lambda name, *a: None if name == 'pyarrow' else find(name, *a)\n",
         encoding="utf-8",
     )
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), os.environ["PYTHONPATH"]]))
+    own = os.environ.get("PYTHONPATH")
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, [str(tmp_path), own])))
     found = answer("sweep", "incline", "--over", "angle=9,10", "--engines", "reference")
     assert any("pip install 'dem-harness[parquet]'" in note for note in found["notes"])
     assert not (tmp_path / found["output"] / "rows.parquet").exists()

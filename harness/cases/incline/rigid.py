@@ -148,6 +148,6 @@ def restitution_figure(found: Sequence[Stiffening]) -> Figure:
             color=RED,
             label="reference DEM, k to infinity" if one is found[0] else None,
         )
-    label(axes, "restitution e (-)", "critical angle (deg)")
+    label(axes, "restitution e", "critical angle (deg)")
     legend_below(figure)
     return figure
