@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from harness.engines.contact_model import ContactModel, stating
+
 if TYPE_CHECKING:
     from harness.parameters.contact import Contact, EffectiveMass, Spring, Tail
 
@@ -41,11 +43,11 @@ class Traits:
     microseconds_per_step: float = 1.0
     lineage: str = ""
     title: str = ""
-    contact_rules: Mapping[str, Any] = field(default_factory=dict)
-    """Of contacts with friction, where codes that state the same law differ: what
-    :class:`~harness.parameters.contact_rules.Rules` is told."""
-    old_contact_rules: Mapping[str, Any] = field(default_factory=dict)
-    """Of the engine's earlier interface to contacts."""
+    contact_models: tuple[ContactModel, ...] = ()
+    """Of contacts with friction: what scripts are told of, and by which rules (see
+    :mod:`harness.engines.contact_model`); without any, all that the scripts declare."""
+    contact_powers: tuple[float, ...] = ()
+    """Of the step in the errors of such contacts, where they are not those of velocity Verlet."""
     caveats: tuple[str, ...] = field(default=())
     """Traps that users fall into, a sentence each; the report shows them."""
 
@@ -74,7 +76,7 @@ class Traits:
             return f"its damping ratio is at most {self.most_damping:g}"
         if nominal == 0.0 and self.most_damping < 1.0:
             return f"its damping ratio is at most {self.most_damping:g}"
-        return ""
+        return stating(self.contact_models, values)[1]
 
     def refuses_contact(self, contact: Contact) -> str:
         """Return why the engine cannot state a contact, or nothing where it can."""

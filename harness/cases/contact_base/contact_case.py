@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
@@ -17,6 +18,7 @@ from harness.cases.contract import Case, LevelName, Reference, Study
 from harness.comparison.findings import Findings
 from harness.engines.contract import Engine, Job, Output, Template
 from harness.engines.traits import Traits
+from harness.parameters.contact_rules import Rules
 from harness.parameters.contact_scene import ContactScene
 from harness.report.sections import Drawing, Section
 
@@ -24,6 +26,9 @@ if TYPE_CHECKING:
     from harness.cases.contact_base.study import Evidence
 
 P = TypeVar("P", bound=ContactSystem)
+
+SAME = 1e-9
+"""Difference of integrations that differ by their rules, where these change nothing."""
 
 LONGER = ("unequal spheres", "frozen sphere")
 """Systems that the shortest level leaves out."""
@@ -39,6 +44,8 @@ class ContactCase(Case[P]):
     group: ClassVar[str] = "contacts"
     template: ClassVar[Template] = TEMPLATE
     submodels: ClassVar[Sequence[Submodel]]
+    beside: ClassVar[Sequence[Submodel]] = ()
+    """Submodels that codes compared with one another go through as well."""
     systems: ClassVar[Mapping[str, Mapping[str, Any]]] = SYSTEMS
     formula: ClassVar[str]
     powers: ClassVar[tuple[float, ...]] = ()
@@ -70,18 +77,33 @@ class ContactCase(Case[P]):
 
     def references(self, parameters: P, traits: Traits) -> Mapping[str, Reference]:
         """Return closed forms, and what the integration of the law gives for the rest."""
-        exact = self.closed_forms(parameters)
-        motion = followed(self.scene(parameters), rules_of(parameters, traits)).motion
-        integrated = self.observed(parameters, motion)
+        return self.expected(parameters, rules_of(self.job(parameters), traits))
+
+    def expected(self, parameters: P, rules: Rules) -> Mapping[str, Reference]:
+        """Return what is expected under rules; closed forms where these change nothing."""
+        scene, exact = self.scene(parameters), dict(self.closed_forms(parameters))
+        integrated = self.observed(parameters, followed(scene, rules).motion)
+        if rules != Rules():
+            plain = self.observed(parameters, followed(scene, Rules()).motion)
+            exact = {
+                name: value
+                for name, value in exact.items()
+                if math.isclose(integrated[name], plain[name], rel_tol=SAME, abs_tol=SAME)
+            }
         return {
             **{name: Reference(value, "integrated") for name, value in integrated.items()},
             **{name: Reference(value, "closed form") for name, value in exact.items()},
         }
 
-    def trials(self, level: LevelName) -> Iterator[Trial]:
-        """Yield the submodels in the systems that a level goes through, with its coarsest step."""
+    def trials(
+        self, level: LevelName, submodels: Sequence[Submodel] | None = None
+    ) -> Iterator[Trial]:
+        """Yield submodels in the systems that a level goes through, with its coarsest step.
+
+        Those of the case unless others are given.
+        """
         base, coarsest = self.default, STEPS[level][0]
-        for submodel in self.submodels:
+        for submodel in self.submodels if submodels is None else submodels:
             for system, changes in self.systems.items():
                 if level != "quick" or system not in LONGER:
                     told = {**PLAIN, **submodel.law, **changes, "steps_per_contact": coarsest}
@@ -95,7 +117,22 @@ class ContactCase(Case[P]):
         """Run each trial on a ladder of steps and judge the limits against the law."""
         from harness.cases.contact_base.study import verify_trials
 
-        return verify_trials(self, engine, study)
+        def run() -> Findings:
+            return verify_trials(self, engine, study, self.trials(study.level))
+
+        return study.once((self.name, engine.name), run)
+
+    def verify_beside(self, engine: Engine, study: Study) -> Findings:
+        """Run the trials and those ``beside`` them, but none that :meth:`verify` ran."""
+        from harness.cases.contact_base.study import Evidence, verify_trials
+
+        done: Findings | None = study.once((self.name, engine.name), lambda: None)
+        submodels = (*(() if done else self.submodels), *self.beside)
+        found = verify_trials(self, engine, study, self.trials(study.level, submodels))
+        if done and done.evidence:
+            climbed = (*done.evidence.climbed, *found.evidence.climbed)
+            found.evidence = Evidence(engine.title, climbed)
+        return found
 
     def drawings(self, evidence: Evidence) -> Sequence[Drawing]:
         """Return the figures of a case: the error of its first quantity over the step."""

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from harness.cases.contact_base.motion import Motion
-from harness.cases.contact_base.parameters import ContactSystem
+from harness.engines.contact_model import stating
+from harness.engines.contract import Job
 from harness.engines.traits import Traits
 from harness.errors import RequestError
 from harness.parameters.contact_rules import Rules
@@ -24,10 +25,9 @@ class Followed:
     kinked: bool
 
 
-def rules_of(parameters: ContactSystem, traits: Traits) -> Rules:
-    """Return the rules of the interface by which an engine is told of a contact."""
-    old = parameters.interface == "old"
-    return Rules(**(traits.old_contact_rules if old else traits.contact_rules))
+def rules_of(job: Job, traits: Traits) -> Rules:
+    """Return the rules of the model by which an engine states the contact of a job."""
+    return Rules(**stating(traits.contact_models, job.values)[0].rules)
 
 
 @lru_cache(maxsize=2048)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -18,9 +18,18 @@ from harness.cases.contract import Reference, Study
 from harness.comparison.baseline_record import BaselineRecord, Quantity, made_by, record_name
 from harness.comparison.convergence import Limit
 from harness.comparison.findings import Findings
-from harness.comparison.verdicts import Cell, Check, Kind, failed_run, judge, not_tested
+from harness.comparison.verdicts import (
+    Cell,
+    Check,
+    Kind,
+    failed_run,
+    finding,
+    judge,
+    not_tested,
+)
 from harness.engines.contract import Engine, Output
 from harness.errors import EngineError, EngineNaNError
+from harness.parameters.contact_rules import Rules
 
 if TYPE_CHECKING:
     from harness.cases.contact_base.contact_case import ContactCase
@@ -32,11 +41,16 @@ MOVED = 10.0
 
 @dataclass(frozen=True)
 class Climbed:
-    """What a trial left: limits of its quantities, what is expected, and its finest motion."""
+    """What a trial left: limits of its quantities, what is expected, and its finest motion.
+
+    Expected under the engine's ``rules``, and ``plain`` under the default ones.
+    """
 
     trial: Trial
     limits: Mapping[str, Limit]
     references: Mapping[str, Reference]
+    plain: Mapping[str, Reference]
+    rules: Rules
     motion: Motion
     kinked: bool
 
@@ -49,11 +63,13 @@ class Evidence:
     climbed: tuple[Climbed, ...]
 
 
-def verify_trials(case: ContactCase[Any], engine: Engine, study: Study) -> Findings:
-    """Return the rows of every trial of a level, refused ones as not tested."""
+def verify_trials(
+    case: ContactCase[Any], engine: Engine, study: Study, trials: Iterable[Trial]
+) -> Findings:
+    """Return the rows of trials on the ladder of a level, refused ones as not tested."""
     findings = Findings(case.name, engine.name)
     runnable: list[Trial] = []
-    for trial in case.trials(study.level):
+    for trial in trials:
         reason = engine.refuses(case.job(trial.parameters))
         if reason:
             row = not_tested(_name(case, trial, engine), Kind.ANALYTIC, reason)
@@ -99,11 +115,12 @@ def _climbed(
         rungs.append(case.observed(parameters, motion))
     finest = runs[-1][0]
     steps = [parameters.steps_per_contact for parameters, _ in runs]
-    rules = rules_of(trial.parameters, engine.traits)
+    rules = rules_of(case.job(finest), engine.traits)
     kinked = followed(case.scene(finest), rules).kinked
-    terms = case.powers or powers(trial.parameters)
+    terms = case.powers or engine.traits.contact_powers or powers(trial.parameters)
     limits = climb(terms, steps, rungs, kinked=kinked)
-    return Climbed(trial, limits, case.references(finest, engine.traits), motion, kinked)
+    references, plain = case.expected(finest, rules), case.expected(finest, Rules())
+    return Climbed(trial, limits, references, plain, rules, motion, kinked)
 
 
 def _judged(case: ContactCase[Any], found: Climbed, engine: Engine) -> list[Check]:
@@ -125,7 +142,32 @@ def _judged(case: ContactCase[Any], found: Climbed, engine: Engine) -> list[Chec
             uncertainty=reached.uncertainty if reached else math.nan,
         )
         rows.append(replace(row, cell=_cell(case, trial, engine, reached)))
-    return rows
+    return [*rows, *_moved_by_rules(case, found, engine)]
+
+
+def _moved_by_rules(case: ContactCase[Any], found: Climbed, engine: Engine) -> list[Check]:
+    """Return a finding for the quantity that the engine's rules move most, if they move any."""
+    units = {quantity.name: quantity.unit for quantity in case.quantities}
+    moved = {}
+    for name, plain in found.plain.items():
+        apart = abs(found.references[name].value - plain.value)
+        if name in found.limits and apart > width_of(units[name], kinked=False).width(plain.value):
+            moved[name] = apart / (abs(plain.value) or 1.0)
+    if not moved:
+        return []
+    name = max(moved, key=moved.__getitem__)
+    predicted = found.references[name].value - found.plain[name].value
+    told = found.rules.model_dump(exclude_defaults=True)
+    row = finding(
+        f"{_name(case, found.trial, engine)}: {name} under other rules",
+        found.limits[name].value,
+        found.plain[name].value,
+        units[name],
+        f"{', '.join(f'{rule} = {word}' for rule, word in told.items())}: moves it by "
+        f"{predicted:.3g} by the integration under both rules",
+        found.limits[name].uncertainty,
+    )
+    return [row]
 
 
 def _cell(

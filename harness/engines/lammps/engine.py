@@ -10,6 +10,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from harness.engines.contact_model import ContactModel
 from harness.engines.contract import Job
 from harness.engines.lammps.external_forces import FORCES
 from harness.engines.lammps.fingerprint import fingerprint
@@ -52,7 +53,10 @@ class Lammps(LammpsLanguage):
         integrator="velocity-verlet",
         laws=("overlap", "deformable"),
         # the manual of pair_style granular: torques act at the contact, those of gran/* at r
-        old_contact_rules={"torque_lever": "radius"},
+        contact_models=(
+            ContactModel("granular", {"interface": ("current",)}),
+            ContactModel("gran/*", rules={"torque_lever": "radius"}),
+        ),
         caveats=("Clipping the tail (limit_damping) is an option, off by default.",),
     )
 

@@ -1,0 +1,76 @@
+"""Contacts with friction that an engine can state, each under rules of its own.
+
+To let an engine take part in the cases of such contacts:
+
+1. Write ``templates/contacts.<extension>.j2``. Its values are those that the job's template lists
+   by default: the law (``normal``, ``damping``, ``tangential``, ``friction``, ...; 0 where a
+   submodel takes no such coefficient), one or two spheres (``radius_1``, ``mass_1``, ``x_1``,
+   ``vx_1``, ``wx_1``, ``motion_1``: free, frozen or prescribed), ``planes`` with ``floor`` and
+   ``ceiling``, gravity, ``step_size``, ``steps``, ``series_every`` and the segments of a prescribed
+   motion. A script that has no use for one names it in ``unused_values`` of its engine.
+2. Let it leave a series with the columns ``step`` (M,) and ``x_m``, ``y_m``, ``z_m``,
+   ``vx_m_per_s``, ..., ``wx_rad_per_s``, ..., ``fx_N``, ..., ``tx_N_m``, ... (M, spheres), at the
+   start and after every ``series_every`` steps, velocities at the time of the positions. In a CSV
+   the columns of sphere 1 are ``x_m[1]`` and so on (:func:`~harness.engines.tables.read_csv`).
+3. Declare in ``Traits.contact_models`` what the template states, a :class:`ContactModel` for each
+   contact model of the code, with the rules that it follows in it.
+
+A job that no model states is not tested there, with the reason; the others are held against the
+integration of the law under the model's rules, on a ladder of steps. Where these rules move a
+quantity against the integration under the default rules, that is a finding. The powers of the step
+in the errors are those of velocity Verlet: ``Traits.contact_powers`` says otherwise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+Values = Mapping[str, str | int | float]
+
+LAW = ("normal", "tangential")
+"""Values of every job with such a contact, and of no other."""
+
+
+@dataclass(frozen=True)
+class ContactModel:
+    """A contact model of a code, by the name that its authors give it.
+
+    ``states`` are the words or numbers that a value of a job may be, by its name (``damping``,
+    ``rolling``, ``clipped``: yes or no, ``interface``, ``planes``, ``motion_1``, ...); one that is
+    not named may be any. ``needs`` returns why values that fit so far cannot be stated (a
+    coefficient that the code ties to another), or nothing. ``rules`` is what
+    :class:`~harness.parameters.contact_rules.Rules` is told.
+    """
+
+    name: str
+    states: Mapping[str, tuple[str | int | float, ...]] = field(default_factory=dict)
+    rules: Mapping[str, Any] = field(default_factory=dict)
+    needs: Callable[[Values], str] | None = None
+
+    def fitting(self, values: Values) -> tuple[int, str]:
+        """Return how many values fit before the first that does not, and why that one does not."""
+        for number, (name, known) in enumerate(self.states.items()):
+            if name in values and values[name] not in known:
+                told = ", ".join(map(str, known))
+                return number, f"its {self.name} takes {name} = {told}, not {values[name]}"
+        reason = self.needs(values) if self.needs else ""
+        return len(self.states), f"its {self.name} {reason}" if reason else ""
+
+
+def stating(models: Sequence[ContactModel], values: Values) -> tuple[ContactModel, str]:
+    """Return the first model that states a job's contact and nothing, or the closest and why not.
+
+    Without models, or for a job without such a contact, an empty model that states all.
+    """
+    if not models or any(name not in values for name in LAW):
+        return ContactModel(""), ""
+    closest, best, reason = models[0], -1, ""
+    for model in models:
+        fit, why = model.fitting(values)
+        if not why:
+            return model, ""
+        if fit > best:
+            closest, best, reason = model, fit, why
+    return closest, reason
