@@ -40,7 +40,8 @@ def coefficient(law: ContactLaw, rules: Rules) -> float:
         return alpha * math.sqrt(2.0 if rules.tsuji_mass == "twice_effective" else 1.0)
     logarithm = -math.log(law.restitution)
     zeta = logarithm / math.hypot(math.pi, logarithm)
-    return zeta * (2.0 if law.normal == "hooke" else math.sqrt(5.0))
+    linear = law.normal == "hooke" or rules.hertz_restitution == "linear"
+    return zeta * (2.0 if linear else math.sqrt(5.0))
 
 
 @compiled

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from harness.pair.lever import lever
 from harness.pair.system import BODY, CONTACT, Floats, System
 from harness.pair.vectors import Vector, across, compiled, cross, dot, length, plus, scaled
 
@@ -18,6 +19,7 @@ class Geometry(NamedTuple):
     closing: float  # rate of the overlap
     relative: Vector  # v_i - v_j
     levers: tuple[float, float]  # of omega_i and omega_j in the velocity at the contact
+    stretching: tuple[float, float]  # rates of the levers
     slip: Vector  # tangential velocity at the contact
     spin: Vector  # omega_i - omega_j
 
@@ -56,22 +58,45 @@ def geometry(y: Floats, system: System, contact: int) -> Geometry:
     n, _, distance = normal_and_gap(y, system, contact)
     overlap = y[BODY * len(system.radius) + CONTACT * contact]
     relative, spin = vector(y, BODY * i + 3), vector(y, BODY * i + 6)
-    spin_j, second = (0.0, 0.0, 0.0), 0.0
+    spin_j, kind = (0.0, 0.0, 0.0), system.law.velocity_lever
     if j >= 0:
         relative = plus(relative, -1.0, vector(y, BODY * j + 3))
-        spin_j, second = vector(y, BODY * j + 6), system.radius[j]
+        spin_j = vector(y, BODY * j + 6)
     turning = scaled(1.0 / distance, across(relative, n))
-    frame = cross(n, turning)
+    frame = cross(n, turning) if system.law.turns else (0.0, 0.0, 0.0)
     if system.law.mean_spin:
         frame = plus(frame, 0.5 * dot(plus(spin, 1.0, spin_j), n), n)
-    off = 0.5 * overlap * system.law.velocity_lever if j >= 0 else 0.0
-    levers = (system.radius[i] - off, second - off if j >= 0 else 0.0)
-    arms = plus(scaled(levers[0], spin), levers[1], spin_j)
+    first, second = levers(system, contact, kind, overlap)
+    arms = plus(scaled(first[0], spin), second[0], spin_j)
     slip = plus(across(relative, n), -1.0, cross(arms, n))
     closing = -dot(relative, n)
     return Geometry(
-        n, turning, frame, overlap, closing, relative, levers, slip, plus(spin, -1.0, spin_j)
+        n,
+        turning,
+        frame,
+        overlap,
+        closing,
+        relative,
+        (first[0], second[0]),
+        (first[1] * closing, second[1] * closing),
+        slip,
+        plus(spin, -1.0, spin_j),
     )
+
+
+@compiled
+def levers(
+    system: System, contact: int, kind: int, overlap: float
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return the levers of both bodies, each with its slope; a wall has none.
+
+    ``kind`` is that between spheres.
+    """
+    i, j = system.pairs[contact, 0], system.pairs[contact, 1]
+    if j < 0:
+        return lever(system.law.wall_lever, overlap, system.radius[i], 0.0), (0.0, 0.0)
+    first, second = system.radius[i], system.radius[j]
+    return lever(kind, overlap, first, second), lever(kind, overlap, second, first)
 
 
 class Change(NamedTuple):
@@ -84,25 +109,27 @@ class Change(NamedTuple):
 
 @compiled
 def change(g: Geometry, y: Floats, system: System, contact: int, accelerations: Floats) -> Change:
-    """Return the rates of closing, slip and spin, the vectors in the turning frame.
+    """Return the rates of closing, slip and spin, the vectors in the frame of the springs.
 
     ``accelerations``: (bodies, 6), linear and angular.
     """
     i, j = system.pairs[contact, 0], system.pairs[contact, 1]
     relative, spin = _part(accelerations, i, 0), _part(accelerations, i, 3)
     arms = scaled(g.levers[0], spin)
-    shrink = -0.5 * g.closing * system.law.velocity_lever
+    arms = plus(arms, g.stretching[0], vector(y, BODY * i + 6))
     if j >= 0:
         relative = plus(relative, -1.0, _part(accelerations, j, 0))
         arms = plus(arms, g.levers[1], _part(accelerations, j, 3))
-        both = plus(vector(y, BODY * i + 6), 1.0, vector(y, BODY * j + 6))
-        arms = plus(arms, shrink, both)
+        arms = plus(arms, g.stretching[1], vector(y, BODY * j + 6))
         spin = plus(spin, -1.0, _part(accelerations, j, 3))
     closing = -dot(relative, g.normal) - dot(g.relative, g.turning)
     slip = plus(across(relative, g.normal), g.closing, g.turning)
     slip = plus(slip, -1.0, cross(arms, g.normal))
     slip = plus(slip, -1.0, cross(_arms(g, y, system, contact), g.turning))
-    slip = plus(across(slip, g.normal), -1.0, across(cross(g.frame, g.slip), g.normal))
+    if system.law.turns:
+        slip = plus(across(slip, g.normal), -1.0, across(cross(g.frame, g.slip), g.normal))
+    else:  # it leaves the plane that it was in
+        slip = plus(slip, -dot(g.relative, g.turning), g.normal)
     spin = plus(spin, -1.0, cross(g.frame, g.spin))
     return Change(closing, slip, spin)
 

@@ -13,7 +13,7 @@ from harness.pair.friction import (
     torque,
     velocity_rate,
 )
-from harness.pair.geometry import Geometry, change, geometry, normal_and_gap, vector
+from harness.pair.geometry import Geometry, change, geometry, levers, normal_and_gap, vector
 from harness.pair.normal import last_overlap
 from harness.pair.slider import OFF, beyond, force, spring, state_rate
 from harness.pair.system import BODY, CONTACT, TANGENTIAL, Floats, Integers, System
@@ -59,7 +59,7 @@ def _add_contact(result: Floats, y: Floats, system: System, modes: Integers, c: 
     g = geometry(y, system, c)
     normal = normal_force(g, system, c, modes[c, SIGN])
     total, couple = scaled(normal.force, g.normal), (0.0, 0.0, 0.0)
-    off = 0.5 * g.overlap * system.law.torque_lever if j >= 0 else 0.0
+    first, second = levers(system, c, system.law.torque_lever, g.overlap)
     moment = (0.0, 0.0, 0.0)
     for kind in range(3):
         if modes[c, SLIDERS + kind] == OFF:
@@ -69,9 +69,9 @@ def _add_contact(result: Floats, y: Floats, system: System, modes: Integers, c: 
             total, moment = plus(total, 1.0, f), cross(g.normal, f)
         else:
             couple = plus(couple, 1.0, torque(kind, f, g, system.curvature[c]))
-    _add(result, i, 1.0, total, plus(couple, off - system.radius[i], moment))
+    _add(result, i, 1.0, total, plus(couple, -first[0], moment))
     if j >= 0:
-        _add(result, j, -1.0, total, plus(couple, system.radius[j] - off, moment))
+        _add(result, j, -1.0, total, plus(couple, second[0], moment))
 
 
 @compiled

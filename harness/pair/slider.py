@@ -11,6 +11,9 @@ f = cap e, T = cap e + eta u, and the direction turns as
 
 T' the rate of the spring if it stuck. Sliding ends when that rate no longer reaches the limit,
 e . (T' - (eta u)') < cap'. While a slider slides, its state holds e instead of q.
+
+Where the dashpot is limited until it slides only, T = cap e from then on: the spring jumps. What
+the limit applies to before is beyond it as long as eta u is against e.
 """
 
 from __future__ import annotations
@@ -29,7 +32,14 @@ from harness.pair.vectors import (
 )
 
 OFF, STICK, SLIDE = range(3)
-INSIDE, OUTSIDE, STICKING_ONLY = range(3)
+INSIDE, OUTSIDE, STICKING_ONLY, UNTIL_SLIDING = range(4)
+
+IN_CAP = {
+    "inside": INSIDE,
+    "outside": OUTSIDE,
+    "sticking_only": STICKING_ONLY,
+    "until_sliding": UNTIL_SLIDING,
+}
 
 ALIGNED = 1e-13
 """[rad] between a sliding force and what drives it that is round-off."""
@@ -70,9 +80,19 @@ def displacement(slider: Slider, q: Vector, mode: int, cap: float, damping: int)
 
 @compiled
 def limited(slider: Slider, q: Vector, damping: int) -> Vector:
-    """Return what Coulomb's limit applies to, from a state that holds q."""
+    """Return what Coulomb's limit applies to before it slides, from a state that holds q."""
     held = scaled(-slider.stiffness, q)
-    return plus(held, -slider.dashpot, slider.velocity) if damping == INSIDE else held
+    within = damping in (INSIDE, UNTIL_SLIDING)
+    return plus(held, -slider.dashpot, slider.velocity) if within else held
+
+
+@compiled
+def sliding_direction(slider: Slider, q: Vector, damping: int) -> Vector:
+    """Return the direction of the force that begins to slide, from a state that holds q."""
+    pull = scaled(-slider.stiffness, q)
+    if damping == UNTIL_SLIDING and length(pull) > 0.0:
+        return direction(pull)
+    return direction(limited(slider, q, damping))
 
 
 @compiled
@@ -147,6 +167,8 @@ def beyond(
     cut_back, damping = rules
     if mode == STICK:
         return length(limited(slider, q, damping)) - cap[0]
+    if mode == SLIDE and cut_back and damping == UNTIL_SLIDING and slider.dashpot > 0.0:
+        return slider.dashpot * dot(direction(q), slider.velocity)
     if mode == SLIDE and cut_back:
         held = displacement(slider, q, mode, cap[0], damping)
         return cap[1] - dot(direction(q), drive(slider, held, change, damping))

@@ -21,9 +21,9 @@ from harness.pair.rates import (
     TURN,
     place_of,
 )
-from harness.pair.slider import OFF, SLIDE, STICK, Slider, limited, spring
+from harness.pair.slider import OFF, SLIDE, STICK, Slider, limited, sliding_direction, spring
 from harness.pair.system import CONTACT, TWIST_NONE, Floats, Integers, System
-from harness.pair.vectors import direction, length, scaled
+from harness.pair.vectors import length, scaled
 
 CLOSE_TO_LIMIT = 1e-9
 """[limit] below which a probe, not the force itself, tells whether a slider slides."""
@@ -116,8 +116,8 @@ def slide(y: Floats, system: System, modes: Integers, c: int, kind: int) -> None
     cut_back, damping = limits(kind, system.law)
     if cut_back:
         slider, _ = _slider(y, system, modes, c, kind)
-        held = limited(slider, _get(y, system, c, kind), damping)
-        _set(y, system, c, kind, direction(held))
+        held = sliding_direction(slider, _get(y, system, c, kind), damping)
+        _set(y, system, c, kind, held)
     modes[c, SLIDERS + kind] = SLIDE
 
 
@@ -146,8 +146,8 @@ def settle(y: Floats, system: System, modes: Integers, probe: float) -> None:
             slider, _ = _slider(later, system, modes, c, kind)
             cut_back, damping = limits(kind, system.law)
             if cut_back:
-                held = limited(slider, _get(later, system, c, kind), damping)
-                _set(y, system, c, kind, direction(held))
+                held = sliding_direction(slider, _get(later, system, c, kind), damping)
+                _set(y, system, c, kind, held)
             modes[c, SLIDERS + kind] = SLIDE
 
 

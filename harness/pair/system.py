@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.pair import damping, normal, slider
+from harness.pair import damping, lever, normal, slider
 from harness.parameters.contact_law import ContactLaw
 from harness.parameters.contact_rules import Rules
 from harness.parameters.contact_scene import ContactScene
@@ -49,9 +49,11 @@ class Law(NamedTuple):
     marshall_by_radius: bool
     cut_back: bool
     damping_in_cap: int
-    torque_lever: float  # how much of half the overlap is taken off the radius
-    velocity_lever: float
+    torque_lever: int
+    velocity_lever: int
+    wall_lever: int
     mean_spin: bool
+    turns: bool  # springs turn with the normal
 
 
 class System(NamedTuple):
@@ -134,10 +136,12 @@ def law_of(law: ContactLaw, rules: Rules) -> Law:
         ),
         marshall_by_radius=mindlin and rules.marshall_stiffness == "spring",
         cut_back=rules.cap == "cut_back",
-        damping_in_cap=("inside", "outside", "sticking_only").index(rules.damping_in_cap),
-        torque_lever=1.0 if rules.torque_lever == "contact_point" else 0.0,
-        velocity_lever=1.0 if rules.velocity_lever == "contact_point" else 0.0,
+        damping_in_cap=slider.IN_CAP[rules.damping_in_cap],
+        torque_lever=lever.KINDS[rules.torque_lever],
+        velocity_lever=lever.KINDS[rules.velocity_lever],
+        wall_lever=lever.KINDS[rules.wall_lever],
         mean_spin=rules.spring_spin == "mean",
+        turns=rules.spring_frame == "contact",
     )
 
 

@@ -3,7 +3,7 @@
 Whether Mindlin's spring is total or incremental, and what becomes of it when the overlap shrinks,
 is in the name of the law (``mindlin``, ``mindlin/force``, ``mindlin_rescale``, ...). Turning the
 spring with the contact or projecting it differs by the square of the angle turned in a step only:
-both have one limit, so that it is no rule here.
+both have one limit, so that they are one rule here.
 """
 
 from __future__ import annotations
@@ -26,24 +26,32 @@ class Rules(Parameters):
         "cut_back",
         description="[-] Coulomb's limit: cuts the spring back, or the force only (it goes on)",
     )
-    damping_in_cap: Literal["inside", "outside", "sticking_only"] = Field(
+    damping_in_cap: Literal["inside", "outside", "sticking_only", "until_sliding"] = Field(
         "inside",
-        description="[-] dashpot: limited with the spring, added to the limited spring, or off "
-        "while sliding",
+        description="[-] dashpot: limited with the spring, added to the limited spring, off "
+        "while sliding, or that and limited with the spring before",
     )
     mindlin_factor: Literal["1", "2/3"] = Field(
         "1", description="[-] factor on Mindlin's stiffness 8 G* a"
     )
-    torque_lever: Literal["contact_point", "radius"] = Field(
+    torque_lever: Literal["contact_point", "radius", "share", "circle"] = Field(
         "contact_point",
-        description="[-] lever of the tangential force between spheres: r - overlap/2, or r",
+        description="[-] lever of the tangential force between spheres: r - overlap/2, r, r less "
+        "its share r_i/(r_i + r_j) of the overlap, or as far as the circle in which they cut",
     )
-    velocity_lever: Literal["contact_point", "radius"] = Field(
+    velocity_lever: Literal["contact_point", "radius", "share", "circle"] = Field(
         "radius", description="[-] lever of omega in the velocity at the contact, likewise"
+    )
+    wall_lever: Literal["radius", "height"] = Field(
+        "radius", description="[-] lever of force and velocity at a wall: r, or r - overlap"
     )
     spring_spin: Literal["none", "mean"] = Field(
         "none",
         description="[-] springs turn about the normal: never, or with the bodies' mean spin",
+    )
+    spring_frame: Literal["contact", "room"] = Field(
+        "contact",
+        description="[-] the tangential spring turns with the normal, or keeps its direction",
     )
     pull_off: Literal["largest_tension", "fold"] = Field(
         "largest_tension",
@@ -55,6 +63,11 @@ class Rules(Parameters):
     tsuji_mass: Literal["twice_effective", "effective"] = Field(
         "twice_effective",
         description="[-] M in Tsuji's eta_n = alpha sqrt(M F/overlap): 2 m* gives the restitution",
+    )
+    hertz_restitution: Literal["exact", "linear"] = Field(
+        "exact",
+        description="[-] coeff_restitution with Hertz's spring: zeta is multiplied by sqrt(5), "
+        "which gives the restitution, or by 2 as for a linear one",
     )
     marshall_stiffness: Literal["spring", "coefficient"] = Field(
         "spring",

@@ -12,7 +12,7 @@ from harness.pair.system import effective_moduli
 from harness.parameters.contact_rules import Rules
 from harness.parameters.contact_scene import Body, ContactScene, Segment
 from harness.theory import dashpot
-from tests.pair.scenes import ELASTIC, HERTZ, LINEAR, MASS, RADIUS, STILL, guided, impact
+from tests.pair.scenes import ELASTIC, FLOOR, HERTZ, LINEAR, MASS, RADIUS, STILL, guided, impact
 
 PRESSED = 1e-5
 SPEED = 0.01
@@ -49,7 +49,8 @@ def test_the_limit_cuts_the_spring_back_or_the_force_only():
 
 
 @pytest.mark.parametrize(
-    ("where", "sliding"), [("inside", 0.0), ("outside", 2.0 * SPEED), ("sticking_only", 0.0)]
+    ("where", "sliding"),
+    [("inside", 0.0), ("outside", 2.0 * SPEED), ("sticking_only", 0.0), ("until_sliding", 0.0)],
 )
 def test_the_dashpot_inside_or_outside_of_the_limit(where, sliding):
     """Both stick with k x + eta u; sliding, the dashpot adds to the limit or does not."""
@@ -57,6 +58,16 @@ def test_the_dashpot_inside_or_outside_of_the_limit(where, sliding):
     stuck, slid = friction(SLIDING, *pieces, rules=Rules(damping_in_cap=where))
     assert stuck == pytest.approx(-0.5 * CAP - 2.0 * SPEED, rel=1e-4)
     assert slid == pytest.approx(-CAP - sliding, rel=1e-12)
+
+
+@pytest.mark.parametrize(("where", "taken"), [("inside", 2.0), ("until_sliding", 1.0)])
+def test_a_dashpot_that_is_limited_shortens_the_spring_or_not(where, taken):
+    """Cut back, the spring balances the dashpot or not; turned about, the dashpot pushes on."""
+    further = 0.25 * REACH
+    pieces = (steps(3 * REACH), FORTH, STILL), (steps(further), BACK, STILL)
+    slid, back = friction(SLIDING, *pieces, rules=Rules(damping_in_cap=where))
+    assert slid == pytest.approx(-CAP, rel=1e-12)
+    assert back == pytest.approx(-0.75 * CAP + taken * 2.0 * SPEED, rel=1e-3)
 
 
 def test_the_factor_of_mindlins_stiffness():
@@ -96,6 +107,68 @@ def test_the_lever_of_the_velocity():
     near, _ = two_guided(Rules(velocity_lever="contact_point"), STILL, spin)
     share = near.forces[-1, 0, 0] / far.forces[-1, 0, 0]
     assert share == pytest.approx(1.0 - 0.5 * pressed / RADIUS, rel=1e-12)
+
+
+@pytest.mark.parametrize("rule", ["share", "circle"])
+@pytest.mark.parametrize("of", ["torque_lever", "velocity_lever"])
+def test_the_levers_of_unequal_spheres(rule, of):
+    """The point that parts the distance as the radii, or the plane through the spheres' cut."""
+    pressed, other = 1e-4, 3.0 * RADIUS
+    distance = RADIUS + other - pressed
+    bodies = (Body(RADIUS, MASS, (0.0, 0.0, distance)), Body(other, MASS, STILL))
+    spins = ((0.0, 10.0, 0.0), (0.0, 0.0, 0.0))
+    scenes = [
+        ContactScene(
+            bodies, (), ELASTIC, 1e-7, 10, every=10, segments=(Segment(10, (STILL, STILL), turned),)
+        )
+        for turned in (spins, spins[::-1])
+    ]
+    one, two = (integrate(scene, Rules(**{of: rule})) for scene in scenes)
+    lever = distance * RADIUS / (RADIUS + other)
+    if rule == "circle":
+        # the cut is as far from both centres as Pythagoras says: h^2 = r^2 - x^2 = R^2 - (d - x)^2
+        lever = (distance**2 + RADIUS**2 - other**2) / (2.0 * distance)
+    if of == "torque_lever":
+        found = one.torques[-1, 0, 1] / one.torques[-1, 1, 1]
+    else:
+        found = one.forces[-1, 0, 0] / two.forces[-1, 0, 0]
+    assert found == pytest.approx(lever / (distance - lever), rel=1e-12)
+
+
+def test_the_lever_at_a_wall():
+    scene = guided(ELASTIC, (10, STILL, (0.0, 10.0, 0.0)), overlap=PRESSED)
+    far, near = (integrate(scene, Rules(wall_lever=rule)) for rule in ("radius", "height"))
+    share = 1.0 - PRESSED / RADIUS
+    assert near.forces[-1, 0, 0] / far.forces[-1, 0, 0] == pytest.approx(share, rel=1e-12)
+    assert near.torques[-1, 0, 1] / far.torques[-1, 0, 1] == pytest.approx(share**2, rel=1e-12)
+
+
+@pytest.mark.parametrize(("rule", "turned"), [("contact", 1.0), ("room", 0.0)])
+def test_a_spring_turns_with_the_normal_or_keeps_its_direction(rule, turned):
+    """A sphere that rolls along another, without slip but for what its straight path makes."""
+    roll = 200
+    spin = (0.0, SPEED / RADIUS, 0.0)
+    bodies = (Body(RADIUS, MASS, (0.0, 0.0, 2.0 * RADIUS - PRESSED)), Body(RADIUS, MASS, STILL))
+    pieces = (
+        Segment(100, (FORTH, STILL), (STILL, STILL)),
+        Segment(roll, (FORTH, STILL), (spin, STILL)),
+    )
+    scene = ContactScene(bodies, (), ELASTIC, 1e-6, 100 + roll, every=100, segments=pieces)
+    path = integrate(scene, Rules(spring_frame=rule))
+    before, after = (math.atan2(-s[2], s[0]) for s in path.springs[[1, -1], 0, 0])
+    angle = roll * 1e-6 * SPEED / (2.0 * RADIUS)
+    assert after - before == pytest.approx(turned * angle, abs=1e-3 * angle)
+
+
+def test_the_restitution_of_hertz_with_the_dashpot_of_a_linear_spring():
+    """zeta is 2 / sqrt(5) of what gives the restitution."""
+    law = HERTZ.replace(tangential="none", restitution=0.5)
+    ball = Body(RADIUS, MASS, (0.0, 0.0, RADIUS), (0.0, 0.0, -1.0))
+    scene = ContactScene((ball,), (FLOOR,), law, 1e-5, 100, every=100)
+    zeta = dashpot.damping_ratio(0.5)
+    for rule, factor in (("exact", 1.0), ("linear", 2.0 / math.sqrt(5.0))):
+        end = integrate(scene, Rules(hertz_restitution=rule)).velocities[-1, 0, 2]
+        assert end == pytest.approx(dashpot.restitution_unclipped(factor * zeta), rel=1e-9)
 
 
 @pytest.mark.parametrize(("rule", "turned"), [("none", 0.0), ("mean", 0.5)])
