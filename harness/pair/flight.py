@@ -8,6 +8,9 @@ import numpy as np
 
 from harness.pair.system import BODY, Floats, System
 
+NEVER = 1e300
+"""[s] or a power of it."""
+
 
 def next_contact(y: Floats, system: System) -> tuple[float, int]:
     """Return the time until two bodies first touch [s] and which contact it is; inf for none.
@@ -56,6 +59,9 @@ def _time_to(y: Floats, system: System, contact: int) -> float:
 def _first_fall(polynomial: list[float]) -> float:
     """Return the first time from 0 on at which a polynomial falls through 0; inf for none."""
     coefficients = np.trim_zeros(np.array(polynomial, dtype=float), "f")
+    # a factor so small has its root beyond any time, and overflows on the way there
+    while len(coefficients) > 1 and abs(coefficients[0]) * NEVER < np.abs(coefficients[1:]).max():
+        coefficients = coefficients[1:]
     slopes = np.polyder(coefficients) if len(coefficients) > 1 else np.zeros(1)
     if polynomial[-1] <= 0.0 and _falls_at_once(polynomial):
         return 0.0
