@@ -47,3 +47,17 @@ def duration_clipped(zeta: float) -> float:
         return 2.0 * math.acos(zeta) / root
     root = math.sqrt(zeta * zeta - 1.0)
     return 2.0 * math.acosh(zeta) / root
+
+
+def duration_unclipped(zeta: float) -> float:
+    """Return omega t_end [-] of a contact with its attractive tail, x = 0 again; zeta below 1."""
+    return math.pi / math.sqrt(1.0 - zeta * zeta)
+
+
+def largest_overlap(zeta: float) -> float:
+    """Return omega x / v [-] where x' = 0; zeta below 1.
+
+    x = exp(-zeta omega t) sin(root omega t) / root, root^2 = 1 - zeta^2, turns where
+    tan(root omega t) = root / zeta, half the time of :func:`duration_clipped`.
+    """
+    return math.exp(-0.5 * zeta * duration_clipped(zeta))

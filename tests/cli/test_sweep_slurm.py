@@ -94,8 +94,10 @@ def start(folder, *words):
 
 
 def wait_for(begun, lines, process):
+    until = time.monotonic() + 120.0
     while not begun.exists() or len(begun.read_text().splitlines()) < lines:
         assert process.poll() is None, process.communicate()
+        assert time.monotonic() < until, subprocess.run(["squeue"], capture_output=True).stdout
         time.sleep(0.05)
 
 

@@ -9,6 +9,8 @@ from scipy.integrate import solve_ivp
 from harness.theory.dashpot import (
     damping_ratio,
     duration_clipped,
+    duration_unclipped,
+    largest_overlap,
     restitution_clipped,
     restitution_unclipped,
 )
@@ -80,3 +82,13 @@ def test_ends_of_the_damping_ratio():
 def test_duration_passes_smoothly_through_critical_damping():
     around = np.array([duration_clipped(1.0 + shift) for shift in (-1e-6, 0.0, 1e-6)])
     assert np.ptp(around) < 1e-5
+
+
+@pytest.mark.parametrize("zeta", [0.0, 0.2, 0.7])
+def test_the_largest_overlap_is_that_of_the_integrated_motion(zeta):
+    # x = exp(-zeta t) sin(root t) / root, sampled finely
+    root = math.sqrt(1.0 - zeta * zeta)
+    t = np.linspace(0.0, duration_unclipped(zeta), 200_001)
+    x = np.exp(-zeta * t) * np.sin(root * t) / root
+    assert largest_overlap(zeta) == pytest.approx(x.max(), rel=1e-9)
+    assert abs(x[-1]) < 1e-12

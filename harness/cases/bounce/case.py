@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
+from harness.cases.contact_base.closed_forms import rebound
 from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.impact import impact
 from harness.cases.contact_base.motion import Motion
@@ -38,8 +39,8 @@ class BounceCase(ContactCase[Bounce]):
     submodels = (*NORMAL, *OLD_NORMAL)
     systems: ClassVar[Mapping[str, Mapping[str, Any]]] = {"wall": {}}
     formula: ClassVar[str] = (
-        "m x'' = m g - F during the contact, free flight after it: height u^2 / 2 g. Without "
-        "dissipation the height of the fall; else integrated."
+        "m x'' = m g - F during the contact, free flight after it: height u^2 / 2 g. Piece by "
+        "piece on a linear spring; without dissipation the height of the fall; else integrated."
     )
 
     @property
@@ -58,14 +59,14 @@ class BounceCase(ContactCase[Bounce]):
         """Return the height that the sphere will reach, and how long it touched."""
         g, z, v = parameters.gravity, motion.position[:, 0, 2], motion.velocity[:, 0, 2]
         # heights above touch, of fall and rebound, by the energy of free flight
-        fall, rebound = (float(z[i] - parameters.radius + 0.5 * v[i] ** 2 / g) for i in (0, -1))
+        fall, rise = (float(z[i] - parameters.radius + 0.5 * v[i] ** 2 / g) for i in (0, -1))
         begin = float(motion.time[0]) + (math.sqrt(2.0 * g * fall) + float(v[0])) / g
-        end = float(motion.time[-1]) - (math.sqrt(2.0 * g * rebound) - float(v[-1])) / g
-        return {"rebound_ratio": rebound / parameters.height, "contact_time_s": end - begin}
+        end = float(motion.time[-1]) - (math.sqrt(2.0 * g * rise) - float(v[-1])) / g
+        return {"rebound_ratio": rise / parameters.height, "contact_time_s": end - begin}
 
     def closed_forms(self, parameters: Bounce) -> Mapping[str, float]:
-        """Return the height of an elastic bounce."""
-        return {"rebound_ratio": 1.0} if parameters.damping == "none" else {}
+        """Return height and time of the bounce on a linear spring, the height of an elastic one."""
+        return rebound(parameters, parameters.height, parameters.gravity)
 
 
 CASE = BounceCase()

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
 from harness.parameters.contact_law import ContactLaw
 from harness.parameters.contact_scene import Body, Plane, Vector, sphere_mass
+from harness.theory import hertz_impact
 
 Partner = Literal["wall", "sphere", "frozen"]
 Interface = Literal["current", "old"]
@@ -97,9 +97,13 @@ class ContactSystem(ContactLaw):
         return [first, second]
 
 
-def hertz_spring(parameters: ContactSystem) -> float:
-    """Return K = 4/3 E* sqrt(R*) of Hertz's force K overlap^(3/2) [N/m^(3/2)]."""
+def reduced_modulus(parameters: ContactSystem) -> float:
+    """Return E* [Pa] of two bodies of one material."""
     assert parameters.youngs_modulus is not None
     assert parameters.poisson_ratio is not None
-    modulus = parameters.youngs_modulus / 2.0 / (1.0 - parameters.poisson_ratio**2)
-    return 4.0 / 3.0 * modulus * math.sqrt(parameters.reduced_radius)
+    return parameters.youngs_modulus / 2.0 / (1.0 - parameters.poisson_ratio**2)
+
+
+def hertz_spring(parameters: ContactSystem) -> float:
+    """Return K of Hertz's force K overlap^(3/2) [N/m^(3/2)]."""
+    return hertz_impact.stiffness(reduced_modulus(parameters), parameters.reduced_radius)

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from pydantic import Field
 
+from harness.cases.contact_base.closed_forms import head_on
 from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.impact import impact, overlap_of, relative_velocity
 from harness.cases.contact_base.motion import Motion, crossing, peak, value_at
 from harness.cases.contact_base.parameters import ContactSystem
 from harness.cases.contact_base.presets import HEAD_ON
 from harness.cases.contact_base.submodels import COHESIVE, NORMAL, OLD_NORMAL
-from harness.cases.head_on.closed_forms import closed_forms
 from harness.observables.declared import Observable
 from harness.parameters.contact_scene import ContactScene
 from harness.report.sections import Drawing
@@ -85,8 +85,8 @@ class HeadOnCase(ContactCase[HeadOn]):
         return (force, *super().drawings(evidence))
 
     def closed_forms(self, parameters: HeadOn) -> Mapping[str, float]:
-        """Return what is known exactly of linear springs, elastic and constant restitution."""
-        return closed_forms(parameters, parameters.speed)
+        """Return what is known exactly of linear springs, Hertz's and constant restitution."""
+        return head_on(parameters, parameters.speed)
 
 
 CASE = HeadOnCase()

@@ -15,6 +15,7 @@ from harness.cases.contact_base.resting import half_period, resting
 from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL
 from harness.observables.declared import Observable
 from harness.parameters.contact_scene import ZERO, ContactScene
+from harness.theory.rolling import down_an_incline
 
 
 class InclineRoll(ContactSystem):
@@ -23,11 +24,6 @@ class InclineRoll(ContactSystem):
     angle: float = Field(20.0, gt=0.0, lt=90.0, description="[deg] tilt of the floor")
     gravity: float = Field(9.81, gt=0.0, description="[m/s2]")
     duration: float = Field(20.0, gt=0.0, description="[-] in half periods of the contact")
-
-    @property
-    def slides(self) -> bool:
-        """Return whether the tilt is beyond tan(angle) = 7/2 mu."""
-        return math.tan(math.radians(self.angle)) > 3.5 * (self.friction or 0.0)
 
 
 class InclineRollCase(ContactCase[InclineRoll]):
@@ -79,9 +75,12 @@ class InclineRollCase(ContactCase[InclineRoll]):
     def closed_forms(self, parameters: InclineRoll) -> Mapping[str, float]:
         """Return the momentum, and for a sphere that slides all the time both accelerations."""
         exact = {"momentum_ratio": 1.0}
-        if parameters.slides and parameters.tangential != "linear_nohistory":
-            drag = (parameters.friction or 0.0) / math.tan(math.radians(parameters.angle))
-            exact |= {"acceleration_ratio": 1.0 - drag, "spin_ratio": 2.5 * drag}
+        angle = math.radians(parameters.angle)
+        expected = down_an_incline(angle, parameters.friction or 0.0, parameters.gravity)
+        if not expected.rolls and parameters.tangential != "linear_nohistory":
+            pull = parameters.gravity * math.sin(angle)
+            exact["acceleration_ratio"] = expected.acceleration / pull
+            exact["spin_ratio"] = expected.turning / pull
         return exact
 
 

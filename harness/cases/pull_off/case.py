@@ -12,10 +12,11 @@ from pydantic import Field
 from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.impact import overlap_of
 from harness.cases.contact_base.motion import Motion
-from harness.cases.contact_base.parameters import ContactSystem
+from harness.cases.contact_base.parameters import ContactSystem, reduced_modulus
 from harness.cases.contact_base.submodels import COHESIVE, SYSTEMS
 from harness.observables.declared import Observable
 from harness.parameters.contact_scene import ZERO, ContactScene, Segment
+from harness.theory import cohesion
 
 
 class PullOff(ContactSystem):
@@ -81,14 +82,11 @@ class PullOffCase(ContactCase[PullOff]):
         """Return tension and overlap where the sphere parts."""
         gamma, radius = parameters.surface_energy or 0.0, parameters.reduced_radius
         if parameters.normal != "jkr":
-            return {"pull_off_force_N": 4.0 * math.pi * gamma * radius, "parting_ratio": 0.0}
-        assert parameters.youngs_modulus is not None
-        assert parameters.poisson_ratio is not None
-        modulus = parameters.youngs_modulus / 2.0 / (1.0 - parameters.poisson_ratio**2)
-        area = (2.25 * math.pi * gamma * radius**2 / modulus) ** (1.0 / 3.0)
+            return {"pull_off_force_N": cohesion.dmt_pull_off(gamma, radius), "parting_ratio": 0.0}
+        last = cohesion.jkr_overlap("largest tension", gamma, reduced_modulus(parameters), radius)
         return {
-            "pull_off_force_N": 3.0 * math.pi * gamma * radius,
-            "parting_ratio": -area * area / 3.0 / radius / parameters.overlap,
+            "pull_off_force_N": cohesion.jkr_pull_off(gamma, radius),
+            "parting_ratio": last / parameters.overlap,
         }
 
 

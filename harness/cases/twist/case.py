@@ -14,6 +14,7 @@ from harness.cases.contact_base.resting import half_period, rest_overlap, restin
 from harness.cases.contact_base.submodels import TWISTING
 from harness.observables.declared import Observable
 from harness.parameters.contact_scene import ZERO, ContactScene
+from harness.theory.rolling import twisting_deceleration
 
 
 class Twist(ContactSystem):
@@ -82,7 +83,7 @@ class TwistCase(ContactCase[Twist]):
             overlap = rest_overlap(parameters, parameters.mass * parameters.gravity)
             radius: float = (parameters.reduced_radius * overlap) ** 0.5
             length = 2.0 / 3.0 * radius * (parameters.friction or 0.0)
-        return 2.5 * length * parameters.gravity / parameters.radius**2
+        return twisting_deceleration(length, parameters.radius, parameters.gravity)
 
 
 CASE = TwistCase()
