@@ -42,8 +42,9 @@ class Rules(Parameters):
     velocity_lever: Literal["contact_point", "radius", "share", "circle"] = Field(
         "radius", description="[-] lever of omega in the velocity at the contact, likewise"
     )
-    wall_lever: Literal["radius", "height"] = Field(
-        "radius", description="[-] lever of force and velocity at a wall: r, or r - overlap"
+    wall_lever: Literal["radius", "contact_point", "height"] = Field(
+        "radius",
+        description="[-] both levers at a wall: r, r - overlap/2, or r - overlap",
     )
     spring_spin: Literal["none", "mean"] = Field(
         "none",

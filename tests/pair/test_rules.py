@@ -135,10 +135,11 @@ def test_the_levers_of_unequal_spheres(rule, of):
     assert found == pytest.approx(lever / (distance - lever), rel=1e-12)
 
 
-def test_the_lever_at_a_wall():
+@pytest.mark.parametrize(("rule", "off"), [("contact_point", 0.5), ("height", 1.0)])
+def test_the_lever_at_a_wall(rule, off):
     scene = guided(ELASTIC, (10, STILL, (0.0, 10.0, 0.0)), overlap=PRESSED)
-    far, near = (integrate(scene, Rules(wall_lever=rule)) for rule in ("radius", "height"))
-    share = 1.0 - PRESSED / RADIUS
+    far, near = (integrate(scene, Rules(wall_lever=lever)) for lever in ("radius", rule))
+    share = 1.0 - off * PRESSED / RADIUS
     assert near.forces[-1, 0, 0] / far.forces[-1, 0, 0] == pytest.approx(share, rel=1e-12)
     assert near.torques[-1, 0, 1] / far.torques[-1, 0, 1] == pytest.approx(share**2, rel=1e-12)
 
