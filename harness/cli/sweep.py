@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from harness.cli.command import argument, option
-from harness.cli.engine_options import IntegratorOptions
+from harness.cli.engine_options import CostOptions, IntegratorOptions
 from harness.cli.options import Json
 from harness.cli.slurm_options import ExecutorOptions
 
@@ -85,7 +85,9 @@ class SweepOptions(IntegratorOptions):
         return with_options(base, more.items())
 
 
-def sweep(options: SweepOptions, where: ExecutorOptions, json: Json = False) -> None:
+def sweep(
+    options: SweepOptions, where: ExecutorOptions, cost: CostOptions, json: Json = False
+) -> None:
     """Run a case over values of its parameters and over engines: one tidy row a run.
 
     Runs that were made before are not made again, and one that was killed goes on: every run is
@@ -93,10 +95,13 @@ def sweep(options: SweepOptions, where: ExecutorOptions, json: Json = False) -> 
     """
     from harness.cli.output import print_json
     from harness.cli.recording import recorded
+    from harness.engines.cost import refuse_endless
     from harness.workflows.sweep_plan import plan
 
     chosen = plan(options.asked())
     settings = where.settings()
+    if settings is None and not cost.force:  # a cluster has limits of its own
+        refuse_endless(chosen.seconds(), f"{chosen.runs} runs of case {chosen.case.name!r}")
     options = replace(options, mpirun=where.launcher(options.mpirun))
     options.check_names(chosen.engines, "--engines")
     counts: dict[str, int] = {}

@@ -42,8 +42,9 @@ def refuse_endless(seconds: float, what: str, most: float | None = None) -> None
     most = MOST_SECONDS if most is None else most
     if not seconds <= most:
         raise RequestError(
-            f"{what} would take about {_in_words(seconds)} on one core, {_in_words(most)} are the "
-            "limit: a coarser step, a softer contact or a smaller system, or --force"
+            f"{what} would take an estimated {_in_words(seconds)} on one core, "
+            f"{_in_words(most)} are the limit: a coarser step, a softer contact or a smaller "
+            "system, or --force"
         )
 
 

@@ -55,6 +55,22 @@ class Plan:
         """Return whether this is a solver of the case, of this package."""
         return engine in self.case.solvers and engine not in engine_names()
 
+    @property
+    def runs(self) -> int:
+        """Return how many runs there are."""
+        return len(self.points) * len(self.engines)
+
+    def seconds(self) -> float:
+        """Return what all runs are expected to take on one core [s], kept ones among them."""
+        return sum(self._seconds(engine, point) for engine in self.engines for point in self.points)
+
+    def _seconds(self, engine: str, point: Point) -> float:
+        rules = None if self.solves(engine) else engine_class(engine).traits
+        try:
+            return self.case.seconds(point.parameters, rules, engine if rules is None else "")
+        except RequestError:  # a row that says why it is not run
+            return 0.0
+
 
 def asked_in(file: Path) -> Asked:
     """Return the sweep of a TOML file; raise RequestError for one that is not sound.

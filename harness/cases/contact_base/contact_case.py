@@ -17,6 +17,7 @@ from harness.cases.contact_base.tolerances import AGAIN
 from harness.cases.contract import Case, LevelName, Reference, Study
 from harness.comparison.findings import Findings
 from harness.engines.contract import Engine, Job, Output, Template
+from harness.engines.cost import engine_seconds
 from harness.engines.traits import Traits
 from harness.parameters.contact_rules import Rules
 from harness.parameters.contact_scene import ContactScene
@@ -94,6 +95,11 @@ class ContactCase(Case[P]):
             **{name: Reference(value, "integrated") for name, value in integrated.items()},
             **{name: Reference(value, "closed form") for name, value in exact.items()},
         }
+
+    def seconds(self, parameters: P, rules: Traits | None, solver: str = "") -> float:  # noqa: ARG002
+        """Return what a run is expected to take an engine of these rules [s]."""
+        scene = self.scene(parameters)
+        return 0.0 if rules is None else engine_seconds(scene.steps, len(scene.bodies), rules)
 
     def trials(
         self, level: LevelName, submodels: Sequence[Submodel] | None = None
