@@ -15,6 +15,7 @@ from harness.cli.options import Json
 if TYPE_CHECKING:
     import pandas as pd
 
+    from harness.observables.reference import ReferencePoints
     from harness.reproduction.claims import Ledger
     from harness.reproduction.run import Reproduction
 
@@ -36,6 +37,23 @@ class ReproduceOptions:
         "Write nothing: hold the ledger in the folder against what is computed now. Exit status 1 "
         "if a status, or a number beyond round-off, has changed.",
     )
+    reference: Path | None = option(
+        None,
+        "Your measured angles, for the figures in which the source shows those of others: a CSV "
+        "table with h_over_d and theta_deg. Not with --check.",
+        metavar="FILE.csv",
+    )
+
+    def points(self) -> ReferencePoints | None:
+        """Return the measured angles; raise RequestError for a bad file, or with ``--check``."""
+        from harness.cli.files import read_reference
+        from harness.errors import RequestError
+
+        if self.reference is None:
+            return None
+        if self.check:
+            raise RequestError(f"--reference {self.reference}: does not go with --check")
+        return read_reference(self.reference)
 
 
 def reproduce(asked: ReproduceOptions, engine: EngineOptions, json: Json = False) -> None:
@@ -49,18 +67,19 @@ def reproduce(asked: ReproduceOptions, engine: EngineOptions, json: Json = False
     from harness.cli.output import print_json
     from harness.reproduction.ledger_differences import ledger_differences
 
+    points = asked.points()
     differences: list[str] = []
     if asked.check:
         folder = asked.output or COMMITTED
         committed = _committed(folder)
-        found = _reproduced(engine, None, json)
+        found = _reproduced(engine, points, None, json)
         differences = ledger_differences(committed, found.ledger.frame())
     elif asked.output is not None:
         folder = asked.output
-        found = _reproduced(engine, folder, json)
+        found = _reproduced(engine, points, folder, json)
     else:
         with output_folder(None, "-reproduction") as folder:
-            found = _reproduced(engine, folder, json)
+            found = _reproduced(engine, points, folder, json)
     record = {**_counts(found.ledger), "folder": str(folder)}
     if asked.check:
         record["differences"] = differences
@@ -71,7 +90,9 @@ def reproduce(asked: ReproduceOptions, engine: EngineOptions, json: Json = False
     raise typer.Exit(1 if differences else 0)
 
 
-def _reproduced(engine: EngineOptions, folder: Path | None, quiet: bool) -> Reproduction:
+def _reproduced(
+    engine: EngineOptions, points: ReferencePoints | None, folder: Path | None, quiet: bool
+) -> Reproduction:
     """Recompute the source and write the report, where a folder is given for it."""
     from harness.cli.recording import recorded
     from harness.reproduction.pages.folder import check_folder, write
@@ -80,7 +101,7 @@ def _reproduced(engine: EngineOptions, folder: Path | None, quiet: bool) -> Repr
     if folder is not None:
         check_folder(folder)
     with recorded("reproduce", quiet=quiet) as told, engine.run() as opened:
-        found = reproduce_with(engine=opened, progress=told.progress)
+        found = reproduce_with(engine=opened, reference=points, progress=told.progress)
         told.engine, told.folder = found.provenance.record(), folder
         if folder is not None:
             told.progress("figures, movies and report", 0, 1)

@@ -10,6 +10,7 @@ from harness import __version__
 from harness.engines.contract import Engine
 from harness.engines.registry import open_engine
 from harness.observables.provenance import Provenance
+from harness.observables.reference import ReferencePoints
 from harness.reproduction.claims import ClaimStatus, Ledger
 from harness.reproduction.figure_data.compute import SourceFigure, source_figures
 from harness.reproduction.findings import Findings, findings
@@ -58,17 +59,23 @@ class Reproduction(Shown):
         return figure
 
 
-def reproduce(*, engine: Engine | None = None, progress: Progress = silent) -> Reproduction:
+def reproduce(
+    *,
+    engine: Engine | None = None,
+    reference: ReferencePoints | None = None,
+    progress: Progress = silent,
+) -> Reproduction:
     """Recompute every equation, number and figure of the source and return what was found.
 
-    Without an engine, LAMMPS in-process is opened and closed again. Raise
-    EngineError when the engine fails: a reproduction with holes is none. Write the
-    report with :func:`harness.reproduction.pages.folder.write`.
+    Without an engine, LAMMPS in-process is opened and closed again. ``reference`` are measured
+    angles [deg] against height, for what the source compares with others. Raise EngineError when
+    the engine fails: a reproduction with holes is none. Write the report with
+    :func:`harness.reproduction.pages.folder.write`.
     """
     if engine is None:
         with open_engine() as opened:
-            return reproduce(engine=opened, progress=progress)
-    figures = source_figures(engine, progress)
+            return reproduce(engine=opened, reference=reference, progress=progress)
+    figures = source_figures(engine, progress, reference=reference)
     rows = statements(engine=engine, progress=progress)
     return Reproduction(
         ledger=Ledger(tuple(in_order([*rows, *(figure.statement for figure in figures)]))),

@@ -34,17 +34,22 @@ def run_here(monkeypatch, tmp_path, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(recording, "recorded", lambda *_, **__: _recorder())
 
+    asked = {}
+
     def run(found=10.2078, **options):
         row = compare(SOURCES["text-critical-angle"], printed=10.21, found=found, computed="10.21")
         made = SimpleNamespace(
             ledger=Ledger((row,)), provenance=Provenance("lammps", "test", how="in-process")
         )
-        monkeypatch.setattr("harness.reproduction.run.reproduce", lambda **_: made)
+        monkeypatch.setattr(
+            "harness.reproduction.run.reproduce", lambda **given: asked.update(given) or made
+        )
         monkeypatch.setattr("harness.reproduction.pages.folder._fill", _fill)
         with pytest.raises(typer.Exit) as done:
             reproduce(ReproduceOptions(**options), NoEngine(), json=True)
         return done.value.exit_code, json.loads(capsys.readouterr().out)
 
+    run.asked = asked
     return run
 
 
@@ -80,6 +85,17 @@ def test_check_reads_the_committed_ledger_and_writes_nothing(run_here, tmp_path)
         "text-critical-angle: found was 10.2078, is 10.2178",
     ]
     assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_points_of_the_user_reach_the_figures(run_here, harness, tmp_path):
+    points = tmp_path / "mine.csv"
+    points.write_text("h_over_d,theta_deg\n1,10.5\n2,10.3\n")
+    run_here(output=tmp_path / "mine", reference=points)
+    assert run_here.asked["reference"].angles_deg == (10.5, 10.3)
+    said = harness("reproduce", "--check", "--reference", "mine.csv", status=2).stderr
+    assert said == "dem-harness: --reference mine.csv: does not go with --check\n"
+    said = harness("reproduce", "--reference", "none.csv", status=2).stderr
+    assert "--reference none.csv: No such file" in said
 
 
 def test_check_without_a_committed_ledger(harness):
