@@ -15,6 +15,7 @@ ROOT = Path(harness.__file__).parent
 MODULES = sorted(ROOT.rglob("*.py"))
 ANYWHERE = {"harness", "harness.errors", "harness.parameters", "harness.shown"}
 FILES = {"harness.home", "harness.atomic_write"}
+PROCESSES = {"harness.shared_memory", "harness.parent_process"}
 MEASURED = {*ANYWHERE, "harness.observables"}
 JUDGED = {*MEASURED, "harness.comparison"}
 PRODUCERS = {f"harness.{name}" for name in ("theory", "chain", "pair", "hard_sphere", "engines")}
@@ -22,6 +23,7 @@ PRODUCERS = {f"harness.{name}" for name in ("theory", "chain", "pair", "hard_sph
 ALLOWED = {
     "errors.py": set(),
     "shared_memory.py": set(),
+    "parent_process.py": set(),
     "home.py": {"harness.errors"},
     "compiled.py": {"harness.home"},
     "atomic_write.py": {"harness.shared_memory"},
@@ -32,10 +34,10 @@ ALLOWED = {
     "chain": {*MEASURED, "harness.compiled"},
     "pair": {*ANYWHERE, "harness.compiled"},
     "hard_sphere": {"harness.errors", "harness.compiled"},
-    "engines": {*MEASURED, *FILES, "harness.compiled", "harness.shared_memory"},
+    "engines": {*MEASURED, *FILES, *PROCESSES, "harness.compiled"},
     "observables": ANYWHERE,
     "comparison": MEASURED,
-    "report": {*JUDGED, "harness.atomic_write"},
+    "report": {*JUDGED, "harness.atomic_write", "harness.parent_process"},
     "store": {*JUDGED, *FILES, "harness.engines"},
     "cases": {*JUDGED, *PRODUCERS, "harness.report"},
     "workflows": {

@@ -12,6 +12,7 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from harness.parent_process import end_with
 from harness.report.figures.style import house_style
 from harness.report.plain import one_line, safe_path
 from harness.report.sections import Drawing, Section
@@ -79,7 +80,7 @@ def _all_drawn(drawings: Sequence[Named]) -> list[Picture | str]:
     _of_workers[:] = drawings
     workers, fork = len(os.sched_getaffinity(0)), multiprocessing.get_context("fork")
     try:
-        with ProcessPoolExecutor(workers, fork, initializer=_plain_streams) as pool:
+        with ProcessPoolExecutor(workers, fork, _begin_worker, (os.getpid(),)) as pool:
             return list(pool.map(_drawn_in_worker, range(len(drawings))))
     except BrokenProcessPool:
         return [_drawn(one) for one in drawings]
@@ -95,8 +96,9 @@ def _drawn_in_worker(index: int) -> Picture | str:
     return _drawn(_of_workers[index])
 
 
-def _plain_streams() -> None:
+def _begin_worker(parent: int) -> None:
     """Write past progress bars, whose lock a thread may have held when the process forked."""
+    end_with(parent)
     sys.stdout, sys.stderr = sys.__stdout__, sys.__stderr__
 
 

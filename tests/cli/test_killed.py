@@ -65,7 +65,7 @@ def test_the_run_after_a_kill_completes(undisturbed, moment, tmp_path, home):
     killed = _start(tmp_path, home, "killed")
     time.sleep(after)
     killed.send_signal(signal.SIGKILL)
-    killed.communicate()
+    killed.communicate(timeout=60)
     cache = home / "cache"
     kept = _entries_are_whole(cache) if cache.is_dir() else 0
     if (tmp_path / "killed").exists():  # there whole, or not at all

@@ -12,13 +12,12 @@ import contextlib
 import json
 import os
 import sys
-import threading
-import time
 from pathlib import Path
 from typing import Any, TextIO
 
 from harness.engines.lammps.external_forces import FORCES, run_with_force
 from harness.engines.lammps.library import open_lammps
+from harness.parent_process import end_with
 
 FOLDER = ".dem-harness-"
 """How the name of a runner's temporary folder begins; each worker has a folder in it."""
@@ -29,7 +28,7 @@ def main() -> None:
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
     _limit_memory(int(sys.argv[1]))
-    threading.Thread(target=_end_with_parent, args=(os.getppid(),), daemon=True).start()
+    end_with(os.getppid(), _clear_away)
     instance: Any = None
     try:
         instance = open_lammps("hello.log")
@@ -93,14 +92,6 @@ def _unlink_shared_memory() -> None:
                 target = handle.readlink()
                 if target.name.startswith("mpich_shm_"):
                     target.unlink()
-
-
-def _end_with_parent(parent: int) -> None:
-    """Exit when the harness is gone: a run in LAMMPS would not notice that stdin ended."""
-    while os.getppid() == parent:
-        time.sleep(1.0)
-    _clear_away()
-    os._exit(1)
 
 
 def _clear_away() -> None:
