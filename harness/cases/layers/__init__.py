@@ -1,0 +1,1 @@
+"""Layers of frictionless spheres on a tilted rough base."""

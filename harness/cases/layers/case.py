@@ -1,0 +1,106 @@
+"""Layers of frictionless spheres on a tilted rough base, as a case."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from harness.cases.contract import Case, LevelName, Plan, Reference, Study
+from harness.cases.layers.parameters import RAISED, SINGLE, Layers
+from harness.cases.layers.reading import QUANTITIES, profile_in, read
+from harness.cases.layers.template import NAME, TEMPLATE, job_of
+from harness.cases.layers.tolerances import START, STOP
+from harness.comparison.findings import Findings
+from harness.engines.contract import Engine, Job, Output
+from harness.engines.cost import engine_seconds
+from harness.engines.traits import Traits
+from harness.errors import EngineError
+from harness.parameters.contact import PLASTIC
+from harness.report.sections import Section
+
+FLOWING = Layers(layers=4, length=8, width=4, first_angle=16.0, rate=0.5)
+"""A small flow, for its profile."""
+
+CREEP = 0.04
+"""[sqrt(g d)] mean speed over a descent: what the pilot runs of 1 to 8 layers had."""
+
+STATIC_DEG = 30.0
+"""A grain at rest touches two spheres 30 deg either side of the row's normal."""
+
+
+class LayersCase(Case[Layers]):
+    """Frictionless spheres on a rough base: the angle at which they stop, and start again."""
+
+    name = NAME
+    group = "layers"
+    summary = "Frictionless layers on a rough base: the angle at which their flow stops, starts."
+    parameters = Layers
+    quantities = QUANTITIES
+    template = TEMPLATE
+
+    @property
+    def presets(self) -> Mapping[str, Layers]:
+        """Return four layers, the single grain of the incline, and a small quick flow."""
+        return {"layers": Layers(), "single": SINGLE, "small": FLOWING}
+
+    def job(self, parameters: Layers) -> Job:
+        """Return the job of one descent."""
+        return job_of(parameters)
+
+    def read(self, parameters: Layers, output: Output, traits: Traits) -> Mapping[str, float]:  # noqa: ARG002
+        """Return angles and means; raise EngineOutputError for an undecided descent."""
+        return read(parameters, output)
+
+    def references(self, parameters: Layers, traits: Traits) -> Mapping[str, Reference]:  # noqa: ARG002
+        """Return what a single grain on the row does; {} for any other system.
+
+        Without rebound: overdamped contacts.
+        """
+        from harness.theory.critical_angle import critical_angle
+
+        one = parameters.grains == 1 and parameters.base == "ordered" and parameters.width == 1
+        if not one:
+            return {}
+        found = {"start_angle_deg": Reference(STATIC_DEG, "closed form")}
+        if parameters.contact.zeta >= PLASTIC.zeta:
+            found["stop_angle_deg"] = Reference(critical_angle(), "closed form")
+        return found
+
+    def seconds(self, parameters: Layers, rules: Traits | None, solver: str = "") -> float:  # noqa: ARG002
+        """Return what a descent that covers half its angles is expected to take [s]."""
+        if rules is None:
+            return 0.0
+        fall = 0.5 * parameters.first_angle / parameters.rate / CREEP
+        time = 20.0 + parameters.flow_time + min(fall, parameters.time_limit)
+        particles = parameters.grains + parameters.base_spheres
+        return engine_seconds(time / parameters.step, particles, rules)
+
+    def plans(self, level: LevelName, traits: Traits) -> Sequence[Plan[Layers]]:  # noqa: ARG002
+        """Return the single grain, lowered; beyond level quick raised as well."""
+        found = [Plan("one grain on a row stops", SINGLE, {"stop_angle_deg": STOP})]
+        if level != "quick":
+            start = {"start_angle_deg": START}
+            found.append(Plan("one grain on a row starts", RAISED, start))
+        return found
+
+    def verify(self, engine: Engine, study: Study) -> Findings:
+        """Judge the single grain, and run a small flow for its profile."""
+        findings = super().verify(engine, study)
+        if not engine.refuses(self.job(FLOWING)):
+            (output,) = engine.run([self.job(FLOWING)])
+            if not isinstance(output, EngineError):
+                findings.evidence = engine.title, profile_in(output)
+        return findings
+
+    def sections(
+        self,
+        main: Findings | None,
+        own: Findings,  # noqa: ARG002
+        beside: Mapping[str, Findings],  # noqa: ARG002
+    ) -> Sequence[Section]:
+        """Return the limit in words and the profile of a small flow."""
+        from harness.cases.layers.sections import flow_section
+
+        return () if main is None or main.evidence is None else (flow_section(*main.evidence),)
+
+
+CASE = LayersCase()

@@ -1,0 +1,33 @@
+"""What engines are asked to simulate: the values of a descent."""
+
+from __future__ import annotations
+
+from harness.cases.layers.parameters import Layers
+from harness.engines.contract import Job, Template, Value
+from harness.parameters.allowed import allowed_in
+from harness.parameters.contact import contact_allowed, contact_values
+
+NAME = "layers"
+"""Name of the case, and of its template."""
+
+DISSIPATION = ("damping", "restitution", "damping_ratio")
+"""Values of a contact that scripts are told: the others are fixed here."""
+
+
+def values_of(case: Layers) -> dict[str, Value]:
+    """Return what a script is told of a descent."""
+    told = contact_values(case.contact)
+    own = {name: getattr(case, name) for name in Layers.model_fields if name != "contact"}
+    return {**own, **{name: told[name] for name in DISSIPATION}}
+
+
+_CONTACT = {name: one for name, one in contact_allowed().items() if name in DISSIPATION}
+
+TEMPLATE = Template(
+    name=NAME, variants={"": values_of(Layers())}, allowed={**allowed_in(Layers), **_CONTACT}
+)
+
+
+def job_of(case: Layers) -> Job:
+    """Return the job of a descent."""
+    return Job(TEMPLATE, values_of(case))
