@@ -14,7 +14,7 @@ from harness.cases.contact_base.impact import impact
 from harness.cases.contact_base.motion import Motion
 from harness.cases.contact_base.parameters import ContactSystem
 from harness.cases.contact_base.presets import BOUNCE
-from harness.cases.contact_base.submodels import NORMAL, OLD_NORMAL
+from harness.cases.contact_base.submodels import NORMAL, NORMAL_BESIDE, OLD_NORMAL
 from harness.observables.declared import Observable
 from harness.parameters.contact_scene import ContactScene
 
@@ -37,6 +37,7 @@ class BounceCase(ContactCase[Bounce]):
         Observable("contact_time_s", "s", "", "of the first contact"),
     )
     submodels = (*NORMAL, *OLD_NORMAL)
+    beside = NORMAL_BESIDE
     systems: ClassVar[Mapping[str, Mapping[str, Any]]] = {"wall": {}}
     formula: ClassVar[str] = (
         "m x'' = m g - F during the contact, free flight after it: height u^2 / 2 g. Piece by "

@@ -59,6 +59,7 @@ def climb(
     rungs: Sequence[Mapping[str, float]],
     *,
     kinked: bool,
+    jumps: bool = False,
 ) -> dict[str, Limit]:
     """Return the limit of each quantity that every rung has, finite, by its name.
 
@@ -66,11 +67,12 @@ def climb(
 
     A kink (sliding begins, a force is clipped) falls at another phase of a step on every rung: the
     error that this leaves goes with the step squared, rungs weigh accordingly, and only
-    the first power is told apart. Else the series holds on all rungs alike.
+    the first power is told apart. Where the force ``jumps`` there, it goes with the step. Else the
+    series holds on all rungs alike.
     """
     h = 1.0 / np.asarray(steps, dtype=float)
     terms = (1.0,) if kinked else terms
-    weights = (h / h[-1]) ** 2 if kinked else np.ones_like(h)
+    weights = (h / h[-1]) ** (1 if jumps else 2) if kinked else np.ones_like(h)
     found = {}
     for name in rungs[0]:
         y = np.array([one.get(name, np.nan) for one in rungs])

@@ -19,10 +19,14 @@ LONGEST = 64
 
 @dataclass(frozen=True)
 class Followed:
-    """The motion of a scene, and whether friction began or ceased to slide in it."""
+    """The motion of a scene, and whether friction began or ceased to slide in it.
+
+    ``jumps``: with a jump of the force, as the dashpot is off while it slides.
+    """
 
     motion: Motion
     kinked: bool
+    jumps: bool
 
 
 def rules_of(job: Job, traits: Traits) -> Rules:
@@ -39,7 +43,12 @@ def followed(scene: ContactScene, rules: Rules) -> Followed:
     motion = Motion(
         path.times, path.positions, path.velocities, path.omegas, path.forces, path.torques
     )
-    return Followed(motion, bool(path.of_kind("slides", "sticks", "clips", "repels")))
+    law = scene.law
+    dashpot = law.tangential_spring and law.tangential_damping and law.damping != "none"
+    off = rules.damping_in_cap in ("sticking_only", "until_sliding")
+    jumps = off and dashpot and path.of_kind("slides", "sticks")
+    kinked = path.of_kind("slides", "sticks", "clips", "repels")
+    return Followed(motion, bool(kinked), bool(jumps))
 
 
 @lru_cache(maxsize=2048)

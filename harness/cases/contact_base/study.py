@@ -53,6 +53,7 @@ class Climbed:
     rules: Rules
     motion: Motion
     kinked: bool
+    jump: float
 
 
 @dataclass(frozen=True)
@@ -116,11 +117,12 @@ def _climbed(
     finest = runs[-1][0]
     steps = [parameters.steps_per_contact for parameters, _ in runs]
     rules = rules_of(case.job(finest), engine.traits)
-    kinked = followed(case.scene(finest), rules).kinked
+    told = followed(case.scene(finest), rules)
     terms = case.powers or engine.traits.contact_powers or powers(trial.parameters)
-    limits = climb(terms, steps, rungs, kinked=kinked)
+    limits = climb(terms, steps, rungs, kinked=told.kinked, jumps=told.jumps)
     references, plain = case.expected(finest, rules), case.expected(finest, Rules())
-    return Climbed(trial, limits, references, plain, rules, motion, kinked)
+    jump = 1.0 / steps[-1] if told.jumps else 0.0
+    return Climbed(trial, limits, references, plain, rules, motion, told.kinked, jump)
 
 
 def _judged(case: ContactCase[Any], found: Climbed, engine: Engine) -> list[Check]:
@@ -132,7 +134,7 @@ def _judged(case: ContactCase[Any], found: Climbed, engine: Engine) -> list[Chec
         reached = found.limits.get(name)
         if not math.isfinite(expected.value):
             continue
-        tolerance = width_of(units[name], kinked=found.kinked)
+        tolerance = width_of(units[name], kinked=found.kinked, jump=found.jump)
         row = judge(
             f"{_name(case, trial, engine)}: {name}",
             Kind.ANALYTIC if expected.kind == "closed form" else Kind.CROSS_CODE,

@@ -162,3 +162,55 @@ TWISTING = named(
     }
 )
 """Twisting resistance."""
+
+_ALIKE = (2.0 * (1.0 - 0.3) / (2.0 - 0.3)) ** 0.5
+"""x_t of the same share of critical damping along and across, 2 sqrt(m* k): sqrt(4 G*/E*)."""
+
+_RETURNED = {**HERTZ, **CONSTANT, "clipped": True}
+
+NORMAL_BESIDE = named({"hertz, coeff_restitution, clipped": {**HERTZ, **CONSTANT, "clipped": True}})
+"""Normal forces that codes state which have no force of a contact that attracts."""
+
+TANGENTIAL_BESIDE = named(
+    {
+        "linear_history, elastic": {**HOOKE, "tangential": "linear_history"},
+        "linear_history, clipped": {**SPRING, "tangential": "linear_history", "clipped": True},
+        "mindlin, elastic": {**HERTZ, "tangential": "mindlin"},
+        "mindlin/force, elastic": {**HERTZ, "tangential": "mindlin/force"},
+        "mindlin, coeff_restitution, clipped": {**_RETURNED, "tangential": "mindlin"},
+        "mindlin/force, coeff_restitution, clipped": {
+            **_RETURNED,
+            "tangential": "mindlin/force",
+            "tangential_damping": _ALIKE,
+        },
+    }
+)
+"""Friction beside these normal forces, and without dissipation."""
+
+_TIED = {"rolling_stiffness": 2e5 / 7.0, "rolling_damping": 0.0, "rolling_friction": 0.05}
+
+ROLLING_BESIDE = named(
+    {
+        "rolling sds, linear_history, tied": {**STICKING, "rolling": "sds", **_TIED},
+        "rolling sds, mindlin/force, elastic": {
+            **HERTZ,
+            "tangential": "mindlin/force",
+            "rolling": "sds",
+            **_TIED,
+        },
+    }
+)
+"""Rolling springs without a dashpot, as stiff as the tangential spring."""
+
+TWISTING_BESIDE = named(
+    {
+        "twisting sds, linear_history, tied": {
+            **STICKING,
+            "twisting": "sds",
+            "twisting_stiffness": 2e1 / 7.0,
+            "twisting_damping": 0.0,
+            "twisting_friction": 1e-4,
+        }
+    }
+)
+"""A twisting spring without a dashpot, of k_t R*^2 for the sphere of 1 cm on a plane."""

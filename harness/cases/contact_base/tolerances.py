@@ -18,14 +18,23 @@ WHY_KINKED = (
     f"of the step squared, on the coarsest of which the series rests; {_UPSTREAM}"
 )
 
+WHY_JUMPS = (
+    "sliding takes the dashpot off within a step, at another phase on every rung: what the contact "
+    f"passes on in the finest step at most; {_UPSTREAM}"
+)
+
 AGAIN = Tolerance(
     "", 1e-9, 1e-9, "round-off of a few thousand steps on ratios of the size of 1, and ten times it"
 )
 """Of the baseline's records."""
 
 
-def width_of(unit: str, *, kinked: bool) -> Tolerance:
-    """Return the tolerance about an expected limit; ratios are of the size of 1."""
-    part = KINKED if kinked else SMOOTH
-    why = WHY_KINKED if kinked else WHY_SMOOTH
+def width_of(unit: str, *, kinked: bool, jump: float = 0.0) -> Tolerance:
+    """Return the tolerance about an expected limit; ratios are of the size of 1.
+
+    ``jump`` is the finest step over the contact time where the force jumps, else 0.
+    """
+    part, why = (KINKED, WHY_KINKED) if kinked else (SMOOTH, WHY_SMOOTH)
+    if jump:
+        part, why = jump, WHY_JUMPS
     return Tolerance("", part, 0.0, why) if unit == "1" else Tolerance(unit, 0.0, part, why)

@@ -14,7 +14,7 @@ from harness.cases.contact_base.impact import impact, overlap_of, relative_veloc
 from harness.cases.contact_base.motion import Motion, crossing, peak, value_at
 from harness.cases.contact_base.parameters import ContactSystem
 from harness.cases.contact_base.presets import HEAD_ON
-from harness.cases.contact_base.submodels import COHESIVE, NORMAL, OLD_NORMAL
+from harness.cases.contact_base.submodels import COHESIVE, NORMAL, NORMAL_BESIDE, OLD_NORMAL
 from harness.observables.declared import Observable
 from harness.parameters.contact_scene import ContactScene
 from harness.report.sections import Drawing
@@ -42,6 +42,7 @@ class HeadOnCase(ContactCase[HeadOn]):
         Observable("largest_force_N", "N", "", "on the sphere, the dashpot's part included"),
     )
     submodels = (*NORMAL, *COHESIVE, *OLD_NORMAL)
+    beside = NORMAL_BESIDE
     formula: ClassVar[str] = (
         "Linear spring: e = exp(-pi zeta / sqrt(1 - zeta^2)), contact time pi / (omega sqrt(1 - "
         "zeta^2)); Hertz: largest overlap (15 m* v^2 / (16 E* sqrt(R*)))^(2/5); constant "

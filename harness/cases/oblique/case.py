@@ -13,7 +13,7 @@ from harness.cases.contact_base.impact import impact, relative_velocity
 from harness.cases.contact_base.motion import Motion
 from harness.cases.contact_base.parameters import ContactSystem
 from harness.cases.contact_base.presets import OBLIQUE
-from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL
+from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL, TANGENTIAL_BESIDE
 from harness.observables.declared import Observable
 from harness.parameters.contact_scene import ContactScene
 from harness.report.sections import Drawing
@@ -48,6 +48,7 @@ class ObliqueCase(ContactCase[Oblique]):
         Observable("impulse_ratio", "1", "", "tangential over normal impulse, at most mu"),
     )
     submodels = (*TANGENTIAL, *OLD_TANGENTIAL)
+    beside = TANGENTIAL_BESIDE
     formula: ClassVar[str] = (
         "Sliding throughout: vx'/vx = 1 - mu (1 + e) vn/vx, r omega' = 5/2 mu (1 + e) vn; else "
         "integrated."

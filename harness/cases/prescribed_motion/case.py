@@ -13,8 +13,10 @@ from harness.cases.contact_base.parameters import ContactSystem
 from harness.cases.contact_base.submodels import (
     OLD_TANGENTIAL,
     ROLLING,
+    ROLLING_BESIDE,
     SYSTEMS,
     TANGENTIAL,
+    TANGENTIAL_BESIDE,
     TWISTING,
 )
 from harness.observables.declared import Observable
@@ -48,6 +50,7 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
         Observable("twisting_ratio", "1", "", "likewise about the normal, after twisting"),
     )
     submodels = (*TANGENTIAL, *OLD_TANGENTIAL, *ROLLING, *TWISTING)
+    beside = (*TANGENTIAL_BESIDE, *ROLLING_BESIDE)
     systems: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         name: told for name, told in SYSTEMS.items() if name != "frozen sphere"
     }

@@ -11,7 +11,7 @@ from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.motion import Motion
 from harness.cases.contact_base.parameters import ContactSystem
 from harness.cases.contact_base.resting import half_period, resting
-from harness.cases.contact_base.submodels import ROLLING
+from harness.cases.contact_base.submodels import ROLLING, ROLLING_BESIDE
 from harness.observables.declared import Observable
 from harness.parameters.contact_scene import ContactScene
 
@@ -36,6 +36,7 @@ class RollingResistanceCase(ContactCase[RollingResistance]):
         Observable("spin_ratio", "1", "", "radius times spin over the speed of the start"),
     )
     submodels = ROLLING
+    beside = ROLLING_BESIDE
     systems: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "wall, rolls": {},
         "wall, stands": {"speed": 2e-3},

@@ -11,7 +11,7 @@ from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.motion import Motion
 from harness.cases.contact_base.parameters import ContactSystem
 from harness.cases.contact_base.resting import resting
-from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL
+from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL, TANGENTIAL_BESIDE
 from harness.errors import RequestError
 from harness.observables.declared import Observable
 from harness.parameters.contact_scene import ZERO, ContactScene
@@ -38,6 +38,7 @@ class SlipToRollCase(ContactCase[SlipToRoll]):
         Observable("momentum_ratio", "1", "", "u + 2/5 r omega over the speed of the start"),
     )
     submodels = (*TANGENTIAL, *OLD_TANGENTIAL)
+    beside = TANGENTIAL_BESIDE
     systems: ClassVar[Mapping[str, Mapping[str, Any]]] = {"wall": {}}
     formula: ClassVar[str] = (
         "u + 2/5 r omega stays u0, whatever the friction. It rolls from t = 2 u0 / (7 mu g) on, "

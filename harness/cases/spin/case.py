@@ -12,7 +12,7 @@ from harness.cases.contact_base.impact import impact, relative_velocity
 from harness.cases.contact_base.motion import Motion
 from harness.cases.contact_base.parameters import ContactSystem
 from harness.cases.contact_base.presets import SPIN
-from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL
+from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL, TANGENTIAL_BESIDE
 from harness.observables.declared import Observable
 from harness.parameters.contact_scene import ContactScene
 
@@ -36,6 +36,7 @@ class SpinCase(ContactCase[Spin]):
         Observable("velocity_ratio", "1", "", "tangential velocity gained over radius times spin"),
     )
     submodels = (*TANGENTIAL, *OLD_TANGENTIAL)
+    beside = TANGENTIAL_BESIDE
     formula: ClassVar[str] = (
         "Sliding throughout: vx' = -mu (1 + e) vn against the surface's motion, omega' = omega - "
         "5/2 mu (1 + e) vn / r; else integrated."

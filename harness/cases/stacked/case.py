@@ -11,7 +11,7 @@ from pydantic import Field
 from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.motion import Motion
 from harness.cases.contact_base.parameters import FLOOR, ContactSystem
-from harness.cases.contact_base.submodels import NORMAL
+from harness.cases.contact_base.submodels import NORMAL, NORMAL_BESIDE
 from harness.observables.declared import Observable
 from harness.parameters.contact_scene import Body, ContactScene, Plane, sphere_mass
 
@@ -38,6 +38,7 @@ class StackedCase(ContactCase[Stacked]):
         Observable("upper_speed_ratio", "1", "", "likewise, of the upper sphere"),
     )
     submodels = tuple(one for one in NORMAL if "clipped" not in one.name)
+    beside = tuple(one for one in (*NORMAL, *NORMAL_BESIDE) if "clipped" in one.name)
     systems: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "between plates": {"partner": "sphere", "partner_radius": None},
         "unequal, between plates": {"partner": "sphere", "partner_radius": 0.012},

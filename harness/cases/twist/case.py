@@ -11,7 +11,7 @@ from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.motion import Motion
 from harness.cases.contact_base.parameters import ContactSystem
 from harness.cases.contact_base.resting import half_period, rest_overlap, resting
-from harness.cases.contact_base.submodels import TWISTING
+from harness.cases.contact_base.submodels import TWISTING, TWISTING_BESIDE
 from harness.observables.declared import Observable
 from harness.parameters.contact_scene import ZERO, ContactScene
 from harness.theory.rolling import twisting_deceleration
@@ -37,6 +37,7 @@ class TwistCase(ContactCase[Twist]):
         Observable("deceleration_ratio", "1", "", "mean of the second half, over 5/2 mu g / r^2"),
     )
     submodels = TWISTING
+    beside = TWISTING_BESIDE
     systems: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "wall, spins": {"partner": "wall"},
         "wall, stands": {"partner": "wall", "spin": 2.0},

@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from harness.engines.lammps.language import LammpsLanguage
+from harness.engines.liggghts.contacts import CONTACTS
 from harness.engines.process import first_words
 from harness.engines.script import Task
 from harness.engines.traits import Traits
@@ -45,12 +46,24 @@ class Liggghts(LammpsLanguage):
     words_compare = False
     programs = ("liggghts",)
     self_contained = True
+    unused_values = frozenset(
+        (
+            "interface",
+            "surface_energy",
+            "rolling_stiffness",
+            "rolling_damping",
+            "twisting_stiffness",
+            "twisting_damping",
+        )
+    )
+    """Of contacts with friction: tied to other values, or refused."""
     traits = Traits(
         install_hint="apt install liggghts (Debian, Ubuntu), or --program liggghts=PATH",
         versions=("LIGGGHTS-PUBLIC 3.8.0",),
         integrator="velocity-verlet",
         microseconds_per_step=2.5,
         lineage="LAMMPS",
+        contact_models=CONTACTS,
         caveats=(
             "In two dimensions (dimension 2) its particles are discs of unit height: 3/2 of the "
             "mass of spheres of 1 m.",

@@ -2,6 +2,7 @@ import re
 
 import pytest
 
+from harness.cases.contact_base.template import TEMPLATE as CONTACT
 from harness.cases.drop.template import TEMPLATE as DROP
 from harness.cases.incline.template import TEMPLATE as INCLINE
 from harness.cases.tower.template import TEMPLATE as TOWER
@@ -14,7 +15,7 @@ from harness.errors import RequestError
 from harness.parameters.contact import CONTACTS
 from harness.parameters.tower import Tower
 
-FILES = Liggghts.inputs([INCLINE, TOWER, DROP])
+FILES = Liggghts.inputs([INCLINE, TOWER, DROP, CONTACT])
 SCRIPTS = [Liggghts.script(t, v) for t in (INCLINE, TOWER, DROP) for v in t.variants]
 BY_NAME = pytest.mark.parametrize("script", SCRIPTS, ids=lambda s: s.name)
 

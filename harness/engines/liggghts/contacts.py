@@ -1,0 +1,93 @@
+"""Contacts with friction in LIGGGHTS: models and rules, read off the source of 3.8.0."""
+
+from __future__ import annotations
+
+import math
+
+from harness.engines.contact_model import ContactModel, Values
+
+SAME = 1e-9
+"""Relative difference of coefficients that are tied to one another."""
+
+RULES = {
+    "damping_in_cap": "sticking_only",
+    "velocity_lever": "contact_point",
+    "wall_lever": "contact_point",
+}
+"""tangential_model_history.h and surface_model_default.h."""
+
+
+def tied(values: Values) -> str:
+    """Return why a rolling or twisting spring cannot be stated, or nothing where it can."""
+    wall = values["planes"] == 1 and "radius_2" not in values
+    if values["rolling"] == "sds" == values["twisting"]:
+        return "has one limit for rolling and twisting together"
+    if values["rolling"] == "sds" and not (
+        values["rolling_damping"] == 0.0
+        and _equal(values["rolling_stiffness"], values["tangential_stiffness"])
+    ):
+        return "has rolling springs (epsd2) as stiff as the tangential one, without a dashpot"
+    if values["twisting"] == "sds":
+        own = float(values["tangential_stiffness"]) * float(values["radius_1"]) ** 2
+        if not (wall and values["twisting_damping"] == 0.0):
+            return "has twisting springs (epsd2, torsionTorque) without a dashpot only"
+        if not _equal(values["twisting_stiffness"], own):
+            return "has twisting springs (epsd2, torsionTorque) of k_t R*^2"
+    return ""
+
+
+def from_material(values: Values) -> str:
+    """Return why model hertz does not have a tangential dashpot, or nothing where it has."""
+    poisson = float(values["poisson_ratio"])
+    own = math.sqrt(2.0 * (1.0 - poisson) / (2.0 - poisson))
+    if values["tangential"] == "none" or values["tangential_damping"] == 0.0:
+        return ""
+    if _equal(values["tangential_damping"], own):
+        return ""
+    return f"has no tangential dashpot but of {own:.9g} times the normal one, or none"
+
+
+def _equal(one: object, other: object) -> bool:
+    return math.isclose(float(str(one)), float(str(other)), rel_tol=SAME)
+
+
+_SPRINGS = ("none", "linear_nohistory", "linear_history", "linear_history_classic")
+_SOLIDS = ("none", "linear_nohistory", "mindlin", "mindlin_classic")
+_PLAIN = {"rolling": ("none",), "twisting": ("none",), "interface": ("current",)}
+
+CONTACTS = (
+    ContactModel(
+        "hooke/stiffness",
+        {
+            "normal": ("hooke",),
+            "damping": ("none", "velocity", "mass_velocity", "coeff_restitution"),
+            "tangential": _SPRINGS,
+            "interface": ("current",),
+            "rolling": ("none", "sds"),
+            "twisting": ("none", "sds"),
+        },
+        RULES,
+        tied,
+    ),
+    ContactModel(
+        "hertz/stiffness",
+        {
+            "normal": ("hertz",),
+            "damping": ("none", "viscoelastic"),
+            "tangential": _SOLIDS,
+            **_PLAIN,
+        },
+        RULES,
+    ),
+    ContactModel(
+        "hertz",
+        {
+            "normal": ("hertz",),
+            "damping": ("coeff_restitution",),
+            "tangential": ("none", "mindlin", "mindlin_classic"),
+            **_PLAIN,
+        },
+        RULES,
+        from_material,
+    ),
+)
