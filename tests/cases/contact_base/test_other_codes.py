@@ -72,6 +72,7 @@ def compared(declared, rules, submodels):
 
     case = Told()
     case.submodels = [one for one in kind.submodels if one.name in submodels]
+    case.beside = ()
     case.systems = {"wall": kind.systems["wall"]}
     code = Code(declared, Rules(**rules), scenes)
     return case, code, case.verify_beside(code, Study("quick"))
