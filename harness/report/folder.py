@@ -8,6 +8,7 @@ from pathlib import Path
 
 from harness.atomic_write import whole_folder
 from harness.comparison.verification import Verification
+from harness.report.cells import FOLDER, addresses, cell_pages
 from harness.report.divergences import divergence_section
 from harness.report.engines import engines_section
 from harness.report.finite import finite
@@ -20,13 +21,15 @@ from harness.report.schema import NAME, published
 from harness.report.sections import Section
 from harness.report.summary import short_markdown
 from harness.report.target import check_folder
+from harness.report.templating import style
 
 
 def write(found: Verification, folder: Path, sections: Sequence[Section] = ()) -> None:
     """Write results, pages, figures, scripts and logs into a folder.
 
     results.json with its schema, results.csv, junit.xml; report.html, report.md and
-    summary.md, which is short; figures/, scripts/ and logs/. ``sections`` are those of the cases;
+    summary.md, which is short; figures/, scripts/ and logs/; cells/ with a page for each cell of
+    the matrix. ``sections`` are those of the cases;
     series that diverged and other engines have sections of their own before them.
 
     Raise RequestError as :func:`check_folder` does.
@@ -61,8 +64,11 @@ def _fill(found: Verification, folder: Path, sections: Sequence[Section]) -> Non
         "junit.xml": junit(found),
         "summary.md": short_markdown(found),
         "report.md": report_markdown(found, drawn),
-        "report.html": html_page(found, drawn),
+        "report.html": html_page(found, drawn, addresses(drawn)),
     }
+    pages = dict(cell_pages(found, drawn))
+    if pages:
+        texts |= {**pages, f"{FOLDER}/style.css": style()}
     _write_texts(folder, texts)
 
 

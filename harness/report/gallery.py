@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING
 from harness.parent_process import end_with
 from harness.report.figures.style import house_style
 from harness.report.plain import one_line, safe_path
-from harness.report.sections import Drawing, Section
+from harness.report.plots import svg
+from harness.report.sections import CellText, Drawing, Plot, Section
 from harness.report.vector import compact
 
 if TYPE_CHECKING:
@@ -34,12 +35,22 @@ class Picture:
 
 
 @dataclass(frozen=True)
+class DrawnCell:
+    """A cell of the matrix with its plots as SVG; ``failures`` says why there are none."""
+
+    text: CellText
+    plots: tuple[tuple[Plot, str], ...]
+    failures: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class Drawn:
     """A section with its figures drawn; ``failures`` says which could not be, and why."""
 
     section: Section
     pictures: tuple[Picture, ...]
     failures: tuple[str, ...] = ()
+    cells: tuple[DrawnCell, ...] = ()
 
 
 def draw_sections(sections: Sequence[Section]) -> list[Drawn]:
@@ -54,20 +65,33 @@ def draw_sections(sections: Sequence[Section]) -> list[Drawn]:
         name = safe_path(drawing.name).replace("/", "-")
         seen[name] += 1
         drawings.append((name if seen[name] == 1 else f"{name}-{seen[name]}", drawing))
-    outcomes = iter(_all_drawn(drawings))
+    cells = [cell for section in sections for cell in section.cells]
+    done = _all_drawn([*drawings, *cells])
+    outcomes, plotted = iter(done[: len(drawings)]), iter(done[len(drawings) :])
     drawn = []
     for section in sections:
         own = [next(outcomes) for _ in section.drawings]
         pictures = tuple(one for one in own if isinstance(one, Picture))
-        drawn.append(Drawn(section, pictures, tuple(one for one in own if isinstance(one, str))))
+        failures = tuple(one for one in own if isinstance(one, str))
+        cells_drawn = tuple(_cell(cell, next(plotted)) for cell in section.cells)
+        drawn.append(Drawn(section, pictures, failures, cells_drawn))
     return drawn
 
 
 Named = tuple[str, Drawing]
 """A figure and the name of its file."""
 
+Plots = tuple[tuple[Plot, str], ...]
+"""Plots, and each as SVG."""
 
-def _all_drawn(drawings: Sequence[Named]) -> list[Picture | str]:
+
+def _cell(text: CellText, plots: Picture | Plots | str) -> DrawnCell:
+    if isinstance(plots, tuple):
+        return DrawnCell(text, plots)
+    return DrawnCell(text, (), (str(plots),))
+
+
+def _all_drawn(drawings: Sequence[Named | CellText]) -> list[Picture | Plots | str]:
     """Return each figure, or why it could not be drawn, over the cores where a process can fork.
 
     A forked process has the runs that figures are drawn from; another would have to be sent them.
@@ -88,11 +112,11 @@ def _all_drawn(drawings: Sequence[Named]) -> list[Picture | str]:
         _of_workers.clear()
 
 
-_of_workers: list[Named] = []
+_of_workers: list[Named | CellText] = []
 """The figures as a forked process finds them."""
 
 
-def _drawn_in_worker(index: int) -> Picture | str:
+def _drawn_in_worker(index: int) -> Picture | Plots | str:
     return _drawn(_of_workers[index])
 
 
@@ -102,13 +126,16 @@ def _begin_worker(parent: int) -> None:
     sys.stdout, sys.stderr = sys.__stdout__, sys.__stderr__
 
 
-def _drawn(named: Named) -> Picture | str:
-    name, drawing = named
+def _drawn(what: Named | CellText) -> Picture | Plots | str:
+    title = ", ".join(what.place) if isinstance(what, CellText) else what[1].title
     try:
+        if isinstance(what, CellText):
+            return tuple((plot, svg(plot)) for plot in what.plots())
+        name, drawing = what
         return picture(name, drawing.title, drawing.caption, drawing.draw)
     except Exception as error:  # code of a plug-in, anything can go wrong in it
         reason = one_line(f"{type(error).__name__}: {error}")
-        return f"Figure {drawing.title!r} could not be drawn: {reason}"
+        return f"Figure {title!r} could not be drawn: {reason}"
 
 
 def picture(name: str, title: str, caption: str, draw: Callable[[], Figure]) -> Picture:
@@ -121,7 +148,7 @@ def picture(name: str, title: str, caption: str, draw: Callable[[], Figure]) -> 
         if engine is not None:  # much of the work: once for both formats
             engine.execute(figure)
             figure.set_layout_engine("none")
-        svg, png = io.StringIO(), io.BytesIO()
-        figure.savefig(svg, format="svg", metadata={"Date": None})
+        vector, png = io.StringIO(), io.BytesIO()
+        figure.savefig(vector, format="svg", metadata={"Date": None})
         figure.savefig(png, format="png", metadata={"Software": None})
-    return Picture(name, title, caption, compact(svg.getvalue()), png.getvalue())
+    return Picture(name, title, caption, compact(vector.getvalue()), png.getvalue())

@@ -30,7 +30,8 @@ def report_markdown(found: Verification, parts: Sequence[Drawn]) -> str:
         rows = [_check(check) for check in found.checks if check.kind is kind]
         if rows:
             lines += [f"## {title}", "", *rows_markdown(CHECKS, rows), ""]
-    lines += matrix_markdown(found.checks)
+    titles = {cell.text.engine: cell.text.who for part in parts for cell in part.cells}
+    lines += matrix_markdown(found.checks, titles)
     for part in parts:
         lines += _section(part)
     untitled = [picture for part in parts if not part.section.title for picture in part.pictures]

@@ -44,15 +44,21 @@ class Mark:
 
 @dataclass(frozen=True)
 class Matrix:
-    """Submodels by cases for one engine; each cell has a mark for each system."""
+    """Submodels by cases for one engine, by its title; each cell has a mark for each system."""
 
     engine: str
+    title: str
     cases: tuple[str, ...]
     rows: Mapping[str, Mapping[str, tuple[Mark, ...]]]
 
 
-def matrices(placed: Sequence[tuple[Check, str]]) -> list[Matrix]:
-    """Return a matrix for each engine of checks that stand in cells, each with its place."""
+def matrices(
+    placed: Sequence[tuple[Check, str]], titles: Mapping[str, str] | None = None
+) -> list[Matrix]:
+    """Return a matrix for each engine of checks that stand in cells, each with its place.
+
+    ``titles`` are how engines are written, by name.
+    """
     worst: dict[tuple[str, ...], Mark] = {}
     for check, place in placed:
         if check.cell is not None:
@@ -61,16 +67,19 @@ def matrices(placed: Sequence[tuple[Check, str]]) -> list[Matrix]:
             if key not in worst or _severity(mark) < _severity(worst[key]):
                 worst[key] = mark
     engines = dict.fromkeys(mark.cell.engine for mark in worst.values())
-    return [_matrix(e, [m for m in worst.values() if m.cell.engine == e]) for e in engines]
+    return [
+        _matrix(e, (titles or {}).get(e, e), [m for m in worst.values() if m.cell.engine == e])
+        for e in engines
+    ]
 
 
-def _matrix(engine: str, marks: Sequence[Mark]) -> Matrix:
+def _matrix(engine: str, title: str, marks: Sequence[Mark]) -> Matrix:
     cases = tuple(sorted({mark.cell.case for mark in marks}))
     rows: dict[str, dict[str, tuple[Mark, ...]]] = {}
     for mark in sorted(marks, key=lambda m: (m.cell.submodel, m.cell.system)):
         row = rows.setdefault(mark.cell.submodel, {})
         row[mark.cell.case] = (*row.get(mark.cell.case, ()), mark)
-    return Matrix(engine, cases, rows)
+    return Matrix(engine, title, cases, rows)
 
 
 def _severity(mark: Mark) -> tuple[int, float]:
@@ -80,10 +89,12 @@ def _severity(mark: Mark) -> tuple[int, float]:
     return SEVERITY.index(check.verdict), -used if math.isfinite(used) else 0.0
 
 
-def matrix_markdown(checks: Sequence[Check]) -> Iterator[str]:
+def matrix_markdown(
+    checks: Sequence[Check], titles: Mapping[str, str] | None = None
+) -> Iterator[str]:
     """Yield the lines of all matrices; nothing without cells."""
-    for matrix in matrices([(check, "") for check in checks]):
-        yield from (f"## Cases and submodels, {markdown_text(matrix.engine)}", "")
+    for matrix in matrices([(check, "") for check in checks], titles):
+        yield from (f"## Cases and submodels, {markdown_text(matrix.title)}", "")
         yield f"| submodel | {' | '.join(map(markdown_text, matrix.cases))} |"
         yield f"|---|{'---|' * len(matrix.cases)}"
         for name, row in matrix.rows.items():

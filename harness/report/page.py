@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from harness.comparison.verdicts import Check, Verdict
@@ -107,10 +107,27 @@ class Part:
     failures: tuple[str, ...]
 
 
-def html_page(found: Verification, drawn: Sequence[Drawn]) -> str:
-    """Return the page; figures, scripts and style are inside it, so that it can be sent alone."""
+def rows_of(found: Verification) -> list[Row]:
+    """Return the checks as rows, the most severe first."""
+    return [Row(check, f"check-{n}") for n, check in enumerate(by_severity(found.checks), 1)]
+
+
+def titles(drawn: Sequence[Drawn]) -> dict[str, str]:
+    """Return the titles of the engines of the matrix, by name."""
+    return {cell.text.engine: cell.text.who for part in drawn for cell in part.cells}
+
+
+def html_page(
+    found: Verification,
+    drawn: Sequence[Drawn],
+    cells: Mapping[tuple[str, str, str], str] | None = None,
+) -> str:
+    """Return the page; figures, scripts and style are inside it, so that it can be sent alone.
+
+    ``cells`` are the pages of the matrix's cells beside it, by case, submodel and engine.
+    """
     template = environment().get_template("report.html.j2")
-    rows = [Row(check, f"check-{n}") for n, check in enumerate(by_severity(found.checks), 1)]
+    rows = rows_of(found)
     kinds = summaries(found.checks)
     return template.render(
         headline=headline(found.checks),
@@ -123,7 +140,8 @@ def html_page(found: Verification, drawn: Sequence[Drawn]) -> str:
         numeric=NUMERIC,
         kinds=[s.kind for s in kinds],
         verdicts=[v for v in SEVERITY if any(c.verdict is v for c in found.checks)],
-        matrices=matrices([(row.check, row.id) for row in rows]),
+        matrices=matrices([(row.check, row.id) for row in rows], titles(drawn)),
+        cells=cells or {},
         parts_of_page=_parts(drawn),
         pictures=figures([p for d in drawn if not d.section.title for p in d.pictures]),
         failures=[f for d in drawn if not d.section.title for f in d.failures],

@@ -5,12 +5,16 @@ Cases and workflows make them; ``report`` renders the same sections as HTML and 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    import numpy as np
     from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    Numbers = Sequence[float] | NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -36,10 +40,59 @@ class Drawing:
 
 
 @dataclass(frozen=True)
+class Line:
+    """A line of a plot, or points where it is ``marked``; ``x`` and ``y`` are of one length.
+
+    A value that is not finite is left out and interrupts the line.
+    """
+
+    name: str
+    x: Numbers
+    y: Numbers
+    marked: bool = False
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A small figure of lines, its axes named with their units, both logarithmic or linear."""
+
+    title: str
+    caption: str
+    x: str
+    y: str
+    lines: tuple[Line, ...]
+    logarithmic: bool = False
+
+
+@dataclass(frozen=True)
+class CellText:
+    """What is told of a cell of the matrix, a submodel of a case in an engine, beside its rows.
+
+    ``who`` is the engine's title; ``commands`` repeat a run, by what they are. ``plots`` are made
+    when the page is.
+    """
+
+    case: str
+    submodel: str
+    engine: str
+    who: str
+    paragraphs: tuple[str, ...]
+    tables: tuple[Table, ...]
+    commands: tuple[tuple[str, str], ...]
+    plots: Callable[[], Sequence[Plot]] = field(repr=False)
+
+    @property
+    def place(self) -> tuple[str, str, str]:
+        """Return case, submodel and engine."""
+        return (self.case, self.submodel, self.engine)
+
+
+@dataclass(frozen=True)
 class Section:
     """A part of a report: paragraphs, list items, tables, figures, in this order.
 
-    A section without a title adds its figures to the gallery and nothing else.
+    A section without a title adds its figures to the gallery and nothing else. ``cells`` have
+    pages of their own.
     """
 
     title: str = ""
@@ -47,3 +100,4 @@ class Section:
     items: tuple[str, ...] = ()
     tables: tuple[Table, ...] = ()
     drawings: tuple[Drawing, ...] = ()
+    cells: tuple[CellText, ...] = ()

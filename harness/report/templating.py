@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from importlib import resources
 from typing import TYPE_CHECKING
 
 from harness.report.plain import printable, safe_path
+from harness.shown import in_words
 from harness.shown import number as number
 
 if TYPE_CHECKING:
@@ -16,6 +18,7 @@ TAIL = 12_000
 """Characters of a log that a page shows; the file beside it has the whole."""
 
 
+@cache
 def environment(*packages: str) -> Environment:
     """Return the templates, with style and script to be put inside the page.
 
@@ -31,7 +34,7 @@ def environment(*packages: str) -> Environment:
         lstrip_blocks=True,
         loader=ChoiceLoader([PackageLoader(name) for name in ("harness.report", *packages)]),
     )
-    made.filters |= {"number": number, "tail": tail, "safe_path": safe_path}
+    made.filters |= {"number": number, "tail": tail, "safe_path": safe_path, "words": in_words}
     made.globals["missing"] = math.nan
     made.globals["file"] = lambda name: Markup(_template(name))
     return made
@@ -47,6 +50,11 @@ def tail(text: str) -> str:
     return (
         f"{head}\n\n[ ... {len(text) - len(head) - len(end)} characters, in the file ... ]\n\n{end}"
     )
+
+
+def style() -> str:
+    """Return the style of the pages."""
+    return _template("style.css")
 
 
 def _template(name: str) -> str:

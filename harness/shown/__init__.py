@@ -95,6 +95,16 @@ def number(value: float, digits: int = 8) -> str:
     return "-" if math.isnan(value) else f"{value:.{digits}g}"
 
 
+def in_words(name: str, unit: str = "") -> str:
+    """Return a quantity's name in words, without the unit that it ends in.
+
+    >>> in_words("contact_time_s", "s"), in_words("spin_ratio", "1")
+    ('contact time', 'spin ratio')
+    """
+    suffix = "_" + unit.replace("/", "_per_").replace(" ", "_")
+    return (name.removesuffix(suffix) if unit else name).replace("_", " ")
+
+
 def power(value: Any) -> str:
     """Return a number as a person writes a power of ten: ``1e6``, and ``3.2e5`` between them.
 

@@ -7,8 +7,9 @@ from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
+from harness.cases.contact_base.impact import overlap_of
 from harness.cases.contact_base.ladder import STEPS
-from harness.cases.contact_base.motion import Motion, motion_of
+from harness.cases.contact_base.motion import Array, Motion, motion_of
 from harness.cases.contact_base.parameters import ContactSystem
 from harness.cases.contact_base.reference import followed, rules_of
 from harness.cases.contact_base.submodels import PLAIN, SYSTEMS, Submodel, Trial
@@ -21,10 +22,10 @@ from harness.engines.cost import engine_seconds
 from harness.engines.traits import Traits
 from harness.parameters.contact_rules import Rules
 from harness.parameters.contact_scene import ContactScene
-from harness.report.sections import Drawing, Section
+from harness.report.sections import Drawing, Plot, Section
 
 if TYPE_CHECKING:
-    from harness.cases.contact_base.study import Evidence
+    from harness.cases.contact_base.study import Climbed, Evidence
 
 P = TypeVar("P", bound=ContactSystem)
 
@@ -49,6 +50,8 @@ class ContactCase(Case[P]):
     """Submodels that codes compared with one another go through as well."""
     systems: ClassVar[Mapping[str, Mapping[str, Any]]] = SYSTEMS
     formula: ClassVar[str]
+    shown: ClassVar[str] = ""
+    """The quantity whose error is drawn; the first unless named."""
     powers: ClassVar[tuple[float, ...]] = ()
     """Of the step in the error, where these are not those of the law."""
 
@@ -141,18 +144,35 @@ class ContactCase(Case[P]):
         return found
 
     def drawings(self, evidence: Evidence) -> Sequence[Drawing]:
-        """Return the figures of a case: the error of its first quantity over the step."""
+        """Return the figures of a case: the error of a quantity over the step."""
         from harness.cases.contact_base.sections import errors_drawn
 
         return (errors_drawn(self, evidence),)
+
+    def axes(self, parameters: P) -> tuple[str, str]:  # noqa: ARG002
+        """Return the names of the axes of :meth:`curves`, with units."""
+        return "overlap (µm)", "force (N)"
+
+    def curves(self, parameters: P, motion: Motion) -> Mapping[str, tuple[Array, Array]]:
+        """Return what a page draws of a motion, by name: x and y, each (M,)."""
+        overlap, _ = overlap_of(parameters, motion)
+        return {"": (1e6 * overlap, motion.force[:, 0, 2])}
+
+    def plots(self, cell: Sequence[Climbed], who: str) -> Sequence[Plot]:
+        """Return the plots of a submodel in an engine, by its title: motion, and errors."""
+        from harness.cases.contact_base.curves import errors_plot, motion_plot
+
+        return motion_plot(self, cell, who), errors_plot(self, cell)
 
     def sections(
         self,
         main: Findings | None,
         own: Findings,  # noqa: ARG002
-        beside: Mapping[str, Findings],  # noqa: ARG002
+        beside: Mapping[str, Findings],
     ) -> Sequence[Section]:
         """Return formula, limits and figure of each trial in the main engine."""
         from harness.cases.contact_base.sections import sections_of
 
-        return sections_of(self, main.evidence) if main is not None and main.evidence else ()
+        if main is None or not main.evidence:
+            return ()
+        return sections_of(self, main, tuple(beside.values()))

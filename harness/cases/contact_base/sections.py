@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from harness.cases.contact_base.formulas import formulas
 from harness.cases.contact_base.study import Climbed, Evidence
-from harness.report.sections import Drawing, Section, Table
+from harness.comparison.findings import Findings
+from harness.parameters.contact_rules import Rules
+from harness.report.sections import CellText, Drawing, Plot, Section, Table
+from harness.shown import in_words
 
 if TYPE_CHECKING:
     from harness.cases.contact_base.contact_case import ContactCase
@@ -14,9 +19,15 @@ if TYPE_CHECKING:
 HEAD = ("submodel", "system", "quantity", "limit", "uncertainty", "expected", "by", "order")
 
 
-def sections_of(case: ContactCase[Any], evidence: Evidence) -> Sequence[Section]:
-    """Return one section with the limits of a case in an engine, and a run of each to copy."""
-    rows = tuple(row for one in evidence.climbed for row in _rows(one))
+def sections_of(
+    case: ContactCase[Any], main: Findings, beside: Sequence[Findings] = ()
+) -> Sequence[Section]:
+    """Return one section with the limits of a case in an engine, and a run of each to copy.
+
+    Cells of the matrix have pages of their own, those of the engines ``beside``, too.
+    """
+    evidence: Evidence = main.evidence
+    rows = tuple(row for one in evidence.climbed for row in _rows(case, one))
     limits = Table(
         f"Limits of {case.name}",
         f"Limits of a small step in {evidence.who}, beside what the law asks for.",
@@ -33,28 +44,114 @@ def sections_of(case: ContactCase[Any], evidence: Evidence) -> Sequence[Section]
     )
     title = f"Contact: {case.name}"
     drawings = tuple(case.drawings(evidence)) if evidence.climbed else ()
-    return (Section(title, (case.summary, case.formula), (), (limits, commands), drawings),)
+    # the main engine may stand beside itself, with more submodels
+    engines = {one.engine: one for one in (main, *beside) if one.evidence}
+    cells = tuple(cell for one in engines.values() for cell in _cells(case, one))
+    told = (case.summary, case.formula)
+    return (Section(title, told, (), (limits, commands), drawings, cells),)
+
+
+def _cells(case: ContactCase[Any], found: Findings) -> Iterator[CellText]:
+    """Yield what is told of each submodel, in all its systems."""
+    evidence: Evidence = found.evidence
+    by_submodel: dict[str, list[Climbed]] = {}
+    for one in evidence.climbed:
+        by_submodel.setdefault(one.trial.submodel, []).append(one)
+    for name, cell in by_submodel.items():
+        law = cell[0].finest.law
+        commands = []
+        for one in cell:
+            commands.append(
+                (f"{one.trial.system}: the case at its coarsest step", _again(case, one))
+            )
+            commands.append((f"{one.trial.system}: the run with the finest step", one.command))
+        formula = Table(
+            "The law",
+            "n points to the first sphere, m* and R* are the reduced mass and radius.",
+            ("part", "formula"),
+            (*formulas(law), *_rules(cell)),
+            prose=frozenset({1}),
+        )
+        yield CellText(
+            case.name,
+            name,
+            found.engine,
+            evidence.who,
+            (case.summary, f"Expected: {case.formula}"),
+            (formula, _parameters(cell)),
+            tuple(commands),
+            partial(_plots, case, cell, evidence.who),
+        )
+
+
+def _rules(cell: Sequence[Climbed]) -> Iterator[tuple[str, str]]:
+    """Yield the rules of the engine that are not the default ones, in any system."""
+    told: dict[str, Any] = {}
+    for one in cell:
+        told |= one.rules.model_dump(exclude_defaults=True)
+    for name, value in told.items():
+        meaning = (Rules.model_fields[name].description or "").partition("] ")[2]
+        yield f"rule: {in_words(name)}", f"{in_words(str(value))} ({meaning})"
+
+
+def _plots(case: ContactCase[Any], cell: Sequence[Climbed], who: str) -> Sequence[Plot]:
+    return case.plots(cell, who)
+
+
+def _parameters(cell: Sequence[Climbed]) -> Table:
+    """Return what the first system is told, with units, and where the others differ."""
+    rows = []
+    for name, field in type(cell[0].finest).model_fields.items():
+        values = [getattr(one.finest, name) for one in cell]
+        if any(value is not None for value in values):
+            unit, _, meaning = (field.description or "[-] ").removeprefix("[").partition("] ")
+            told = [_told(value) for value in values]
+            shown = (
+                told[0]
+                if len({*told}) == 1
+                else "; ".join(
+                    f"{one.trial.system}: {text}" for one, text in zip(cell, told, strict=True)
+                )
+            )
+            rows.append((in_words(name), shown, "" if unit == "-" else unit, meaning))
+    head = ("parameter", "value", "unit", "meaning")
+    caption = "Of the run with the finest step; with --set NAME=VALUE, its words joined by _."
+    return Table("Parameters", caption, head, tuple(rows), prose=frozenset({1, 3}))
+
+
+def _told(value: Any) -> str:
+    if value is None:
+        return "none"
+    return f"{value:.9g}" if isinstance(value, float) else str(value).lower()
 
 
 def errors_drawn(case: ContactCase[Any], evidence: Evidence) -> Drawing:
     """Return the figure of the errors of a case's first quantity."""
     from harness.cases.contact_base.figures import errors_over_step
+    from harness.report.figures.style import quantity
 
-    quantity = case.quantities[0].name
+    first = next(one for one in case.quantities if one.name == (case.shown or one.name))
+    words = in_words(first.name, first.unit)
     return Drawing(
         f"{case.name}-errors",
         f"{case.name}: error over the step",
-        f"How far {quantity} is from what the law asks for, over the steps of a contact.",
-        lambda: errors_over_step(evidence.climbed, quantity, evidence.who),
+        f"How far the {words} is from what the law asks for, over the steps of a contact; a panel "
+        "for each family of submodels.",
+        lambda: errors_over_step(
+            evidence.climbed, first.name, quantity(words, first.unit), evidence.who
+        ),
     )
 
 
 def _run(case: ContactCase[Any], one: Climbed) -> tuple[str, str, str, str]:
     law = one.trial.parameters.law.model_dump(exclude_none=True, exclude_defaults=True)
     told = ", ".join(f"{name} = {value}" for name, value in law.items()) or "the default"
+    return one.trial.submodel, one.trial.system, told, _again(case, one)
+
+
+def _again(case: ContactCase[Any], one: Climbed) -> str:
     settings = " ".join(f"--set {name}={value}" for name, value in _changes(case, one))
-    command = f"dem-harness run {case.name} {settings}"
-    return one.trial.submodel, one.trial.system, told, command
+    return f"dem-harness run {case.name} {settings}"
 
 
 def _changes(case: ContactCase[Any], one: Climbed) -> Iterator[tuple[str, Any]]:
@@ -65,7 +162,10 @@ def _changes(case: ContactCase[Any], one: Climbed) -> Iterator[tuple[str, Any]]:
             yield name, str(value).lower() if isinstance(value, bool) else value
 
 
-def _rows(one: Climbed) -> Iterator[tuple[str, ...]]:
+def _rows(case: ContactCase[Any], one: Climbed) -> Iterator[tuple[str, ...]]:
+    from harness.report.figures.style import quantity
+
+    units = {observable.name: observable.unit for observable in case.quantities}
     for name, expected in one.references.items():
         reached = one.limits.get(name)
         if reached is None:
@@ -73,7 +173,7 @@ def _rows(one: Climbed) -> Iterator[tuple[str, ...]]:
         yield (
             one.trial.submodel,
             one.trial.system,
-            name,
+            quantity(in_words(name, units[name]), units[name]),
             f"{reached.value:.9g}",
             f"{reached.uncertainty:.1e}",
             f"{expected.value:.9g}",

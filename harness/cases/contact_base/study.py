@@ -44,6 +44,7 @@ class Climbed:
     """What a trial left: limits of its quantities, what is expected, and its finest motion.
 
     Expected under the engine's ``rules``, and ``plain`` under the default ones.
+    ``finest`` are the parameters of the last rung, ``command`` is what runs it again by hand.
     """
 
     trial: Trial
@@ -54,6 +55,8 @@ class Climbed:
     motion: Motion
     kinked: bool
     jump: float
+    finest: Any
+    command: str
 
 
 @dataclass(frozen=True)
@@ -122,7 +125,11 @@ def _climbed(
     limits = climb(terms, steps, rungs, kinked=told.kinked, jumps=told.jumps)
     references, plain = case.expected(finest, rules), case.expected(finest, Rules())
     jump = 1.0 / steps[-1] if told.jumps else 0.0
-    return Climbed(trial, limits, references, plain, rules, motion, told.kinked, jump)
+    # an output's log begins with the command that runs the same again
+    command = output.log.partition("\n")[0].removeprefix("# ")
+    return Climbed(
+        trial, limits, references, plain, rules, motion, told.kinked, jump, finest, command
+    )
 
 
 def _judged(case: ContactCase[Any], found: Climbed, engine: Engine) -> list[Check]:

@@ -80,7 +80,8 @@ class HeadOnCase(ContactCase[HeadOn]):
         force = Drawing(
             "head-on-force",
             "head-on: force over overlap",
-            "Force on the sphere over the overlap with the wall, through a contact.",
+            "Force on the sphere over the overlap, through a contact, in the first system that "
+            "states it; a panel for each family of submodels.",
             lambda: force_over_overlap(evidence.climbed, evidence.who),
         )
         return (force, *super().drawings(evidence))

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 from pydantic import Field
 
 from harness.cases.contact_base.contact_case import ContactCase
-from harness.cases.contact_base.motion import Motion
+from harness.cases.contact_base.motion import Array, Motion
 from harness.cases.contact_base.parameters import ContactSystem
 from harness.cases.contact_base.resting import half_period, resting
 from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL, TANGENTIAL_BESIDE
@@ -73,6 +73,16 @@ class InclineRollCase(ContactCase[InclineRoll]):
             "spin_ratio": float(spin[-1] - spin[half]) / gained,
             "momentum_ratio": float(u[-1] + 0.4 * spin[-1]) / (pull * float(motion.time[-1])),
         }
+
+    def axes(self, parameters: InclineRoll) -> tuple[str, str]:  # noqa: ARG002
+        """Return what is drawn: both speeds."""
+        return "time (ms)", "velocity (m/s)"
+
+    def curves(self, parameters: InclineRoll, motion: Motion) -> Mapping[str, tuple[Array, Array]]:
+        """Return the speed, and radius times spin."""
+        u, spin = motion.velocity[:, 0, 0], parameters.radius * motion.omega[:, 0, 1]
+        named = {"speed": u, "radius times spin": spin}
+        return {name: (1e3 * motion.time, value) for name, value in named.items()}
 
     def closed_forms(self, parameters: InclineRoll) -> Mapping[str, float]:
         """Return the momentum, and for a sphere that slides all the time both accelerations."""

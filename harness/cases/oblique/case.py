@@ -16,10 +16,10 @@ from harness.cases.contact_base.presets import OBLIQUE
 from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL, TANGENTIAL_BESIDE
 from harness.observables.declared import Observable
 from harness.parameters.contact_scene import ContactScene
-from harness.report.sections import Drawing
+from harness.report.sections import Drawing, Plot
 
 if TYPE_CHECKING:
-    from harness.cases.contact_base.study import Evidence
+    from harness.cases.contact_base.study import Climbed, Evidence
 
 
 class Oblique(ContactSystem):
@@ -49,6 +49,7 @@ class ObliqueCase(ContactCase[Oblique]):
     )
     submodels = (*TANGENTIAL, *OLD_TANGENTIAL)
     beside = TANGENTIAL_BESIDE
+    shown = "tangential_ratio"
     formula: ClassVar[str] = (
         "Sliding throughout: vx'/vx = 1 - mu (1 + e) vn/vx, r omega' = 5/2 mu (1 + e) vn; else "
         "integrated."
@@ -71,6 +72,13 @@ class ObliqueCase(ContactCase[Oblique]):
             lambda: ratio_over_angle(self, evidence.climbed, evidence.who),
         )
         return (over_angle, *super().drawings(evidence))
+
+    def plots(self, cell: Sequence[Climbed], who: str) -> Sequence[Plot]:
+        """Return the velocity ratio over the angle, and the errors."""
+        from harness.cases.contact_base.curves import errors_plot
+        from harness.cases.oblique.figures import ratio_plot
+
+        return ratio_plot(self, cell, who), errors_plot(self, cell)
 
     def scene(self, parameters: Oblique) -> ContactScene:
         """Return the impact; samples before and after it."""

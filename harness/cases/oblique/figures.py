@@ -1,4 +1,4 @@
-"""The figure of the oblique impact: tangential velocity ratio over the angle."""
+"""Figures of the oblique impact: tangential velocity ratio over the angle."""
 
 from __future__ import annotations
 
@@ -8,16 +8,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from harness.cases.contact_base.contact_case import ContactCase
-from harness.cases.contact_base.reference import followed
-from harness.parameters.contact_rules import Rules
+from harness.cases.contact_base.curves import scanned
+from harness.cases.contact_base.motion import Array
+from harness.parameters.contact_scene import ZERO
 from harness.report.figures.style import BLACK, COLOURS, STYLES, Figure, legend_below, panels
+from harness.report.sections import Line, Plot
 
 if TYPE_CHECKING:
     from harness.cases.contact_base.study import Climbed
     from harness.cases.oblique.case import Oblique
 
 SHOWN = ("linear_nohistory", "linear_history", "mindlin", "mindlin_rescale")
-ANGLES = np.arange(5.0, 86.0, 5.0)
+ANGLES = np.array([*range(5, 61, 5), 70.0, 85.0])
+"""[deg] Closer where a law takes turns between sticking and sliding."""
+AXES = ("angle to the normal (deg)", "tangential velocity ratio")
 
 
 def ratio_over_angle(case: ContactCase[Oblique], climbed: Sequence[Climbed], who: str) -> Figure:
@@ -27,20 +31,47 @@ def ratio_over_angle(case: ContactCase[Oblique], climbed: Sequence[Climbed], who
     walls = [one for one in climbed if one.trial.system == "wall" and one.trial.submodel in SHOWN]
     for number, one in enumerate(walls):
         colour = COLOURS[(number + 1) % len(COLOURS)]
-        ratios = [_ratio(case, one.trial.parameters.replace(angle=float(a))) for a in ANGLES]
-        axes.plot(ANGLES, ratios, color=colour, ls=STYLES[number], label=one.trial.submodel)
+        axes.plot(ANGLES, _ratios(case, one), color=colour, ls=STYLES[number], label=name_of(one))
         reached = one.limits["tangential_ratio"].value
         axes.plot(one.trial.parameters.angle, reached, "o", color=colour, mfc="none")
-    mu, e = 0.3, 1.0
-    slides = 1.0 - mu * (1.0 + e) / np.tan(np.radians(ANGLES))
-    beyond = ANGLES[slides > 5.0 / 7.0]
-    axes.plot(beyond, slides[slides > 5.0 / 7.0], color=BLACK, lw=0.8, label="sliding, e = 1")
-    axes.set(xlabel="angle to the normal (deg)", ylabel="tangential velocity ratio")
+    angles, slides = sliding(0.3, 1.0)
+    axes.plot(angles, slides, color=BLACK, lw=0.8, label="sliding throughout, e = 1")
+    axes.set(xlabel=AXES[0], ylabel=AXES[1])
     axes.set_title(f"lines: the laws; circles: {who}")
     legend_below(figure, columns=3)
     return figure
 
 
-def _ratio(case: ContactCase[Oblique], parameters: Oblique) -> float:
-    motion = followed(case.scene(parameters), Rules()).motion
-    return case.observed(parameters, motion)["tangential_ratio"]
+def name_of(one: Climbed) -> str:
+    """Return the submodel in words."""
+    return one.trial.submodel.replace("_", " ")
+
+
+def ratio_plot(case: ContactCase[Oblique], cell: Sequence[Climbed], who: str) -> Plot:
+    """Return the ratio of one law over the angle, and an engine's limit."""
+    one = cell[0]
+    angles, slides = sliding(one.finest.friction or 0.0, one.references["normal_restitution"].value)
+    return Plot(
+        "Velocity ratio over the angle",
+        f"{one.trial.system}: the law integrated, Coulomb's formula from the angle on where all of "
+        f"the contact slides, and {who} in the limit of a small step.",
+        *AXES,
+        (
+            Line("the law", ANGLES, _ratios(case, one)),
+            Line("sliding throughout", angles, slides),
+            Line(who, [one.finest.angle], [one.limits["tangential_ratio"].value], marked=True),
+        ),
+    )
+
+
+def sliding(friction: float, restitution: float) -> tuple[Array, Array]:
+    """Return angles [deg] and velocity ratios where all slides and more than 5/7 is left."""
+    angles = np.linspace(5.0, 89.0, 85)
+    ratio = 1.0 - friction * (1.0 + restitution) / np.tan(np.radians(angles))
+    left = ratio > 5.0 / 7.0
+    return angles[left], ratio[left]
+
+
+def _ratios(case: ContactCase[Oblique], one: Climbed) -> Array:
+    found = scanned(case, one, "angle", ANGLES.tolist(), lambda changed: (changed.velocity, ZERO))
+    return found["tangential_ratio"]

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
+import numpy as np
 from pydantic import Field
 
 from harness.cases.contact_base.contact_case import ContactCase
-from harness.cases.contact_base.motion import Motion
+from harness.cases.contact_base.motion import Array, Motion
 from harness.cases.contact_base.parameters import ContactSystem
 from harness.cases.contact_base.submodels import (
     OLD_TANGENTIAL,
@@ -34,6 +35,9 @@ class PrescribedMotion(ContactSystem):
 
 
 PIECES = 6
+
+SLACK = 1e-9
+"""[mrad] of round-off."""
 
 
 class PrescribedMotionCase(ContactCase[PrescribedMotion]):
@@ -108,6 +112,31 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
             found["rolling_ratio"] = float(torque[rolled, 0] / (r * force[rolled, 2]))
         if parameters.twisting != "none":
             found["twisting_ratio"] = float(torque[twisted, 2] / (r * force[twisted, 2]))
+        return found
+
+    def axes(self, parameters: PrescribedMotion) -> tuple[str, str]:
+        """Return what is drawn: torques where there are some, else the tangential force."""
+        if parameters.rolling != "none" or parameters.twisting != "none":
+            return "angle (mrad)", "torque over radius and normal force"
+        return "displacement (µm)", "tangential force (N)"
+
+    def curves(
+        self, parameters: PrescribedMotion, motion: Motion
+    ) -> Mapping[str, tuple[Array, Array]]:
+        """Return the tangential force over the displacement, or torques over their angles."""
+        force, torque = motion.force[:, 0], motion.torque[:, 0]
+        if parameters.rolling == "none" and parameters.twisting == "none":
+            return {"": (1e6 * motion.position[:, 0, 0], force[:, 0])}
+        turned = 1e3 * parameters.turn * (motion.time / parameters.duration - (PIECES - 2))
+        pressed = parameters.radius * np.where(force[:, 2] > 0.0, force[:, 2], np.nan)
+        found = {}
+        if parameters.rolling != "none":
+            shown = (turned > -SLACK) & (turned < 1e3 * parameters.turn + SLACK)
+            found["rolling"] = turned[shown], (torque[:, 0] / pressed)[shown]
+        if parameters.twisting != "none":
+            turned = turned - 1e3 * parameters.turn
+            shown = turned > -SLACK
+            found["twisting"] = turned[shown], (torque[:, 2] / pressed)[shown]
         return found
 
 

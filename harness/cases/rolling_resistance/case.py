@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 from pydantic import Field
 
 from harness.cases.contact_base.contact_case import ContactCase
-from harness.cases.contact_base.motion import Motion
+from harness.cases.contact_base.motion import Array, Motion
 from harness.cases.contact_base.parameters import ContactSystem
 from harness.cases.contact_base.resting import half_period, resting
 from harness.cases.contact_base.submodels import ROLLING, ROLLING_BESIDE
@@ -68,6 +68,18 @@ class RollingResistanceCase(ContactCase[RollingResistance]):
             "speed_ratio": float(u[-1]) / parameters.speed,
             "spin_ratio": float(spin[-1]) / parameters.speed,
         }
+
+    def axes(self, parameters: RollingResistance) -> tuple[str, str]:  # noqa: ARG002
+        """Return what is drawn: both speeds."""
+        return "time (ms)", "velocity (m/s)"
+
+    def curves(
+        self, parameters: RollingResistance, motion: Motion
+    ) -> Mapping[str, tuple[Array, Array]]:
+        """Return the speed, and radius times spin."""
+        u, spin = motion.velocity[:, 0, 0], parameters.radius * motion.omega[:, 0, 1]
+        named = {"speed": u, "radius times spin": spin}
+        return {name: (1e3 * motion.time, value) for name, value in named.items()}
 
 
 CASE = RollingResistanceCase()

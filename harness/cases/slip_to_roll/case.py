@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 from pydantic import Field
 
 from harness.cases.contact_base.contact_case import ContactCase
-from harness.cases.contact_base.motion import Motion
+from harness.cases.contact_base.motion import Array, Motion
 from harness.cases.contact_base.parameters import ContactSystem
 from harness.cases.contact_base.resting import resting
 from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL, TANGENTIAL_BESIDE
@@ -71,6 +71,17 @@ class SlipToRollCase(ContactCase[SlipToRoll]):
             "spin_ratio": float(spin[-1]) / parameters.speed,
             "momentum_ratio": float(u[-1] + 0.4 * spin[-1]) / parameters.speed,
         }
+
+    def axes(self, parameters: SlipToRoll) -> tuple[str, str]:  # noqa: ARG002
+        """Return what is drawn: both speeds until it rolls."""
+        return "time (ms)", "over the speed of the start"
+
+    def curves(self, parameters: SlipToRoll, motion: Motion) -> Mapping[str, tuple[Array, Array]]:
+        """Return speed, and radius times spin."""
+        u, spin = motion.velocity[:, 0, 0], parameters.radius * motion.omega[:, 0, 1]
+        time = 1e3 * motion.time
+        named = {"speed": u, "radius times spin": spin}
+        return {name: (time, value / parameters.speed) for name, value in named.items()}
 
     def closed_forms(self, parameters: SlipToRoll) -> Mapping[str, float]:  # noqa: ARG002
         """Return the momentum about the floor, which no force there changes."""

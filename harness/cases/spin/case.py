@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import ClassVar
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, ClassVar
 
 from pydantic import Field
 
@@ -15,6 +15,13 @@ from harness.cases.contact_base.presets import SPIN
 from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL, TANGENTIAL_BESIDE
 from harness.observables.declared import Observable
 from harness.parameters.contact_scene import ContactScene
+from harness.report.sections import Line, Plot
+
+if TYPE_CHECKING:
+    from harness.cases.contact_base.study import Climbed
+
+SPINS = (25.0, 50.0, 75.0, 100.0, 150.0, 200.0, 300.0, 400.0)
+"""[rad/s] of the curve."""
 
 
 class Spin(ContactSystem):
@@ -37,6 +44,7 @@ class SpinCase(ContactCase[Spin]):
     )
     submodels = (*TANGENTIAL, *OLD_TANGENTIAL)
     beside = TANGENTIAL_BESIDE
+    shown = "spin_ratio"
     formula: ClassVar[str] = (
         "Sliding throughout: vx' = -mu (1 + e) vn against the surface's motion, omega' = omega - "
         "5/2 mu (1 + e) vn / r; else integrated."
@@ -47,6 +55,30 @@ class SpinCase(ContactCase[Spin]):
         """Return a linear contact that slides and sticks, and those of the literature."""
         usual = Spin(tangential="linear_history", friction=0.3)
         return {"usual": usual, **{name: Spin(**told) for name, told in SPIN.items()}}
+
+    def plots(self, cell: Sequence[Climbed], who: str) -> Sequence[Plot]:
+        """Return the spin that is left over that before, and the errors."""
+        from harness.cases.contact_base.curves import errors_plot, scanned
+
+        one = cell[0]
+        down = (0.0, 0.0, -one.finest.speed)
+        found = scanned(self, one, "spin", SPINS, lambda p: (down, (0.0, p.spin, 0.0)))
+        left = Plot(
+            "Spin ratio over the spin",
+            f"{one.trial.system}: the law integrated, and {who} in the limit of a small step.",
+            "spin before (rad/s)",
+            "spin after over that before",
+            (
+                Line("the law", SPINS, found["spin_ratio"]),
+                Line(
+                    who,
+                    [one.finest.spin],
+                    [one.limits["spin_ratio"].value],
+                    marked=True,
+                ),
+            ),
+        )
+        return left, errors_plot(self, cell)
 
     def scene(self, parameters: Spin) -> ContactScene:
         """Return the impact; samples before and after it."""

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 from pydantic import Field
 
 from harness.cases.contact_base.contact_case import ContactCase
-from harness.cases.contact_base.motion import Motion
+from harness.cases.contact_base.motion import Array, Motion
 from harness.cases.contact_base.parameters import FLOOR, ContactSystem
 from harness.cases.contact_base.submodels import NORMAL, NORMAL_BESIDE
 from harness.observables.declared import Observable
@@ -88,6 +88,15 @@ class StackedCase(ContactCase[Stacked]):
             "lower_speed_ratio": float(speed[0]),
             "upper_speed_ratio": float(speed[1]),
         }
+
+    def axes(self, parameters: Stacked) -> tuple[str, str]:  # noqa: ARG002
+        """Return what is drawn: how far each sphere rises."""
+        return "time (ms)", "rise (µm)"
+
+    def curves(self, parameters: Stacked, motion: Motion) -> Mapping[str, tuple[Array, Array]]:  # noqa: ARG002
+        """Return the rise of both spheres."""
+        rise = 1e6 * (motion.position[:, :, 2] - motion.position[0, :, 2])
+        return {name: (1e3 * motion.time, rise[:, i]) for i, name in enumerate(("lower", "upper"))}
 
     def _squeeze(self, parameters: Stacked) -> float:
         """Return how much higher the spheres are than the room [m]."""

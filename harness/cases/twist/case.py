@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 from pydantic import Field
 
 from harness.cases.contact_base.contact_case import ContactCase
-from harness.cases.contact_base.motion import Motion
+from harness.cases.contact_base.motion import Array, Motion
 from harness.cases.contact_base.parameters import ContactSystem
 from harness.cases.contact_base.resting import half_period, rest_overlap, resting
 from harness.cases.contact_base.submodels import TWISTING, TWISTING_BESIDE
@@ -70,6 +70,14 @@ class TwistCase(ContactCase[Twist]):
             "spin_ratio": float(spin[-1]) / parameters.spin,
             "deceleration_ratio": lost / self._slipping(parameters),
         }
+
+    def axes(self, parameters: Twist) -> tuple[str, str]:  # noqa: ARG002
+        """Return what is drawn: the spin over the time."""
+        return "time (ms)", "spin (rad/s)"
+
+    def curves(self, parameters: Twist, motion: Motion) -> Mapping[str, tuple[Array, Array]]:  # noqa: ARG002
+        """Return the spin about the vertical."""
+        return {"": (1e3 * motion.time, motion.omega[:, 0, 2])}
 
     def closed_forms(self, parameters: Twist) -> Mapping[str, float]:
         """Return the deceleration where the spin lasts beyond the run by what is lost in it."""

@@ -4,11 +4,13 @@ import math
 import subprocess
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import harness
 from harness.cases.contract import Study
 from harness.cases.registry import get_case
+from harness.comparison.findings import Findings
 from harness.comparison.known_defects import told_apart
 from harness.comparison.verdicts import Verdict
 from harness.engines.lammps.engine import Lammps
@@ -62,6 +64,18 @@ def test_the_limit_of_a_small_step_is_the_law(lammps, name, submodels):
         assert check.tolerance <= max(1e-4, 1e-6 * abs(check.expected))
         assert check.cell.order_low <= check.cell.order <= check.cell.order_high
     assert len(found.records) == len(submodels)
+    (section,) = case.sections(found, Findings(name), {})
+    assert [cell.submodel for cell in section.cells] == list(submodels)
+    for cell in section.cells:
+        assert "lmp -in contacts-plane.in -var" in cell.commands[1][1]
+        plot, errors = cell.plots()
+        law, engine = plot.lines[0], plot.lines[-1]
+        assert engine.marked
+        # the engine's points lie on the curve of the law, where it has one value
+        if len({*law.x}) == len(law.x) and np.all(np.diff(law.x) > 0.0):
+            on_curve = np.interp(engine.x, law.x, law.y)
+            assert np.abs(on_curve - engine.y).max() < 0.05 * np.ptp(law.y)
+        assert all(np.isfinite(line.y).all() for line in errors.lines)
 
 
 def test_defects_are_found_by_name_in_the_release_that_has_them(lammps):

@@ -1,0 +1,66 @@
+"""The formulas of a contact law in a line each, as a page of the matrix states them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from harness.parameters.contact_law import ContactLaw
+
+NORMAL = {
+    "hooke": "F = k_n delta, delta the overlap",
+    "hertz": "F = 4/3 E* a delta, a = sqrt(R* delta), E* = E / (2 (1 - nu^2))",
+    "dmt": "F = 4/3 E* a delta - 4 pi gamma R*, a = sqrt(R* delta), E* = E / (2 (1 - nu^2))",
+    "jkr": "F = 4 E* a^3 / (3 R*) - 4 sqrt(pi gamma E* a^3), with "
+    "delta = a^2 / R* - 2 sqrt(pi gamma a / E*), E* = E / (2 (1 - nu^2))",
+}
+_SECANT = "sqrt(m* F / delta), zeta = -ln e / sqrt(pi^2 + ln^2 e)"
+DAMPING = {
+    "none": "none: the normal force is the elastic one",
+    "velocity": "eta_n = eta_0",
+    "mass_velocity": "eta_n = eta_0 m*",
+    "viscoelastic": "eta_n = eta_0 m* a, a the contact radius",
+    "tsuji": "eta_n = alpha(e) sqrt(2 m* F / delta), alpha the polynomial that is fitted to Tsuji "
+    "et al. (1992)",
+    "coeff_restitution": f"eta_n = c zeta {_SECANT}, c = 2 for hooke, sqrt(5) for hertz",
+}
+_MINDLIN = "8 G* a, G* = E / (4 (2 - nu) (1 + nu))"
+_ADDED = f"the spring force grows by k_t times each displacement, k_t = {_MINDLIN}"
+_TOTAL = f"spring k_t xi of the whole displacement xi, k_t = {_MINDLIN}"
+_SHRINKS = "; it shrinks with a while the contact opens (Thornton et al. 2013)"
+TANGENTIAL = {
+    "linear_nohistory": "eta_t v_t alone, without a spring",
+    "linear_history": "spring k_t xi, xi the displacement along the surface",
+    "linear_history_classic": "spring k_t xi, xi the displacement along the surface, as in the "
+    "earlier styles",
+    "mindlin": _TOTAL,
+    "mindlin_classic": f"{_TOTAL}, as in the earlier styles",
+    "mindlin_rescale": _TOTAL + _SHRINKS,
+    "mindlin/force": _ADDED,
+    "mindlin_rescale/force": _ADDED + _SHRINKS,
+}
+ROLLING = {
+    "sds": "spring and dashpot on the rolling displacement, whose velocity is R* (w_i - w_j) x n; "
+    "the torque is at most mu_r R* |F_n|"
+}
+TWISTING = {
+    "sds": "spring and dashpot on the angle about the normal; the torque is at most mu_w |F_n|",
+    "marshall": "stiffness k_t a^2 / 2, dashpot eta_t a^2 / 2; the torque is at most "
+    "2/3 a mu |F_n| (Marshall 2009)",
+}
+
+
+def formulas(law: ContactLaw) -> Iterator[tuple[str, str]]:
+    """Yield each part of a law that is there, and its formula."""
+    yield "normal force", NORMAL[law.normal]
+    dashpot = DAMPING[law.damping]
+    if law.damping != "none":
+        ends = ", and no attraction" if law.clipped else ""
+        dashpot = f"F_n = F + eta_n d(delta)/dt{ends}; {dashpot}"
+    yield "normal damping", dashpot
+    if law.tangential != "none":
+        limit = "F_t is at most mu |F_n|"
+        yield "tangential force", f"{TANGENTIAL[law.tangential]}; eta_t = x_t eta_n; {limit}"
+    if law.rolling != "none":
+        yield "rolling resistance", ROLLING[law.rolling]
+    if law.twisting != "none":
+        yield "twisting resistance", TWISTING[law.twisting]

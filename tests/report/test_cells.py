@@ -1,0 +1,117 @@
+"""Pages of the matrix's cells: every mark leads to one, and each leads back to its rows."""
+
+import html
+import re
+from dataclasses import replace
+
+import pytest
+
+from harness.comparison.tolerances import Tolerance
+from harness.comparison.verdicts import Cell, Kind, judge, not_tested
+from harness.report.cells import addresses, cell_pages
+from harness.report.folder import write
+from harness.report.gallery import draw_sections
+from harness.report.sections import CellText, Line, Plot, Section, Table
+
+WIDTH = Tolerance("N", 1e-6, 0.0, "a millionth, for a test")
+LAW = Table("The law", "As it is.", ("part", "formula"), (("normal", "F = k x"),))
+
+
+def row(case, submodel, system, quantity="largest_force_N"):
+    check = judge(f"{case}, {system}: {quantity}", Kind.ANALYTIC, 0.5 + 1e-9, 0.5, WIDTH)
+    return replace(check, cell=Cell(case, submodel, system, "toy", 1.01, 0.99, 1.03))
+
+
+def text(case, submodel, plots=None):
+    line = Line("the law", (0.0, 1.0), (0.0, 2.0))
+    plot = Plot("Force over overlap", "A line.", "overlap (m)", "force (N)", (line,))
+    runs = (("by hand", "toy -in slope.in -var k 1"),)
+    told = ("A sentence.",)
+    return CellText(case, submodel, "toy", "TOY", told, (LAW,), runs, plots or (lambda: (plot,)))
+
+
+def broken():
+    raise ArithmeticError("no step")
+
+
+CELLS = (
+    text("slide", "spring/force"),
+    text("slide", "spring-force"),
+    text("roll", "<old>"),
+    text("roll", "spring", broken),
+)
+ROWS = (
+    row("slide", "spring/force", "wall"),
+    row("slide", "spring/force", "two spheres"),
+    row("slide", "spring-force", "wall"),
+    row("roll", "<old>", "wall"),
+    row("roll", "spring", "wall"),
+)
+
+
+@pytest.fixture(scope="module")
+def found(verification):
+    missing = not_tested("roll, wall: spring, toy", Kind.ANALYTIC, "no <floor> there")
+    missing = replace(missing, cell=Cell("roll", "spring", "slope", "toy"))
+    return replace(verification, checks=(*verification.checks, *ROWS, missing))
+
+
+@pytest.fixture(scope="module")
+def folder(found, tmp_path_factory):
+    target = tmp_path_factory.mktemp("cells") / "run"
+    write(found, target, [Section("Slides", cells=CELLS[:2]), Section("Rolls", cells=CELLS[2:])])
+    return target
+
+
+def test_every_mark_leads_to_a_page_and_each_page_back_to_its_rows(folder):
+    report = (folder / "report.html").read_text()
+    marks = re.findall(r'<a class="badge [^"]*" href="(cells/[^"]+)"', report)
+    assert len(marks) == len(ROWS) + 1
+    assert {*marks} == {f"cells/{path.name}" for path in (folder / "cells").glob("*.html")}
+    assert len({*marks}) == len(CELLS)
+    for name in {*marks}:
+        page = (folder / name).read_text()
+        for link in re.findall(r'href="(?!data:)([^"]+)"', page):
+            file, _, place = link.partition("#")
+            assert (folder / "cells" / file).resolve().is_file()
+            assert not place or f'id="{place}"' in report
+
+
+def test_a_page_has_rows_with_order_law_figure_commands_and_script(folder):
+    (path,) = (folder / "cells").glob("*slide-spring-force.html")
+    page = html.unescape(path.read_text())
+    assert "<h1>slide: spring/force</h1>" in page
+    assert page.count("largest force<") == 2
+    assert "0.99 to 1.03" in page
+    for told in ("F = k x", "toy -in slope.in -var k 1", "a millionth", "<polyline", "A sentence."):
+        assert told in page
+    assert 'href="../scripts/slope.in"' in page
+    assert "TOY 1 Jan 2030" in page
+
+
+def test_a_plot_that_cannot_be_made_is_named_and_the_page_stands(folder):
+    (path,) = (folder / "cells").glob("*roll-spring.html")
+    page = path.read_text()
+    assert "could not be drawn: ArithmeticError: no step" in page
+    assert "no &lt;floor&gt; there" in page
+    assert "<polyline" not in page
+
+
+def test_names_are_escaped_and_the_engine_goes_by_its_title(folder):
+    report = (folder / "report.html").read_text()
+    assert "Cases and submodels, TOY" in report
+    assert "## Cases and submodels, TOY" in (folder / "report.md").read_text()
+    assert not any("<old>" in path.read_text() for path in folder.rglob("*.html"))
+
+
+def test_without_cells_there_is_no_folder_and_marks_lead_to_rows(found, tmp_path):
+    write(found, tmp_path / "run", [])
+    assert not (tmp_path / "run" / "cells").exists()
+    report = (tmp_path / "run" / "report.html").read_text()
+    assert re.search(r'<a class="badge [^"]*" href="#check-\d+"', report)
+
+
+def test_addresses_differ_where_names_of_files_would_be_alike(found):
+    drawn = draw_sections([Section("All", cells=CELLS)])
+    assert len({*addresses(drawn).values()}) == len(CELLS)
+    assert len([*cell_pages(found, drawn)]) == len(CELLS)
