@@ -17,6 +17,7 @@ from harness.engines.process import first_words
 from harness.engines.script import Task
 from harness.engines.scripted import ScriptedEngine
 from harness.engines.traits import Traits
+from harness.engines.yade.contacts import CONTACTS
 from harness.errors import EngineMissingError, EngineNaNError
 from harness.observables.provenance import Provenance
 
@@ -36,7 +37,10 @@ class Yade(ScriptedEngine):
         microseconds_per_step=5.0,
         tails=("clipped",),
         title="Yade",
+        contact_models=CONTACTS,
         caveats=(
+            "Against a wall its MindlinPhys takes half the sphere's radius for R*, unless "
+            "Ig2_Wall_Sphere_ScGeom is told hertzian=True: forces are then too small by sqrt(1/2).",
             "Its own formulas for tc and en, and for young and en, take m/2 for the effective "
             "mass against a fixed sphere.",
             "With young and en near 0 its search for the dashpot fails: it warns and leaves "
@@ -46,6 +50,18 @@ class Yade(ScriptedEngine):
         ),
     )
     programs = ("yade",)
+    unused_values = frozenset(
+        (
+            "interface",
+            "room",
+            "rolling_damping",
+            "twisting",
+            "twisting_stiffness",
+            "twisting_damping",
+            "twisting_friction",
+        )
+    )
+    """Of contacts with friction: refused unless they say nothing."""
     jinja: ClassVar[Mapping[str, bool]] = {"trim_blocks": False, "keep_trailing_newline": False}
 
     def ask_version(self) -> Provenance:

@@ -18,6 +18,12 @@ STATED = {
         "twist": {"twisting sds, linear_history, tied"},
         "prescribed-motion": {"linear_nohistory", "mindlin"},
     },
+    "yade": {
+        "head-on": {"hooke, velocity, clipped", "dmt"},
+        "oblique": {"linear_history, clipped", "mindlin/force, coeff_restitution, clipped"},
+        "rolling-resistance": {"rolling sds, mindlin/force, elastic"},
+        "prescribed-motion": {"linear_history, elastic", "rolling sds, mindlin/force, elastic"},
+    },
 }
 
 

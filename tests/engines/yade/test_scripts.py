@@ -4,6 +4,7 @@ import re
 
 import pytest
 
+from harness.cases.contact_base import template as contacts
 from harness.cases.drop import template as drops
 from harness.cases.incline import template as inclines
 from harness.cases.incline.parameters import Incline
@@ -13,7 +14,7 @@ from harness.engines.yade.engine import Yade
 from harness.parameters.contact import CLIPPED, PLASTIC
 
 TEMPLATES = [inclines.TEMPLATE, drops.TEMPLATE, towers.TEMPLATE]
-INPUTS = Yade.inputs(TEMPLATES)
+INPUTS = Yade.inputs([*TEMPLATES, contacts.TEMPLATE])
 SCRIPTS = pytest.mark.parametrize("script", [Yade.script(template) for template in TEMPLATES])
 
 
