@@ -151,6 +151,19 @@ def hertz(p, m, speed):
     return 1.25 * k / math.sqrt(overlap), 1.6 * damping_ratio(p) * math.sqrt(m_eff / k)
 
 
+def refuse_unsound(p, softest=0.0):
+    """End for a stiffness below one [N/m], or a step that is unstable in a well.
+
+    There the motion normal to the row feels 3/2 of the spring and of the dashpot, and the spring
+    at its stiffest is 15/8 of the linear one.
+    """
+    zeta = damping_ratio(p) * (math.sqrt(0.5) if p["effective_mass"] == "half" else 1.0)
+    fewest = 15 * math.pi / 16 / (math.sqrt(zeta * zeta + 5 / 4) - zeta)
+    for name, least in (("steps_per_contact", fewest), ("stiffness", softest)):
+        if p[name] < least * (1 - 1e-12):
+            sys.exit(f"ERROR: {name} = {p[name]}: must be greater than {least:.6g} at these values")
+
+
 def hertz_group(K, A, d):
     """Return ESyS's contact, 2 E sqrt(R) / 3 / (1 - nu^2) for K, with R = d/4 and nu = 0."""
     return HertzianViscoElasticPrms(name="contact", A=A, E=3.0 * K / math.sqrt(d), nu=0.0)
@@ -202,6 +215,8 @@ def main(p):
     """Run the drop."""
     d, g = p["diameter"], p["gravity"]
     m = p["density"] * math.pi / 6.0 * d**3
+    if p["mode"] == "hertz":
+        refuse_unsound(p)
     step = math.pi * math.sqrt(m / p["stiffness"]) / p["steps_per_contact"]
     time = p["steps"] * step
     reach = (math.hypot(p["speed"], p["sideways"]) + g * time) * time + abs(p["gap"]) + 4.0 * d

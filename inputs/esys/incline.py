@@ -111,8 +111,8 @@ ALLOWED = {
         ": must be one of passage, steady",
     ),
     "speed": (
-        lambda value: not (value <= 0 or value != value),
-        ": must be greater than 0",
+        lambda value: not (value <= 0 or value > 10 or value != value),
+        " sqrt(g d): must be greater than 0 and less than or equal to 10",
     ),
     "start": (
         lambda value: not (value <= 0 or value > 30 or value != value),
@@ -174,6 +174,19 @@ def hertz(p, m, speed):
     return 1.25 * k / math.sqrt(overlap), 1.6 * damping_ratio(p) * math.sqrt(m_eff / k)
 
 
+def refuse_unsound(p, softest=0.0):
+    """End for a stiffness below one [N/m], or a step that is unstable in a well.
+
+    There the motion normal to the row feels 3/2 of the spring and of the dashpot, and the spring
+    at its stiffest is 15/8 of the linear one.
+    """
+    zeta = damping_ratio(p) * (math.sqrt(0.5) if p["effective_mass"] == "half" else 1.0)
+    fewest = 15 * math.pi / 16 / (math.sqrt(zeta * zeta + 5 / 4) - zeta)
+    for name, least in (("steps_per_contact", fewest), ("stiffness", softest)):
+        if p[name] < least * (1 - 1e-12):
+            sys.exit(f"ERROR: {name} = {p[name]}: must be greater than {least:.6g} at these values")
+
+
 def hertz_group(K, A, d):
     """Return ESyS's contact, 2 E sqrt(R) / 3 / (1 - nu^2) for K, with R = d/4 and nu = 0."""
     return HertzianViscoElasticPrms(name="contact", A=A, E=3.0 * K / math.sqrt(d), nu=0.0)
@@ -211,6 +224,7 @@ class Row:
         self.d, self.g, self.tilt = p["diameter"], p["gravity"], math.radians(p["angle"])
         self.m = p["density"] * math.pi / 6.0 * self.d**3
         self.step = math.pi * math.sqrt(self.m / p["stiffness"]) / p["steps_per_contact"]
+        refuse_unsound(p, 100 * self.m * self.g / self.d)
         self.K, self.A = hertz(p, self.m, math.sqrt(self.g * self.d))
         damping = self.A / math.sqrt(self.m / p["stiffness"])
         # the dashpot alone stops the grain, which leaves where the force vanishes: a bound

@@ -478,8 +478,8 @@ ALLOWED = {
         ": must be one of passage, steady",
     ),
     "speed": (
-        lambda value: not (value <= 0 or value != value),
-        ": must be greater than 0",
+        lambda value: not (value <= 0 or value > 10 or value != value),
+        " sqrt(g d): must be greater than 0 and less than or equal to 10",
     ),
     "start": (
         lambda value: not (value <= 0 or value > 30 or value != value),

@@ -1,6 +1,7 @@
 """Scripts run by hand refuse what the harness refuses, in a line that names variable and range."""
 
 import ast
+import math
 import os
 import re
 import shutil
@@ -19,7 +20,8 @@ from harness.engines.liggghts.engine import ALONE
 from harness.engines.registry import engine_class
 from harness.engines.tables import read_dump
 from harness.errors import RequestError
-from harness.parameters.contact import Contact
+from harness.parameters.contact import PLASTIC, Contact, contact_values
+from harness.parameters.hertz import fewest_steps_per_contact
 from harness.parameters.tower import Tower
 
 TEMPLATES = (INCLINE, TOWER, DROP)
@@ -125,15 +127,16 @@ def test_one_variable_writes_a_dump_for_ovito_and_thermo_shows_the_motion(lmp, t
     assert with_dump == without
 
 
-def _reader(script):
+def _reader(script, *more):
     """Return the part of a Python script that reads its parameters, as it stands in it."""
-    found = {"sys": sys}
+    found = {"sys": sys, "math": math}
     for node in ast.parse(script.text).body:
         target = node.targets[0] if isinstance(node, ast.Assign) else node
         if getattr(target, "id", getattr(target, "name", "")) in (
             "PARAMETERS",
             "ALLOWED",
             "value_of",
+            *more,
         ):
             exec(ast.unparse(node), found)
     return found
@@ -155,6 +158,32 @@ def test_scripts_in_python_say_the_same(engine, template, name, value):
     assert found["value_of"](name, str(default)) == default
     with pytest.raises(SystemExit, match=r"^ERROR: angel: no such parameter; there are "):
         found["value_of"]("angel", "1")
+
+
+@pytest.mark.parametrize("template", [INCLINE, DROP], ids=lambda template: template.name)
+@pytest.mark.parametrize("mass", ["full", "half"])
+@pytest.mark.parametrize("zeta", [0.0, 1.0, 5.0])
+def test_scripts_of_esys_draw_the_line_of_the_step_where_the_engine_does(template, zeta, mass):
+    script = _script("esys", template)
+    found = _reader(script, "damping_ratio", "refuse_unsound")
+    contact = Contact(damping_ratio=zeta, effective_mass=mass, tail="clipped")
+    given = {**found["PARAMETERS"], **contact_values(contact)}
+    fewest = fewest_steps_per_contact(contact)
+    found["refuse_unsound"]({**given, "steps_per_contact": fewest * (1.0 + 1e-6)})
+    with pytest.raises(SystemExit, match=r"^ERROR: steps_per_contact = .* must be greater than"):
+        found["refuse_unsound"]({**given, "steps_per_contact": fewest * (1.0 - 1e-6)})
+    # it is called before there is a model, whose workers would wait for ever
+    assert script.text.index("    refuse_unsound(p") < script.text.index("= simulation(")
+
+
+def test_no_speed_of_an_incline_presses_a_contact_in_by_more_than_a_diameter():
+    case = Incline(contact=PLASTIC, steps_per_contact=1000.0)
+    softest = 100.0 * case.mass * case.gravity / case.diameter
+    with pytest.raises(RequestError, match=r"^stiffness = .* too soft"):
+        case.replace(stiffness=softest * (1.0 - 1e-6))
+    case = case.replace(stiffness=softest)
+    speed = INCLINE.allowed["speed"].bounds["maximum"] * math.sqrt(case.gravity * case.diameter)
+    assert speed * math.sqrt(case.mass / case.stiffness) == pytest.approx(case.diameter)
 
 
 @pytest.mark.live

@@ -99,7 +99,8 @@ TEMPLATE = Template(
         **_RANGES,
         **contact_allowed(),
         "route": Allowed(words=get_args(Route)),
-        "speed": Allowed(bounds={"exclusiveMinimum": 0}),
+        # at 10 sqrt(g d) the softest contact is pressed in by a diameter, v sqrt(m / k)
+        "speed": Allowed(bounds={"exclusiveMinimum": 0, "maximum": 10}, unit="sqrt(g d)"),
         "start": Allowed(bounds={"exclusiveMinimum": 0, "maximum": 30}, unit="deg"),
         "series_every": COUNT,
     },
