@@ -6,6 +6,11 @@ one or two lines that name the option or file, the value, and what is allowed.
 
 from __future__ import annotations
 
+import errno
+
+FULL = (errno.ENOSPC, errno.EDQUOT)
+"""Numbers of the system's errors that speak of a full disk."""
+
 
 class HarnessError(Exception):
     """Base of all errors that the harness raises on purpose."""
@@ -17,6 +22,18 @@ class RequestError(HarnessError, ValueError):
     """A request that cannot be met as it was put: bad option, value or file."""
 
     exit_status = 2
+
+
+class FullDiskError(HarnessError):
+    """What was asked for cannot be written: there is no space left."""
+
+    exit_status = 4
+
+
+def cannot_write(what: str, error: OSError) -> HarnessError:
+    """Return the error of an option or file that cannot be written, and what the system says."""
+    kind = FullDiskError if error.errno in FULL else RequestError
+    return kind(f"{what}: {error.strerror or error}")
 
 
 class EngineError(HarnessError, RuntimeError):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import errno
 import itertools
 import os
 import signal
@@ -31,6 +30,7 @@ _stopped_by: list[int] = []
 def main() -> None:
     """Run ``dem-harness``; end with the exit status of the design (0 to 4, 130 or 143)."""
     signal.signal(signal.SIGTERM, _stop)
+    _open_streams()
     for stream in (sys.stdout, sys.stderr):
         # a terminal or a pipe that is not UTF-8, or an argument that was not
         with contextlib.suppress(AttributeError, ValueError):
@@ -46,6 +46,13 @@ def main() -> None:
         # would keep the process until they are done
         os._exit(status)
     sys.exit(status)
+
+
+def _open_streams() -> None:
+    """Open what the caller closed of stdin, stdout and stderr: no file may get their numbers."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open(mode, encoding="utf-8"))  # noqa: SIM115
 
 
 def interrupted_status() -> int:
@@ -118,7 +125,9 @@ def _given(option: str) -> str:
 
 def _internal(error: Exception) -> str:
     """Return an error that nobody foresaw, or a machine's, in words."""
-    if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
+    from harness.errors import FULL
+
+    if isinstance(error, OSError) and error.errno in FULL:
         where = f": {error.filename}" if error.filename else ""
         return f"no space is left on the disk{where}"
     if isinstance(error, MemoryError):

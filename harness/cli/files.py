@@ -102,10 +102,11 @@ def _new_folder(parent: Path, name: str) -> tuple[Path, list[Path]]:
 def write_all(files: Mapping[tuple[str, Path], Writer]) -> None:
     """Write each (option, path) aside, then rename them all: none is half-written.
 
-    What was written is named on stderr. Raise RequestError naming the one that fails.
+    What was written is named on stderr. Raise RequestError naming the one that fails,
+    FullDiskError where there is no space.
     """
     from harness.atomic_write import held_folder
-    from harness.errors import RequestError
+    from harness.errors import cannot_write
 
     target = ("", Path())
     with contextlib.ExitStack() as stack:
@@ -121,7 +122,7 @@ def write_all(files: Mapping[tuple[str, Path], Writer]) -> None:
                 aside.replace(target[1])
                 print(f"{target[0]}: {target[1]} is written", file=sys.stderr)
         except OSError as error:
-            raise RequestError(f"{target[0]} {target[1]}: {error.strerror or error}") from None
+            raise cannot_write(f"{target[0]} {target[1]}", error) from None
 
 
 def save_figure(draw: Callable[[], Figure], suffix: str) -> Writer:

@@ -165,7 +165,8 @@ def death(who: str, code: int, said: str) -> EngineError:
     """Return the error of a program that ended with a bad exit status, after these words."""
     way = way_of_death(code)
     if way == "signal SIGXFSZ" or os.strerror(errno.EFBIG) in said:
-        return EngineOutputError(f"{who} wrote a file of more than {LARGEST_FILE} bytes")
+        most = _allowed(resource.RLIMIT_FSIZE, LARGEST_FILE)
+        return EngineOutputError(f"{who} wrote a file of more than {most} bytes")
     if way == "signal SIGBUS":
         return EngineMemoryError(f"{who} died: {way}: {advice()}")
     if refused := re.search(REFUSAL, said, re.MULTILINE):

@@ -8,7 +8,7 @@ from pathlib import Path
 from harness.atomic_write import held_folder
 from harness.cases.registry import built_in, get_case
 from harness.engines.registry import input_files
-from harness.errors import RequestError
+from harness.errors import RequestError, cannot_write
 
 
 def generated_inputs() -> dict[str, str]:
@@ -20,7 +20,7 @@ def inputs(folder: Path) -> list[Path]:
     """Write every input into a folder, made if need be; return the files.
 
     Each is written aside and renamed. Raise RequestError when the folder
-    cannot be written.
+    cannot be written, FullDiskError where there is no space.
     """
     written = []
     try:
@@ -31,7 +31,7 @@ def inputs(folder: Path) -> list[Path]:
                 (folder / name).parent.mkdir(parents=True, exist_ok=True)
                 written.append((aside / "input").replace(folder / name))
     except OSError as error:
-        raise RequestError(f"folder {folder} cannot be written: {error.strerror}") from None
+        raise cannot_write(f"folder {folder} cannot be written", error) from None
     return written
 
 

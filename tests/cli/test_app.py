@@ -111,6 +111,20 @@ def test_an_error_that_nobody_foresaw_is_status_4_in_two_lines(monkeypatch, caps
     assert said.count("\n") == 2
 
 
+@pytest.mark.parametrize("closed", [">&-", "2>&-", "<&- >&- 2>&-"])
+def test_a_stream_that_the_caller_closed_is_no_error(closed, tmp_path):
+    words = ["tower", "--height", "2", "--duration", "0.1", "--series", "mine.csv"]
+    done = subprocess.run(
+        ["sh", "-c", f'"$@" {closed}', "sh", *PROGRAM, *words], capture_output=True, cwd=tmp_path,
+        check=False,
+    )  # fmt: skip
+    said = b"" if "2>" in closed else b"--series: mine.csv is written\n"
+    assert (done.returncode, done.stderr) == (0, said)
+    # what it prints did not go into a file that got the number of a closed stream
+    rows = (tmp_path / "mine.csv").read_text().splitlines()
+    assert {row.count(",") for row in rows} == {rows[0].count(",")}
+
+
 def test_a_full_disk_is_status_4_in_a_line():
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(

@@ -205,14 +205,14 @@ def test_bad_requests_end_with_status_2(impulse, words, said):
     assert "Traceback" not in err
 
 
-def test_a_file_that_cannot_be_written_leaves_none(impulse, tmp_path, monkeypatch):
+def test_a_full_disk_is_status_4_and_leaves_no_file(impulse, tmp_path, monkeypatch):
     def fail(*_, **__):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", fail)
     words = ("--figure", tmp_path / "f.svg", "--csv", tmp_path / "t.csv")
     status, out, err = impulse(*FAST, *words)
-    assert (status, out) == (2, "")
+    assert (status, out) == (4, "")
     assert "f.svg: No space left on device" in err
     assert list(tmp_path.iterdir()) == []
 

@@ -21,7 +21,7 @@ from harness.engines.lammps.releases import executable_of, in_use, is_release
 from harness.engines.lammps.submodels import lacking
 from harness.engines.lammps.worker_process import Order
 from harness.engines.output import Output
-from harness.engines.process import Limits, first_words
+from harness.engines.process import Limits, first_words, way_of_death
 from harness.engines.programs import find_program
 from harness.engines.script import Task
 from harness.engines.traits import Traits
@@ -141,12 +141,13 @@ class Lammps(LammpsLanguage):
         """
         if self._inprocess is not None:
             return self._inprocess.identify()
-        said, _ = self.ask([self.program, "-h"])
+        said, ended = self.ask([self.program, "-h"])
         try:
             version = version_in(said)
         except EngineMissingError:
             raise EngineMissingError(
-                f"--lmp {self.program} is not LAMMPS: its -h names no release{first_words(said)}"
+                f"--lmp {self.program} is not LAMMPS: its -h names no release"
+                f"{first_words(said) or f' ({way_of_death(ended.code)})'}"
             ) from None
         packages = _packages(said)
         if "GRANULAR" not in packages:
