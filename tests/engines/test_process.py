@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from harness.engines.process import Processes, text_of
+from harness.engines.process import Processes, death, first_words, last_words, text_of
 from harness.errors import (
     EngineCrashError,
     EngineMemoryError,
@@ -31,6 +31,19 @@ def python(tmp_path):
 
     yield run
     processes.close()
+
+
+def test_the_frame_of_a_launcher_says_nothing():
+    said = "-----\nmpirun has detected an attempt to run as root.\n\nDo not.\n=====\n"
+    assert first_words(said) == " (it says: mpirun has detected an attempt to run as root.)"
+    assert last_words(said) == " (its last line: Do not.)"
+    assert first_words("-----\n") == ""
+
+
+def test_a_limit_on_files_is_the_one_in_force(monkeypatch):
+    monkeypatch.setattr("resource.getrlimit", lambda _: (4096, 8192))
+    error = death("it", -signal.SIGXFSZ, "")
+    assert str(error) == "it wrote a file of more than 4096 bytes"
 
 
 def test_what_it_says_is_kept_and_a_good_end_is_no_error(python):
