@@ -176,19 +176,14 @@ def death(who: str, code: int, said: str) -> EngineError:
 
 def last_words(text: str) -> str:
     """Return the last line of what a program said, in brackets; nothing where it said nothing."""
-    lines = _lines(text)
-    return f" (its last line: {lines[-1][:160]})" if lines else ""
+    lines = re.findall(r".*\w.*", text)  # not the dashes in which launchers frame an error
+    return f" (its last line: {lines[-1].strip()[:160]})" if lines else ""
 
 
 def first_words(text: str) -> str:
     """Return the first line of what a program said, in brackets; nothing where it said nothing."""
-    lines = _lines(text)
-    return f" (it says: {lines[0][:120]})" if lines else ""
-
-
-def _lines(text: str) -> list[str]:
-    """Return the lines that say something: launchers frame errors in lines of dashes."""
-    return [line.strip() for line in text.splitlines() if line.strip(" \t-=*")]
+    lines = re.findall(r".*\w.*", text)
+    return f" (it says: {lines[0].strip()[:120]})" if lines else ""
 
 
 def text_of(path: Path) -> str:
