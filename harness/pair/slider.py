@@ -12,8 +12,8 @@ f = cap e, T = cap e + eta u, and the direction turns as
 T' the rate of the spring if it stuck. Sliding ends when that rate no longer reaches the limit,
 e . (T' - (eta u)') < cap'. While a slider slides, its state holds e instead of q.
 
-Where the dashpot is limited until it slides only, T = cap e from then on: the spring jumps. What
-the limit applies to before is beyond it as long as eta u is against e.
+Where the dashpot is limited until it slides only, T = cap e from then on: the spring jumps. It
+slides as long as |cap e - eta u| > cap, whatever way it moves.
 """
 
 from __future__ import annotations
@@ -43,6 +43,9 @@ IN_CAP = {
 
 ALIGNED = 1e-13
 """[rad] between a sliding force and what drives it that is round-off."""
+
+FELT = 1e-8
+"""[limit] least jump of the force as a slider sticks whose dashpot was off: else it chatters."""
 
 
 class Slider(NamedTuple):
@@ -88,11 +91,13 @@ def limited(slider: Slider, q: Vector, damping: int) -> Vector:
 
 @compiled
 def sliding_direction(slider: Slider, q: Vector, damping: int) -> Vector:
-    """Return the direction of the force that begins to slide, from a state that holds q."""
-    pull = scaled(-slider.stiffness, q)
-    if damping == UNTIL_SLIDING and length(pull) > 0.0:
-        return direction(pull)
-    return direction(limited(slider, q, damping))
+    """Return the direction of the force that begins to slide, from a state that holds q.
+
+    A spring that is slack takes that of the slip, as its next stretch does.
+    """
+    pull, both = scaled(-slider.stiffness, q), limited(slider, q, damping)
+    slack = length(pull) <= FELT * length(both)
+    return direction(pull if damping == UNTIL_SLIDING and not slack else both)
 
 
 @compiled
@@ -168,7 +173,8 @@ def beyond(
     if mode == STICK:
         return length(limited(slider, q, damping)) - cap[0]
     if mode == SLIDE and cut_back and damping == UNTIL_SLIDING and slider.dashpot > 0.0:
-        return slider.dashpot * dot(direction(q), slider.velocity)
+        stuck = plus(scaled(cap[0], direction(q)), -slider.dashpot, slider.velocity)
+        return (1.0 - FELT) * cap[0] - length(stuck)
     if mode == SLIDE and cut_back:
         held = displacement(slider, q, mode, cap[0], damping)
         return cap[1] - dot(direction(q), drive(slider, held, change, damping))

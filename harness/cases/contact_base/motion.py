@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.engines.output import Output
+from harness.engines.output import SERIES, Output
 from harness.errors import EngineOutputError
 from harness.parameters.contact_scene import ContactScene
 
@@ -27,6 +27,10 @@ COLUMNS = {
 """Columns of an engine's samples, each (M, N)."""
 
 
+FORCES = ("force", "torque")
+"""Which a code may not tell: NaN."""
+
+
 @dataclass(frozen=True)
 class Motion:
     """Samples: ``time`` [s] (M,), the rest (M, N, 3) in SI units, N bodies in order."""
@@ -41,11 +45,15 @@ class Motion:
 
 def motion_of(output: Output, scene: ContactScene) -> Motion:
     """Return the samples of a run; raise EngineOutputError where some are missing or not finite."""
-    table = output.table(["step", *(n for names in COLUMNS.values() for n in names)])
+    left = output.tables.get(SERIES, {})
+    told = {p: n for p, n in COLUMNS.items() if p not in FORCES or any(c in left for c in n)}
+    table = output.table(["step", *(n for names in told.values() for n in names)])
     bodies = table["x_m"].shape[1]
     if bodies != len(scene.bodies) or table["step"][-1] != scene.steps // scene.every * scene.every:
         raise EngineOutputError(f"{output.who} left samples of {bodies} bodies, or too few")
-    parts = {part: np.stack([table[n] for n in names], axis=2) for part, names in COLUMNS.items()}
+    parts = {part: np.stack([table[n] for n in names], axis=2) for part, names in told.items()}
+    for part in set(FORCES) - set(told):
+        parts[part] = np.full_like(parts["position"], np.nan)
     return Motion(time=table["step"] * scene.step, **parts)
 
 

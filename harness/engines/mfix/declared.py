@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from harness.engines.mfix.contacts import CONTACTS
 from harness.engines.traits import Traits
 from harness.parameters.contact import Contact
 
@@ -25,6 +26,7 @@ TRAITS = Traits(
     restitution_floor=1e-20,
     most_damping=CONTACT.zeta,
     digits=7,
+    contact_models=CONTACTS,
     title="MFiX",
     caveats=(
         "The effective mass against a fixed sphere is m/2: a nominal restitution of 1e-20 "

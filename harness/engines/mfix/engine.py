@@ -10,9 +10,10 @@ import math
 from collections.abc import Iterable, Sequence
 
 from harness.engines.contract import Engine, Job, Template
+from harness.engines.mfix.contact_input import ContactInput
 from harness.engines.mfix.declared import OBTAIN, TRAITS
 from harness.engines.mfix.read import check_end, forced_table, path_table
-from harness.engines.mfix.scripts import input_files
+from harness.engines.mfix.scripts import contact_files, input_files, states_contact, system_files
 from harness.engines.mfix.solver import Run, Solver, version_of
 from harness.engines.mfix.step import steps_per_contact
 from harness.engines.mfix.system import System, contact_in, system_of
@@ -68,6 +69,11 @@ class Mfix(Engine):
         )
 
     @classmethod
+    def states(cls, template: Template) -> bool:
+        """Return whether it can be told of a template: by a scene, or by an input of its own."""
+        return super().states(template) or states_contact(template)
+
+    @classmethod
     def steps_of(cls, own: float, contact: Contact) -> float:
         """Return the steps per contact of a ``DTSOLID_FACTOR``."""
         return steps_per_contact(own, contact)
@@ -100,14 +106,15 @@ class Mfix(Engine):
 
     def _one(self, job: Job) -> Output | EngineError:
         """Run one job until it is decided, or all its steps."""
-        assert job.template.scene is not None
+        if job.template.scene is None:
+            return self._contact(ContactInput(job.values))
         scene, seconds = job.template.scene(job.values, self.traits.spring), 0.0
         for steps in _stretches(scene):
             try:
                 system = _stated(job.template.name, scene, steps)
             except RequestError as error:
                 return EngineOutputError(f"MFiX: undecided after {seconds:.3g} s; {error}")
-            found = self._solver.run(system)
+            found = self._solver.run(system_files(system))
             if isinstance(found, EngineError):
                 return found
             seconds += found.seconds
@@ -119,6 +126,18 @@ class Mfix(Engine):
             if scene.decided is None or scene.decided(table):
                 break
         return Output((), self.identify(), {SERIES: table}, found.log, seconds, self.title)
+
+    def _contact(self, contact: ContactInput) -> Output | EngineError:
+        """Run a contact with friction."""
+        found = self._solver.run(contact_files(contact))
+        if isinstance(found, EngineError):
+            return found
+        try:
+            table = contact.table(found.frames)
+        except EngineError as error:
+            error.log = found.log
+            return error
+        return Output((), self.identify(), {SERIES: table}, found.log, found.seconds, self.title)
 
 
 def _read(system: System, scene: Scene, found: Run) -> Table:

@@ -14,6 +14,7 @@ import numpy as np
 
 from harness import __version__
 from harness.engines.contract import Template
+from harness.engines.mfix.contact_input import ContactInput
 from harness.engines.mfix.declared import CONTACT
 from harness.engines.mfix.layout import Sphere
 from harness.engines.mfix.system import System, system_of
@@ -31,6 +32,28 @@ SEARCH_CELL = 2.4
 neighbours are lost where half a cell is less than a diameter."""
 
 
+def states_contact(template: Template) -> bool:
+    """Return whether there is an input for contacts by the name of a template."""
+    return _templates().joinpath(f"{template.name}.dat.j2").is_file()
+
+
+def contact_files(contact: ContactInput, title: str = "") -> dict[str, str]:
+    """Return the inputs of a contact with friction, by their names."""
+    told = {"title": title or "A contact with friction.", **contact.context()}
+    lines = (" ".join(map(_number, one)) + "\n" for one in contact.particles())
+    return {
+        KEYWORDS: _render(
+            "contacts.dat.j2", version=__version__, particles=len(contact.balls), **_written(told)
+        ),
+        PARTICLES: "".join(lines),
+    }
+
+
+def system_files(system: System, title: str = "") -> dict[str, str]:
+    """Return the inputs of a system, by their names."""
+    return {KEYWORDS: keyword_file(system, title), PARTICLES: particle_file(system)}
+
+
 def keyword_file(system: System, title: str = "") -> str:
     """Return the text of ``mfix.dat``; its title is the system's name unless given."""
     width, height = system.box
@@ -40,6 +63,7 @@ def keyword_file(system: System, title: str = "") -> str:
         regions.append({"name": FORCE, "data": "F"})
         story = "\n# FORCE_0000.vtp ...: the contact forces of the step before."
     return _render(
+        "mfix.dat.j2",
         version=__version__,
         title=title or system.name,
         name=system.name,
@@ -129,10 +153,19 @@ def _number(value: float) -> str:
     return f"{point}d{int(exponent)}" if exponent else point
 
 
-def _render(**values: object) -> str:
+def _written(told: Any) -> Any:
+    """Return numbers of a template's values, at any depth, as Fortran reads them."""
+    if isinstance(told, float):
+        return _number(told)
+    if isinstance(told, dict):
+        return {name: _written(value) for name, value in told.items()}
+    return [_written(one) for one in told] if isinstance(told, list) else told
+
+
+def _render(template: str, **values: object) -> str:
     from jinja2 import Environment, StrictUndefined
 
-    source = _templates().joinpath("mfix.dat.j2")
+    source = _templates().joinpath(template)
     environment = Environment(
         undefined=StrictUndefined, trim_blocks=True, keep_trailing_newline=True, autoescape=False
     )

@@ -4,19 +4,12 @@ from __future__ import annotations
 
 import re
 import tempfile
+from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
-from harness.engines.mfix.scripts import (
-    FORCE,
-    GRAIN,
-    KEYWORDS,
-    PARTICLES,
-    keyword_file,
-    particle_file,
-)
-from harness.engines.mfix.system import System
+from harness.engines.mfix.scripts import FORCE, GRAIN, KEYWORDS
 from harness.engines.mfix.vtp import Frame, read_frames
 from harness.engines.process import Ended, Limits, Processes, first_text, first_words
 from harness.engines.programs import fresh_folder
@@ -94,9 +87,8 @@ class Solver:
         self._folder = self._files.enter_context(fresh_folder())
         self._processes = Processes()
 
-    def run(self, system: System) -> Run | EngineError:
-        """Run a system; return what it left, or the error with input and last words as its log."""
-        texts = {KEYWORDS: keyword_file(system), PARTICLES: particle_file(system)}
+    def run(self, texts: Mapping[str, str]) -> Run | EngineError:
+        """Run files; return what they left, or the error with them and last words as its log."""
         if self._processes.closed:
             return EngineCrashError(f"MFiX ({self._program}) was closed")
         with tempfile.TemporaryDirectory(dir=self._folder) as name:
