@@ -18,7 +18,7 @@ To let an engine take part in the cases of such contacts:
 A job that no model states is not tested there, with the reason; the others are held against the
 integration of the law under the model's rules, on a ladder of steps. Where these rules move a
 quantity against the integration under the default rules, that is a finding. The powers of the step
-in the errors are those of velocity Verlet: ``Traits.contact_powers`` says otherwise.
+in the errors are those of velocity Verlet, and what ``Traits.contact_powers`` names beside them.
 """
 
 from __future__ import annotations

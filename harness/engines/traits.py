@@ -47,7 +47,7 @@ class Traits:
     """Of contacts with friction: what scripts are told of, and by which rules (see
     :mod:`harness.engines.contact_model`); without any, all that the scripts declare."""
     contact_powers: tuple[float, ...] = ()
-    """Of the step in the errors of such contacts, where they are not those of velocity Verlet."""
+    """Of the step in the errors of such contacts, beside those of velocity Verlet."""
     caveats: tuple[str, ...] = field(default=())
     """Traps that users fall into, a sentence each; the report shows them."""
 

@@ -77,7 +77,11 @@ class ContactCase(Case[P]):
 
     def read(self, parameters: P, output: Output, traits: Traits) -> Mapping[str, float]:  # noqa: ARG002
         """Return the quantities of a run; raise EngineOutputError for one that is cut."""
-        return self.observed(parameters, motion_of(output, self.scene(parameters)))
+        motion = motion_of(output, self.scene(parameters))
+        found = self.observed(parameters, motion)
+        if motion.tells_forces:
+            return found
+        return {name: value for name, value in found.items() if not math.isnan(value)}
 
     def references(self, parameters: P, traits: Traits) -> Mapping[str, Reference]:
         """Return closed forms, and what the integration of the law gives for the rest."""

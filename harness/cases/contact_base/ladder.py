@@ -30,8 +30,19 @@ RECORDED = 400
 
 ROUND_OFF = 1e-13
 
+MOST_POWERS = 3
+"""That the five rungs of a ladder tell apart."""
 
-def powers(law: ContactLaw) -> tuple[float, ...]:
+
+def powers(law: ContactLaw, further: Sequence[float] = ()) -> tuple[float, ...]:
+    """Return the lowest powers of the step h in the error of a law in a scheme.
+
+    Those of velocity Verlet, and what ``further`` ones the scheme has.
+    """
+    return tuple(sorted({*further, *_powers(law)}))[:MOST_POWERS]
+
+
+def _powers(law: ContactLaw) -> tuple[float, ...]:
     """Return the powers of the step h in the error of a law, integrated by velocity Verlet.
 
     The scheme is of second order, but a dashpot is given the velocity of half a step before: first

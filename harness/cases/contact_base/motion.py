@@ -42,6 +42,11 @@ class Motion:
     force: Array
     torque: Array
 
+    @property
+    def tells_forces(self) -> bool:
+        """Return whether the code left forces."""
+        return not bool(np.isnan(self.force).all())
+
 
 def motion_of(output: Output, scene: ContactScene) -> Motion:
     """Return the samples of a run; raise EngineOutputError where some are missing or not finite."""
@@ -81,7 +86,12 @@ def value_at(moment: float, time: Array, value: Array, rate: Array) -> float:
 
 
 def peak(value: Array) -> float:
-    """Return the largest of sampled values (M,), by the quartic through the five about it."""
+    """Return the largest of sampled values (M,), by the quartic through the five about it.
+
+    NaN where a value is.
+    """
+    if np.isnan(value).any():
+        return float("nan")
     i = int(np.clip(np.argmax(value), 2, max(2, len(value) - 3)))
     near = value[i - 2 : i + 3]
     if len(near) < 5:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -13,6 +14,9 @@ from harness.errors import RequestError
 from harness.parameters.contact_rules import Rules
 from harness.parameters.contact_scene import ContactScene
 
+SAME = 1e-6
+"""Relative difference of durations that makes none for the phase of a step."""
+
 LONGEST = 64
 """Guesses of a contact's duration that are tried: a strong dashpot draws it out."""
 
@@ -21,12 +25,14 @@ LONGEST = 64
 class Followed:
     """The motion of a scene, and whether friction began or ceased to slide in it.
 
-    ``jumps``: with a jump of the force, as the dashpot is off while it slides.
+    ``jumps``: with a jump of the force, as the dashpot is off while it slides. ``ended``: when the
+    contact last ended [s], NaN if it did not.
     """
 
     motion: Motion
     kinked: bool
     jumps: bool
+    ended: float
 
 
 def rules_of(job: Job, traits: Traits) -> Rules:
@@ -48,7 +54,19 @@ def followed(scene: ContactScene, rules: Rules, tolerance: float | None = None) 
     off = rules.damping_in_cap in ("sticking_only", "until_sliding")
     jumps = off and dashpot and path.of_kind("slides", "sticks")
     kinked = path.of_kind("slides", "sticks", "clips", "repels")
-    return Followed(motion, bool(kinked), bool(jumps))
+    ends = [event.time for event in path.of_kind("ends")]
+    return Followed(motion, bool(kinked), bool(jumps), ends[-1] if ends else math.nan)
+
+
+def jumps_at_the_end(scene: ContactScene, rules: Rules) -> bool:
+    """Return whether a dashpot is cut off at another phase of a step on every rung.
+
+    The steps are parts of the contact's duration under the default rules: where others change
+    it, the contact no longer ends at the same phase.
+    """
+    ended, plain = followed(scene, rules).ended, followed(scene, Rules()).ended
+    dashpot = scene.law.damping != "none" and not scene.law.clipped
+    return dashpot and math.isfinite(ended) and not math.isclose(ended, plain, rel_tol=SAME)
 
 
 @lru_cache(maxsize=2048)

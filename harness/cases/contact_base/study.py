@@ -11,7 +11,7 @@ import numpy as np
 
 from harness.cases.contact_base.ladder import RECORDED, STEPS, climb, powers
 from harness.cases.contact_base.motion import Motion, motion_of
-from harness.cases.contact_base.reference import followed, rules_of
+from harness.cases.contact_base.reference import followed, jumps_at_the_end, rules_of
 from harness.cases.contact_base.submodels import Trial
 from harness.cases.contact_base.tolerances import width_of
 from harness.cases.contract import Reference, Study
@@ -34,6 +34,8 @@ from harness.parameters.contact_rules import Rules
 if TYPE_CHECKING:
     from harness.cases.contact_base.contact_case import ContactCase
 
+
+NO_FORCE = "its output tells no forces"
 
 MOVED = 10.0
 """Errors of a rung by which the rungs must differ for their order to be told."""
@@ -121,15 +123,15 @@ def _climbed(
     steps = [parameters.steps_per_contact for parameters, _ in runs]
     rules = rules_of(case.job(finest), engine.traits)
     told = followed(case.scene(finest), rules)
-    terms = case.powers or engine.traits.contact_powers or powers(trial.parameters)
-    limits = climb(terms, steps, rungs, kinked=told.kinked, jumps=told.jumps)
+    terms = case.powers or powers(trial.parameters, engine.traits.contact_powers)
+    jumps = told.jumps or jumps_at_the_end(case.scene(finest), rules)
+    kinked = told.kinked or jumps
+    limits = climb(terms, steps, rungs, kinked=kinked, jumps=jumps)
     references, plain = case.expected(finest, rules), case.expected(finest, Rules())
-    jump = 1.0 / steps[-1] if told.jumps else 0.0
+    jump = 1.0 / steps[-1] if jumps else 0.0
     # an output's log begins with the command that runs the same again
     command = output.log.partition("\n")[0].removeprefix("# ")
-    return Climbed(
-        trial, limits, references, plain, rules, motion, told.kinked, jump, finest, command
-    )
+    return Climbed(trial, limits, references, plain, rules, motion, kinked, jump, finest, command)
 
 
 def _judged(case: ContactCase[Any], found: Climbed, engine: Engine) -> list[Check]:
@@ -141,7 +143,12 @@ def _judged(case: ContactCase[Any], found: Climbed, engine: Engine) -> list[Chec
         reached = found.limits.get(name)
         if not math.isfinite(expected.value):
             continue
-        tolerance = width_of(units[name], kinked=found.kinked, jump=found.jump)
+        if reached is None and not found.motion.tells_forces:
+            told = not_tested(_name(case, trial, engine), Kind.CROSS_CODE, NO_FORCE)
+            rows.append(replace(told, cell=_cell(case, trial, engine)))
+            continue
+        digits = engine.traits.digits
+        tolerance = width_of(units[name], kinked=found.kinked, jump=found.jump, digits=digits)
         row = judge(
             f"{_name(case, trial, engine)}: {name}",
             Kind.ANALYTIC if expected.kind == "closed form" else Kind.CROSS_CODE,

@@ -167,6 +167,7 @@ _ALIKE = (2.0 * (1.0 - 0.3) / (2.0 - 0.3)) ** 0.5
 """x_t of the same share of critical damping along and across, 2 sqrt(m* k): sqrt(4 G*/E*)."""
 
 _RETURNED = {**HERTZ, **CONSTANT, "clipped": True}
+_SOFT = {"tangential": "linear_history", "tangential_stiffness": 2e5 / 7.0}
 
 NORMAL_BESIDE = named({"hertz, coeff_restitution, clipped": {**HERTZ, **CONSTANT, "clipped": True}})
 """Normal forces that codes state which have no force of a contact that attracts."""
@@ -174,9 +175,18 @@ NORMAL_BESIDE = named({"hertz, coeff_restitution, clipped": {**HERTZ, **CONSTANT
 TANGENTIAL_BESIDE = named(
     {
         "linear_history, elastic": {**HOOKE, "tangential": "linear_history"},
+        "linear_history, 2/7, elastic": {**HOOKE, **_SOFT},
+        "linear_history, 2/7": {**SPRING, **_SOFT},
         "linear_history, clipped": {**SPRING, "tangential": "linear_history", "clipped": True},
         "mindlin, elastic": {**HERTZ, "tangential": "mindlin"},
         "mindlin/force, elastic": {**HERTZ, "tangential": "mindlin/force"},
+        "mindlin_rescale/force, elastic": {**HERTZ, "tangential": "mindlin_rescale/force"},
+        "mindlin, coeff_restitution": {
+            **HERTZ,
+            **CONSTANT,
+            "tangential": "mindlin",
+            "tangential_damping": 0.5,
+        },
         "mindlin, coeff_restitution, clipped": {**_RETURNED, "tangential": "mindlin"},
         "mindlin/force, coeff_restitution, clipped": {
             **_RETURNED,

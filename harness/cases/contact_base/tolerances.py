@@ -19,8 +19,16 @@ WHY_KINKED = (
 )
 
 WHY_JUMPS = (
-    "sliding takes the dashpot off within a step, at another phase on every rung: what the contact "
-    f"passes on in the finest step at most; {_UPSTREAM}"
+    "sliding, or the end of the contact, takes a dashpot off within a step, at another phase on "
+    f"every rung: what the contact passes on in the finest step at most; {_UPSTREAM}"
+)
+
+SINGLE = 7
+"""Digits of single precision."""
+
+WHY_SINGLE = (
+    "written in single precision: a position to 6e-8 of the box, which is a hundred to a thousand "
+    f"overlaps, and the series in the step multiplies it by a few; {_UPSTREAM}"
 )
 
 AGAIN = Tolerance(
@@ -29,12 +37,15 @@ AGAIN = Tolerance(
 """Of the baseline's records."""
 
 
-def width_of(unit: str, *, kinked: bool, jump: float = 0.0) -> Tolerance:
+def width_of(unit: str, *, kinked: bool, jump: float = 0.0, digits: int = 15) -> Tolerance:
     """Return the tolerance about an expected limit; ratios are of the size of 1.
 
-    ``jump`` is the finest step over the contact time where the force jumps, else 0.
+    ``jump`` is the finest step over the contact time where the force jumps, else 0. ``digits``
+    are those of the code's output.
     """
     part, why = (KINKED, WHY_KINKED) if kinked else (SMOOTH, WHY_SMOOTH)
+    if digits <= SINGLE:
+        part, why = KINKED, WHY_SINGLE
     if jump:
         part, why = jump, WHY_JUMPS
     return Tolerance("", part, 0.0, why) if unit == "1" else Tolerance(unit, 0.0, part, why)

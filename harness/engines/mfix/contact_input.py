@@ -1,4 +1,4 @@
-"""A contact with friction as MFiX is told of it: the numbers of its input, and what a run leaves.
+"""A contact with friction as MFiX is told of it: the numbers of its input.
 
 As ``check_solids_dem.f`` of 21.3.2 takes them. The plane of a scene, x and z, is that of MFiX, x
 and y.
@@ -7,18 +7,15 @@ and y.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations_with_replacement
 from typing import Any
 
-import numpy as np
-
 from harness.engines.contact_model import Values
-from harness.engines.mfix.vtp import Frame
-from harness.engines.output import Table
-from harness.errors import EngineNaNError, EngineOutputError, RequestError
+from harness.engines.mfix.contact_balls import SPHERE, Ball, Couple
+from harness.errors import RequestError
 
 UNUSED = 1e-20
 """Restitution of pairs that never meet: it keeps them from setting the step."""
@@ -27,36 +24,6 @@ LEAST_FACTOR = 10.0
 """What MFiX takes at least for ``DTSOLID_FACTOR``."""
 
 MOST_FRAMES = 20_000
-
-
-SPHERE = ("radius", "mass", "x", "z", "vx", "vz")
-
-
-@dataclass(frozen=True)
-class Ball:
-    """A sphere in the plane of a scene; SI."""
-
-    radius: float
-    mass: float
-    x: float
-    z: float
-    vx: float
-    vz: float
-    held: bool
-
-    @property
-    def kind(self) -> tuple[float, float]:
-        """Return diameter and density, which make a phase."""
-        return 2.0 * self.radius, self.mass * 0.75 / math.pi / self.radius**3
-
-
-@dataclass(frozen=True)
-class Couple:
-    """What two phases, or a phase and a wall, have as they meet: m* [kg] and R* [m]."""
-
-    mass: float
-    radius: float
-    meets: bool
 
 
 @dataclass(frozen=True)
@@ -74,6 +41,8 @@ class ContactInput:
         for name, value in wanted.items():
             if value > 1.0:
                 raise RequestError(f"takes {name} up to 1, not {value:g}")
+        for couple in (*self.pairs, *self.walls):
+            self.restitutions(couple)
         if self.factor < LEAST_FACTOR:
             raise RequestError(
                 f"takes DTSOLID_FACTOR from {LEAST_FACTOR:g} on: this step is {self.factor:.3g}"
@@ -146,7 +115,8 @@ class ContactInput:
     @cached_property
     def walls(self) -> tuple[Couple, ...]:
         """Return each phase with a wall."""
-        return tuple(Couple(*self._mass_radius(m), True) for m in range(len(self.phases)))
+        there = bool(self.values["planes"])
+        return tuple(Couple(*self._mass_radius(m), there) for m in range(len(self.phases)))
 
     def _mass_radius(self, phase: int) -> tuple[float, float]:
         diameter, density = self.phases[phase]
@@ -261,47 +231,6 @@ class ContactInput:
             "stop": (self.steps - 0.5) * self.step,
             "interval": self.every * self.step,
         }
-
-    def table(self, frames: Sequence[Frame]) -> Table:
-        """Return the samples; raise EngineOutputError where some are missing.
-
-        MFiX writes no forces. A held sphere is not written: it rests.
-        """
-        numbers = range(0, self.steps + 1, self.every)
-        clock = {round(frame.time / self.step): frame.arrays for frame in frames}
-        if missing := [number for number in numbers if number not in clock]:
-            raise EngineOutputError(f"MFiX wrote no particles at step {missing[0]}")
-        table = {"step": np.array(numbers, dtype=np.float64)}
-        states = np.array([self._state(clock[number]) for number in numbers])
-        if not np.isfinite(states).all():
-            raise EngineNaNError("MFiX wrote values that are not numbers")
-        for column, name in enumerate(COLUMNS):
-            table[name] = states[:, :, column]
-        return table
-
-    def _state(self, arrays: Mapping[str, Any]) -> list[list[float]]:
-        ids = [int(number) for number in arrays["Particle_ID"][:, 0]]
-        x0, y0 = self.origin
-        rows = []
-        for number, ball in enumerate(self.balls, 1):
-            if ball.held:
-                rows.append([ball.x, 0.0, ball.z, *[0.0] * 6])
-                continue
-            if number not in ids:
-                raise EngineOutputError(f"MFiX lost particle {number}")
-            at = ids.index(number)
-            x, y, _ = arrays["coordinates"][at]
-            vx, vy, _ = arrays["Velocity"][at]
-            # x, y, z of MFiX are x, z, -y of the scene
-            spin = -arrays["Angular_velocity"][at][2]
-            rows.append([x - x0, 0.0, y - y0, vx, 0.0, vy, 0.0, spin, 0.0])
-        return rows
-
-
-COLUMNS = (
-    *("x_m", "y_m", "z_m", "vx_m_per_s", "vy_m_per_s", "vz_m_per_s"),
-    *("wx_rad_per_s", "wy_rad_per_s", "wz_rad_per_s"),
-)
 
 
 def _ratio(restitution: float) -> float:

@@ -27,6 +27,8 @@ TRAITS = Traits(
     most_damping=CONTACT.zeta,
     digits=7,
     contact_models=CONTACTS,
+    # velocities first, by the forces at the start of a step
+    contact_powers=(1.0,),
     title="MFiX",
     caveats=(
         "The effective mass against a fixed sphere is m/2: a nominal restitution of 1e-20 "

@@ -10,6 +10,7 @@ import math
 from collections.abc import Iterable, Sequence
 
 from harness.engines.contract import Engine, Job, Template
+from harness.engines.mfix.contact_balls import contact_table
 from harness.engines.mfix.contact_input import ContactInput
 from harness.engines.mfix.declared import OBTAIN, TRAITS
 from harness.engines.mfix.read import check_end, forced_table, path_table
@@ -133,7 +134,7 @@ class Mfix(Engine):
         if isinstance(found, EngineError):
             return found
         try:
-            table = contact.table(found.frames)
+            table = contact_table(contact, found.frames)
         except EngineError as error:
             error.log = found.log
             return error

@@ -13,8 +13,10 @@ from typing import Any
 import numpy as np
 
 from harness import __version__
+from harness.engines.contact_model import stating
 from harness.engines.contract import Template
 from harness.engines.mfix.contact_input import ContactInput
+from harness.engines.mfix.contacts import CONTACTS
 from harness.engines.mfix.declared import CONTACT
 from harness.engines.mfix.layout import Sphere
 from harness.engines.mfix.system import System, system_of
@@ -113,13 +115,26 @@ def input_files(templates: Iterable[Template]) -> dict[str, str]:
     """
     files: dict[str, str] = {}
     for template in templates:
+        if states_contact(template):
+            files |= _contact_examples(template)
         example = _templates().joinpath(f"{template.name}.toml")
         if template.scene is not None and example.is_file():
             known = tomllib.loads(example.read_text(encoding="utf-8"))
             system = _example(template, known)
-            folder = f"mfix/{template.name}"
-            files[f"{folder}/{KEYWORDS}"] = keyword_file(system, known["title"])
-            files[f"{folder}/{PARTICLES}"] = particle_file(system)
+            written = system_files(system, known["title"])
+            files |= {f"mfix/{template.name}/{name}": text for name, text in written.items()}
+    return files
+
+
+def _contact_examples(template: Template) -> dict[str, str]:
+    """Return the inputs of the variants of a contact that MFiX states as they stand."""
+    files: dict[str, str] = {}
+    for variant, values in template.variants.items():
+        if stating(CONTACTS, values)[1]:
+            continue
+        title = f"A contact with friction: {template.notes[variant]}"
+        written = contact_files(ContactInput(values), title)
+        files |= {f"mfix/{template.name}-{variant}/{name}": t for name, t in written.items()}
     return files
 
 

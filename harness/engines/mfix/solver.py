@@ -101,7 +101,10 @@ class Solver:
                 seconds=self._limits.seconds,
                 memory=self._limits.memory,
             )
-            log = "\n".join([*(f"# {file}\n{text}" for file, text in texts.items()), ended.said])
+            again = f"# {Path(self._program).name} -f {KEYWORDS}"
+            log = "\n".join(
+                [again, *(f"# {file}\n{text}" for file, text in texts.items()), ended.said]
+            )
             try:
                 return self._output(folder, ended, log)
             except EngineError as error:
