@@ -93,7 +93,11 @@ class ScriptSource(Engine):
 
     @classmethod
     def states(cls, template: Template) -> bool:
-        """Return whether there is a script template of this name."""
+        """Return whether there is a script template of this name, or one was rendered."""
+        key = (cls, template.package, template.name)
+        with _LOCK:
+            if any(known[:3] == key for known in _RENDERED):
+                return True
         return cls._source(template) is not None
 
     @classmethod

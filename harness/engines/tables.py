@@ -91,7 +91,6 @@ def read_dump(text: str, who: str) -> Table:
     dump that is cut, or whose frames hold different particles.
     """
     import numpy as np
-    import pandas as pd
 
     lines = text.splitlines()
     try:
@@ -107,8 +106,7 @@ def read_dump(text: str, who: str) -> Table:
             raise ValueError("the number of particles changes")
         steps = np.array([float(line) for line in lines[1::block]])
         rows = "\n".join(line for i in starts for line in lines[i : i + count])
-        columns = pd.read_csv(io.StringIO(rows), sep=r"\s+", header=None, dtype=np.float64)
-        frames = columns.to_numpy().reshape(len(steps), count, len(names))
+        frames = np.loadtxt(io.StringIO(rows), ndmin=2).reshape(len(steps), count, len(names))
         ids = frames[:, :, names.index("id")]
         order = np.argsort(ids, axis=1)
         if np.any(np.sort(ids, axis=1) != np.sort(ids[0])):

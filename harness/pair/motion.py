@@ -62,12 +62,12 @@ class Motion:
 
     def closed(self) -> list[int]:
         """Return the contacts that are closed."""
-        return [int(c) for c in np.flatnonzero(self.modes[:, STATE] != OPEN)]
+        return [c for c, state in enumerate(self.modes[:, STATE].tolist()) if state != OPEN]
 
     def unit(self) -> float:
         """Return the shortest of the contacts' times overlap / speed [s]."""
-        overlaps, speeds = self.system.sizes[self.closed()].T
-        return float((overlaps / speeds).min())
+        sizes: list[list[float]] = self.system.sizes.tolist()
+        return min(sizes[c][0] / sizes[c][1] for c in self.closed())
 
     def prescribe(self, segment: Segment) -> None:
         """Give every body the velocities of a segment; springs stay as they are."""
@@ -140,17 +140,16 @@ class Motion:
             if not h > 1e-17 * self.unit():
                 raise ArithmeticError(f"contact integration: no step at t = {self.time!r} s")
         self.steps += 1
-        fired = np.argwhere(endings(y, self.system, self.modes) > 0.0)
-        if not len(fired):
+        passed = endings(y, self.system, self.modes) > 0.0
+        if not passed.any():
             self.y, self.at_once = y, 0
             self.time = end if h == end - self.time else self.time + h
             # an error of round-off does not fall with the step and must not hold it
             change = max(change, 1.5) if error < 0.3 * self.tolerance else change
             self.h = self.h if truncated else h * min(4.0, change)
             return
-        shortest, where = min(
-            (self._locate((int(c), int(kind)), h), (int(c), int(kind))) for c, kind in fired
-        )
+        fired = [(int(c), int(kind)) for c, kind in np.argwhere(passed)]
+        shortest, where = min((self._locate(one, h), one) for one in fired)
         self._switch(shortest, where)
 
     def _locate(self, where: tuple[int, int], h: float) -> float:

@@ -6,7 +6,7 @@ import io
 import json
 import zipfile
 import zlib
-from dataclasses import asdict
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -31,7 +31,7 @@ def pack(output: Output, template: str = "") -> bytes:
             arrays[tables[table][column]] = values
     facts = {
         "results": output.results,
-        "provenance": asdict(output.provenance),
+        "provenance": {f.name: getattr(output.provenance, f.name) for f in fields(Provenance)},
         "tables": tables,
         "log": output.log,
         "seconds": output.seconds,
