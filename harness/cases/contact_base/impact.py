@@ -23,18 +23,21 @@ def impact(
     parameters: ContactSystem,
     velocity: Vector,
     omega: Vector = ZERO,
+    other_omega: Vector = ZERO,
     *,
     finely: bool,
     gravity: Vector = ZERO,
 ) -> ContactScene:
     """Return the impact of the first sphere, which touches half a step after the start.
 
-    The second is at rest. ``finely``: sampled over the contact, else at its ends.
+    The second is at rest, but that it may spin. ``finely``: sampled over the contact, else at its
+    ends.
     """
     n = parameters.steps_per_contact
     guess = _guess(parameters, velocity)
+    first, *others = parameters.bodies(0.0, velocity, omega)
     touching = ContactScene(
-        tuple(parameters.bodies(0.0, velocity, omega)),
+        (first, *(replace(other, omega=other_omega) for other in others)),
         parameters.planes,
         parameters.law,
         step=guess,

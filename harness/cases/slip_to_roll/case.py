@@ -10,6 +10,7 @@ from pydantic import Field
 from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.motion import Array, Motion
 from harness.cases.contact_base.parameters import ContactSystem
+from harness.cases.contact_base.presets import SLIP_TO_ROLL as MFIX
 from harness.cases.contact_base.resting import resting
 from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL, TANGENTIAL_BESIDE
 from harness.errors import RequestError
@@ -47,9 +48,9 @@ class SlipToRollCase(ContactCase[SlipToRoll]):
 
     @property
     def presets(self) -> Mapping[str, SlipToRoll]:
-        """Return a sphere of glass's density, and MFiX's DEM05."""
+        """Return a sphere of glass's density, and MFiX's DEM04."""
         usual = SlipToRoll(tangential="linear_history", friction=0.3)
-        return {"usual": usual, "mfix-dem05": usual.replace(speed=1.0, friction=0.2)}
+        return {"usual": usual, **{name: SlipToRoll(**told) for name, told in MFIX.items()}}
 
     def scene(self, parameters: SlipToRoll) -> ContactScene:
         """Return the sphere at rest along the vertical; raise RequestError without friction."""

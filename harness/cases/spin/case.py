@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.impact import impact, relative_velocity
@@ -29,6 +29,16 @@ class Spin(ContactSystem):
 
     speed: float = Field(1.0, gt=0.0, description="[m/s] of the approach")
     spin: float = Field(100.0, gt=0.0, description="[rad/s] of the sphere, about y")
+    partner_spin: float = Field(0.0, description="[rad/s] of the sphere that it meets, about y")
+
+    @model_validator(mode="after")
+    def _spins(self) -> Self:
+        if self.partner_spin and self.partner != "sphere":
+            raise ValueError(
+                f"partner_spin = {self.partner_spin!r}: partner = {self.partner!r} has none "
+                "(partner = sphere does)"
+            )
+        return self
 
 
 class SpinCase(ContactCase[Spin]):
@@ -82,8 +92,8 @@ class SpinCase(ContactCase[Spin]):
 
     def scene(self, parameters: Spin) -> ContactScene:
         """Return the impact; samples before and after it."""
-        spin = (0.0, parameters.spin, 0.0)
-        return impact(parameters, (0.0, 0.0, -parameters.speed), spin, finely=False)
+        spins = (0.0, parameters.spin, 0.0), (0.0, parameters.partner_spin, 0.0)
+        return impact(parameters, (0.0, 0.0, -parameters.speed), *spins, finely=False)
 
     def observed(self, parameters: Spin, motion: Motion) -> Mapping[str, float]:
         """Return ratios of what is left and gained to what was there before."""

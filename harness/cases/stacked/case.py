@@ -11,6 +11,7 @@ from pydantic import Field
 from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.motion import Array, Motion
 from harness.cases.contact_base.parameters import FLOOR, ContactSystem
+from harness.cases.contact_base.presets import STACKED as MFIX
 from harness.cases.contact_base.submodels import NORMAL, NORMAL_BESIDE
 from harness.observables.declared import Observable
 from harness.parameters.contact_scene import Body, ContactScene, Plane, sphere_mass
@@ -19,8 +20,12 @@ from harness.parameters.contact_scene import Body, ContactScene, Plane, sphere_m
 class Stacked(ContactSystem):
     """Two spheres that fill the room between two plates and more; in SI units."""
 
-    squeeze: float = Field(0.005, gt=0.0, lt=0.1, description="[-] of the height of both spheres")
+    squeeze: float = Field(0.005, gt=0.0, le=0.1, description="[-] of the height of both spheres")
     offset: float = Field(0.002, description="[-] of the lower sphere's radius, up, at the start")
+    upper_offset: float = Field(0.0, description="[-] likewise, of the upper sphere")
+    upper_density: float | None = Field(
+        None, gt=0.0, description="[kg/m3] of the upper sphere; that of the lower unless given"
+    )
     gravity: float = Field(9.81, ge=0.0, description="[m/s2] downward")
     duration: float = Field(6.0, gt=0.0, description="[-] in half periods pi sqrt(m / k)")
 
@@ -50,9 +55,9 @@ class StackedCase(ContactCase[Stacked]):
 
     @property
     def presets(self) -> Mapping[str, Stacked]:
-        """Return equal spheres with a linear contact, as in MFiX's DEM03."""
+        """Return equal spheres with a linear contact, and MFiX's DEM03."""
         usual = Stacked(partner="sphere", **NORMAL[1].law)
-        return {"usual": usual, "mfix-dem03": usual.replace(partner_radius=0.012)}
+        return {"usual": usual, **{name: Stacked(**told) for name, told in MFIX.items()}}
 
     def scene(self, parameters: Stacked) -> ContactScene:
         """Return the spheres with the room's squeeze shared by the contacts, the lower one off."""
@@ -60,8 +65,8 @@ class StackedCase(ContactCase[Stacked]):
         squeeze = self._squeeze(parameters)
         top = 2.0 * (r + upper) - squeeze
         low = r - squeeze / 3.0 + parameters.offset * r
-        high = top - upper + squeeze / 3.0
-        heavier = sphere_mass(upper, parameters.density)
+        high = top - upper + squeeze / 3.0 + parameters.upper_offset * upper
+        heavier = sphere_mass(upper, parameters.upper_density or parameters.density)
         step = math.pi / self._omega(parameters) / parameters.steps_per_contact
         steps = math.ceil(parameters.duration * parameters.steps_per_contact)
         return ContactScene(
