@@ -29,7 +29,8 @@ class Stage:
 
     At the first look, one each :data:`LOOK` steps, at which x is beyond ``place`` [m], and the
     next stage begins; or at which it moves back along x with less mechanical energy than ``floor``
-    [J], and the run is over. The energy is zero for a particle at rest at (0, 0), free of contact.
+    [J], and the run is over. The energy is zero for a particle at rest at (0, 0), free of contact;
+    over columns it is that of the motion and the height, without springs.
     """
 
     place: float
@@ -41,6 +42,21 @@ STAGES = "stages"
 
 LOOK = 50
 """Steps between two looks at the first particle."""
+
+
+@dataclass(frozen=True)
+class Columns:
+    """The fixed particles are the last ones of columns along y, each of ``height`` particles.
+
+    In the scene they follow the first particle, column after column from the top down. Between
+    them it has contacts within a column and of the first particle with tops. Those of a column
+    move along y alone. ``law`` is ``overlap`` or ``deformable`` (the source's, of each column with
+    the first particle at its end); without ``damped`` contacts within columns have no dashpot.
+    """
+
+    height: int
+    law: str
+    damped: bool
 
 
 @dataclass(frozen=True)
@@ -76,6 +92,7 @@ class Scene:
     hertz_speed: float = 0.0
     stages: tuple[Stage, ...] = ()
     forces: bool = False
+    columns: Columns | None = None
     decided: Callable[[Table], bool] | None = None
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import Crests, Motion
@@ -24,22 +26,53 @@ class Judgement(NamedTuple):
     row: int
 
 
+class Looks(NamedTuple):
+    """How the samples of a path are judged: (rows,) of the margin [J] over the crest after a well.
+
+    ``end`` is the x [m] that ends a well; ``touching`` tells of a row whether the grain touches.
+    """
+
+    margin: Callable[[int], NDArray[np.float64]]
+    end: Callable[[int], float]
+    touching: Callable[[int], bool]
+    allowed: float = 0.0
+    """[J] margin up to which a grain that moves back is trapped."""
+
+
 def judge(case: Incline, route: str, path: Trajectory, spring: Spring = "linear") -> Judgement:
     """Return the outcome of a path, judged at its samples as LAMMPS's script judges.
 
+    ``spring`` is that of the engine.
+    """
+    state = (path.x_m, path.y_m, path.vx_m_per_s, path.vy_m_per_s)
+
+    def touching(row: int) -> bool:
+        return bool(max(overlaps(case, float(path.x_m[row]), float(path.y_m[row]))) > 0.0)
+
+    looks = Looks(
+        lambda well: margin(case, well, *state, spring),
+        lambda well: end_of(case, route, well, spring),
+        touching,
+    )
+    return judge_by(looks, case, route, path)
+
+
+def judge_by(looks: Looks, case: Incline, route: str, path: Trajectory) -> Judgement:
+    """Return the outcome of a path by looks at its samples.
+
     A sample past the end of a well counts as its crest; one that moves back with
     less energy than the crest ahead asks for is trapped for good. The path may end as soon
-    as that is decided. ``spring`` is that of the engine.
+    as that is decided.
     """
-    t, state = path.time_s, (path.x_m, path.y_m, path.vx_m_per_s, path.vy_m_per_s)
+    t = path.time_s
     wells = 1 if route == "passage" else case.wells
     passed: list[tuple[float, float]] = []
     motion, row, well = Motion.MOVES_ON, 0, 0
     while motion is Motion.MOVES_ON and well < wells:
         well += 1
-        margins = margin(case, well, *state, spring)
-        beyond = path.x_m > end_of(case, route, well, spring)
-        back = (path.vx_m_per_s < 0.0) & (margins < 0.0)
+        margins = looks.margin(well)
+        beyond = path.x_m > looks.end(well)
+        back = (path.vx_m_per_s < 0.0) & (margins < looks.allowed)
         decided = np.flatnonzero((beyond | back)[row:])
         if decided.size == 0:
             motion, row = Motion.UNDECIDED, t.size - 1
@@ -53,7 +86,7 @@ def judge(case: Incline, route: str, path: Trajectory, spring: Spring = "linear"
     return Judgement(
         motion,
         float(margins[row]),
-        bool(max(overlaps(case, float(path.x_m[row]), float(path.y_m[row]))) > 0.0),
+        looks.touching(row),
         Crests(time_s=crests[:, 0], margin_J=crests[:, 1]),
         float(t[row]),
         row,

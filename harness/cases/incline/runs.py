@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from harness.cases.grain import COLUMNS, path_in
-from harness.cases.incline.judge import judge
+from harness.cases.incline.judge import Judgement, judge
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import Crests, InclineRun, Motion
 from harness.cases.incline.routes import Start
 from harness.cases.incline.template import Route, job_of, scene_of, values_of
 from harness.cases.runs import complete, run_jobs
 from harness.engines.contract import Engine, Output
-from harness.engines.output import SERIES
+from harness.engines.output import SERIES, Table
 from harness.engines.scene import STAGES, Scene
 from harness.errors import EngineError, EngineOutputError, RequestError
 from harness.observables.trajectory import Trajectory
@@ -56,9 +56,16 @@ def measured(engine: Engine, cases: Sequence[Incline], route: Route) -> list[Inc
 
 
 def read(
-    case: Incline, route: Route, output: Output, spring: Spring, every: int | None = None
+    case: Incline,
+    route: Route,
+    output: Output,
+    spring: Spring,
+    every: int | None = None,
+    judge_looks: Callable[[Table], Judgement] | None = None,
 ) -> InclineRun:
     """Return the run that an output tells of: by its verdict, or judged by its path.
+
+    ``judge_looks`` judges the table of looks of a case that grew out of this one.
 
     Raise EngineOutputError for what is missing, out of order or cut short, EngineNaNError for
     values that are not finite.
@@ -70,7 +77,7 @@ def read(
         return _told(case, route, output, path, every)
     looks = output.table(COLUMNS, name=STAGES if STAGES in output.tables else SERIES)
     looked = path_in(looks)
-    found = judge(case, route, looked, spring)
+    found = judge_looks(looks) if judge_looks else judge(case, route, looked, spring)
     limit = case.time_limit * math.sqrt(case.diameter / case.gravity)
     if found.motion is Motion.UNDECIDED and looked.time_s[-1] < limit * (1.0 - 1e-9) - case.step:
         raise EngineOutputError(

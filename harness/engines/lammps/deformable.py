@@ -41,7 +41,7 @@ class DeformableLaw:
         self.failure = ""
 
     @classmethod
-    def of(cls, values: Mapping[str, str]) -> Self:
+    def of(cls, values: Mapping[str, str], _lammps: object) -> Self:
         """Return the law of a job, from the values of its script."""
         return cls(int(values["height"]), float(values["stiffness"]), float(values["diameter"]))
 
@@ -51,9 +51,12 @@ class DeformableLaw:
         Raise ArithmeticError when the contacts cannot be found.
         """
         displacement = x - self._touching
-        overlap = displacement[:-1] - displacement[1:]
+        return self.forces_at(displacement[:-1] - displacement[1:])
+
+    def forces_at(self, overlap: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the contact forces [N], shape (height,), at overlaps [m]; errors likewise."""
         if not np.isfinite(overlap).all():
-            raise ArithmeticError(f"deformable law: positions are not numbers: {x.tolist()}")
+            raise ArithmeticError(f"deformable law: overlaps are not numbers: {overlap.tolist()}")
         slack = SLACK * float(np.abs(overlap).max())
         for _ in range(MOST_PIVOTS * overlap.size):
             closed = self._closed

@@ -59,8 +59,7 @@ def _execute(lammps: Any, order: dict[str, Any]) -> None:
     for name, value in order["variables"].items():
         lammps.command(f'variable {name} index "{value}"')
     if order["variables"].get("law") in FORCES:
-        script = Path(order["script"]).read_text(encoding="utf-8")
-        run_with_force(lammps, script, order["variables"])
+        run_with_force(lammps, Path(order["script"]), order["variables"])
     else:
         lammps.file(order["script"])
     lammps.command("log none")

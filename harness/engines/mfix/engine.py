@@ -164,6 +164,8 @@ def _stretches(scene: Scene) -> list[int]:
 def _stated(name: str, scene: Scene, steps: int) -> System:
     """Return a system that MFiX can be told; raise RequestError for one that it cannot."""
     refused = TRAITS.refuses_contact(contact_in(scene))
+    if scene.columns is not None:
+        refused = "it holds no particles to the axis of a column"
     if refused:
         raise RequestError(refused)
     every = scene.every or max(LOOK, math.ceil(steps / MOST_FRAMES))

@@ -25,6 +25,7 @@ from harness.engines.reference import (
 )
 from harness.engines.reference.adaptive import Adaptive
 from harness.engines.reference.fixed_step import FixedStep
+from harness.engines.reference.over_columns import OverColumns
 from harness.engines.reference.row import Row, row_of
 from harness.engines.reference.stability import Growth, fewest_steps_per_contact
 from harness.engines.reference.stages import COLUMNS, tables_of
@@ -76,6 +77,7 @@ class Reference(Engine):
         install_hint="comes with the harness",
         versions=(__version__,),
         integrator=DEFAULT_INTEGRATOR,
+        laws=("overlap", "deformable"),
         microseconds_per_step=0.05,
         title="reference DEM",
     )
@@ -120,7 +122,7 @@ class Reference(Engine):
         if reason or job.template.scene is None:
             return reason
         scene = job.template.scene(job.values, self._spring)
-        return unstated(scene) or self._unstable(scene, row_of(scene))
+        return self._unstated(scene) or self._unstable(scene, row_of(scene))
 
     def fingerprint(self) -> Mapping[str, Any]:
         """Return the integrator, the spring and the libraries; its own source is in every key."""
@@ -181,7 +183,7 @@ class Reference(Engine):
 
     def _row(self, scene: Scene, name: str) -> Row:
         """Return the system of a scene; raise RequestError for one that cannot be run."""
-        reason = unstated(scene)
+        reason = self._unstated(scene)
         if scene.spring != self._spring:
             reason = f"its spring is {self._spring}"
         if reason:
@@ -199,9 +201,15 @@ class Reference(Engine):
             raise RequestError(reason)
         return row
 
+    def _unstated(self, scene: Scene) -> str:
+        """Return why a scene cannot be run, or nothing where it can."""
+        if scene.columns is not None and self.integrator != DEFAULT_INTEGRATOR:
+            return f"over columns it has the integrator {DEFAULT_INTEGRATOR} only"
+        return unstated(scene)
+
     def _unstable(self, scene: Scene, row: Row) -> str:
         """Return why the step is one at which the integrator is unstable in a well, or nothing."""
-        if self.integrator == ADAPTIVE or row.single:
+        if self.integrator == ADAPTIVE or row.single or scene.columns is not None:
             return ""
         zeta = scene.damping_ratio * (math.sqrt(0.5) if scene.effective_mass == "half" else 1.0)
         # the spring is stiffest at the largest overlap, where the dashpot is the linear one
@@ -218,6 +226,8 @@ class Reference(Engine):
 
     def _mover(self, scene: Scene, row: Row) -> TrajectoryIntegrator:
         grain, step, every = grain_of(scene), scene.step, scene.every
+        if scene.columns is not None:
+            return OverColumns(grain, row, scene, self._seconds)
         if self.integrator == ADAPTIVE:
             sampling = None if every is None else every * step
             return Adaptive(grain, row, scene.steps * step, sampling, self._seconds)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -10,7 +9,6 @@ from numpy.typing import NDArray
 
 from harness.engines.output import SERIES, Table
 from harness.engines.reference.row import Row
-from harness.engines.reference.smooth_motion import energy
 from harness.engines.reference.trajectory_integrator import TrajectoryIntegrator
 from harness.engines.scene import STAGES, Scene, Stage
 
@@ -27,8 +25,11 @@ def tables_of(
     x0, y0 = origin
     raised = row.mass * (row.along * x0 + row.normal * y0)
     stages = [Stage(stage.place - x0, stage.floor + raised) for stage in scene.stages]
-    ends = _through(stages, mover, row)
-    found = {STAGES: _table(ends, origin)} if scene.stages else {}
+    ends, touches = _through(stages, mover, row)
+    found: dict[str, Table] = {}
+    if scene.stages:
+        touching = {} if mover.touching is None else {"touching": np.array(touches, dtype=float)}
+        found[STAGES] = {**_table(ends, origin), **touching}
     if scene.every is None:
         found[SERIES] = _table(ends, origin)
     else:
@@ -38,18 +39,24 @@ def tables_of(
     return found
 
 
-def _through(stages: Sequence[Stage], mover: TrajectoryIntegrator, row: Row) -> NDArray[np.float64]:
-    """Return the rows of the start and of the end of each stage, or of the run without stages."""
-    rows = [_row(mover)]
+def _through(
+    stages: Sequence[Stage], mover: TrajectoryIntegrator, row: Row
+) -> tuple[NDArray[np.float64], list[bool | None]]:
+    """Return the rows of the start and of the end of each stage, or of the run without stages.
+
+    And whether the grain touches in each.
+    """
+    rows, touches = [_row(mover)], [mover.touching]
     if not stages:
         mover.finish()
         rows.append(_row(mover))
     for stage in stages:
         passed = _passes(stage, mover, row)
         rows.append(_row(mover))
+        touches.append(mover.touching)
         if not passed:
             break
-    return np.array(rows, dtype=np.float64)
+    return np.array(rows, dtype=np.float64), touches
 
 
 def _passes(stage: Stage, mover: TrajectoryIntegrator, row: Row) -> bool:
@@ -62,15 +69,8 @@ def _passes(stage: Stage, mover: TrajectoryIntegrator, row: Row) -> bool:
         mover.watch(stage.place, stage.floor)
         if mover.grain.x > stage.place:
             return True
-        if mover.over or (mover.grain.vx < 0.0 and _energy(mover, row) < stage.floor):
+        if mover.over or (mover.grain.vx < 0.0 and mover.energy(row) < stage.floor):
             return False
-
-
-@np.errstate(over="ignore", invalid="ignore")  # NaN is the mover's to name
-def _energy(mover: TrajectoryIntegrator, row: Row) -> float:
-    x, y, vx, vy = mover.grain[:4]
-    behind = 0 if row.single or not math.isfinite(x) else math.floor(x / row.diameter)
-    return energy(np.array([x - behind * row.diameter, y, vx, vy]), behind, row)
 
 
 def _row(mover: TrajectoryIntegrator) -> tuple[float, ...]:

@@ -17,6 +17,8 @@ def unstated(scene: Scene) -> str:
     The fixed spheres are one, or an endless row along x in which they touch.
     """
     d = scene.diameter[0]
+    if scene.columns is not None:
+        return _columns_unstated(scene, scene.columns.height)
     if scene.fixed[0] or not scene.fixed[1:].all():
         return f"it moves one particle, the first, not {np.count_nonzero(~scene.fixed)}"
     if scene.forces:
@@ -35,8 +37,23 @@ def unstated(scene: Scene) -> str:
     return ""
 
 
+def _columns_unstated(scene: Scene, n: int) -> str:
+    """Return why columns cannot be run: they stand a diameter apart, the first one at x = 0."""
+    d, held = float(scene.diameter[0]), scene.position[1:]
+    count = len(held) // n
+    along = np.repeat(d * np.arange(count), n)
+    if scene.spring != "linear" or scene.forces:
+        return "over columns it has the linear spring, and writes no forces"
+    apart = np.abs(held[:, 0] - along).max()
+    if scene.period is None or max(apart, abs(scene.period - count * d)) > EQUAL * count * d:
+        return "its columns touch in an endless row along x from 0 on"
+    return ""
+
+
 def origin_of(scene: Scene) -> tuple[float, float]:
-    """Return the centre [m] of the first fixed sphere."""
+    """Return the centre [m] of the first fixed sphere; of columns, where their axes begin."""
+    if scene.columns is not None:
+        return 0.0, 0.0
     return float(scene.position[1, 0]), float(scene.position[1, 1])
 
 

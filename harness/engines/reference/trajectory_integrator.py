@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 import time
 from abc import ABC, abstractmethod
 
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.engines.reference.row import Grain
+from harness.engines.reference.row import Grain, Row
+from harness.engines.reference.smooth_motion import energy
 from harness.errors import EngineMemoryError, EngineTimeoutError
 from harness.observables.trajectory import Trajectory
 
@@ -37,6 +39,18 @@ class TrajectoryIntegrator(ABC):
     @abstractmethod
     def over(self) -> bool:
         """Return whether the time limit is reached."""
+
+    @property
+    def touching(self) -> bool | None:
+        """Return whether the grain is in contact; None where its place tells."""
+        return None
+
+    @np.errstate(over="ignore", invalid="ignore")  # NaN is the method's to name
+    def energy(self, row: Row) -> float:
+        """Return the mechanical energy [J] that decides whether a grain that moves back is lost."""
+        x, y, vx, vy = self.grain[:4]
+        behind = 0 if row.single or not math.isfinite(x) else math.floor(x / row.diameter)
+        return energy(np.array([x - behind * row.diameter, y, vx, vy]), behind, row)
 
     @abstractmethod
     def watch(self, place: float, floor: float) -> None:
