@@ -81,7 +81,7 @@ class DeformableColumns:
         x: Floats,
         f: Floats,
     ) -> None:
-        """Set the forces on the particles that LAMMPS hands over; failures as for a tower."""
+        """Set the forces on the particles that LAMMPS hands over; failures as for one chain."""
         place = np.asarray(tags[:count]) - 1
         velocity = np.asarray(lammps.numpy.extract_atom("v"))[:count]
         ordered = np.empty((2, count, 2))
