@@ -18,7 +18,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, Generic, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, TypeVar
 
 from harness.cases.once import Once
 from harness.cases.parts import failed_part as failed_part
@@ -33,6 +33,9 @@ from harness.observables.declared import Observable
 from harness.observables.provenance import Provenance
 from harness.parameters.base import Parameters
 from harness.report.sections import Section
+
+if TYPE_CHECKING:
+    from harness.cases.case_study import CaseStudy
 
 P = TypeVar("P", bound=Parameters)
 
@@ -114,6 +117,10 @@ class Case(ABC, Generic[P]):
     def presets(self) -> Mapping[str, P]:
         """Return known sets of parameters, by name."""
         return {}
+
+    def study(self) -> CaseStudy | None:
+        """Return the study that the case declares, None for one without."""
+        return None
 
     @property
     def default(self) -> P:

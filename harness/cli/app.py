@@ -19,6 +19,7 @@ from harness.cli.inputs import inputs
 from harness.cli.releases import releases
 from harness.cli.reproduce import reproduce
 from harness.cli.run import run
+from harness.cli.study import study
 from harness.cli.sweep import sweep
 from harness.cli.theory import theory
 from harness.cli.tower import tower
@@ -103,6 +104,12 @@ add_command(
     sweep,
     "dem-harness sweep incline --over angle=9:11:5 --over stiffness=1e5:1e7:log3",
     "dem-harness sweep tower --over height=1,2,5:20:4 --engines exact,lammps --output mine",
+)
+add_command(
+    app,
+    study,
+    "dem-harness study layers --quick",
+    "dem-harness study layers --reference measured.csv --output mine",
 )
 add_command(app, inputs, "dem-harness inputs --check", "dem-harness inputs --folder mine")
 add_command(

@@ -33,7 +33,7 @@ def report_markdown(found: Verification, parts: Sequence[Drawn]) -> str:
     titles = {cell.text.engine: cell.text.who for part in parts for cell in part.cells}
     lines += matrix_markdown(found.checks, titles)
     for part in parts:
-        lines += _section(part)
+        lines += section_markdown(part)
     untitled = [picture for part in parts if not part.section.title for picture in part.pictures]
     if untitled:
         lines += ["## Figures", ""]
@@ -63,7 +63,8 @@ def rows_markdown(table: Table, rows: Sequence[Sequence[str]]) -> list[str]:
     return [head, f"|{'|'.join(marks)}|", *body]
 
 
-def _section(part: Drawn) -> Iterator[str]:
+def section_markdown(part: Drawn) -> Iterator[str]:
+    """Yield the lines of a section: paragraphs, items, tables, figures."""
     section = part.section
     if section.title:
         yield from (f"## {markdown_text(section.title)}", "")

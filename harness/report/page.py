@@ -142,7 +142,7 @@ def html_page(
         verdicts=[v for v in SEVERITY if any(c.verdict is v for c in found.checks)],
         matrices=matrices([(row.check, row.id) for row in rows], titles(drawn)),
         cells=cells or {},
-        parts_of_page=_parts(drawn),
+        parts_of_page=parts_of(drawn),
         pictures=figures([p for d in drawn if not d.section.title for p in d.pictures]),
         failures=[f for d in drawn if not d.section.title for f in d.failures],
         scripts=found.scripts,
@@ -157,7 +157,7 @@ def look(table: Table, column: int) -> str:
     return "n" if column in table.numeric else "prose" if column in table.prose else ""
 
 
-def _parts(drawn: Sequence[Drawn]) -> list[Part]:
+def parts_of(drawn: Sequence[Drawn]) -> list[Part]:
     """Return the sections that have a title, with unique places to link to."""
     found: list[Part] = []
     for one in drawn:

@@ -30,6 +30,7 @@ _HOMES = {
     "releases": "harness.workflows.release_runs",
     "run": "harness.workflows.case_run",
     "sections": "harness.workflows.report_sections",
+    "study": "harness.workflows.study_run",
     "sweep": "harness.workflows.sweep_run",
     "theory": "harness.cases.incline.closed_forms",
     "tower": "harness.cases.tower.run",
@@ -76,6 +77,7 @@ if TYPE_CHECKING:
     from harness.workflows.scripts import inputs as inputs
     from harness.workflows.scripts import outdated_inputs as outdated_inputs
     from harness.workflows.status import engines as engines
+    from harness.workflows.study_run import study as study
     from harness.workflows.sweep_run import sweep as sweep
     from harness.workflows.verification_run import verify as verify
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from harness.cases.case_study import CaseStudy
 from harness.cases.contract import Case, LevelName, Plan, Reference, Study
 from harness.cases.layers.parameters import RAISED, SINGLE, Layers
 from harness.cases.layers.reading import QUANTITIES, profile_in, read
@@ -41,6 +42,12 @@ class LayersCase(Case[Layers]):
     def presets(self) -> Mapping[str, Layers]:
         """Return four layers, the single grain of the incline, and a small quick flow."""
         return {"layers": Layers(), "single": SINGLE, "small": FLOWING}
+
+    def study(self) -> CaseStudy:
+        """Return the study of thickness and stiffness."""
+        from harness.cases.layers.study import LayersStudy
+
+        return LayersStudy()
 
     def job(self, parameters: Layers) -> Job:
         """Return the job of one descent."""

@@ -1,0 +1,63 @@
+"""A study: a question that one case answers with many runs, from the runs to a verdict in words.
+
+A case declares it as an object (:meth:`harness.cases.contract.Case.study`); a workflow that knows
+no case makes the runs with what sweeps are made with, and hands the rows back.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from harness.observables.reference import ReferencePoints
+from harness.parameters.base import Parameters
+from harness.report.sections import Section
+
+Level = Literal["quick", "default", "full"]
+
+Row = Mapping[str, Any]
+"""One run, flat as in a sweep: parameters and quantities with their units, status and reason."""
+
+
+@dataclass(frozen=True)
+class Arm:
+    """Runs that belong together, each with parameters of its own; ``ranks`` of MPI in each."""
+
+    name: str
+    parameters: tuple[Parameters, ...]
+    ranks: int = 1
+
+
+@dataclass(frozen=True)
+class Conclusion:
+    """What a study found: rows of results, the verdict in sentences, the sections of its report.
+
+    ``test`` is how the verdict follows from the numbers, stated before they are known.
+    """
+
+    rows: tuple[Row, ...]
+    verdict: tuple[str, ...]
+    test: str
+    sections: tuple[Section, ...]
+
+
+class CaseStudy(ABC):
+    """What is run at each level, and what follows from it."""
+
+    title: str
+    question: str
+
+    @abstractmethod
+    def arms(self, level: Level) -> Sequence[Arm]:
+        """Return the runs of a level."""
+
+    @abstractmethod
+    def conclude(
+        self, arms: Mapping[str, Sequence[Row]], points: ReferencePoints | None
+    ) -> Conclusion:
+        """Return what follows from the rows of each arm, in the order of its parameters.
+
+        An arm whose engine is not here has no rows. ``points`` are a user's, to be drawn.
+        """

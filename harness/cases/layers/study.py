@@ -1,0 +1,142 @@
+"""Does the angle at which layers stop fall with their thickness, and is it softness? The runs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from harness.cases.case_study import Arm, CaseStudy, Conclusion, Level, Row
+from harness.cases.layers.parameters import SINGLE, Layers
+from harness.observables.reference import ReferencePoints
+
+THICKNESS, LIMIT = "thickness", "single grain"
+"""Arms: thickness and stiffness over seeds, and the incline as the limit of one grain."""
+
+
+class Box(NamedTuple):
+    """Of a thickness: the box [d], the first angle [deg], some 3 deg above the stop, the seeds."""
+
+    length: int
+    width: int
+    first_angle: float
+    seeds: int
+
+
+BOXES = {
+    1: Box(24, 12, 17.0, 4),
+    2: Box(20, 10, 14.0, 5),
+    4: Box(16, 8, 12.0, 6),
+    8: Box(12, 6, 11.0, 4),
+}
+"""Larger where the base's disorder weighs more. In pilot runs a seed scattered by 0.1 deg (1 and 8
+layers) to 0.26 deg (4): Student's t over n seeds, t s/sqrt(n), is below 0.3 deg from four seeds at
+0.18 deg, from six at 0.28 deg on."""
+
+WIDER = {
+    1: Box(48, 24, 17.0, 12),
+    2: Box(40, 20, 14.0, 12),
+    4: Box(32, 16, 12.0, 12),
+    8: Box(24, 12, 11.0, 12),
+    12: Box(24, 12, 10.0, 12),
+    20: Box(30, 15, 9.0, 12),
+}
+"""Of level full."""
+
+COMPARED = 1
+"""Layers of the arms that change one thing at a time: where a seed scatters least for its cost."""
+
+
+@dataclass(frozen=True)
+class Extent:
+    """How much of the study a level runs."""
+
+    boxes: Mapping[int, Box]
+    stiffnesses: tuple[float, ...]
+    restitutions: tuple[float, ...] = (0.5,)
+    changes: tuple[tuple[str, Mapping[str, Any]], ...] = ()
+
+
+RATE = ("half the rate", {"rate": 0.05})
+SMALL = ("smaller box", {"length": 16, "width": 8})
+LARGE = ("larger box", {"length": 36, "width": 18})
+STEP = ("half the step", {"steps_per_contact": 30.0})
+START = ("raised again", {"rise": 0.02})
+TWICE = ("twice the rate", {"rate": 0.2})
+QUARTER = ("a quarter of the rate", {"rate": 0.025})
+LARGEST = ("largest box", {"length": 96, "width": 48})
+
+EXTENTS: Mapping[Level, Extent] = {
+    "quick": Extent(
+        {1: Box(12, 6, 17.0, 2), 2: Box(10, 5, 14.0, 2), 4: Box(8, 4, 12.0, 2)},
+        (300.0, 3e3), (), (START,),
+    ),
+    "default": Extent(BOXES, (300.0, 3e4), (0.5,), (RATE, SMALL, LARGE, STEP, START)),
+    "full": Extent(
+        WIDER, (1e3, 1e4, 1e5, 1e6), (0.3, 0.5, 0.7),
+        (TWICE, RATE, QUARTER, SMALL, LARGE, LARGEST, STEP, START),
+    ),
+}  # fmt: skip
+
+RANKS = 2
+"""Of MPI in the arm that splits a run."""
+
+REFERENCE = "as it is"
+"""The arm that the changed ones are held against."""
+
+
+class LayersStudy(CaseStudy):
+    """Angle of stop against thickness and stiffness, and what else could move it."""
+
+    title = "Layers: the angle at which they stop, against thickness and stiffness"
+    question = (
+        "The paper explains the lower angle of thick layers by deformation: the angle falls from "
+        "10.21 to about 5 deg. Does a DEM of frictionless layers show the fall, and does it take "
+        "soft grains?"
+    )
+
+    def arms(self, level: Level) -> Sequence[Arm]:
+        """Return thickness and stiffness over seeds, one change at a time, the single grain."""
+        extent = EXTENTS[level]
+        softest = min(extent.stiffnesses)
+        found = [Arm(THICKNESS, tuple(_over_thickness(extent)))]
+        compared = tuple(_seeds(extent, COMPARED, softest))
+        found.append(Arm(REFERENCE, compared))
+        for name, change in extent.changes:
+            found.append(Arm(name, tuple(one.replace(**change) for one in compared)))
+        for value in extent.restitutions:
+            contact = {"name": f"e = {value:g}, clipped", "restitution": value}
+            changed = tuple(one.replace(contact=contact) for one in compared)
+            found.append(Arm(f"restitution {value:g}", changed))
+        if level != "quick":
+            found.append(Arm(f"{RANKS} ranks", compared, RANKS))
+        return [*found, Arm(LIMIT, (SINGLE, SINGLE.replace(rate=SINGLE.rate / 4)))]
+
+    def conclude(
+        self, arms: Mapping[str, Sequence[Row]], points: ReferencePoints | None
+    ) -> Conclusion:
+        """Return angles with intervals, the verdict on softness, figures and tables."""
+        from harness.cases.layers.conclusion import concluded
+
+        return concluded(arms, points)
+
+
+def _over_thickness(extent: Extent) -> Iterable[Layers]:
+    """Yield the runs, the costliest first so that no core idles at the end."""
+    for stiffness in sorted(extent.stiffnesses, reverse=True):
+        for layers in sorted(extent.boxes, reverse=True):
+            if stiffness >= 20.0 * layers:
+                yield from _seeds(extent, layers, stiffness)
+
+
+def _seeds(extent: Extent, layers: int, stiffness: float) -> Iterable[Layers]:
+    box = extent.boxes[layers]
+    for seed in range(1, box.seeds + 1):
+        yield Layers(
+            layers=layers,
+            stiffness_over_weight=stiffness,
+            length=box.length,
+            width=box.width,
+            first_angle=box.first_angle,
+            seed=seed,
+        )

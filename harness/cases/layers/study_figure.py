@@ -1,0 +1,66 @@
+"""The figure of the study: angle of stop against thickness, with what others expect."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from harness.cases.layers.conclusion import Found
+from harness.cases.layers.readings import paper_angles
+from harness.observables.reference import PEYNEAU_ROUX, ReferencePoints
+from harness.report.figures.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    MARKERS,
+    ORANGE,
+    PURPLE,
+    RED,
+    SKY,
+    Figure,
+    legend_below,
+)
+from harness.theory.critical_angle import critical_angle
+
+_OF_STIFFNESS = (RED, BLUE, GREEN, PURPLE)
+
+
+def angle_over_thickness(found: Found, points: ReferencePoints | None) -> Figure:
+    """Draw means with intervals and fits, the paper's readings, single grain, bulk, a user's."""
+    figure = Figure(figsize=(7.4, 5.6), layout="constrained")
+    axes = figure.add_subplot()
+    last = max(h for _, h in found.angles)
+    fine = np.geomspace(1.0, 1.5 * last, 60)
+    for number, stiffness in enumerate(found.stiffnesses):
+        look: dict[str, Any] = {"color": _OF_STIFFNESS[number % 4]}
+        layers = np.array(found.layers(stiffness), dtype=float)
+        means = [found.mean(stiffness, int(h)) for h in layers]
+        axes.errorbar(
+            layers, [one.value for one in means], [one.half_width for one in means],
+            marker=MARKERS[number % 6], ls="none", capsize=3,
+            label=f"layers, k d/(m g) = {stiffness:g}", **look,
+        )  # fmt: skip
+        fit = found.fits.get(stiffness)
+        if fit is not None:
+            name = f"{fit.limit:.2f} + {fit.amplitude:.2f} h^(-{fit.exponent:.2f})"
+            axes.plot(fine, fit.curve(fine), lw=1.0, label=name, **look)
+    heights = list(range(1, max(last, 10) + 1))
+    for style, colour, reading in (("--", ORANGE, "lost"), (":", SKY, "kept")):
+        name = f"the paper, n deformable particles, velocity {reading}"
+        axes.plot(heights, paper_angles(heights, reading), style, color=colour, label=name)  # type: ignore[arg-type]
+    axes.axhline(critical_angle(), color=BLACK, lw=0.9, ls="-.",
+                 label=f"single grain on a row, {critical_angle():.4f} deg")  # fmt: skip
+    low = PEYNEAU_ROUX.value_deg - PEYNEAU_ROUX.uncertainty_deg
+    axes.axhspan(low, low + 2 * PEYNEAU_ROUX.uncertainty_deg, color="0.82", zorder=0,
+                 label=f"bulk ({PEYNEAU_ROUX.citation})")  # fmt: skip
+    if points is not None:
+        name = points.name.replace("$", r"\$")  # a file's name is no formula
+        axes.plot(points.heights, points.angles_deg, "*", color=BLACK, ms=9, mfc="none", label=name)
+    axes.set(xscale="log", xlabel="layers h, particles n", ylabel="angle of stop (deg)")
+    ticks = [tick for tick in (1, 2, 4, 8, 12, 20, 40) if tick <= 2 * last]
+    axes.set_xticks(ticks, [str(tick) for tick in ticks])
+    axes.minorticks_off()
+    axes.set_ylim(bottom=0.0)
+    legend_below(figure, 2)
+    return figure

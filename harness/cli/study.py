@@ -1,0 +1,166 @@
+"""``dem-harness study``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from harness.cli.command import argument, option
+from harness.cli.engine_options import ProgramOptions
+from harness.cli.options import Json
+from harness.cli.slurm_options import ExecutorOptions
+
+if TYPE_CHECKING:
+    from harness.cases.case_study import Level
+    from harness.workflows.study_run import StudyResult
+    from harness.workflows.sweep_local import Executor
+
+FAILED = 3
+"""Exit status where a run died, or has no angle."""
+
+SECONDS = 7200
+"""That a run may take on this machine, unless --engine-option says otherwise."""
+
+
+@dataclass(frozen=True)
+class StudyOptions(ProgramOptions):
+    """Which study, how much of it, and where its report goes."""
+
+    case: str = argument("CASE", "A case that has a study: `layers`.")
+    quick: bool = option(False, "Minutes on two cores: fewer seeds, smaller boxes.")
+    full: bool = option(False, "More of all; days of a core, for a cluster (`--executor slurm`).")
+    reference: Path | None = option(
+        None,
+        "Measured angles for the figure: CSV with the columns h_over_d and theta_deg.",
+        metavar="FILE",
+    )
+    output: Path | None = option(
+        None, "Folder of the report.  [default: reports/runs/DATE-study]", metavar="DIR"
+    )
+
+    @property
+    def level(self) -> Level:
+        """Return how much is run; raise RequestError for both options."""
+        from harness.errors import RequestError
+
+        if self.quick and self.full:
+            raise RequestError("--quick and --full: give one of them only")
+        return "quick" if self.quick else "full" if self.full else "default"
+
+
+def study(options: StudyOptions, where: ExecutorOptions, json: Json = False) -> None:
+    """Answer a question with many runs of one case: rows, figures, a verdict in words.
+
+    Runs that were made before are not made again, and a study that was killed goes on. The verdict
+    follows from the numbers by a test that the report states.
+    """
+    from harness.cli.files import output_folder, read_reference
+    from harness.cli.output import print_json
+    from harness.cli.recording import recorded
+    from harness.workflows import study as run_study
+    from harness.workflows.study_run import study_of
+
+    case, _ = study_of(options.case)
+    points = read_reference(options.reference) if options.reference else None
+    level, executor_of = options.level, _executors(options, where)
+    with (
+        output_folder(options.output, "-study") as folder,
+        recorded("study", quiet=json) as told,
+    ):
+        found = run_study(
+            case.name, level, points=points, executor_of=executor_of, progress=told.progress
+        )
+        told.folder, told.status = folder, FAILED if found.count("failed") else 0
+        _write(found, folder)
+    record = {**found.record(), "output": str(folder)}
+    (print_json if json else _print)(record)
+    if told.status:
+        raise typer.Exit(told.status)
+
+
+def _executors(options: StudyOptions, where: ExecutorOptions) -> Callable[[int], Executor]:
+    """Return a function from the ranks of a run to what makes such runs."""
+    from harness.errors import RequestError
+    from harness.home import cache_place
+    from harness.workflows.slurm import Slurm
+    from harness.workflows.sweep_local import Local
+
+    settings = where.settings()
+    if settings is not None and options.output is None:
+        raise RequestError("--executor slurm: needs --output, in a folder that the nodes see")
+    entries = options.entries()
+
+    def executor(ranks: int) -> Executor:
+        chosen = _with_ranks(options, where, ranks)
+        local = Local(chosen.open, entries, options.fresh)
+        if settings is None or options.output is None:
+            return local
+        cache = cache_place(options.cache).path if entries is not None else None
+        jobs = options.output.with_name(f"{options.output.name}-jobs")
+        asked = replace(settings, ranks=max(settings.ranks, ranks))
+        return Slurm(jobs, asked, local, chosen.opening, cache)
+
+    return executor
+
+
+def _with_ranks(options: StudyOptions, where: ExecutorOptions, ranks: int) -> StudyOptions:
+    """Return the options of engines whose runs take so many ranks, each with time enough."""
+    from harness.cli.lists import engine_settings
+    from harness.workflows.case_run import usual_engine
+    from harness.workflows.study_run import study_of
+
+    engine = usual_engine(study_of(options.case)[0])
+    given = list(options.engine_option or ())
+    if "limits" not in engine_settings(given).get(engine, {}):
+        given.append(f"{engine}.limits={SECONDS}")
+    ranks = max(ranks, where.ranks)
+    launcher = options.mpirun
+    if ranks > 1 and launcher is None:
+        launcher = f"srun -n {ranks}" if where.executor == "slurm" else f"mpirun -np {ranks}"
+    return replace(options, engine_option=given, mpirun=launcher)
+
+
+def _write(found: StudyResult, folder: Path) -> None:
+    from harness.report.study_page import Page, write_study
+    from harness.workflows.study_run import as_frame
+
+    page = Page(found.title, found.question, found.conclusion.verdict, _facts(found))
+    tables = {"rows.csv": found.frame(), "runs.csv": as_frame(found.runs)}
+    write_study(page, found.conclusion.sections, found.record(), tables, folder)
+
+
+def _facts(found: StudyResult) -> Mapping[str, str]:
+    """Return who made the runs, how many, how long they took, and the command."""
+    from harness import __version__
+
+    versions = dict.fromkeys(row["engine_version"] for row in found.runs if row["engine_version"])
+    seconds = sum(row["wall_time_s"] or 0.0 for row in found.runs)
+    level = "" if found.level == "default" else f" --{found.level}"
+    return {
+        "command": f"dem-harness study {found.case}{level}",
+        "engine": f"{found.engine} {', '.join(versions)}",
+        "runs": f"{len(found.runs)}, {found.count('failed')} without a result; {seconds:.0f} s of "
+        "wall time in all, those that arms share counted in each",
+        "harness": __version__,
+    }
+
+
+def _print(record: Mapping[str, Any]) -> None:
+    """Print the verdict, the rows, and where the report is."""
+    import pandas as pd
+
+    from harness.cli.output import print_wrapped
+
+    for sentence in record["verdict"]:
+        print_wrapped(f"- {sentence}")
+    names = ["arm", "layers", "stiffness_over_weight", "restitution", "stop_angle_deg",
+             "uncertainty_deg", "grains", "seeds"]  # fmt: skip
+    table = pd.DataFrame(record["rows"])[names]
+    print(table.to_string(index=False, float_format="{:.5g}".format, na_rep="-"))
+    for name, reason in record["missing"].items():
+        print_wrapped(f"{name}: not run: {reason}")
+    print(f"report: {record['output']}/report.html")

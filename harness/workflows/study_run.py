@@ -1,0 +1,141 @@
+"""Run the study of a case: its arms as sweeps are run, then what the case concludes from them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, cast
+
+from harness.cases.case_study import Arm, CaseStudy, Conclusion, Level, Row
+from harness.cases.contract import Case
+from harness.cases.registry import all_cases, get_case
+from harness.errors import EngineMissingError, RequestError
+from harness.home import cache_place
+from harness.observables.reference import ReferencePoints
+from harness.shown import Shown
+from harness.store.entries import Entries
+from harness.workflows.case_run import usual_engine
+from harness.workflows.progress import Progress, silent
+from harness.workflows.sweep_local import Executor, Local
+from harness.workflows.sweep_plan import Asked, Plan, Point
+from harness.workflows.sweep_run import DONE, FAILED, run_plan
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from harness.shown.figure import Figure
+
+ExecutorOf = Callable[[int], Executor]
+"""Returns what runs work with so many ranks of MPI in each run."""
+
+
+@dataclass(frozen=True, repr=False)
+class StudyResult(Shown):
+    """What a study found, with every run behind it; ``missing`` says why an arm has no runs."""
+
+    case: str
+    title: str
+    question: str
+    level: Level
+    engine: str
+    runs: tuple[Row, ...]
+    conclusion: Conclusion
+    missing: Mapping[str, str] = field(default_factory=dict)
+
+    def count(self, status: str) -> int:
+        """Return how many runs have a status: ``done``, ``failed`` or ``not tested``."""
+        return sum(row["status"] == status for row in self.runs)
+
+    def record(self) -> dict[str, Any]:
+        """Return it as a JSON-ready mapping."""
+        return {
+            "case": self.case,
+            "level": self.level,
+            "engine": self.engine,
+            "runs": len(self.runs),
+            "failed": self.count(FAILED),
+            "missing": dict(self.missing),
+            "test": self.conclusion.test,
+            "verdict": list(self.conclusion.verdict),
+            "rows": [dict(row) for row in self.conclusion.rows],
+        }
+
+    def frame(self) -> pd.DataFrame:
+        """Return the rows of results as a table."""
+        return as_frame(self.conclusion.rows)
+
+    def told(self) -> dict[str, str]:
+        """Return the verdict and how many runs it rests on."""
+        runs = f"{self.count(DONE)} done, {self.count(FAILED)} failed"
+        return {"verdict": " ".join(self.conclusion.verdict), "runs": runs, "level": self.level}
+
+    def drawn(self) -> Figure:
+        """Draw the first figure of the report."""
+        drawings = [one for section in self.conclusion.sections for one in section.drawings]
+        if not drawings:
+            raise RequestError(f"plot: no run of this study of {self.case} measured anything")
+        return cast("Figure", drawings[0].draw())
+
+
+def as_frame(rows: Sequence[Row]) -> pd.DataFrame:
+    """Return flat rows as a table; what a row does not have is NaN."""
+    import pandas as pd
+
+    return pd.DataFrame([{k: math.nan if v is None else v for k, v in r.items()} for r in rows])
+
+
+def study_of(name: str) -> tuple[Case[Any], CaseStudy]:
+    """Return a case and its study; raise RequestError for a case that has none."""
+    case = get_case(name)
+    found = case.study()
+    if found is None:
+        having = ", ".join(n for n, one in all_cases().items() if one.study() is not None)
+        raise RequestError(f"case {name!r} has no study: must be one of {having}")
+    return case, found
+
+
+def study(
+    name: str,
+    level: Level = "default",
+    *,
+    points: ReferencePoints | None = None,
+    executor_of: ExecutorOf | None = None,
+    progress: Progress = silent,
+) -> StudyResult:
+    """Run the study of a case at a level (``quick``, ``default``, ``full``) and conclude.
+
+    Runs are kept and not run twice, so a study that was killed goes on. ``executor_of`` runs them
+    elsewhere, ``points`` are drawn beside the results. A run that fails is a row with the reason;
+    an engine that cannot run with several ranks leaves that arm out. Raise RequestError for a
+    case without a study, EngineError where the engine is not here.
+    """
+    case, asked = study_of(name)
+    local = Local(entries=Entries(cache_place().path))
+    chosen = executor_of or (lambda _: local)
+    arms, engine = asked.arms(level), usual_engine(case)
+    rows: dict[str, Sequence[Row]] = {}
+    missing: dict[str, str] = {}
+    for ranks in sorted({arm.ranks for arm in arms}):
+        some = [arm for arm in arms if arm.ranks == ranks]
+        try:
+            rows |= _rows_of(case, engine, some, chosen(ranks), progress)
+        except (EngineMissingError, RequestError) as error:
+            if ranks == 1:
+                raise
+            missing |= {arm.name: " ".join(str(error).split()) for arm in some}
+    runs = [{"arm": arm, **row} for arm, found in rows.items() for row in found]
+    found = asked.conclude(rows, points)
+    return StudyResult(
+        case.name, asked.title, asked.question, level, engine, tuple(runs), found, missing
+    )
+
+
+def _rows_of(
+    case: Case[Any], engine: str, arms: Sequence[Arm], run: Executor, progress: Progress
+) -> dict[str, Sequence[Row]]:
+    """Return the rows of arms that are run together; what two of them share is run once."""
+    points = [Point({}, one) for arm in arms for one in arm.parameters]
+    plan = Plan(Asked(case.name, {}, {}), case, (engine,), tuple(points))
+    made = iter(run_plan(plan, run, progress).rows)
+    return {arm.name: [next(made) for _ in arm.parameters] for arm in arms}

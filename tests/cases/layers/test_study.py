@@ -1,0 +1,192 @@
+"""The study of layers: what is run, intervals that cover, the test of softness, the fit."""
+
+import math
+
+import numpy as np
+import pytest
+
+from harness.cases.layers.averages import (
+    Mean,
+    difference_of,
+    fit_over_thickness,
+    mean_of,
+    unpaired,
+)
+from harness.cases.layers.case import CASE
+from harness.cases.layers.conclusion import TEST, judged
+from harness.cases.layers.readings import paper_angles
+from harness.cases.layers.study import LIMIT, RANKS, REFERENCE, THICKNESS, LayersStudy
+from harness.errors import RequestError
+from harness.observables.reference import ReferencePoints
+from harness.parameters.base import Parameters
+from harness.report.figures.style import house_style
+from harness.workflows.sweep_run import key_of
+
+STUDY = LayersStudy()
+KEYS = {"layers", "stiffness_over_weight", "restitution", "stop_angle_deg", "uncertainty_deg",
+        "grains", "seeds"}  # fmt: skip
+
+
+@pytest.mark.parametrize("level", ["quick", "default", "full"])
+def test_every_level_has_thickness_at_two_stiffnesses_and_the_single_grain(level):
+    arms = {arm.name: arm for arm in STUDY.arms(level)}
+    assert {THICKNESS, REFERENCE, LIMIT} <= set(arms)
+    runs = arms[THICKNESS].parameters
+    pairs = {(one.layers, one.stiffness_over_weight) for one in runs}
+    layers, stiffnesses = ({pair[i] for pair in pairs} for i in (0, 1))
+    if level != "quick":
+        assert {1, 2, 4, 8} <= layers
+        assert max(stiffnesses) >= 100 * min(stiffnesses)
+        assert arms[f"{RANKS} ranks"].ranks == RANKS
+    # the same base and places at every stiffness: differences are paired by seed
+    seeds = {pair: {one.seed for one in runs if key(one) == pair} for pair in pairs}
+    for height in layers:
+        assert len({tuple(seeds[pair]) for pair in pairs if pair[0] == height}) == 1
+
+
+def key(one):
+    return one.layers, one.stiffness_over_weight
+
+
+def test_the_interval_is_that_of_student_where_the_bootstrap_is_narrower():
+    values = [9.0, 9.2, 9.1, 9.5]
+    found = mean_of(values)
+    # t of three degrees of freedom at 97.5 %: 3.182446
+    student = 3.182446 * np.std(values, ddof=1) / 2
+    assert found == Mean(9.2, pytest.approx(student, rel=1e-6), 4, pytest.approx(0.216, abs=1e-3))
+    assert math.isnan(mean_of([9.0]).half_width)
+    assert math.isnan(mean_of([]).value)
+
+
+def test_intervals_cover_the_mean_as_often_as_they_say():
+    """Of 400 samples of four the 95 % interval misses some twenty, with a spread of four."""
+    rng = np.random.default_rng(1)
+    samples = (mean_of(rng.normal(5.0, 0.3, 4)) for _ in range(400))
+    missed = sum(not one.low <= 5.0 <= one.high for one in samples)
+    assert missed <= 20 + 3 * math.sqrt(400 * 0.05 * 0.95)
+
+
+def test_pairing_takes_the_seeds_that_both_have():
+    one, other = {1: 9.0, 2: 9.5, 3: 8.0}, {2: 9.0, 3: 7.6, 4: 1.0}
+    found = difference_of(one, other)
+    assert (found.value, found.count) == (pytest.approx(0.45), 2)
+    apart = unpaired(Mean(9.0, 0.3, 4), Mean(8.0, 0.4, 4))
+    assert (apart.value, apart.half_width) == (1.0, pytest.approx(0.5))
+
+
+@pytest.mark.parametrize(
+    ("difference", "word"),
+    [
+        (Mean(0.1, 0.15, 4), "the same"),
+        (Mean(0.2, 0.05, 4), "the same"),
+        (Mean(-0.6, 0.2, 4), "depends on softness"),
+        (Mean(0.4, 0.2, 4), "depends on softness"),
+        (Mean(0.1, 0.5, 4), "undecided"),
+        (Mean(0.4, math.nan, 1), "undecided"),
+    ],
+)
+def test_the_word_follows_from_interval_and_margin(difference, word):
+    assert judged(difference) == word
+
+
+def test_the_fit_finds_the_law_that_it_was_given():
+    """With noise of 0.05 deg its intervals hold the limit and the exponent of the law."""
+    rng = np.random.default_rng(3)
+    law = {h: 5.76 + 8.0 * h**-0.7 for h in (1, 2, 4, 8, 16)}
+    angles = {h: list(angle + rng.normal(0.0, 0.05, 6)) for h, angle in law.items()}
+    fit = fit_over_thickness(angles)
+    assert fit.limit_interval[0] < 5.76 < fit.limit_interval[1]
+    assert fit.exponent_interval[0] < 0.7 < fit.exponent_interval[1]
+    exact = fit_over_thickness({h: [angle, angle] for h, angle in law.items()})
+    assert (exact.limit, exact.exponent) == (
+        pytest.approx(5.76, abs=1e-3),
+        pytest.approx(0.7, abs=1e-3),
+    )
+    assert exact.curve(np.array([4.0]))[0] == pytest.approx(law[4], abs=1e-4)
+    with pytest.raises(RequestError, match="needs four thicknesses"):
+        fit_over_thickness({1: [1.0, 2.0], 2: [1.0, 2.0]})
+
+
+def test_the_readings_of_the_paper_fall_and_rise_from_the_single_grain():
+    lost, kept = paper_angles((1, 3, 8), "lost"), paper_angles((1, 3, 8), "kept")
+    assert lost[0] == kept[0] == pytest.approx(10.2078, abs=1e-4)
+    assert lost[0] > lost[1] > lost[2] > 4.5
+    assert kept[0] < kept[1] < kept[2]
+
+
+def row(one: Parameters, angle):
+    """Return a run as a sweep makes it, with an angle of stop, None for one that is undecided."""
+    values = {**one.model_dump(mode="json"), "contact.restitution": one.contact.restitution}
+    units = {"length": "d", "width": "d", "filled": "d", "rate": "deg"}
+    told = {key_of(name, units.get(name, "")): value for name, value in values.items()}
+    around = None if angle is None else angle + 1e-3
+    return {
+        **told,
+        "stop_angle_deg": angle,
+        "start_angle_deg": angle + 1.2 if angle is not None and one.rise else None,
+        "stop_angle_at_100_times_the_ratio_deg": around,
+        "stop_angle_by_speed_deg": around,
+        "rest_coordination": 6.0,
+    }
+
+
+def angles(softness):
+    """Return the rows of level default in a world where softness lowers angles by so much."""
+    rng = np.random.default_rng(0)
+    rows = {}
+    for arm in STUDY.arms("default"):
+        if arm.name == LIMIT:
+            rows[arm.name] = [row(one, 10.2 - one.rate / 2) for one in arm.parameters]
+            continue
+        rows[arm.name] = [
+            row(one, 5.0 + 8.0 / one.layers - softness * (one.stiffness_over_weight < 1e3)
+                + 0.05 * rng.normal())
+            for one in arm.parameters
+        ]  # fmt: skip
+    return rows
+
+
+@pytest.mark.parametrize(
+    ("softness", "words"),
+    [
+        (0.0, "The angle does not depend on softness at any thickness"),
+        (1.0, "The angle depends on softness at every thickness"),
+    ],
+)
+def test_the_verdict_is_the_one_of_the_world_that_it_was_shown(softness, words):
+    found = STUDY.conclude(angles(softness), ReferencePoints("mine.csv", (1.0, 5.0), (12.0, 8.0)))
+    assert any(words in sentence for sentence in found.verdict)
+    assert any("falls with every step in thickness" in sentence for sentence in found.verdict)
+    assert "Stated before the runs" in found.test == TEST
+    assert all(set(one) >= KEYS for one in found.rows)
+    assert {one["arm"] for one in found.rows} == {arm.name for arm in STUDY.arms("default")}
+    thick = [one for one in found.rows if one["arm"] == THICKNESS]
+    assert {one["seeds"] for one in thick} == {4, 5, 6}
+    titles = [section.title for section in found.sections]
+    assert titles == ["Thickness", "Softness", "What else could move the angle",
+                      "The limit of a single grain"]  # fmt: skip
+    with house_style():
+        (drawing,) = [one for section in found.sections for one in section.drawings]
+        (axes,) = drawing.draw().axes
+    labels = " ".join(axes.get_legend_handles_labels()[1])
+    assert all(word in labels for word in ("lost", "kept", "10.2078", "Peyneau", "mine.csv"))
+
+
+def test_undecided_runs_are_told_and_are_no_angles():
+    rows = angles(0.0)
+    rows[THICKNESS] = [{**one, "stop_angle_deg": None} if one["layers"] == 8 else one
+                       for one in rows[THICKNESS]]  # fmt: skip
+    rows["2 ranks"] = []
+    found = STUDY.conclude(rows, None)
+    assert any("8 runs have no angle" in sentence for sentence in found.verdict)
+    thick = [one for one in found.rows if one["arm"] == THICKNESS and one["layers"] == 8]
+    assert all(one["undecided"] == 4 and one["seeds"] == 0 for one in thick)
+    nothing = {
+        name: [{**one, "stop_angle_deg": None} for one in some] for name, some in rows.items()
+    }
+    told = STUDY.conclude(nothing, None)
+    assert told.verdict[0] == "No run stopped: there is no angle."
+
+
+def test_the_case_declares_it():
+    assert isinstance(CASE.study(), LayersStudy)

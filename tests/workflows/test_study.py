@@ -1,0 +1,94 @@
+"""A study is run as sweeps are, by a workflow that knows no case, and written as a folder."""
+
+import json
+
+import pandas as pd
+import pytest
+
+from harness.cases.contract import Measured
+from harness.errors import EngineMissingError, EngineOutputError, RequestError
+from harness.observables.provenance import Provenance
+from harness.report.study_page import Page, write_study
+from harness.workflows.study_run import as_frame, study
+
+
+def angle(one):
+    """Return an angle that falls with the thickness and knows nothing of softness."""
+    return 6.0 + 6.0 / one.layers + 0.01 * one.seed
+
+
+def executor_of(ranks):
+    """Return what makes every run at once; of the grain with seed 2 nothing is decided."""
+    if ranks > 1:
+        raise EngineMissingError("no launcher here")
+
+    def run(work):
+        for place, one in enumerate(work.parameters):
+            values = {"stop_angle_deg": angle(one)}
+            if one.rise:
+                values["start_angle_deg"] = angle(one) + 1.0
+            undecided = EngineOutputError("undecided: it never stopped")
+            bad = one.seed == 2 and one.layers == 2
+            yield place, undecided if bad else Measured(values, Provenance("fake", "1"), 2.0)
+
+    return run
+
+
+@pytest.fixture(scope="module")
+def found():
+    return study("layers", "default", executor_of=executor_of)
+
+
+def test_every_run_is_a_row_and_failed_ones_say_why(found):
+    runs = as_frame(found.runs)
+    bad = runs[runs["status"] == "failed"]
+    assert len(bad) == found.count("failed") == found.record()["failed"] == 2
+    assert set(bad["reason"]) == {"undecided: it never stopped"}
+    assert set(bad["stiffness_over_weight"]) == {300.0, 3e4}
+    good = runs[runs["status"] == "done"]
+    assert good["stop_angle_deg"].between(6.0, 13.0).all()
+
+
+def test_ranks_that_cannot_be_started_leave_their_arm_out(found):
+    assert found.missing == {"2 ranks": "no launcher here"}
+    assert "2 ranks" not in {row["arm"] for row in found.runs}
+
+
+def test_the_result_shows_itself(found):
+    assert "does not depend on softness" in str(found)
+    assert found.frame()["arm"].iloc[0] == "thickness"
+    assert found.plot().axes
+
+
+def test_one_rank_that_cannot_be_started_ends_it():
+    def none(ranks):
+        raise EngineMissingError(f"nothing here, {ranks}")
+
+    with pytest.raises(EngineMissingError, match="nothing here, 1"):
+        study("layers", "quick", executor_of=none)
+
+
+def test_a_case_without_a_study_is_refused():
+    with pytest.raises(RequestError, match="'incline' has no study: must be one of layers"):
+        study("incline")
+
+
+def test_the_folder_has_page_rows_and_figures_and_is_not_written_over(found, tmp_path):
+    page = Page(found.title, found.question, found.conclusion.verdict, {"command": "study it"})
+    tables = {"rows.csv": found.frame(), "runs.csv": as_frame(found.runs)}
+    folder = tmp_path / "mine"
+    write_study(page, found.conclusion.sections, found.record(), tables, folder)
+    text = (folder / "report.md").read_text()
+    html = (folder / "report.html").read_text()
+    for sentence in found.conclusion.verdict:
+        assert sentence in html.replace("&gt;", ">")
+    assert "Stated before the runs" in text
+    assert "- command: study it" in text
+    (figure,) = (folder / "figures").glob("*.svg")
+    assert f"figures/{figure.name}" in text
+    record = json.loads((folder / "study.json").read_text())
+    rows = pd.read_csv(folder / "rows.csv")
+    assert len(rows) == len(record["rows"]) == len(found.conclusion.rows)
+    assert len(pd.read_csv(folder / "runs.csv")) == len(found.runs)
+    with pytest.raises(RequestError, match="holds something already"):
+        write_study(page, (), {}, {}, folder)
