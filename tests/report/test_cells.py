@@ -115,3 +115,18 @@ def test_addresses_differ_where_names_of_files_would_be_alike(found):
     drawn = draw_sections([Section("All", cells=CELLS)])
     assert len({*addresses(drawn).values()}) == len(CELLS)
     assert len([*cell_pages(found, drawn)]) == len(CELLS)
+
+
+@pytest.mark.parametrize(("width", "scheme"), [(1280, "light"), (390, "dark")])
+def test_axe_finds_nothing_on_the_matrix_and_the_pages_of_cells(
+    browser, barriers, folder, width, scheme
+):
+    context = browser.new_context(
+        viewport={"width": width, "height": 800}, color_scheme=scheme, reduced_motion="reduce"
+    )
+    page = context.new_page()
+    for file in (folder / "report.html", *sorted((folder / "cells").glob("*.html"))):
+        page.goto(file.as_uri())
+        assert barriers(page) == [], file.name
+        assert page.evaluate("document.documentElement.scrollWidth") == width, file.name
+    context.close()
