@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import shutil
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -207,14 +209,21 @@ def _written(folder: Path, found: Sweep) -> list[str]:
 
 
 def _print(found: Sweep, notes: list[str]) -> None:
-    """Print what was swept and measured, a line a run, and what went wrong."""
+    """Print what was swept and measured, a line a run, and what went wrong.
+
+    On a terminal that is narrower, columns go on below; a pipe gets lines as they are.
+    """
     from harness.report.plain import one_line
     from harness.store.entries import tell_stderr
 
     frame = found.frame()
     measured = [name for name in found.quantities if name in frame and frame[name].notna().any()]
     shown = frame[["engine", *found.over, *measured, "status"]]
-    print(shown.head(MOST_SHOWN).to_string(index=False, float_format="{:.7g}".format, na_rep="-"))
+    width = shutil.get_terminal_size().columns if sys.stdout.isatty() else None
+    text = shown.head(MOST_SHOWN).to_string(
+        index=False, float_format="{:.7g}".format, na_rep="-", line_width=width
+    )
+    print(text)
     if len(shown) > MOST_SHOWN:
         print(f"... {len(shown) - MOST_SHOWN} more in rows.csv")
     reasons = frame.loc[frame["reason"] != "", "reason"].value_counts()

@@ -1,4 +1,4 @@
-"""What verify and diff look like on 80 and on 160 columns, with the rows of a real run."""
+"""What verify, diff and sweep look like on 80 and on 160 columns, with the rows of a real run."""
 
 import json
 import math
@@ -7,9 +7,11 @@ from pathlib import Path
 import pytest
 
 from harness.cli.diff import _print as print_diff
+from harness.cli.sweep import _print as print_sweep
 from harness.cli.verdicts import WIDEST, print_verification
 from harness.comparison.results import read_published
 from harness.comparison.run_diff import Change, diff_runs
+from harness.workflows.sweep_run import Sweep
 
 EXAMPLE = Path(__file__).parents[2] / "reports" / "example" / "results.json"
 WIDTHS = (80, 160)
@@ -138,3 +140,22 @@ def test_a_diff_fits_and_no_name_is_cut(monkeypatch, capsys, columns):
     for name in moved:
         assert "".join(name.split()) in joined
     assert lines[-1] == ", ".join(f"{found.count(change)} {change}" for change in Change)
+
+
+@pytest.mark.parametrize("columns", WIDTHS)
+def test_a_sweep_fits_a_terminal_and_a_pipe_gets_whole_lines(monkeypatch, capsys, columns):
+    names = ("peak_force_N", "final_velocity_m_per_s", "largest_overlap_m", "energy_drift")
+    rows = [
+        {"engine": "lammps", "height_contacts": n, **dict.fromkeys(names, n / 7e5),
+         "status": "done", "reason": ""} for n in range(3)
+    ]  # fmt: skip
+    swept = Sweep("tower", tuple(rows), ("height_contacts",), names)
+    monkeypatch.setenv("COLUMNS", str(columns))
+    print_sweep(swept, [])
+    piped = capsys.readouterr().out
+    assert len(piped.splitlines()) == 4
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    print_sweep(swept, [])
+    shown = capsys.readouterr().out
+    assert max(map(len, shown.splitlines())) <= columns
+    assert {*shown.replace("\\", " ").split()} == {*piped.split()}
