@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, ClassVar, Literal
 
 from harness.engines.contract import Job, Template, Values
+from harness.engines.kratos.contacts import CONTACTS
 from harness.engines.process import Ended, Limits, last_words
 from harness.engines.script import Task
 from harness.engines.scripted import ScriptedEngine
@@ -37,6 +38,8 @@ REFERENCE: dict[Scheme, str] = {
 
 RELEASES = ("10.2.3", "10.4.3", "10.4.4")
 """With which the scripts were tried."""
+
+SPRING = ("stiffness", "damping", "friction")
 
 FAREWELL = "Deregistering "
 """How the lines begin that Kratos prints at its end, whatever it was."""
@@ -69,6 +72,7 @@ class Kratos(ScriptedEngine):
         effective_masses=("full", "half"),
         digits=15,
         title="Kratos",
+        contact_models=CONTACTS,
         caveats=(
             "Only the first search for contacts goes by SearchTolerance: every later one goes by "
             "search_tolerance_against_walls, also where there is no wall, and with 0 there and "
@@ -79,8 +83,11 @@ class Kratos(ScriptedEngine):
             "behind positions; Velocity_Verlet does not.",
         ),
     )
-    unused_values = frozenset({"spheres"})
-    """A row without an end has no number of spheres."""
+    unused_values = frozenset(
+        {"spheres", "interface", "surface_energy", "tangential_damping", "rolling", "twisting"}
+        | {f"{part}_{name}" for part in ("rolling", "twisting") for name in SPRING}
+    )
+    """A row without an end has no number of spheres; of contacts what no law of its takes."""
     allowed: ClassVar[Mapping[str, Allowed]] = {
         "scheme": Allowed(words=("Velocity_Verlet", "Symplectic_Euler"))
     }

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from harness.cases.contact_base import template as contacts
 from harness.cases.drop import template as drops
 from harness.cases.drop.parameters import Drop
 from harness.cases.drop.runs import DropRun, run_drops
@@ -31,7 +32,7 @@ from harness.parameters.tower import Tower
 FAKE = Path(__file__).parent / "fake_kratos.py"
 RECORDED = Path(__file__).parent / "recorded"
 GIGABYTE = 1024**3
-INPUTS = Kratos.inputs([inclines.TEMPLATE, drops.TEMPLATE, towers.TEMPLATE])
+INPUTS = Kratos.inputs([inclines.TEMPLATE, drops.TEMPLATE, towers.TEMPLATE, contacts.TEMPLATE])
 
 
 @pytest.fixture
@@ -144,7 +145,7 @@ def test_the_committed_inputs_are_what_is_generated(inputs):
     assert {name: path.read_text(encoding="utf-8") for name, path in committed.items()} == INPUTS
 
 
-@pytest.mark.parametrize("name", ["drop", "incline", "tower"])
+@pytest.mark.parametrize("name", ["contacts", "drop", "incline", "tower"])
 def test_the_scripts_are_python_that_needs_kratos_alone(name):
     text = INPUTS[f"kratos/{name}.py"]
     compile(text, name, "exec")

@@ -1,0 +1,58 @@
+"""Contacts with friction in Kratos DEM: laws and rules, read off the source of 10.4.4."""
+
+from __future__ import annotations
+
+from harness.engines.contact_model import ContactModel, Values
+
+RULES = {
+    "velocity_lever": "contact_point",
+    "wall_lever": "height",
+}
+"""spheric_particle.cpp: arms end at half the overlap of two spheres, at a wall in its plane."""
+
+
+def dashpot(values: Values) -> str:
+    """Return why a dashpot cannot be stated, or nothing where it can."""
+    if values["damping"] == "none":
+        return ""
+    if values["clipped"] != "yes":
+        return "never attracts (clipped = yes)"
+    if values["tangential"] != "none":
+        return "has a dashpot along the surface that is tied to the normal one, and limited twice"
+    return ""
+
+
+def springs(values: Values) -> str:
+    """Return why linear springs cannot be stated, or nothing where they can."""
+    stiff, along = float(values["normal_stiffness"]), float(values["tangential_stiffness"])
+    if values["tangential"] != "none" and not along < 4.0 / 3.0 * stiff:
+        return "has k_t of less than 4/3 k_n: it is 2 (1 - nu) / (2 - nu) of it"
+    return dashpot(values)
+
+
+_PLAIN = {"rolling": ("none",), "twisting": ("none",), "interface": ("current",)}
+
+CONTACTS = (
+    ContactModel(
+        "DEM_D_Linear_viscous_Coulomb",
+        {
+            "normal": ("hooke",),
+            "damping": ("none", "velocity", "mass_velocity", "coeff_restitution"),
+            "tangential": ("none", "linear_history"),
+            **_PLAIN,
+        },
+        RULES,
+        springs,
+    ),
+    ContactModel(
+        "DEM_D_Hertz_viscous_Coulomb",
+        {
+            "normal": ("hertz",),
+            "damping": ("none", "coeff_restitution"),
+            "tangential": ("none", "mindlin_rescale/force"),
+            **_PLAIN,
+        },
+        RULES,
+        dashpot,
+    ),
+)

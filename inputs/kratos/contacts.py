@@ -1,0 +1,458 @@
+"""A contact with friction: one or two spheres and horizontal walls, moved by forces or as told.
+
+Made by dem-harness 0.1.0 (`dem-harness inputs` writes it again; edit the template,
+not this file).
+
+Run it as it stands, or with other parameters, with a Python that has Kratos
+(pip install KratosMultiphysics KratosDEMApplication):
+
+    python contacts.py
+    python contacts.py friction=0.1
+    python contacts.py --cases FILE      a case a line, its parameters separated by spaces
+
+A linear contact is stated by DEM_D_Linear_viscous_Coulomb, one from a material by
+DEM_D_Hertz_viscous_Coulomb; a wall is a rigid face. It writes position, velocity, angular
+velocity, force and torque of each sphere.
+Lines "RESULT name = value" end each run; the series has 17 digits. SI units.
+Written for Kratos 10.2.3, 10.4.3, 10.4.4, one thread.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import KratosMultiphysics as Kratos
+import KratosMultiphysics.DEMApplication as DEM
+
+PARAMETERS = {
+    # hooke with none, velocity, mass_velocity or coeff_restitution; hertz with none or
+    # coeff_restitution; with a dashpot the tail is clipped always, and there is no friction
+    "normal": "hooke",
+    "normal_stiffness": 1000000.0,  # N/m, of hooke
+    "youngs_modulus": 0.0,  # Pa, of hertz, as the next
+    "poisson_ratio": 0.0,
+    "damping": "none",
+    "damping_coefficient": 10.0,  # kg/s, of velocity; 1/s, of mass_velocity
+    "restitution": 0.0,  # of coeff_restitution
+    "clipped": "yes",
+    "tangential": "linear_history",  # none, linear_history (hooke) or mindlin_rescale/force
+    "tangential_stiffness": 285714.28571428574,  # N/m, of linear_history
+    "friction": 0.3,
+    # spheres; a prescribed one moves as it is told
+    "bodies": 1,
+    "motion_1": "free",  # free, frozen or prescribed
+    "radius_1": 0.01,  # m
+    "mass_1": 0.01,  # kg
+    "x_1": 0.0,
+    "y_1": 0.0,
+    "z_1": 0.01,
+    "vx_1": 0.7071067811865476,
+    "vy_1": 0.0,
+    "vz_1": -0.7071067811865476,
+    "wx_1": 0.0,
+    "wy_1": 0.0,
+    "wz_1": 0.0,
+    "motion_2": "free",  # free, frozen or prescribed
+    "radius_2": 0.01,  # m
+    "mass_2": 0.01,  # kg
+    "x_2": 0.0,
+    "y_2": 0.0,
+    "z_2": 0.0,
+    "vx_2": 0.0,
+    "vy_2": 0.0,
+    "vz_2": 0.0,
+    "wx_2": 0.0,
+    "wy_2": 0.0,
+    "wz_2": 0.0,
+    "planes": 1,  # 0, 1 (a floor at the height z), 2 (and a ceiling)
+    "floor": 0.0,  # m
+    "ceiling": 0.0,
+    "gravity_x": 0.0,  # m/s2
+    "gravity_y": 0.0,
+    "gravity_z": 0.0,
+    "room": 0.0816,  # half the width of a wall, m
+    "step_size": 1e-07,  # s
+    "steps": 4000,  # of the run
+    "series_every": 40,  # steps between two rows
+    # a prescribed sphere 1 changes its velocity after so many steps, again and again
+    "segments": 0,
+    "steps_in_1": 0,
+    "vx_in_1": 0.0,
+    "vy_in_1": 0.0,
+    "vz_in_1": 0.0,
+    "wx_in_1": 0.0,
+    "wy_in_1": 0.0,
+    "wz_in_1": 0.0,
+    "steps_in_2": 0,
+    "vx_in_2": 0.0,
+    "vy_in_2": 0.0,
+    "vz_in_2": 0.0,
+    "wx_in_2": 0.0,
+    "wy_in_2": 0.0,
+    "wz_in_2": 0.0,
+    "steps_in_3": 0,
+    "vx_in_3": 0.0,
+    "vy_in_3": 0.0,
+    "vz_in_3": 0.0,
+    "wx_in_3": 0.0,
+    "wy_in_3": 0.0,
+    "wz_in_3": 0.0,
+    "steps_in_4": 0,
+    "vx_in_4": 0.0,
+    "vy_in_4": 0.0,
+    "vz_in_4": 0.0,
+    "wx_in_4": 0.0,
+    "wy_in_4": 0.0,
+    "wz_in_4": 0.0,
+    "steps_in_5": 0,
+    "vx_in_5": 0.0,
+    "vy_in_5": 0.0,
+    "vz_in_5": 0.0,
+    "wx_in_5": 0.0,
+    "wy_in_5": 0.0,
+    "wz_in_5": 0.0,
+    "steps_in_6": 0,
+    "vx_in_6": 0.0,
+    "vy_in_6": 0.0,
+    "vz_in_6": 0.0,
+    "wx_in_6": 0.0,
+    "wy_in_6": 0.0,
+    "wz_in_6": 0.0,
+    "scheme": "Velocity_Verlet",  # or Symplectic_Euler
+    "series": "contacts.csv",  # file for the motion; empty: none
+    "results": "",  # file for the RESULT lines; empty: they are printed only
+}
+Rows = list[list[float]]
+WALLS = (11, 12)  # numbers of the materials of floor and ceiling
+COLUMNS = "x_m y_m z_m vx_m_per_s vy_m_per_s vz_m_per_s wx_rad_per_s wy_rad_per_s wz_rad_per_s"
+COLUMNS += " fx_N fy_N fz_N tx_N_m ty_N_m tz_N_m"
+
+
+def vector(p: SimpleNamespace, names: str, place: object) -> list[float]:
+    """Return three parameters."""
+    return [float(getattr(p, f"{name}_{place}")) for name in names.split()]
+
+
+def damping_ratio(p: SimpleNamespace) -> float:
+    """Return zeta of the restitution of a linear contact without clipping."""
+    logarithm = -math.log(p.restitution)
+    return logarithm / math.hypot(math.pi, logarithm)
+
+
+class Contact:
+    """One run: its spheres, walls and materials in Kratos."""
+
+    def __init__(self, p: SimpleNamespace) -> None:
+        self.p, self.places = p, range(1, p.bodies + 1)
+        self.masses = [getattr(p, f"mass_{i}") for i in self.places]
+        self.radii = [getattr(p, f"radius_{i}") for i in self.places]
+        self.hertz = p.normal == "hertz"
+        # 2 (1 - nu) / (2 - nu) is k_t / k_n of both laws
+        self.poisson = p.poisson_ratio
+        if not self.hertz:
+            ratio = p.tangential_stiffness / p.normal_stiffness if p.tangential != "none" else 1.0
+            self.poisson = (2.0 - 2.0 * ratio) / (2.0 - ratio)
+        self.model = Kratos.Model()
+        names = ("SpheresPart", "ContactPart", "RigidFacePart", "DEMInletPart", "ClusterPart")
+        self.parts = [self.model.CreateModelPart(name) for name in names]
+        for name in (*NODAL, *TURNING):
+            self.parts[0].AddNodalSolutionStepVariable(variable(name))
+        for name in FACES:
+            self.parts[2].AddNodalSolutionStepVariable(variable(name))
+        self.nodes = [self.sphere(i) for i in self.places]
+        for number, height in list(enumerate((p.floor, p.ceiling)))[: p.planes]:
+            self.wall(number, height)
+        self.strategy = self.start()
+
+    def young(self) -> float:
+        """Return the modulus of the spheres [Pa].
+
+        The linear law's stiffness is 1.432 pi 0.31225 E* R* between spheres, pi 0.31225 E* r at a
+        wall.
+        """
+        p = self.p
+        if self.hertz:
+            return float(p.youngs_modulus)
+        reduced = 2.0 * (1.0 - self.poisson**2) * p.normal_stiffness / (math.pi * 0.31225)
+        if p.bodies == 1:
+            return reduced / self.radii[0]
+        return reduced * (1.0 / self.radii[0] + 1.0 / self.radii[1]) / 1.432
+
+    def wall_young(self, radius: float) -> float:
+        """Return the modulus of a wall [Pa] that gives a sphere the same stiffness on it."""
+        if self.hertz:
+            return float(self.p.youngs_modulus)
+        both = (1.0 - self.poisson**2) * self.p.normal_stiffness / (math.pi * 0.31225 * radius)
+        return 1.0 / (1.0 / both - 1.0 / self.young())
+
+    def gamma(self, mass: float, own: float) -> float:
+        """Return Kratos's gamma of a contact: its dashpot is 2 gamma sqrt(own * stiffness).
+
+        ``mass`` is the effective mass of the law, ``own`` that of Kratos, in which a fixed sphere
+        counts. Hertz's stiffness is the tangent, 3/2 of force over overlap.
+        """
+        p = self.p
+        if p.damping == "none":
+            return 0.0
+        if self.hertz:
+            return math.sqrt(5.0 / 6.0 * mass / own) * damping_ratio(p)
+        if p.damping == "coeff_restitution":
+            return math.sqrt(mass / own) * damping_ratio(p)
+        eta = p.damping_coefficient * (mass if p.damping == "mass_velocity" else 1.0)
+        return float(eta / 2.0 / math.sqrt(own * p.normal_stiffness))
+
+    def material(self, number: int, young: float) -> Any:
+        """Return a new material."""
+        made = self.parts[0].CreateNewProperties(number)
+        made[variable("YOUNG_MODULUS")] = young
+        made[variable("POISSON_RATIO")] = self.poisson
+        return made
+
+    def contact(self, number: int, gamma: float) -> Any:
+        """Return the contact with the material of a number."""
+        made = Kratos.Properties(number)
+        friction = self.p.friction if self.p.tangential != "none" else 0.0
+        made[variable("STATIC_FRICTION")] = made[variable("DYNAMIC_FRICTION")] = friction
+        for name in ("FRICTION_DECAY", "ROLLING_FRICTION", "COEFFICIENT_OF_RESTITUTION"):
+            made[variable(name)] = 0.0
+        made[variable("DAMPING_GAMMA")] = gamma
+        law = "DEM_D_Hertz_viscous_Coulomb" if self.hertz else "DEM_D_Linear_viscous_Coulomb"
+        getattr(DEM, law)().SetConstitutiveLawInProperties(made, False)
+        return made
+
+    def sphere(self, i: int) -> Any:
+        """Return the node of a new sphere, with a material of its own."""
+        p, mass, radius = self.p, self.masses[i - 1], self.radii[i - 1]
+        material = self.material(i, self.young())
+        material[variable("PARTICLE_DENSITY")] = mass * 0.75 / math.pi / radius**3
+        if p.bodies == 2:
+            other = self.masses[2 - i]
+            own = mass * other / (mass + other)
+            told = self.masses[0] if p.motion_2 == "frozen" else own
+            material.AddSubProperties(self.contact(3 - i, self.gamma(told, own)))
+        for number in WALLS[: p.planes]:
+            material.AddSubProperties(self.contact(number, self.gamma(mass, mass)))
+        scheme = getattr(DEM, p.scheme.replace("_", "") + "Scheme")()
+        scheme.SetTranslationalIntegrationSchemeInProperties(material, False)
+        scheme.SetRotationalIntegrationSchemeInProperties(material, False)
+        DEM.DEMGlobalDampingNonViscousCstForceDir().SetGlobalDampingModelInProperties(
+            material, False
+        )
+        node = self.parts[0].CreateNewNode(i, *vector(p, "x y z", i))
+        self.parts[0].CreateNewElement("SphericParticle3D", i, [i], material)
+        node.SetSolutionStepValue(variable("RADIUS"), 0, radius)
+        return node
+
+    def wall(self, number: int, height: float) -> None:
+        """Add a horizontal wall: a face of four corners."""
+        part, far = self.parts[2], self.p.room
+        radius = self.radii[min(number, self.p.bodies - 1)]
+        material = self.material(WALLS[number], self.wall_young(radius))
+        material[variable("COMPUTE_WEAR")] = False
+        first = 1000 * (number + 1)
+        corners = [(-far, -far), (far, -far), (far, far), (-far, far)]
+        for place, (x, y) in enumerate(corners):
+            part.CreateNewNode(first + place, x, y, height)
+        part.CreateNewCondition("RigidFace3D4N", first, [first + i for i in range(4)], material)
+
+    def start(self) -> Any:
+        """Return Kratos's strategy after its first look at the spheres."""
+        p, settings = self.p, DEM.ExplicitSolverSettings()
+        settings.r_model_part, settings.contact_model_part = self.parts[:2]
+        settings.fem_model_part, settings.inlet_model_part = self.parts[2:4]
+        settings.cluster_model_part = self.parts[4]
+        for axis in "XYZ":
+            for name in (f"VELOCITY_{axis}", f"ANGULAR_VELOCITY_{axis}"):
+                Kratos.VariableUtils().AddDof(variable(name), self.parts[0])
+                for i, node in zip(self.places, self.nodes):
+                    if getattr(p, f"motion_{i}") != "free":
+                        node.Fix(variable(name))
+        info = self.parts[0].ProcessInfo
+        info[variable("GRAVITY")] = Kratos.Array3(self.gravity)
+        info[variable("DELTA_TIME")] = p.step_size
+        info[variable("NODAL_MASS_COEFF")] = 1.0
+        info[variable("ROTATION_OPTION")] = 1
+        info[variable("SEARCH_CONTROL")] = 1
+        # a search that finds all there is needs no other
+        info[variable("SEARCH_RADIUS_INCREMENT")] = p.room
+        info[variable("SEARCH_RADIUS_INCREMENT_FOR_WALLS")] = p.room
+        verlet = p.scheme == "Velocity_Verlet"
+        kind = DEM.IterativeSolverStrategy if verlet else DEM.ExplicitSolverStrategy
+        without, having = (f'"do_search_fem_neighbours": {word}' for word in ("false", "true"))
+        told = STRATEGY.replace(without, having)
+        strategy = kind(
+            settings, p.step_size, 1, 1.0, 1, DEM.ParticleCreatorDestructor(), DEM.DEM_FEM_Search(),
+            DEM.OMP_DEMSearch(), Kratos.Parameters(told),
+        )  # fmt: skip
+        strategy.RebuildListOfDiscontinuumSphericParticles()
+        strategy.SetNormalRadiiOnAllParticlesBeforeInitilization(self.parts[0])
+        strategy.SetSearchRadiiOnAllParticles(self.parts[0], p.room, 1.0)
+        for i, node in zip(self.places, self.nodes):
+            self.move(node, vector(p, "vx vy vz", i), vector(p, "wx wy wz", i))
+        strategy.Initialize()
+        return strategy
+
+    def move(self, node: Any, velocity: list[float], spin: list[float]) -> None:
+        """Give a sphere its velocities."""
+        for axis, v, w in zip("XYZ", velocity, spin):
+            node.SetSolutionStepValue(variable(f"VELOCITY_{axis}"), 0, v)
+            node.SetSolutionStepValue(variable(f"ANGULAR_VELOCITY_{axis}"), 0, w)
+
+    def row(self, step: int) -> list[float]:
+        """Return step, places, velocities, forces and torques of the contacts."""
+        states = []
+        for mass, node in zip(self.masses, self.nodes):
+            value = node.GetSolutionStepValue
+            force = [
+                value(variable(f"TOTAL_FORCES_{axis}")) - mass * g
+                for axis, g in zip("XYZ", self.gravity)
+            ]
+            moment = [value(variable(f"PARTICLE_MOMENT_{axis}")) for axis in "XYZ"]
+            moved = [value(variable(f"{n}_{axis}")) for n in MOVED for axis in "XYZ"]
+            states.append([node.X, node.Y, node.Z, *moved, *force, *moment])
+        return [step, *(state[i] for i in range(len(states[0])) for state in states)]
+
+    @property
+    def gravity(self) -> list[float]:
+        """Return gravity [m/s2]."""
+        return [self.p.gravity_x, self.p.gravity_y, self.p.gravity_z]
+
+    def run(self) -> Rows:
+        """Return the rows of all samples."""
+        p, info, changes, begin = self.p, self.parts[0].ProcessInfo, {}, 0
+        for j in range(1, p.segments + 1):
+            changes[begin] = j
+            begin += getattr(p, f"steps_in_{j}")
+        rows = [self.row(0)]
+        info[TIME_STEPS] = 1
+        for step in range(p.steps):
+            if step in changes:
+                j = f"in_{changes[step]}"
+                self.move(self.nodes[0], vector(p, "vx vy vz", j), vector(p, "wx wy wz", j))
+            self.strategy.SolveSolutionStep()
+            info[TIME_STEPS] = 0
+            if (step + 1) % p.series_every == 0:
+                rows.append(self.row(step + 1))
+        return rows
+
+
+MOVED = ("VELOCITY", "ANGULAR_VELOCITY")
+
+
+def run(p: SimpleNamespace) -> None:
+    """Run the contact and write its samples."""
+    began = time.perf_counter()
+    rows = Contact(p).run()
+    names = [f"{name}[{i}]" for name in COLUMNS.split() for i in range(1, p.bodies + 1)]
+    write_series(p, ",".join(["step", *names]), rows)
+    seconds = time.perf_counter() - began
+    finish(p, [("seconds", seconds), ("steps", p.steps), ("verdict", "finished")])
+
+
+# of spheres that turn
+TURNING = (
+    "PARTICLE_MOMENT_OF_INERTIA", "ROLLING_RESISTANCE_MOMENT", "ROLLING_FRICTION",
+    "LOCAL_AUX_ANGULAR_VELOCITY", "AUX_ORIENTATION",
+)  # fmt: skip
+# all that Kratos's rigid faces read or write
+FACES = (
+    "ELASTIC_FORCES", "DEM_PRESSURE", "TANGENTIAL_ELASTIC_FORCES", "SHEAR_STRESS",
+    "DEM_NODAL_AREA", "CONTACT_FORCES", "TOTAL_FORCES", "VELOCITY", "DELTA_DISPLACEMENT",
+    "DISPLACEMENT", "NON_DIMENSIONAL_VOLUME_WEAR", "IMPACT_WEAR", "ANGULAR_VELOCITY",
+)  # fmt: skip
+
+
+def variable(name: str) -> Any:
+    """Return a variable of Kratos, of its core or of the DEM application."""
+    return getattr(Kratos, name, None) or getattr(DEM, name)
+
+
+TIME_STEPS, VELOCITY_X, VELOCITY_Y = map(variable, ("TIME_STEPS", "VELOCITY_X", "VELOCITY_Y"))
+# all that Kratos's spheres read or write, here or not: what is missing is not checked
+NODAL = (
+    "VELOCITY", "DISPLACEMENT", "DELTA_DISPLACEMENT", "TOTAL_FORCES", "CONTACT_FORCES",
+    "ELASTIC_FORCES", "RIGID_ELEMENT_FORCE", "LOCAL_CONTACT_FORCE", "DAMP_FORCES",
+    "FORCE_REACTION", "MOMENT_REACTION", "EXTERNAL_APPLIED_FORCE", "EXTERNAL_APPLIED_MOMENT",
+    "PARTICLE_MOMENT", "ANGULAR_VELOCITY", "LOCAL_ANGULAR_VELOCITY", "DELTA_ROTATION",
+    "PARTICLE_ROTATION_ANGLE", "ORIENTATION", "ANGULAR_MOMENTUM", "RADIUS", "NODAL_MASS",
+    "REPRESENTATIVE_VOLUME", "NEIGHBOUR_SIZE", "DAMAGE_RATIO", "PARTICLE_MATERIAL",
+    "NORMAL_IMPACT_VELOCITY", "TANGENTIAL_IMPACT_VELOCITY", "FACE_NORMAL_IMPACT_VELOCITY",
+    "FACE_TANGENTIAL_IMPACT_VELOCITY", "LINEAR_IMPULSE",
+)  # fmt: skip
+STRATEGY = """{
+    "strategy": "sphere_strategy", "do_search_dem_neighbours": true,
+    "do_search_fem_neighbours": false, "RemoveBallsInitiallyTouchingWalls": false,
+    "model_import_settings": {}, "material_import_settings": {}
+}"""
+
+
+ALLOWED = {
+    "scheme": (
+        lambda value: value in ["Velocity_Verlet", "Symplectic_Euler"],
+        ": must be one of Velocity_Verlet, Symplectic_Euler",
+    ),
+}
+
+
+def value_of(name, text):
+    """Return a parameter given as text, of the type of its default; end for one not allowed."""
+    if name not in PARAMETERS:
+        sys.exit(f"ERROR: {name}: no such parameter; there are {', '.join(PARAMETERS)}")
+    kind = type(PARAMETERS[name])
+    try:
+        value = kind(text)
+    except ValueError:
+        sys.exit(f"ERROR: {name} = {text}: must be a {'whole ' if kind is int else ''}number")
+    if name in ALLOWED and not ALLOWED[name][0](value):
+        sys.exit(f"ERROR: {name} = {text}{ALLOWED[name][1]}")
+    return value
+
+
+def parameters(words: list[str]) -> SimpleNamespace:
+    """Return the parameters, with those given as NAME=VALUE in place of the defaults."""
+    values: dict[str, Any] = dict(PARAMETERS)
+    for word in words:
+        name, _, text = word.partition("=")
+        values[name] = value_of(name, text)
+    return SimpleNamespace(**values)
+
+
+def write_series(p: SimpleNamespace, header: str, rows: Rows) -> None:
+    """Write rows of numbers with 17 digits, if a file was asked for."""
+    if p.series:
+        lines = (",".join(f"{value:.17g}" for value in row) for row in rows)
+        Path(p.series).write_text("\n".join([header, *lines]) + "\n", encoding="utf-8")
+
+
+def finish(p: SimpleNamespace, results: list[tuple[str, object]]) -> None:
+    """Print the results, and write them to a file if one was asked for."""
+    lines = [f"RESULT {name} = {show(value)}" for name, value in results]
+    print("\n".join(lines), flush=True)
+    if p.results:
+        Path(p.results).write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def show(value: object) -> str:
+    """Return a result as text, numbers with 17 digits."""
+    return f"{value:.17g}" if isinstance(value, float) else str(value)
+
+
+def main() -> None:
+    """Run the case that the command line names, or every line of a file of cases."""
+    Kratos.ParallelUtilities.SetNumThreads(1)  # a few spheres: more threads only wait
+    Kratos.Logger.GetDefaultOutput().SetSeverity(Kratos.Logger.Severity.WARNING)
+    if len(sys.argv) == 3 and sys.argv[1] == "--cases":
+        cases = Path(sys.argv[2]).read_text(encoding="utf-8").splitlines()
+        for case in cases:
+            run(parameters(case.split()))
+    else:
+        run(parameters(sys.argv[1:]))
+
+
+if __name__ == "__main__":
+    main()

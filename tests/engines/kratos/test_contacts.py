@@ -1,0 +1,54 @@
+"""Contacts with friction: what Kratos can be told of them, and Kratos itself."""
+
+import pytest
+
+from harness.cases.contact_base.study import verify_trials
+from harness.cases.contract import Study
+from harness.cases.registry import get_case
+from harness.comparison.verdicts import Verdict
+from harness.engines.contact_model import stating
+from harness.engines.kratos.contacts import CONTACTS
+
+OBLIQUE = get_case("oblique")
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"tangential_stiffness": 2e6}, "has k_t of less than 4/3 k_n"),
+        ({"damping": "velocity"}, "never attracts"),
+        ({"damping": "velocity", "clipped": "yes"}, "dashpot along the surface that is tied"),
+        ({"tangential": "linear_nohistory"}, "takes tangential = none, linear_history, not"),
+        ({"normal": "hertz", "tangential": "mindlin"}, "mindlin_rescale/force, not mindlin"),
+        ({"normal": "jkr"}, "takes normal = hooke, not jkr"),
+        ({}, ""),
+        ({"damping": "velocity", "clipped": "yes", "tangential": "none"}, ""),
+        ({"normal": "hertz", "tangential": "mindlin_rescale/force"}, ""),
+    ],
+)
+def test_what_kratos_cannot_be_told_is_named(changes, said):
+    reason = stating(CONTACTS, {**OBLIQUE.job(OBLIQUE.default).values, **changes})[1]
+    assert said in reason
+    assert bool(said) == bool(reason)
+
+
+@pytest.mark.live
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "submodel", "system"),
+    [
+        ("oblique", "linear_history, 2/7, elastic", "unequal spheres"),
+        ("oblique", "mindlin_rescale/force, elastic", "wall"),
+        ("spin", "mindlin_rescale/force, elastic", "frozen sphere"),
+        ("head-on", "hooke, velocity, clipped", "frozen sphere"),
+        ("stacked", "hertz, coeff_restitution, clipped", "unequal, between plates"),
+        ("prescribed-motion", "linear_history, 2/7, elastic", "two spheres"),
+    ],
+)
+def test_kratos_holds_against_the_law_under_its_rules(kratos, name, submodel, system):
+    case = get_case(name)
+    submodels = [one for one in (*case.submodels, *case.beside) if one.name == submodel]
+    trials = [one for one in case.trials("default", submodels) if one.system == system]
+    found = verify_trials(case, kratos, Study("default"), trials)
+    judged = {check.verdict for check in found.checks} - {Verdict.FINDING}
+    assert judged == {Verdict.PASS}
