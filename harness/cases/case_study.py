@@ -7,10 +7,13 @@ no case makes the runs with what sweeps are made with, and hands the rows back.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from harness.engines.contract import Engine
+from harness.errors import RequestError
 from harness.observables.reference import ReferencePoints
 from harness.parameters.base import Parameters
 from harness.report.sections import Section
@@ -43,6 +46,19 @@ class Conclusion:
     sections: tuple[Section, ...]
 
 
+@dataclass(frozen=True)
+class StudyCost:
+    """What a level costs: what was ``measured``, a row for each number of cores, the model."""
+
+    measured: tuple[Row, ...]
+    rows: tuple[Row, ...]
+    model: str
+
+
+EngineOf = Callable[[int], AbstractContextManager[Engine]]
+"""Opens an engine whose runs take so many ranks of MPI."""
+
+
 class CaseStudy(ABC):
     """What is run at each level, and what follows from it."""
 
@@ -52,6 +68,10 @@ class CaseStudy(ABC):
     @abstractmethod
     def arms(self, level: Level) -> Sequence[Arm]:
         """Return the runs of a level."""
+
+    def cost(self, level: Level, engine_of: EngineOf) -> StudyCost:  # noqa: ARG002
+        """Measure an engine in short runs, and return what a level costs on 1, 16 and 256 cores."""
+        raise RequestError(f"--cost: the study {self.title!r} does not tell what it costs")
 
     @abstractmethod
     def conclude(

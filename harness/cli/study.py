@@ -15,7 +15,7 @@ from harness.cli.options import Json
 from harness.cli.slurm_options import ExecutorOptions
 
 if TYPE_CHECKING:
-    from harness.cases.case_study import Level
+    from harness.cases.case_study import CaseStudy, Level
     from harness.workflows.study_run import StudyResult
     from harness.workflows.sweep_local import Executor
 
@@ -33,6 +33,9 @@ class StudyOptions(ProgramOptions):
     case: str = argument("CASE", "A case that has a study: `layers`.")
     quick: bool = option(False, "Minutes on two cores: fewer seeds, smaller boxes.")
     full: bool = option(False, "More of all; days of a core, for a cluster (`--executor slurm`).")
+    cost: bool = option(
+        False, "Run nothing of it: measure this machine for a minute, and tell what it would cost."
+    )
     reference: Path | None = option(
         None,
         "Measured angles for the figure: CSV with the columns h_over_d and theta_deg.",
@@ -64,7 +67,10 @@ def study(options: StudyOptions, where: ExecutorOptions, json: Json = False) -> 
     from harness.workflows import study as run_study
     from harness.workflows.study_run import study_of
 
-    case, _ = study_of(options.case)
+    case, asked = study_of(options.case)
+    if options.cost:
+        _tell_cost(asked, options, where, json)
+        return
     points = read_reference(options.reference) if options.reference else None
     level, executor_of = options.level, _executors(options, where)
     with (
@@ -80,6 +86,28 @@ def study(options: StudyOptions, where: ExecutorOptions, json: Json = False) -> 
     (print_json if json else _print)(record)
     if told.status:
         raise typer.Exit(told.status)
+
+
+def _tell_cost(asked: CaseStudy, options: StudyOptions, where: ExecutorOptions, json: bool) -> None:
+    """Print what a level costs on some numbers of cores, and the model behind it."""
+    import pandas as pd
+
+    from harness.cli.output import print_json, print_wrapped
+    from harness.workflows.case_run import usual_engine
+    from harness.workflows.study_run import study_of
+
+    engine = usual_engine(study_of(options.case)[0])
+    local = replace(where, executor="local")
+    found = asked.cost(options.level, lambda ranks: _with_ranks(options, local, ranks).open(engine))
+    tables = {"measured": found.measured, "rows": found.rows}
+    if json:
+        rows = {name: [dict(row) for row in table] for name, table in tables.items()}
+        print_json({"level": options.level, **rows, "model": found.model})
+        return
+    for table in tables.values():
+        frame = pd.DataFrame(table)
+        print(frame.to_string(index=False, float_format="{:.3g}".format))
+    print_wrapped(f"model: {found.model}")
 
 
 def _executors(options: StudyOptions, where: ExecutorOptions) -> Callable[[int], Executor]:

@@ -6,7 +6,15 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from harness.cases.case_study import Arm, CaseStudy, Conclusion, Level, Row
+from harness.cases.case_study import (
+    Arm,
+    CaseStudy,
+    Conclusion,
+    EngineOf,
+    Level,
+    Row,
+    StudyCost,
+)
 from harness.cases.layers.parameters import SINGLE, Layers
 from harness.observables.reference import ReferencePoints
 
@@ -111,6 +119,12 @@ class LayersStudy(CaseStudy):
         if level != "quick":
             found.append(Arm(f"{RANKS} ranks", compared, RANKS))
         return [*found, Arm(LIMIT, (SINGLE, SINGLE.replace(rate=SINGLE.rate / 4)))]
+
+    def cost(self, level: Level, engine_of: EngineOf) -> StudyCost:
+        """Return what a level costs, from the cost of a grain and step and of two ranks here."""
+        from harness.cases.layers.cost import study_cost
+
+        return study_cost(self.arms(level), engine_of)
 
     def conclude(
         self, arms: Mapping[str, Sequence[Row]], points: ReferencePoints | None

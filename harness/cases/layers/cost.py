@@ -1,0 +1,168 @@
+"""What the study of layers costs: of a grain and a step, as measured, and of a level on a cluster.
+
+The model. A run costs steps times grains times the cost of a grain and step in a run of that size
+on one rank. On r ranks it takes the part s + (1 - s)/r of that (Amdahl), with s from the measured
+efficiency of two ranks, e = 1/(1 + s). Runs are independent: cores take the longest one that is
+left, r cores to a run, r being the power of two that ends first. It knows no network, no queue and
+no memory that cores share: of more ranks than two it is an extrapolation.
+"""
+
+from __future__ import annotations
+
+import heapq
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager
+from typing import NamedTuple
+
+import numpy as np
+
+from harness.cases.case_study import Arm, StudyCost
+from harness.cases.layers.parameters import Layers
+from harness.cases.layers.template import job_of
+from harness.engines.contract import Engine
+from harness.engines.output import Output
+from harness.errors import EngineError, EngineOutputError
+
+CORES = (1, 16, 256)
+SIZES = (16, 32)
+"""[d] sides of the boxes that are measured: some 1000 and 4000 grains, as the study's are."""
+
+LAYERS = 4
+REPEATS = 3
+"""The fastest counts: whatever else the machine does only slows a run down."""
+
+FALL, SPEED = 3.5, 0.05
+"""[deg], [sqrt(g d)] from the first angle to the stop, and the mean speed meanwhile: pilot runs of
+1 and 4 layers took 280 to 840 sqrt(d/g) for it at 0.1 deg for each diameter, this says 700."""
+
+LOOP = re.compile(r"^Loop time of (\S+) on (\d+) procs for (\d+) steps with \d+ atoms", re.M)
+
+MODEL = (
+    "steps x grains x cost of a grain and step in a run of its size; of it s + (1 - s)/r on r "
+    "ranks, s from the efficiency of two, 1/(1 + s); independent runs, the longest first, r cores "
+    "to a run. Without network, queue and shared memory; more than two ranks are extrapolated."
+)
+
+
+class Speed(NamedTuple):
+    """What a grain and step cost [s] in a run of so many grains on so many ranks."""
+
+    grains: int
+    ranks: int
+    seconds: float
+
+
+def probe(side: int) -> Layers:
+    """Return a short run: grains fall on the base and flow, and nothing is lowered."""
+    return Layers(
+        layers=LAYERS, length=side, width=side, stiffness_over_weight=100.0, first_angle=20.0,
+        lowest_angle=19.99, flow_time=1.01, rate=10.0,
+    )  # fmt: skip
+
+
+def speed_of(engine: Engine, side: int, repeats: int = REPEATS) -> Speed:
+    """Return the cost of a grain and step in an engine, the least of some repeats.
+
+    Raise the first EngineError, EngineOutputError where the log tells of no time.
+    """
+    case, found = probe(side), []
+    for _ in range(repeats):
+        (output,) = engine.run([job_of(case)])
+        if isinstance(output, EngineError):
+            raise output
+        found.append(loop_speed(output, case.grains))
+    return min(found, key=lambda one: one.seconds)
+
+
+def loop_speed(output: Output, grains: int) -> Speed:
+    """Return what the longest stretch of a run's log cost a grain and step."""
+    loops = LOOP.findall(output.log)
+    if not loops:
+        raise EngineOutputError(f"{output.who} left no line 'Loop time of' in its log")
+    time, ranks, steps = max(loops, key=lambda loop: int(loop[2]))
+    return Speed(grains, int(ranks), float(time) / int(steps) / grains)
+
+
+def efficiency(one: Speed, two: Speed) -> float:
+    """Return the efficiency of two ranks, from the cost on one and on two."""
+    return one.seconds / (2.0 * two.seconds)
+
+
+def serial_part(efficiency_of_two: float) -> float:
+    """Return s of e = 1/(1 + s), from 0 to 1."""
+    return min(max(1.0 / efficiency_of_two - 1.0, 0.0), 1.0)
+
+
+def steps_of(case: Layers) -> float:
+    """Return the steps that a run is expected to take."""
+    fall = min(FALL, case.first_angle - case.lowest_angle)
+    lowering = min(fall / case.rate / SPEED, case.time_limit)
+    raising = 0.0 if case.rise == 0.0 else FALL / case.rise
+    return (20.0 + case.flow_time + lowering + raising) / case.step
+
+
+def wall_seconds(durations: Sequence[float], cores: int, share: float, ranks: int) -> float:
+    """Return when the last of independent runs ends, each on so many ranks of one machine."""
+    part = share + (1.0 - share) / ranks
+    free = [0.0] * max(1, min(cores // ranks, len(durations)))
+    for duration in sorted(durations, reverse=True):
+        heapq.heapreplace(free, free[0] + duration * part)
+    return max(free)
+
+
+def best_ranks(durations: Sequence[float], cores: int, share: float) -> tuple[int, float]:
+    """Return the ranks of a run, a power of two, by which all ends first, and when [s]."""
+    powers = (2**i for i in range(cores.bit_length()))
+    found = [(wall_seconds(durations, cores, share, r), r) for r in powers if r <= cores]
+    wall, ranks = min(found)
+    return ranks, wall
+
+
+def durations_of(arms: Iterable[Arm], speeds: Sequence[Speed]) -> list[float]:
+    """Return what each different run of some arms is expected to take on one rank [s]."""
+    runs = dict.fromkeys(
+        (one, arm.ranks) for arm in arms for one in arm.parameters if isinstance(one, Layers)
+    )
+    sizes = np.log([s.grains for s in speeds])
+    costs = [s.seconds for s in speeds]
+    return [
+        steps_of(one) * one.grains * float(np.interp(np.log(one.grains), sizes, costs))
+        for one, _ in runs
+    ]
+
+
+def study_cost(
+    arms: Sequence[Arm], engine_of: Callable[[int], AbstractContextManager[Engine]]
+) -> StudyCost:
+    """Measure an engine on one rank and on two, and return what the runs of some arms cost."""
+    speeds: dict[int, list[Speed]] = {}
+    for ranks in (1, 2):
+        with engine_of(ranks) as engine:
+            speeds[ranks] = [speed_of(engine, side) for side in SIZES]
+    together = [efficiency(one, two) for one, two in zip(speeds[1], speeds[2], strict=True)]
+    durations = durations_of(arms, speeds[1])
+    measured = [
+        {
+            "grains": one.grains,
+            "microseconds_per_grain_and_step": 1e6 * one.seconds,
+            "efficiency_of_2_ranks": e,
+        }
+        for one, e in zip(speeds[1], together, strict=True)
+    ]
+    return StudyCost(tuple(measured), tuple(_rows(durations, together[-1])), MODEL)
+
+
+def _rows(durations: Sequence[float], together: float) -> Iterable[Mapping[str, float]]:
+    share, total = serial_part(together), sum(durations)
+    for cores in CORES:
+        ranks, wall = best_ranks(durations, cores, share)
+        yield {
+            "cores": cores,
+            "ranks_per_run": ranks,
+            "runs": len(durations),
+            "longest_run_h": max(durations) / 3600.0,
+            "wall_time_h": wall / 3600.0,
+            "core_hours": wall * cores / 3600.0,
+            "efficiency": total / (wall * cores),
+        }
