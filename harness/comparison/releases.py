@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
-from harness.comparison.baseline_record import BaselineRecord, Quantity
-from harness.comparison.divergence import compare_series
+from harness.comparison.baseline_record import BaselineRecord
 from harness.comparison.published import published
-from harness.comparison.regression import earliest
 from harness.comparison.regression_tolerances import Allowed, ByCase
-from harness.errors import RequestError
+from harness.comparison.release_cells import CellRow, cell_rows, defects_of
+from harness.comparison.release_changes import Change as Change
+from harness.comparison.release_changes import classify as classify
+from harness.comparison.release_changes import parted
+from harness.comparison.verdicts import Check, Verdict
 from harness.observables.provenance import Provenance
 from harness.shown import Shown
 
@@ -21,27 +22,13 @@ if TYPE_CHECKING:
 
     from harness.shown.figure import Figure
 
-ROUND_OFF = 1e-12
-"""Relative change that is taken for rounding: some thousand units in the last place."""
-
-
-class Change(StrEnum):
-    """The class of a change against the reference release."""
-
-    REFERENCE = "reference"
-    SAME = "same to the last bit"
-    ROUNDING = "within round-off"
-    TOLERATED = "within tolerance"
-    MOVED = "moved"
-    DIED = "engine error"
-    NOT_TESTED = "not tested"
-
 
 @dataclass(frozen=True)
 class Column:
     """A release: who it is and what it measured, or why it has nothing to say.
 
-    ``errors`` are those of single records, by name.
+    ``errors`` are those of single records, by name; ``checks`` the rows of its cells in the matrix
+    of cases and submodels.
     """
 
     release: str
@@ -49,6 +36,7 @@ class Column:
     records: tuple[BaselineRecord, ...] = ()
     error: str = ""
     errors: Mapping[str, str] = field(default_factory=dict)
+    checks: tuple[Check, ...] = ()
 
     @property
     def title(self) -> str:
@@ -89,13 +77,29 @@ class ReleaseMatrix(Shown):
     reference: int
     rows: tuple[Row, ...]
     engine: str = "engine"
+    cases: str = ""
 
     @property
     def status(self) -> int:
-        """Return the exit status: 3 when a release could not be run, 1 when a value moved."""
+        """Return the exit status: 3 when a release could not be run, 1 when a value moved.
+
+        1, too, when a cell fails and no known defect explains it.
+        """
         if any(column.error or column.errors for column in self.columns):
             return 3
-        return 1 if any(c.change is Change.MOVED for row in self.rows for c in row.cells) else 0
+        failed = any(c.verdict is Verdict.FAIL for column in self.columns for c in column.checks)
+        moved = any(c.change is Change.MOVED for row in self.rows for c in row.cells)
+        return 1 if failed or moved else 0
+
+    @property
+    def cells(self) -> list[CellRow]:
+        """Return the cells of the matrix of cases and submodels that do not hold everywhere."""
+        return cell_rows([column.checks for column in self.columns])
+
+    @property
+    def defects(self) -> dict[str, list[int]]:
+        """Return in how many cells each known defect was found, release by release."""
+        return defects_of([column.checks for column in self.columns])
 
     def counts(self, column: int) -> dict[str, int]:
         """Return how many cells of a column are of each class."""
@@ -162,6 +166,8 @@ class ReleaseMatrix(Shown):
                 for i, column in enumerate(self.columns)
             ],
             "rows": [self._row(row) for row in self.rows],
+            "known_defects": self.defects,
+            "cells": [row.record() for row in self.cells],
         }
 
     def _row(self, row: Row) -> dict[str, Any]:
@@ -173,11 +179,16 @@ class ReleaseMatrix(Shown):
 
 
 def release_matrix(
-    level: str, platform: str, columns: Sequence[Column], tolerances: ByCase, engine: str = "engine"
+    level: str,
+    platform: str,
+    columns: Sequence[Column],
+    tolerances: ByCase,
+    engine: str = "engine",
+    cases: str = "",
 ) -> ReleaseMatrix:
     """Return the matrix of what each release measured, against the first that ran.
 
-    ``engine`` is its name as reports write it.
+    ``engine`` is its name as reports write it, ``cases`` what was asked for.
     """
     allowed = Allowed(tolerances)
     reference = next((i for i, column in enumerate(columns) if column.records), 0)
@@ -197,7 +208,7 @@ def release_matrix(
                 for i, column in enumerate(columns)
             )
             rows.append(Row(name, first.label, quantity, wanted.unit, width, cells))
-    return ReleaseMatrix(level, platform, tuple(columns), reference, tuple(rows), engine)
+    return ReleaseMatrix(level, platform, tuple(columns), reference, tuple(rows), engine, cases)
 
 
 @dataclass(frozen=True)
@@ -224,27 +235,5 @@ def _cell(
     if known is None or wanted is None:
         return Cell(here.value, None, Change.NOT_TESTED, "the reference has no value")
     change = classify(here, wanted, judged.width)
-    note = _when(record, known, allowed) if change is Change.MOVED else ""
+    note = parted(record, known, allowed) if change is Change.MOVED else ""
     return Cell(here.value, here.value - wanted.value, change, note)
-
-
-def classify(here: Quantity, wanted: Quantity, width: float) -> Change:
-    """Return the class of the change from one number to another."""
-    difference = abs(here.value - wanted.value)
-    if difference == 0.0:
-        return Change.SAME
-    if difference <= ROUND_OFF * abs(wanted.value):
-        return Change.ROUNDING
-    return Change.TOLERATED if difference <= width else Change.MOVED
-
-
-def _when(record: BaselineRecord, known: BaselineRecord, allowed: Allowed) -> str:
-    """Say when the series of a record that moved left that of the reference."""
-    if record.series is None or known.series is None:
-        return ""
-    width = allowed.of(record.case, known.name, "series")[0]
-    try:
-        columns = compare_series(known.name, record.series, known.series, width.relative)
-    except RequestError as error:
-        return str(error)
-    return earliest(columns)

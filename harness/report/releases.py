@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 
 from harness.atomic_write import whole_folder
@@ -42,10 +43,11 @@ def write_releases(found: ReleaseMatrix, folder: Path) -> None:
 def markdown(found: ReleaseMatrix) -> str:
     """Return the matrix as Markdown: who ran, how much is of each class, and every row."""
     reference, engine = found.columns[found.reference].release, found.engine
+    asked = f" --cases {found.cases}" if found.cases else ""
     lines = [
         f"# {engine} releases",
         "",
-        f"Cases of `verify --{found.level}`, each release through its own executable, on "
+        f"Cases of `verify --{found.level}{asked}`, each release through its own executable, on "
         f"{found.platform}. Changes are against {reference}.",
         "",
         f"| release | {engine} | " + " | ".join(str(c) for c in Change if c != "reference") + " |",
@@ -56,7 +58,8 @@ def markdown(found: ReleaseMatrix) -> str:
         who = column.provenance.engine_version if column.provenance else column.error
         cells = [str(counts.get(str(c), "")) for c in Change if c != "reference"]
         lines.append(f"| {column.release} | {_cell(who)} | {' | '.join(cells)} |")
-    lines += ["", f"![{CHANGES}](changes.svg)", "", "## Every quantity", ""]
+    lines += ["", f"![{CHANGES}](changes.svg)", "", *_cells_markdown(found)]
+    lines += ["## Every quantity", ""]
     head = ["case", "quantity", reference, "tolerance"]
     others = [(i, c) for i, c in enumerate(found.columns) if i != found.reference]
     head += [column.release for _, column in others]
@@ -72,6 +75,28 @@ def markdown(found: ReleaseMatrix) -> str:
             cells.append(_cell(f"{SHOWN.get(cell.change, cell.change)}{apart}{note}"))
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join([*lines, ""])
+
+
+def _cells_markdown(found: ReleaseMatrix) -> Iterator[str]:
+    """Yield known defects by release, and the cells that do not hold in every release."""
+    releases = " | ".join(column.release for column in found.columns)
+    dashes = "---|" * len(found.columns)
+    if found.defects:
+        yield from ("## Known defects, cells in which each was found", "")
+        yield from (f"| defect | {releases} |", f"|---|{dashes}")
+        for name, counts in found.defects.items():
+            yield f"| {name} | {' | '.join(str(count or '') for count in counts)} |"
+        yield ""
+    if found.cells:
+        yield from ("## Cells of the matrix that do not hold in every release", "")
+        yield from (
+            f"| case | submodel | system | {releases} | defect |",
+            f"|---|---|---|{dashes}---|",
+        )
+        for row in found.cells:
+            cells = (row.case, row.submodel, row.system, *row.verdicts, ", ".join(row.defects))
+            yield f"| {' | '.join(map(_cell, cells))} |"
+        yield ""
 
 
 def _cell(text: str) -> str:

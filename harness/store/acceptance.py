@@ -14,7 +14,7 @@ from harness.atomic_write import whole_folder
 from harness.comparison.baseline_record import BaselineRecord
 from harness.comparison.metadata_diff import changed_parameters
 from harness.comparison.regression import Baseline
-from harness.comparison.releases import ROUND_OFF
+from harness.comparison.release_changes import ROUND_OFF
 from harness.errors import RequestError
 from harness.store.baseline import in_checkout
 from harness.store.baseline_reader import read_tables

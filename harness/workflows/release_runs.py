@@ -77,7 +77,8 @@ def releases(
             columns.append(_column(name, found))
     progress("releases", len(names), len(names))
     tolerances = {case.name: case.regression for case in chosen}
-    return release_matrix(level, here(), columns, tolerances, title)
+    asked = cases if isinstance(cases, str) else ",".join(cases or ())
+    return release_matrix(level, here(), columns, tolerances, title, asked)
 
 
 def _releases_of(engine: str) -> Releases:
@@ -109,4 +110,5 @@ def _column(name: str, found: Verification) -> Column:
         for record, error in findings.errors.items()
     }
     died = found.engine_errors[0] if found.engine_errors and not records else ""
-    return Column(name, found.provenance, records, died, errors)
+    checks = tuple(check for check in found.checks if check.cell is not None)
+    return Column(name, found.provenance, records, died, errors, checks)

@@ -1,0 +1,69 @@
+"""The matrix of cases and submodels release by release: cells that do not hold, defects by name."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from harness.comparison.known_defects import defect_of
+from harness.comparison.verdicts import RANK, Check, Verdict
+
+Place = tuple[str, str, str]
+
+
+@dataclass(frozen=True)
+class CellRow:
+    """A cell in every release: the worst verdict of its checks, empty where it has none."""
+
+    case: str
+    submodel: str
+    system: str
+    verdicts: tuple[str, ...]
+    defects: tuple[str, ...]
+    """Names of known defects, in any release."""
+
+    def record(self) -> dict[str, Any]:
+        """Return it as a JSON-ready mapping."""
+        return asdict(self)
+
+
+def cell_rows(checks: Sequence[Sequence[Check]]) -> list[CellRow]:
+    """Return the cells that do not hold in every release; ``checks`` are those of each release."""
+    columns = [_by_place(one) for one in checks]
+    rows = []
+    for place in sorted({place for column in columns for place in column}):
+        cells = [column.get(place, []) for column in columns]
+        verdicts = tuple(_worst(cell) for cell in cells)
+        if {*verdicts} != {str(Verdict.PASS)}:
+            names = {defect_of(check) for cell in cells for check in cell} - {""}
+            rows.append(CellRow(*place, verdicts, tuple(sorted(names))))
+    return rows
+
+
+def defects_of(checks: Sequence[Sequence[Check]]) -> dict[str, list[int]]:
+    """Return in how many cells of each release a known defect was found, by its name."""
+    found: list[set[tuple[str, Place]]] = [
+        {
+            (defect_of(check), place)
+            for place, cell in _by_place(one).items()
+            for check in cell
+            if check.verdict is Verdict.KNOWN_DEFECT
+        }
+        for one in checks
+    ]
+    names = sorted({name for one in found for name, _ in one})
+    return {name: [sum(1 for other, _ in one if other == name) for one in found] for name in names}
+
+
+def _by_place(checks: Sequence[Check]) -> dict[Place, list[Check]]:
+    found: dict[Place, list[Check]] = {}
+    for check in checks:
+        if check.cell is not None:
+            found.setdefault(check.cell.place[:3], []).append(check)
+    return found
+
+
+def _worst(cell: Sequence[Check]) -> str:
+    verdicts = [check.verdict for check in cell]
+    return str(min(verdicts, key=RANK.__getitem__)) if verdicts else ""
