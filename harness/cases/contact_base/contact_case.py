@@ -32,7 +32,7 @@ P = TypeVar("P", bound=ContactSystem)
 SAME = 1e-9
 """Difference of integrations that differ by their rules, where these change nothing."""
 
-LONGER = ("unequal spheres", "frozen sphere")
+LONGER = ("unequal spheres", "frozen sphere", "two spheres, turned")
 """Systems that the shortest level leaves out."""
 
 

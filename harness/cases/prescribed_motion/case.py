@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from dataclasses import replace
+from typing import Any, ClassVar, Self
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.motion import Array, Motion
@@ -20,6 +21,10 @@ from harness.cases.contact_base.submodels import (
     TANGENTIAL_BESIDE,
     TWISTING,
 )
+from harness.cases.contract import Study
+from harness.cases.prescribed_motion.turned import levers, tangential_ratio, turned_pair
+from harness.comparison.findings import Findings
+from harness.engines.contract import Engine
 from harness.observables.declared import Observable
 from harness.parameters.contact_scene import ZERO, ContactScene, Segment, Vector
 
@@ -32,9 +37,27 @@ class PrescribedMotion(ContactSystem):
     lift: float = Field(0.3, ge=0.0, lt=1.0, description="[-] of the overlap, after the shear")
     turn: float = Field(1e-3, gt=0.0, description="[rad] of rolling and of twisting")
     duration: float = Field(1e-3, gt=0.0, description="[s] of each of the six pieces")
+    turned: float = Field(
+        0.0,
+        ge=0.0,
+        le=0.2,
+        description="[rad] by which two spheres that stick turn as one body, instead of what "
+        "follows the shear",
+    )
+
+    @model_validator(mode="after")
+    def _turns(self) -> Self:
+        if self.turned and self.partner != "sphere":
+            raise ValueError(
+                f"turned = {self.turned!r}: needs two spheres (partner = sphere), "
+                f"got partner = {self.partner!r}"
+            )
+        return self
 
 
 PIECES = 6
+
+TURNED = "two spheres, turned"
 
 SLACK = 1e-9
 """[mrad] of round-off."""
@@ -52,13 +75,20 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
         Observable("lifted_ratio", "1", "", "likewise, after the lift"),
         Observable("rolling_ratio", "1", "", "torque over radius and normal force, after rolling"),
         Observable("twisting_ratio", "1", "", "likewise about the normal, after twisting"),
+        Observable("turned_ratio", "1", "", "tangential over normal force, both turned"),
     )
     submodels = (*TANGENTIAL, *OLD_TANGENTIAL, *ROLLING, *TWISTING)
     beside = (*TANGENTIAL_BESIDE, *ROLLING_BESIDE)
     systems: ClassVar[Mapping[str, Mapping[str, Any]]] = {
-        name: told for name, told in SYSTEMS.items() if name != "frozen sphere"
+        **{name: told for name, told in SYSTEMS.items() if name != "frozen sphere"},
+        # a quarter of the shear, so that it sticks
+        TURNED: {"partner": "sphere", "turned": 0.08, "shear": 5e-6},
     }
-    formula: ClassVar[str] = "The law integrated along the same motion, limits located."
+    formula: ClassVar[str] = (
+        "The law integrated along the same motion, limits located. A pair that turns as one body "
+        "keeps its forces, which turn with it, where the lever of the slip reaches to the contact; "
+        "the lever r strains the spring by the turn times the overlap."
+    )
 
     @property
     def presets(self) -> Mapping[str, PrescribedMotion]:
@@ -67,6 +97,8 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
 
     def scene(self, parameters: PrescribedMotion) -> ContactScene:
         """Return the pieces of the motion, the sphere at touch before."""
+        if parameters.turned:
+            return turned_pair(parameters)
         bodies = tuple(parameters.bodies(0.0, ZERO))
         n, time = parameters.steps_per_contact, parameters.duration
         still = (ZERO,) * len(bodies)
@@ -95,9 +127,19 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
             segments=pieces,
         )
 
+    def verify(self, engine: Engine, study: Study) -> Findings:
+        """Add what the lever of the engine makes of a pair that turns as one body."""
+        found = super().verify(engine, study)
+        return replace(found, checks=[*found.checks, *levers(self, found)])
+
     def observed(self, parameters: PrescribedMotion, motion: Motion) -> Mapping[str, float]:
         """Return forces and torques at the ends of the pieces."""
         force, torque = motion.force[:, 0], motion.torque[:, 0]
+        if parameters.turned:
+            return {
+                "shear_ratio": float(tangential_ratio(motion)[2]),
+                "turned_ratio": float(tangential_ratio(motion)[-1]),
+            }
         shear, back, lifted, rolled, twisted = range(2, PIECES + 1)
         found = {
             name: float(force[at, 0] / force[at, 2])
@@ -116,6 +158,8 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
 
     def axes(self, parameters: PrescribedMotion) -> tuple[str, str]:
         """Return what is drawn: torques where there are some, else the tangential force."""
+        if parameters.turned:
+            return "time (ms)", "tangential over normal force, both turned"
         if parameters.rolling != "none" or parameters.twisting != "none":
             return "angle (mrad)", "torque over radius and normal force"
         return "displacement (µm)", "tangential force (N)"
@@ -125,6 +169,8 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
     ) -> Mapping[str, tuple[Array, Array]]:
         """Return the tangential force over the displacement, or torques over their angles."""
         force, torque = motion.force[:, 0], motion.torque[:, 0]
+        if parameters.turned:
+            return {"": (1e3 * motion.time, tangential_ratio(motion))}
         if parameters.rolling == "none" and parameters.twisting == "none":
             return {"": (1e6 * motion.position[:, 0, 0], force[:, 0])}
         turned = 1e3 * parameters.turn * (motion.time / parameters.duration - (PIECES - 2))

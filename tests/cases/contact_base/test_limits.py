@@ -5,7 +5,10 @@ import pytest
 
 from harness.cases.contact_base.ladder import RECORDED, STEPS, climb, powers
 from harness.cases.contact_base.motion import crossing, peak, value_at
+from harness.cases.registry import get_case
+from harness.errors import RequestError
 from harness.parameters.contact_law import ContactLaw
+from harness.parameters.contact_rules import Rules
 
 LADDER = STEPS["default"]
 H = 1.0 / np.array(LADDER)
@@ -58,3 +61,28 @@ def test_zeros_values_and_peaks_lie_between_samples():
     assert value_at(1.234, T, x, v) == pytest.approx(np.sin(1.234), abs=1e-8)
     assert peak(x) == pytest.approx(1.0, abs=1e-9)
     assert peak(np.array([1.0, 2.0])) == 2.0
+
+
+@pytest.mark.parametrize("tangential", ["linear_history", "mindlin", "mindlin_rescale/force"])
+def test_a_pair_that_turns_as_one_body_keeps_its_forces_with_levers_to_the_contact(tangential):
+    case = get_case("prescribed-motion")
+    (trial,) = (
+        one
+        for one in case.trials("default")
+        if one.submodel == tangential and one.parameters.turned
+    )
+    parameters = trial.parameters.replace(steps_per_contact=100)
+    to_contact = case.expected(parameters, Rules(velocity_lever="contact_point"))
+    to_centre = case.expected(parameters, Rules())
+    held, turned = (to_contact[name].value for name in ("shear_ratio", "turned_ratio"))
+    # the path is made of chords: the overlap, 1 % of which their sagitta is, moves on the way
+    assert turned == pytest.approx(held, rel=0.04)
+    # with the lever r the surfaces slip by the turn times the overlap, further along
+    overlap, shear = parameters.overlap, parameters.shear
+    strained = held * (1.0 - parameters.turned * overlap / shear)
+    assert to_centre["turned_ratio"].value == pytest.approx(strained, rel=0.04)
+
+
+def test_only_two_free_spheres_turn_as_one_body():
+    with pytest.raises(RequestError, match=r"turned = 0\.1: needs two spheres"):
+        get_case("prescribed-motion").parameters(turned=0.1)
