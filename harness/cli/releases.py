@@ -13,6 +13,9 @@ from harness.cli.command import argument, option
 from harness.cli.engine_options import CacheOptions
 from harness.cli.options import CASES, Json, Level
 
+MOST_MOVED = 20
+"""Values that moved of which a terminal is told."""
+
 if TYPE_CHECKING:
     from harness.comparison.releases import ReleaseMatrix
 
@@ -100,10 +103,16 @@ def _print(found: ReleaseMatrix, output: Path | None) -> None:
             if count
         )
         print(f"known defect {name}, cells by release: {where}")
-    for row in found.rows:
-        for column, cell in zip(found.columns, row.cells, strict=True):
-            if cell.change == "moved":
-                print(f"moved in {column.release}: {row.record}: {row.quantity}", end=" ")
-                print(f"{cell.value!r} {row.unit} ({cell.difference:+.2g}) {cell.note}")
+    moved = [
+        f"moved in {column.release}: {row.record}: {row.quantity} {cell.value!r} {row.unit} "
+        f"({cell.difference:+.2g}) {cell.note}"
+        for row in found.rows
+        for column, cell in zip(found.columns, row.cells, strict=True)
+        if cell.change == "moved"
+    ]
+    for line in moved[:MOST_MOVED]:
+        print(line.rstrip())
+    if len(moved) > MOST_MOVED:
+        print(f"and {len(moved) - MOST_MOVED} more that moved: --output DIR lists them all")
     if output is not None:
         print(f"report: {output / 'report.md'}")

@@ -5,12 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.comparison.releases import ReleaseMatrix
+from harness.comparison.releases import ReleaseMatrix, Row
 from harness.report.figures.divergence import name_and_unit
 from harness.report.figures.style import COLOURS, MARKERS, Figure, label, legend_below
 
 NONE = 1e-18
 """Where a change of exactly 0 is drawn: below one unit in the last place."""
+
+MOST_ROWS = 60
+"""Quantities that are drawn; of more, those that moved most by their tolerance."""
 
 DECADES = (1e-15, 1e-12, 1e-9, 1e-6, 1e-3, 1.0)
 
@@ -20,7 +23,7 @@ def changes(found: ReleaseMatrix) -> Figure:
 
     No change at all stands at the left edge; what has no value is not drawn.
     """
-    rows = [row for row in found.rows if row.cells[found.reference].value is not None]
+    rows = _rows(found)
     figure = Figure(figsize=(10.0, 2.0 + 0.2 * max(len(rows), 4)), layout="constrained")
     axes = figure.subplots()
     place = np.arange(len(rows))
@@ -52,6 +55,21 @@ def changes(found: ReleaseMatrix) -> Figure:
     label(axes, f"change over the value, against\n{reference}", "")
     legend_below(figure)
     return figure
+
+
+def _rows(found: ReleaseMatrix) -> list[Row]:
+    """Return the quantities that are drawn, in the order of the matrix."""
+    rows = [row for row in found.rows if row.cells[found.reference].value is not None]
+    if len(rows) <= MOST_ROWS:
+        return rows
+    most = sorted(range(len(rows)), key=lambda n: _moved(rows[n]), reverse=True)[:MOST_ROWS]
+    return [rows[n] for n in sorted(most)]
+
+
+def _moved(row: Row) -> float:
+    """Return the largest change of a quantity, in its tolerance."""
+    changes = [abs(cell.difference) for cell in row.cells if cell.difference]
+    return max(changes, default=0.0) / (row.tolerance or 1.0)
 
 
 def _shown(values: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,0 +1,68 @@
+"""Cells of the matrix release by release: what does not hold, and which defect it is."""
+
+from dataclasses import replace
+
+from harness.comparison.known_defects import KnownDefect, defect_of, told_apart
+from harness.comparison.release_cells import cell_rows, defects_of
+from harness.comparison.releases import Column, release_matrix
+from harness.comparison.tolerances import Tolerance
+from harness.comparison.verdicts import Cell, Kind, judge, not_tested
+from harness.observables.provenance import Provenance
+from harness.report.releases import markdown
+
+WIDTH = Tolerance("", 1e-6, 0.0, "a millionth, for a test")
+DEFECT = KnownDefect(
+    name="lost-friction",
+    engine="toy",
+    cases=("slide",),
+    submodels=("spring",),
+    cause="the spring is multiplied by a length that it has none of",
+    since="1 Mar 2023",
+    until="1 Mar 2025",
+)
+
+
+def check(submodel, error, system="wall"):
+    row = judge(f"slide: {submodel}, {system}", Kind.ANALYTIC, 0.5 + error, 0.5, WIDTH)
+    return replace(row, cell=Cell("slide", submodel, system, "toy"))
+
+
+def release(version, error):
+    missing = not_tested("slide: new", Kind.ANALYTIC, "not in this release")
+    missing = replace(missing, cell=Cell("slide", "new", "wall", "toy"))
+    found = (check("spring", error), check("spring", 0.0), check("dashpot", 0.0), missing)
+    return told_apart(found, (DEFECT,), {"toy": version})
+
+
+RELEASES = (release("1 Jan 2022", 0.0), release("1 Jan 2024", 0.1), release("1 Jan 2025", 0.0))
+
+
+def test_a_defect_is_counted_by_name_where_it_is_found():
+    assert defects_of(RELEASES) == {"lost-friction": [0, 1, 0]}
+    assert [defect_of(one[0]) for one in RELEASES] == ["", "lost-friction", "lost-friction"]
+
+
+def test_cells_that_hold_everywhere_are_left_out():
+    spring, new = (
+        {row.submodel: row for row in cell_rows(RELEASES)}[name] for name in ("spring", "new")
+    )
+    assert len(cell_rows(RELEASES)) == 2
+    assert spring.verdicts == ("pass", "known defect", "fixed")
+    assert spring.defects == ("lost-friction",)
+    assert new.verdicts == ("not tested",) * 3
+
+
+def test_a_failure_that_no_defect_explains_is_status_1_and_the_page_names_all():
+    columns = [
+        Column(name, Provenance("toy", name), checks=checks)
+        for name, checks in zip(("1", "2", "3"), RELEASES, strict=True)
+    ]
+    found = release_matrix("quick", "here", columns, {}, "TOY", "contacts")
+    assert found.status == 0
+    assert found.record()["known_defects"] == {"lost-friction": [0, 1, 0]}
+    page = markdown(found)
+    assert "--cases contacts" in page
+    assert "| lost-friction |  | 1 |  |" in page
+    assert "| slide | spring | wall | pass | known defect | fixed | lost-friction |" in page
+    failing = [replace(columns[0], checks=(check("spring", 0.1),)), *columns[1:]]
+    assert release_matrix("quick", "here", failing, {}, "TOY").status == 1
