@@ -82,15 +82,15 @@ class Plan(Generic[P]):
 class Study:
     """How a verification is to be done: how much of it, and how to open another engine by name.
 
-    ``missing`` are the names of engines that were asked for and could not be run. ``once`` makes
-    what several engines or parts of one study share, as the results of a reference; a case keys
-    its entries by its own parameters.
+    ``missing`` are the names of engines that were asked for and could not be run, ``cases`` are
+    verified. ``once`` makes what several parts share; a case keys its entries by its parameters.
     """
 
     level: LevelName = "default"
     progress: Progress = silent
     open_engine: Callable[[str], AbstractContextManager[Engine]] | None = None
     missing: frozenset[str] = frozenset()
+    cases: tuple[Case[Any], ...] = ()
     once: Once = field(default_factory=Once, compare=False, repr=False)
 
 

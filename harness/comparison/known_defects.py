@@ -26,6 +26,7 @@ class KnownDefect(Parameters):
 
     ``cases``, ``submodels`` and ``systems`` are those of cells, with ``*`` and ``?``; ``since``
     and ``until`` the first and the last release that are known to have it, empty for no bound.
+    ``invariances`` are those that it breaks, empty for one that makes values wrong.
     """
 
     name: str
@@ -33,6 +34,7 @@ class KnownDefect(Parameters):
     cases: tuple[str, ...] = Field(min_length=1)
     submodels: tuple[str, ...] = Field(min_length=1)
     systems: tuple[str, ...] = ("*",)
+    invariances: tuple[str, ...] = ("",)
     cause: str = Field(min_length=20)
     since: str = ""
     until: str = ""
@@ -44,7 +46,7 @@ class KnownDefect(Parameters):
         cell = check.cell
         if cell is None:
             return False
-        patterns = (self.cases, self.submodels, self.systems, (self.engine,))
+        patterns = (self.cases, self.submodels, self.systems, (self.engine,), self.invariances)
         if not all(map(_among, cell.place, patterns)):
             return False
         here, last = release_of(versions.get(cell.engine, "")), release_of(self.until)
@@ -86,7 +88,7 @@ def _marked(
     check: Check,
     defects: Sequence[KnownDefect],
     versions: Mapping[str, str],
-    failing: set[tuple[str, str, str, str]],
+    failing: set[tuple[str, str, str, str, str]],
 ) -> Check:
     defect = next((one for one in defects if one.concerns(check, versions)), None)
     if defect is None or check.cell is None:

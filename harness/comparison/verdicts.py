@@ -1,4 +1,4 @@
-"""Checks and their verdicts. Three kinds that are never mixed, and findings beside them."""
+"""Checks and their verdicts. Four kinds that are never mixed, and findings beside them."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ class Kind(StrEnum):
 
     ANALYTIC = "analytic"
     CROSS_CODE = "cross-code"
+    INVARIANCE = "invariance"
     REGRESSION = "regression"
     FINDING = "finding"
 
@@ -52,7 +53,8 @@ RANK = dict.fromkeys(Verdict, 2) | {
 class Cell:
     """The place of a check in the matrix of cases and submodels, for a system and an engine.
 
-    ``order`` is the order of convergence that was observed, with its interval.
+    ``invariance`` names what must not change its runs, empty for their values. ``order`` is the
+    order of convergence that was observed, with its interval.
     """
 
     case: str
@@ -62,11 +64,12 @@ class Cell:
     order: Number = math.nan
     order_low: Number = math.nan
     order_high: Number = math.nan
+    invariance: str = ""
 
     @property
-    def place(self) -> tuple[str, str, str, str]:
-        """Return case, submodel, system and engine."""
-        return (self.case, self.submodel, self.system, self.engine)
+    def place(self) -> tuple[str, str, str, str, str]:
+        """Return case, submodel, system, engine and invariance."""
+        return (self.case, self.submodel, self.system, self.engine, self.invariance)
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 from harness.engines.batches import each_alone, in_batches
 from harness.engines.output import Output
 from harness.engines.traits import Traits
-from harness.errors import EngineError, RequestError
+from harness.errors import EngineError, EngineMissingError, RequestError
 from harness.observables.provenance import Provenance
 
 if TYPE_CHECKING:
@@ -39,8 +39,9 @@ if TYPE_CHECKING:
 
 Value = str | int | float
 Values = Mapping[str, Value]
+Vector = Sequence[float]
 
-__all__ = ["Engine", "Job", "Output", "Template", "Value", "Values"]
+__all__ = ["Engine", "Job", "Output", "Template", "Value", "Values", "Variation"]
 
 
 @dataclass(frozen=True)
@@ -80,6 +81,26 @@ class Job:
     values: Values
     variant: str = ""
     sampled: bool = False
+
+
+@dataclass(frozen=True)
+class Variation:
+    """Another way to run a job that must change nothing: what it is told, on how many MPI ranks.
+
+    ``against`` names the variation that it is held against, the job as it stands unless given.
+    Where it is ``exact`` no bit may change, else round-off only, of coordinates that it makes as
+    large as ``reach`` [m]; ``why`` says for what reason. One that breaks whatever the law is not
+    ``everywhere``: shorter levels judge it for a few laws.
+    """
+
+    name: str
+    values: Values
+    why: str
+    against: str = ""
+    exact: bool = True
+    everywhere: bool = True
+    reach: float = 0.0
+    ranks: int = 1
 
 
 class Engine(ABC):
@@ -177,6 +198,20 @@ class Engine(ABC):
         Raise EngineMissingError where there is one that is not here. Close it after use.
         """
         return None
+
+    def variations(self, job: Job, ends: Sequence[Vector]) -> Sequence[Variation]:  # noqa: ARG002
+        """Return the other ways to run a job with its samples that must change nothing.
+
+        ``ends`` are the means of the particles' places at the start and at the end [m].
+        """
+        return ()
+
+    def on_ranks(self, ranks: int) -> Engine:
+        """Return the same code on so many MPI ranks; close it after use.
+
+        Raise EngineMissingError where there is none.
+        """
+        raise EngineMissingError(f"{self.title} has no way to run on {ranks} ranks")
 
     def script_digest(self, job: Job) -> str:  # noqa: ARG002
         """Return a digest of the script that a job runs; empty where the engine takes scenes."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import shutil
 import sys
 import tempfile
@@ -141,3 +142,12 @@ def find_program(option: str, name: str) -> str:
             f"--{option}{name!r}: no such executable; give a path, or a name found on PATH"
         )
     return str(Path(path).absolute())
+
+
+def launcher_words(launcher: str | None) -> list[str]:
+    """Return the words of an MPI launcher, its program as a path; raise RequestError for none."""
+    try:
+        words = shlex.split(launcher or "")
+    except ValueError as error:
+        raise RequestError(f"--mpirun {launcher!r} cannot be read: {error}") from None
+    return [find_program("mpirun", words[0]), *words[1:]] if words else []

@@ -19,6 +19,9 @@ _HEADER = 9
 
 _UNITS = {
     "x": "x_m",
+    "xu": "x_m",
+    "yu": "y_m",
+    "zu": "z_m",
     "y": "y_m",
     "z": "z_m",
     "vx": "vx_m_per_s",
@@ -87,7 +90,8 @@ def _columns(names: list[str], rows: NDArray[np.float64], who: str) -> Table:
 def read_dump(text: str, who: str) -> Table:
     """Return the columns of a dump, ``step`` (M,) and the rest (M, N), sorted by id.
 
-    ``x``, ``vx``, ``fx`` and so on are named with their SI units. Raise EngineOutputError for a
+    ``x``, ``vx``, ``fx`` and so on are named with their SI units. A frame that comes again where a
+    run was taken up is left out. Raise EngineOutputError for a
     dump that is cut, or whose frames hold different particles.
     """
     import numpy as np
@@ -113,6 +117,7 @@ def read_dump(text: str, who: str) -> Table:
             raise ValueError("particles come or go")
     except ValueError as error:
         raise EngineOutputError(f"{who} wrote a dump that cannot be read ({error})") from None
-    frames = np.take_along_axis(frames, order[:, :, None], axis=1)
+    first = np.diff(steps, prepend=np.nan) != 0.0
+    frames = np.take_along_axis(frames, order[:, :, None], axis=1)[first]
     table = {_UNITS.get(n, n): frames[:, :, i] for i, n in enumerate(names) if n != "id"}
-    return {"step": steps, **table}
+    return {"step": steps[first], **table}

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from harness.errors import RequestError
 from harness.pair import damping, lever, normal, slider
 from harness.parameters.contact_law import ContactLaw
 from harness.parameters.contact_rules import Rules
@@ -73,7 +74,9 @@ class System(NamedTuple):
 
 
 def system_of(scene: ContactScene, rules: Rules) -> System:
-    """Return the arrays of a scene."""
+    """Return the arrays of a scene; raise RequestError for a plane that moves."""
+    if any(any(plane.velocity) for plane in scene.planes):
+        raise RequestError("planes: the reference integration takes those at rest")
     bodies, moved = scene.bodies, not scene.segments
     free = np.array([moved and not body.frozen for body in bodies], dtype=float)
     pairs = [

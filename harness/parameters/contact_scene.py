@@ -43,14 +43,19 @@ class Body:
 
 @dataclass(frozen=True)
 class Plane:
-    """A fixed wall: a point of it [m] and its normal into the room, of any length."""
+    """A wall: a point of it [m], its normal into the room, of any length, and its velocity [m/s].
+
+    The point is that of the start.
+    """
 
     point: Vector
     normal: Vector
+    velocity: Vector = ZERO
 
     def __post_init__(self) -> None:
         _finite("point", self.point)
         _finite("normal", self.normal)
+        _finite("velocity", self.velocity)
         if not any(self.normal):
             raise RequestError("normal = (0, 0, 0): a plane needs a direction")
 

@@ -38,7 +38,7 @@ class Mark:
         quantity = self.check.name.rpartition(": ")[2]
         cell = self.cell
         order = f", order {cell.order:.2f} ({cell.order_low:.2f} to {cell.order_high:.2f})"
-        told = f"{cell.system}, {quantity}: {happened(self.check)}"
+        told = f"{cell.system}, {cell.invariance or quantity}: {happened(self.check)}"
         return told + ("" if math.isnan(cell.order) else order)
 
 
@@ -57,13 +57,16 @@ def matrices(
 ) -> list[Matrix]:
     """Return a matrix for each engine of checks that stand in cells, each with its place.
 
-    ``titles`` are how engines are written, by name.
+    ``titles`` are how engines are written, by name. An invariance is seen where it fails only:
+    what is known of those would hide the values.
     """
     worst: dict[tuple[str, ...], Mark] = {}
     for check, place in placed:
         if check.cell is not None:
+            if check.cell.invariance and check.verdict is not Verdict.FAIL:
+                continue
             mark = Mark(check, place)
-            key = check.cell.place
+            key = check.cell.place[:4]
             if key not in worst or _severity(mark) < _severity(worst[key]):
                 worst[key] = mark
     engines = dict.fromkeys(mark.cell.engine for mark in worst.values())

@@ -10,6 +10,7 @@ from harness.comparison.verdicts import Check, Kind, Verdict
 KINDS = {
     Kind.ANALYTIC: "Analytic: against a closed form",
     Kind.CROSS_CODE: "Cross-code: against another code or route, same law",
+    Kind.INVARIANCE: "Invariance: the same run turned, moved, restarted, over ranks, and so on",
     Kind.REGRESSION: "Regression: against the baseline",
     Kind.FINDING: "Findings: differences between models, reported and not judged",
 }

@@ -75,6 +75,10 @@ class CachedEngine(Engine):
         found = ((i, self._kept(run_key(self._engine, j, who))) for i, j in enumerate(jobs))
         return {place: output for place, output in found if output is not None}
 
+    def on_ranks(self, ranks: int) -> Engine:
+        """Return the engine on so many MPI ranks, whose outputs are kept as well."""
+        return CachedEngine(self._engine.on_ranks(ranks), self._entries, fresh=self._fresh)
+
     def close(self) -> None:
         """End the engine's processes."""
         self._engine.close()
@@ -102,7 +106,7 @@ _PASSED_ON = frozenset(
     (
         *("name", "title", "states", "refuses", "check", "fingerprint", "fingerprint_of"),
         *("ready", "workers"),
-        *("twin", "twin_options", "script_digest", "inputs", "logs"),
+        *("twin", "twin_options", "script_digest", "inputs", "logs", "variations"),
     )
 )
 

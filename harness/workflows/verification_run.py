@@ -52,7 +52,7 @@ def verify(
     the rest goes on. Raise RequestError for an unknown level, case or engine, and a damaged file.
     """
     chosen, asked = chosen_cases(cases), asked_engines(engines)
-    study = Study(checked_level(level), progress, open_one)
+    study = Study(checked_level(level), progress, open_one, cases=tuple(chosen))
     known = None if baseline is False else chosen_baseline(baseline)
     defects = known_defects()
     started, clock = datetime.now(UTC), time.monotonic()

@@ -78,6 +78,20 @@ def test_a_row_that_holds_beside_one_that_fails_is_not_fixed():
     assert [one.verdict for one in found] == [Verdict.PASS, Verdict.KNOWN_DEFECT]
 
 
+def test_a_defect_of_values_explains_no_invariance_and_one_of_an_invariance_no_value():
+    restarted = check(2.0)
+    restarted = replace(restarted, cell=replace(restarted.cell, invariance="restarted"))
+    forgets = DEFECT.replace(name="forgets", invariances=("restarted",))
+    for row, defect, expected in (
+        (restarted, DEFECT, Verdict.FAIL),
+        (restarted, forgets, Verdict.KNOWN_DEFECT),
+        (check(2.0), forgets, Verdict.FAIL),
+        (check(1.0), forgets, Verdict.PASS),
+    ):
+        (found,) = told_apart([row], [defect], {"code": "2 Aug 2023"})
+        assert found.verdict is expected
+
+
 def test_the_note_names_cause_and_upstream_and_an_engine_that_died_of_it_is_no_error():
     row = failed_run("row", Kind.ANALYTIC, EngineCrashError("it died"))
     row = replace(row, cell=Cell("slide", "old spring", "wall", "code"))

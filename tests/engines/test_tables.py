@@ -51,6 +51,14 @@ def test_a_csv_that_is_cut_or_damaged_is_bad_output(text):
         read_csv(text, "it")
 
 
+def test_a_frame_that_comes_again_where_a_run_was_taken_up_is_left_out():
+    text = dump([(1, 10.0, 0.1, -1.0)], [(1, 11.0, 0.1, -1.0)])
+    again = dump([], [(1, 12.0, 0.2, -2.0)], [(1, 13.0, 0.2, -2.0)]).partition("\n5\n")
+    table = read_dump(text + "ITEM: TIMESTEP" + again[1] + again[2], "it")
+    assert table["step"].tolist() == [0.0, 5.0, 10.0]
+    assert table["x_m"].tolist() == [[10.0], [11.0], [13.0]]
+
+
 def test_a_dump_is_one_table_sorted_by_id_with_units_in_its_names():
     first = [(2, 20.0, 0.2, -2.0), (1, 10.0, 0.1, -1.0), (3, 30.0, 0.3, -3.0)]
     second = [(1, 11.0, 0.1, -1.0), (3, 33.0, 0.3, -3.0), (2, 22.0, 0.2, -2.0)]

@@ -42,6 +42,18 @@ def test_a_mark_is_the_worst_check_of_its_system():
     assert "slide" not in matrix.rows["<old>"]
 
 
+def test_invariances_share_the_mark_of_their_system():
+    turned = check("slide", "spring", "wall", 1e-3)
+    turned = replace(turned, cell=replace(turned.cell, invariance="turned"))
+    (matrix,) = matrices([(row, "") for row in (*CHECKS[:3], turned)])
+    marks = matrix.rows["spring"]["slide"]
+    assert [(m.cell.system, m.text) for m in marks] == [("two spheres", "2e-09"), ("wall", "fail")]
+    assert marks[1].title.startswith("wall, turned: ")
+    known = replace(turned, verdict=Verdict.KNOWN_DEFECT)
+    (matrix,) = matrices([(row, "") for row in (*CHECKS[:3], known)])
+    assert [m.text for m in matrix.rows["spring"]["slide"]] == ["2e-09", "3e-08"]
+
+
 def test_page_and_markdown_show_it_and_have_none_without_cells(verification):
     assert 'id="matrix"' not in html_page(verification, [])
     assert list(matrix_markdown(verification.checks)) == []

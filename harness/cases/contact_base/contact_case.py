@@ -49,6 +49,10 @@ class ContactCase(Case[P]):
     beside: ClassVar[Sequence[Submodel]] = ()
     """Submodels that codes compared with one another go through as well."""
     systems: ClassVar[Mapping[str, Mapping[str, Any]]] = SYSTEMS
+    invariant: ClassVar[Sequence[Submodel]] = ()
+    """Those whose invariances every level checks, in some systems: each in one case is enough."""
+    over_ranks: ClassVar[Mapping[str, int]] = {}
+    """On how many MPI ranks the default level runs some of those: one of each kind of memory."""
     formula: ClassVar[str]
     shown: ClassVar[str] = ""
     """The quantity whose error is drawn; the first unless named."""
@@ -123,25 +127,33 @@ class ContactCase(Case[P]):
                     yield Trial(submodel.name, system, base.replace(**told))
 
     def expected_rows(self, level: LevelName, engine: Engine) -> int:  # noqa: ARG002
-        """Return a row for each trial, at least."""
-        return sum(1 for _ in self.trials(level))
+        """Return a row for each trial, at least, and for the invariances of one."""
+        from harness.cases.contact_base.ways import chosen
+
+        return sum(1 for _ in self.trials(level)) + sum(1 for _ in chosen(self, level))
 
     def verify(self, engine: Engine, study: Study) -> Findings:
-        """Run each trial on a ladder of steps and judge the limits against the law."""
+        """Judge each trial in the limit of a small step, and that nothing else changes it."""
+        from harness.cases.contact_base.invariance import invariances
         from harness.cases.contact_base.study import verify_trials
 
         def run() -> Findings:
-            return verify_trials(self, engine, study, self.trials(study.level))
+            found = verify_trials(self, engine, study, self.trials(study.level))
+            found.checks += invariances(self, engine, study)
+            return found
 
         return study.once((self.name, engine.name), run)
 
     def verify_beside(self, engine: Engine, study: Study) -> Findings:
         """Run the trials and those ``beside`` them, but none that :meth:`verify` ran."""
+        from harness.cases.contact_base.invariance import invariances
         from harness.cases.contact_base.study import Evidence, verify_trials
 
         done: Findings | None = study.once((self.name, engine.name), lambda: None)
         submodels = (*(() if done else self.submodels), *self.beside)
         found = verify_trials(self, engine, study, self.trials(study.level, submodels))
+        if not done and study.level == "full":
+            found.checks += invariances(self, engine, study)
         if done and done.evidence:
             climbed = (*done.evidence.climbed, *found.evidence.climbed)
             found.evidence = Evidence(engine.title, climbed)

@@ -3,37 +3,40 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from operator import mul
 
 from harness.engines.contract import Job, Template, Value
 from harness.errors import RequestError
 from harness.parameters.contact_law import ContactLaw
-from harness.parameters.contact_scene import ZERO, Body, ContactScene, Plane, Segment
+from harness.parameters.contact_scene import (
+    ZERO,
+    Body,
+    ContactScene,
+    Plane,
+    Segment,
+    Vector,
+)
 
 COMPONENTS = ("x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz")
 MOST_SEGMENTS = 6
+AXES: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+UP = AXES[2]
 MOVED = ("vx", "vy", "vz", "wx", "wy", "wz")
-"""Of the first body, in each segment of a prescribed motion."""
+"""Of the body that is moved, in each segment of a prescribed motion."""
 
 
 def values_of(scene: ContactScene, interface: str = "current") -> dict[str, Value]:
-    """Return what a script is told of a scene with one or two spheres and horizontal planes.
+    """Return what a script is told of a scene with one or two spheres and parallel planes.
 
     Raise RequestError for one with more, or with other planes.
     """
     if len(scene.bodies) > 2:
         raise RequestError(f"bodies: scripts take one or two, got {len(scene.bodies)}")
-    floors = [plane for plane in scene.planes if plane.direction == (0.0, 0.0, 1.0)]
-    ceilings = [plane for plane in scene.planes if plane.direction == (0.0, 0.0, -1.0)]
-    stated = len(floors) + len(ceilings) == len(scene.planes)
-    if not stated or (len(floors), len(ceilings)) not in ((0, 0), (1, 0), (1, 1)):
-        raise RequestError("planes: scripts take none, a floor, or a floor and a ceiling")
     values: dict[str, Value] = {
         "interface": interface,
         **_law(scene.law),
-        "planes": len(scene.planes),
-        "floor": _height(floors),
-        "ceiling": _height(ceilings),
+        **dict(_planes(scene.planes)),
         **dict(zip(("gravity_x", "gravity_y", "gravity_z"), scene.gravity, strict=True)),
         "room": _room(scene),
         "step_size": scene.step,
@@ -58,8 +61,25 @@ def _law(law: ContactLaw) -> dict[str, Value]:
     return {**told, "clipped": "yes" if law.clipped else "no"}
 
 
-def _height(planes: list[Plane]) -> float:
-    return planes[0].point[2] if planes else 0.0
+def _planes(planes: Sequence[Plane]) -> Iterator[tuple[str, Value]]:
+    """Yield the heights of a floor and a ceiling, and what they are where not horizontal, at rest.
+
+    Heights are along the floor's normal. Raise RequestError for other planes.
+    """
+    up, drift = (planes[0].direction, planes[0].velocity) if planes else (UP, ZERO)
+    down = tuple(-part for part in up)
+    if [plane.direction for plane in planes] not in ([], [up], [up, down]) or any(
+        plane.velocity != drift for plane in planes
+    ):
+        raise RequestError("planes: scripts take none, a floor, or a floor and a ceiling")
+    heights = [sum(map(mul, up, plane.point)) for plane in planes]
+    yield "planes", len(planes)
+    yield from zip(("floor", "ceiling"), [*heights, 0.0, 0.0], strict=False)
+    if up != UP or drift != ZERO:
+        coordinate = {AXES[0]: "xplane", AXES[1]: "yplane", UP: "zplane"}
+        yield "walls_as", "region" if drift != ZERO else coordinate.get(up, "region")
+        yield from zip(("up_x", "up_y", "up_z"), up, strict=True)
+        yield from zip(("drift_x", "drift_y", "drift_z"), drift, strict=True)
 
 
 def _body(number: int, body: Body, *, moved: bool) -> dict[str, Value]:
@@ -82,12 +102,27 @@ def _room(scene: ContactScene) -> float:
 
 
 def _segments(scene: ContactScene) -> Iterator[tuple[str, Value]]:
-    """Yield the pieces of a prescribed motion of the first body; those left over are empty."""
+    """Yield the pieces of a prescribed motion of one body; those left over are empty.
+
+    The velocities of the other are those that it begins with.
+    """
     if len(scene.segments) > MOST_SEGMENTS:
         raise RequestError(f"segments: scripts take up to {MOST_SEGMENTS}")
+    begun = [(body.velocity, body.omega) for body in scene.bodies]
+    movers = {
+        index
+        for piece in scene.segments
+        for index, told in enumerate(zip(piece.velocities, piece.omegas, strict=True))
+        if told != begun[index]
+    }
+    if len(movers) > 1:
+        raise RequestError("segments: scripts move one body, the others keep their velocities")
+    mover = max(movers, default=0)
+    if mover:
+        yield "mover", mover + 1
     for number in range(1, MOST_SEGMENTS + 1):
         piece = scene.segments[number - 1] if number <= len(scene.segments) else None
-        moved = (*piece.velocities[0], *piece.omegas[0]) if piece else (0.0,) * len(MOVED)
+        moved = (*piece.velocities[mover], *piece.omegas[mover]) if piece else (0.0,) * len(MOVED)
         yield f"steps_in_{number}", piece.steps if piece else 0
         yield from ((f"{name}_in_{number}", v) for name, v in zip(MOVED, moved, strict=True))
 

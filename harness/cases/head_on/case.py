@@ -43,6 +43,8 @@ class HeadOnCase(ContactCase[HeadOn]):
     )
     submodels = (*NORMAL, *COHESIVE, *OLD_NORMAL)
     beside = NORMAL_BESIDE
+    invariant = submodels
+    over_ranks: ClassVar[Mapping[str, int]] = {"jkr": 2}
     formula: ClassVar[str] = (
         "Linear spring: e = exp(-pi zeta / sqrt(1 - zeta^2)), contact time pi / (omega sqrt(1 - "
         "zeta^2)); Hertz: largest overlap (15 m* v^2 / (16 E* sqrt(R*)))^(2/5); constant "

@@ -50,6 +50,8 @@ class ObliqueCase(ContactCase[Oblique]):
     submodels = (*TANGENTIAL, *OLD_TANGENTIAL)
     beside = TANGENTIAL_BESIDE
     shown = "tangential_ratio"
+    invariant = submodels
+    over_ranks: ClassVar[Mapping[str, int]] = {"mindlin_rescale/force": 4, "old hooke/history": 2}
     formula: ClassVar[str] = (
         "Sliding throughout: vx'/vx = 1 - mu (1 + e) vn/vx, r omega' = 5/2 mu (1 + e) vn; else "
         "integrated."

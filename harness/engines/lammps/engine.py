@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shlex
+import sys
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from functools import cached_property
@@ -11,18 +12,19 @@ from pathlib import Path
 from typing import Any
 
 from harness.engines.contact_model import ContactModel
-from harness.engines.contract import Job
+from harness.engines.contract import Job, Variation, Vector
 from harness.engines.lammps.external_forces import FORCES
 from harness.engines.lammps.fingerprint import fingerprint
 from harness.engines.lammps.inprocess import InProcess
 from harness.engines.lammps.language import LammpsLanguage
-from harness.engines.lammps.read import version_in
+from harness.engines.lammps.read import packages_in, version_in
 from harness.engines.lammps.releases import executable_of, in_use, is_release
 from harness.engines.lammps.submodels import lacking
+from harness.engines.lammps.variations import variations
 from harness.engines.lammps.worker_process import Order
 from harness.engines.output import Output
 from harness.engines.process import Limits, first_words, way_of_death
-from harness.engines.programs import find_program
+from harness.engines.programs import find_program, launcher_words
 from harness.engines.script import Task
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineMissingError, RequestError
@@ -119,6 +121,21 @@ class Lammps(LammpsLanguage):
         except RequestError as error:
             raise EngineMissingError(str(error)) from None
 
+    def variations(self, job: Job, ends: Sequence[Vector]) -> Sequence[Variation]:
+        """Return those of newton, neighbours, boundaries, ranks, runs and restarts."""
+        return tuple(variations(job, ends))
+
+    def on_ranks(self, ranks: int) -> Lammps:
+        """Return the executable of this installation under the launcher beside it."""
+        if self._launcher:
+            raise EngineMissingError("a launcher that is given (--mpirun) has ranks of its own")
+        beside = Path(self.program or sys.executable).with_name("mpirun")
+        launcher = shlex.quote(str(beside)) if beside.exists() else "mpirun"
+        try:
+            return Lammps(self.program or "lmp", f"{launcher} -n {ranks}", limits=self.limits)
+        except RequestError as error:
+            raise EngineMissingError(str(error)) from None
+
     @cached_property
     def _fingerprint(self) -> Mapping[str, Any] | None:
         return self.fingerprint_of(**self._asked)
@@ -149,7 +166,7 @@ class Lammps(LammpsLanguage):
                 f"--lmp {self.program} is not LAMMPS: its -h names no release"
                 f"{first_words(said) or f' ({way_of_death(ended.code)})'}"
             ) from None
-        packages = _packages(said)
+        packages = packages_in(said)
         if "GRANULAR" not in packages:
             raise EngineMissingError(
                 f"--lmp {self.program} (LAMMPS {version}) was built without the GRANULAR package; "
@@ -226,21 +243,7 @@ class Lammps(LammpsLanguage):
         raise EngineMissingError(f"--mpirun {launcher!r} does not run {self.program}: {reason}")
 
 
-def launcher_words(launcher: str | None) -> list[str]:
-    """Return the words of an MPI launcher, its program as a path; raise RequestError for none."""
-    try:
-        words = shlex.split(launcher or "")
-    except ValueError as error:
-        raise RequestError(f"--mpirun {launcher!r} cannot be read: {error}") from None
-    return [find_program("mpirun", words[0]), *words[1:]] if words else []
-
-
 def _executable(lmp: str | None, launcher: str | None, program: str | None) -> str | None:
     """Return the executable that is asked for; None for LAMMPS in-process."""
     named = program if lmp is None else lmp
     return "lmp" if named is None and launcher is not None else named
-
-
-def _packages(text: str) -> tuple[str, ...]:
-    found = re.search(r"^Installed packages:\s*\n\s*\n((?:[A-Z0-9][A-Z0-9 \-]*\n)+)", text, re.M)
-    return tuple(found.group(1).split()) if found else ()

@@ -69,7 +69,7 @@ class LammpsLanguage(ScriptedEngine):
                 (folder / name).write_text(task.script.text, encoding="utf-8")
             variables = {**self.variables(task), "series": f"{index}.csv"}
             lines += [f"log {index}.log", "clear", *forget]
-            lines += [f"variable {key} index {text}" for key, text in variables.items()]
+            lines += [f"variable {key} index {_word(text)}" for key, text in variables.items()]
             lines.append(f"include {name}")
         (folder / "batch.in").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
@@ -89,7 +89,7 @@ class LammpsLanguage(ScriptedEngine):
 
     def command_line(self, task: Task) -> str:
         """Return the command that runs a task again by hand."""
-        words = " ".join(f"-var {name} {text}" for name, text in self.variables(task).items())
+        words = " ".join(f"-var {n} {_word(text)}" for n, text in self.variables(task).items())
         return f"{self.command_name} -in {task.script.name} {words}"
 
     def log_of(self, folder: Path, index: int) -> str:
@@ -112,6 +112,11 @@ class LammpsLanguage(ScriptedEngine):
         if ended.code == 0 and "ERROR" not in log:
             return None
         return error_from_text(log if "ERROR" in log else ended.said, ended.code, self.title)
+
+
+def _word(text: str) -> str:
+    """Return a text as one word of the language."""
+    return f'"{text}"' if " " in text else text
 
 
 def file_of(script: Script) -> str:

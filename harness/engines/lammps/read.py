@@ -39,6 +39,12 @@ def version_in(text: str) -> str:
     return found.group(1).strip()
 
 
+def packages_in(text: str) -> tuple[str, ...]:
+    """Return the packages that a help text names."""
+    found = re.search(r"^Installed packages:\s*\n\s*\n((?:[A-Z0-9][A-Z0-9 \-]*\n)+)", text, re.M)
+    return tuple(found.group(1).split()) if found else ()
+
+
 def error_from_text(text: str, returncode: int | None = None, who: str = "LAMMPS") -> EngineError:
     """Return the error that the last words of ``who``, or the way it died, speak of."""
     errors = [line.strip() for line in text.splitlines() if _ERROR.search(line)]

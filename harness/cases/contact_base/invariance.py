@@ -1,0 +1,210 @@
+"""Runs of contacts that nothing may change: turned, moved, mirrored, restarted, over ranks, ...
+
+Each is held against a run of the same engine, with the same law, step and scheme: no reference is
+needed, and what is left is round-off, or nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from harness.cases.contact_base.motion import Motion, motion_of
+from harness.cases.contact_base.resting import rest_overlap
+from harness.cases.contact_base.submodels import Trial
+from harness.cases.contact_base.views import PARTS
+from harness.cases.contact_base.ways import (
+    MOVED,
+    PLAIN,
+    ROUNDINGS,
+    Way,
+    Ways,
+    chosen,
+    first_ways,
+    later_ways,
+)
+from harness.cases.contract import LevelName, Study
+from harness.comparison.tolerances import Tolerance
+from harness.comparison.verdicts import Cell, Check, Kind, failed_run, judge, not_tested
+from harness.engines.contract import Engine, Output
+from harness.errors import EngineError, EngineMissingError, EngineNaNError
+from harness.parameters.contact_scene import ContactScene
+
+if TYPE_CHECKING:
+    from harness.cases.contact_base.contact_case import ContactCase
+
+
+def invariances(case: ContactCase[Any], engine: Engine, study: Study) -> list[Check]:
+    """Return a row for each way to run the trials of a level that must change nothing."""
+    level = study.level
+    found = [first_ways(case, trial, level) for trial in chosen(case, level)]
+    _run(found, engine)
+    for one in found:
+        one.ways |= {way.name: way for way in later_ways(one, engine, level) if way.ranks == 1}
+    _run(found, engine)
+    rows = [row for one in found for row in _rows(one, engine)]
+    return rows + (_over_ranks(case, engine, study) if level != "quick" else [])
+
+
+def _over_ranks(case: ContactCase[Any], engine: Engine, study: Study) -> list[Check]:
+    """Return the rows of a case on several MPI ranks.
+
+    Those of all cases of a study run together: the start of a process on several ranks costs more
+    than the runs in it.
+    """
+    from harness.cases.contact_base.contact_case import ContactCase
+
+    together = [one for one in study.cases if isinstance(one, ContactCase)] or [case]
+    names = tuple(one.name for one in together)
+    rows = study.once(
+        ("over ranks", engine.name, names), lambda: _all_over_ranks(together, engine, study.level)
+    )
+    return [row for row in rows if row.cell and row.cell.case == case.name]
+
+
+def _all_over_ranks(
+    cases: Sequence[ContactCase[Any]], engine: Engine, level: LevelName
+) -> list[Check]:
+    """Return the rows of cases on several MPI ranks, those of one number of ranks run together."""
+    found = [
+        first_ways(case, trial, level)
+        for case in cases
+        for trial in chosen(case, level)
+        if _most_ranks(case, trial, level) > 1
+    ]
+    for one in found:
+        one.ways = {name: way for name, way in one.ways.items() if name in (PLAIN, MOVED)}
+    _run(found, engine)
+    for one in found:
+        ranks = range(2, _most_ranks(one.case, one.trial, level) + 1)
+        one.ways |= {w.name: w for w in later_ways(one, engine, level) if w.ranks in ranks}
+    _run(found, engine)
+    return [row for one in found for row in _rows(one, engine, lambda way: way.ranks > 1)]
+
+
+def _most_ranks(case: ContactCase[Any], trial: Trial, level: LevelName) -> int:
+    """Return on how many ranks a trial is run: at level full every one on two."""
+    told = case.over_ranks.get(trial.submodel, 1)
+    return told if level != "full" else 2 if told == 1 else 4
+
+
+def _run(found: Sequence[Ways], engine: Engine) -> None:
+    """Run the ways that have not been run, those of each number of ranks together."""
+    todo = [(one, way) for one in found for way in one.ways.values() if way.name not in one.motions]
+    for ranks in sorted({way.ranks for _, way in todo}):
+        here = [(one, way) for one, way in todo if way.ranks == ranks]
+        if ranks == 1:
+            _run_in(engine, here)
+            continue
+        try:
+            with engine.on_ranks(ranks) as there:
+                _run_in(there, here)
+        except EngineMissingError as error:
+            for one, way in here:
+                one.motions[way.name] = str(error)
+
+
+def _run_in(engine: Engine, todo: Sequence[tuple[Ways, Way]]) -> None:
+    """Run ways in an engine and keep their motions; a reason where it refuses one."""
+    runnable = []
+    for one, way in todo:
+        reason = engine.refuses(way.job)
+        if reason:
+            one.motions[way.name] = reason
+        else:
+            runnable.append((one, way))
+    outputs = engine.run([way.job for _, way in runnable]) if runnable else []
+    for (one, way), output in zip(runnable, outputs, strict=True):
+        one.motions[way.name] = _motion(output, way.scene)
+
+
+def _motion(output: Output | EngineError, scene: ContactScene) -> Motion | EngineError:
+    try:
+        return output if isinstance(output, EngineError) else motion_of(output, scene)
+    except EngineError as error:
+        return error
+
+
+def _rows(
+    one: Ways, engine: Engine, wanted: Callable[[Way], bool] = lambda way: way.name != PLAIN
+) -> Iterator[Check]:
+    """Yield a row for each wanted way; one row where the run as it stands is missing."""
+    name, trial = one.case.name, one.trial
+    head = f"{name}, {trial.system}: {trial.submodel}, {engine.name}"
+    cell = Cell(name, trial.submodel, trial.system, engine.name)
+    if one.motion(PLAIN) is None:
+        reason = f"the run as it stands is missing: {one.motions[PLAIN]}"
+        row = not_tested(f"{head}: invariances", Kind.INVARIANCE, reason)
+        yield replace(row, cell=replace(cell, invariance="all"))
+        return
+    for way in one.ways.values():
+        if wanted(way) and way.judged:
+            row = _row(f"{head}: {way.name}", way, one)
+            yield replace(row, cell=replace(cell, invariance=way.name))
+
+
+def _row(name: str, way: Way, one: Ways) -> Check:
+    """Return the verdict on a way."""
+    found, expected = one.motions[way.name], one.motion(way.against)
+    if isinstance(found, EngineError):
+        row = failed_run(name, Kind.INVARIANCE, found, "1")
+        return replace(row, engine_died=not isinstance(found, EngineNaNError))
+    if isinstance(found, str):
+        return not_tested(name, Kind.INVARIANCE, found, "1")
+    if expected is None:
+        return not_tested(name, Kind.INVARIANCE, f"{way.against!r} is missing", "1")
+    sizes = _sizes(one)
+    apart = difference(way.back(found), one.ways[way.against].back(expected), sizes)
+    worst = max(apart, key=lambda part: np.nan_to_num(apart[part], nan=np.inf))
+    width = 0.0 if way.exact else _width(way, one, sizes)
+    held = f"against the run {way.against or 'as it stands'}; largest difference: {worst}"
+    return judge(
+        name, Kind.INVARIANCE, apart[worst], 0.0, Tolerance("1", width, 0.0, way.why), note=held
+    )
+
+
+def difference(one: Motion, other: Motion, sizes: Mapping[str, float]) -> dict[str, float]:
+    """Return the largest difference of each part of two motions, over its size."""
+    return {
+        part: float(np.max(np.abs(getattr(one, part) - getattr(other, part)))) / sizes[part]
+        for part in PARTS
+    }
+
+
+def _sizes(one: Ways) -> dict[str, float]:
+    """Return what differences are measured in: overlap, speed of the contact, largest force.
+
+    The overlap is that of the largest force at rest, the speed at least what moves by it in
+    the time of a contact; both with the radius as the lever.
+    """
+    motion, law, scene = one.motion(PLAIN), one.trial.parameters, one.ways[PLAIN].scene
+    assert motion is not None
+    r = law.radius
+    weight = scene.bodies[0].mass * np.array(scene.gravity)
+    force = float(np.linalg.norm(motion.force[:, 0] - weight, axis=1).max())
+    overlap = rest_overlap(law, force)
+    speed = max(
+        float(np.linalg.norm(motion.velocity, axis=2).max()),
+        r * float(np.linalg.norm(motion.omega, axis=2).max()),
+        overlap / (law.steps_per_contact * scene.step),
+    )
+    return {
+        "position": overlap,
+        "velocity": speed,
+        "omega": speed / r,
+        "force": force,
+        "torque": force * r,
+    }
+
+
+def _width(way: Way, one: Ways, sizes: Mapping[str, float]) -> float:
+    """Return the part of the sizes that round-off may change."""
+    motion, scene = one.motion(PLAIN), one.ways[PLAIN].scene
+    assert motion is not None
+    far = float(np.abs(motion.position).max()) + way.drift * scene.duration + way.reach
+    fast = float(np.abs(motion.velocity).max()) + way.drift
+    rounded = far / sizes["position"] + fast / sizes["velocity"]
+    return ROUNDINGS * scene.steps * float(np.finfo(float).eps) * rounded

@@ -1,0 +1,193 @@
+"""The ways to run a trial of a contact that nothing may change, each with what may differ.
+
+Frames, numbers and units are changed in the scene, whatever the engine; what an engine does with
+ranks, lists and restarts it declares itself. Walls of earlier interfaces are turned like the
+others: as regions, and by an exchange of axes as coordinate planes.
+
+Reversed in time are elastic contacts without friction only: dashpots, sliding, and the attraction
+of JKR, which begins and ends at different overlaps, dissipate, and a tangential spring slides as it
+parts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+from harness.cases.contact_base import views
+from harness.cases.contact_base.motion import Motion
+from harness.cases.contact_base.parameters import ContactSystem
+from harness.cases.contact_base.submodels import Trial
+from harness.cases.contact_base.template import job_of
+from harness.cases.contract import LevelName
+from harness.engines.contract import Engine, Job, Variation
+from harness.errors import EngineError
+from harness.parameters.contact_scene import ContactScene
+
+if TYPE_CHECKING:
+    from harness.cases.contact_base.contact_case import ContactCase
+
+SYSTEMS: Mapping[LevelName, tuple[str, ...]] = {
+    "quick": ("wall", "wall, spins"),
+    "default": ("wall", "unequal spheres", "wall, spins", "frozen sphere, spins"),
+}
+"""Systems whose invariances a level goes through, of submodels that a case names; level full goes
+through all of both."""
+
+QUICK = ("turned", "run again", "restarted")
+"""Invariances of the shortest level, beside the run as it stands."""
+
+STEPS = 20
+"""Of a contact: what holds exactly needs no fine step."""
+
+SAMPLES = 12
+PLAIN = ""
+MOVED = "moved"
+ROUNDINGS = 4.0
+
+ROUNDED = (
+    f"each step rounds positions and velocities, {ROUNDINGS:g} times at most: eps times coordinate "
+    "over overlap, and eps times speed in the frame over that in the contact; times the steps"
+)
+
+UP = (0.48, 0.6, 0.64)
+"""What z is turned to: across all axes."""
+
+TURNED = views.axes_about(UP)
+MIRRORED = (views.scaled(TURNED[0], -1.0), TURNED[1], TURNED[2])
+EXCHANGED = ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+
+DIRECTION, WAY = (0.6, -0.48, 0.64), 5.0
+"""Of a moving frame, and how far it goes in a run, in radii: spheres cross boundaries in turn."""
+
+SMALLER = views.Units(2.0**-12, 2.0**-36, 2.0**-12)
+"""4096 times smaller, of the same density, modulus and speed: powers of two round nothing."""
+
+
+@dataclass(frozen=True)
+class Way:
+    """A way to run a trial: its scene and job, and what its motion is held against.
+
+    ``back`` gives the motion in the frame of the case. ``drift`` [m/s] and ``reach`` [m] are what
+    the way adds to speeds and coordinates; where it is ``exact`` not one bit may change. One that
+    is not ``judged`` only serves another to be held against.
+    """
+
+    name: str
+    scene: ContactScene
+    job: Job
+    back: Callable[[Motion], Motion] = lambda motion: motion
+    against: str = PLAIN
+    why: str = ROUNDED
+    exact: bool = False
+    drift: float = 0.0
+    reach: float = 0.0
+    ranks: int = 1
+    judged: bool = True
+
+
+@dataclass
+class Ways:
+    """The ways of one trial, and the motion of each that ran, or why there is none."""
+
+    case: ContactCase[Any]
+    trial: Trial
+    ways: dict[str, Way]
+    motions: dict[str, Motion | EngineError | str] = field(default_factory=dict)
+
+    def motion(self, name: str) -> Motion | None:
+        """Return the motion of a way, None where it did not run."""
+        found = self.motions.get(name)
+        return found if isinstance(found, Motion) else None
+
+
+def chosen(case: ContactCase[Any], level: LevelName) -> Iterator[Trial]:
+    """Yield the trials of a case whose invariances a level goes through."""
+    names = {submodel.name for submodel in case.invariant}
+    for trial in case.trials(level):
+        if level == "full" or (trial.submodel in names and trial.system in SYSTEMS[level]):
+            yield replace(trial, parameters=trial.parameters.replace(steps_per_contact=STEPS))
+
+
+def first_ways(case: ContactCase[Any], trial: Trial, level: LevelName) -> Ways:
+    """Return the scene as it stands, and other views of it."""
+    scene = _sampled(case.scene(trial.parameters))
+    seen = (way for way in _views(scene, trial) if level != "quick" or way.name in QUICK)
+    return Ways(case, trial, {way.name: way for way in (_way(PLAIN, scene, trial), *seen)})
+
+
+def _views(scene: ContactScene, trial: Trial) -> Iterator[Way]:
+    """Yield a scene turned, mirrored, moved, in other units, renumbered, its axes exchanged."""
+    turned, mirrored = views.View(TURNED), views.View(MIRRORED)
+    speed = WAY * trial.parameters.radius / scene.duration
+    moved = views.View(TURNED, views.scaled(DIRECTION, speed))
+    yield _way("turned", scene, trial, turned)
+    yield _way("mirrored", scene, trial, mirrored, against="turned")
+    yield _way(MOVED, scene, trial, moved, against="turned", drift=speed)
+    yield _way("in other units", scene, trial, SMALLER)
+    if scene.planes:
+        yield _way("axes exchanged", scene, trial, views.View(EXCHANGED))
+    if len(scene.bodies) > 1:
+        yield _way("renumbered", scene, trial, views.Renumbered())
+
+
+def later_ways(one: Ways, engine: Engine, level: LevelName) -> Iterator[Way]:
+    """Yield the ways that need a motion: back in time, and what the engine declares."""
+    plain, motion = one.ways[PLAIN], one.motion(PLAIN)
+    if motion is None:
+        return
+    if level != "quick" and _reversible(one.trial.parameters, plain.scene):
+        back = _way("reversed in time", views.turned_back(plain.scene, motion), one.trial)
+        yield replace(back, back=views.run_backwards)
+    # spheres alone are seen from a moving frame, in which they cross boundaries
+    carrier = one.ways.get(PLAIN if plain.scene.planes else MOVED)
+    there = one.motion(carrier.name) if carrier else None
+    if carrier is not None and there is not None:
+        ends = there.position[[0, -1]].mean(axis=1)
+        for told in engine.variations(carrier.job, ends.tolist()):
+            if level != "quick" or told.name in QUICK:
+                few = level == "full" or one.trial.submodel in one.case.over_ranks
+                yield replace(_varied(carrier, told), judged=told.everywhere or few)
+
+
+def _reversible(law: ContactSystem, scene: ContactScene) -> bool:
+    """Return whether a contact runs backwards as it ran."""
+    parts = {law.damping, law.tangential, law.rolling, law.twisting}
+    return parts == {"none"} and law.normal != "jkr" and not scene.segments
+
+
+def _way(name: str, scene: ContactScene, trial: Trial, view: Any = None, **more: Any) -> Way:
+    """Return the way of a scene, seen in a view."""
+    seen = scene if view is None else view.scene(scene)
+    back = {} if view is None else {"back": view.back}
+    return Way(name, seen, job_of(seen, trial.parameters.interface), **back, **more)
+
+
+def _varied(carrier: Way, told: Variation) -> Way:
+    """Return the way of a scene with what an engine is told besides."""
+    job = replace(carrier.job, values={**carrier.job.values, **told.values})
+    return replace(
+        carrier,
+        name=told.name,
+        job=job,
+        against=told.against or carrier.name,
+        why=told.why if told.exact else f"{told.why}; {ROUNDED}",
+        exact=told.exact,
+        reach=told.reach,
+        ranks=told.ranks,
+    )
+
+
+def _sampled(scene: ContactScene) -> ContactScene:
+    """Return a scene sampled evenly, or with one piece of prescribed motion as two."""
+    if scene.segments:
+        if len(scene.segments) > 1:
+            return scene
+        (piece,) = scene.segments
+        half = piece.steps // 2
+        halves = replace(piece, steps=half), replace(piece, steps=piece.steps - half)
+        return replace(scene, segments=halves)
+    every = max(2, scene.steps // SAMPLES)
+    return replace(scene, every=every, steps=every * math.ceil(scene.steps / every))

@@ -1,0 +1,59 @@
+"""Ways to run a script of LAMMPS that must change nothing in what comes out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import accumulate
+
+from harness.engines.contract import Job, Value, Variation, Vector
+
+ONE_SUM = "no force is a sum of more than two parts, whatever their order: not one bit may change"
+SAME_LIST = "the pairs in contact are the same, and what they remember: not one bit may change"
+NO_SETUP = "nothing happens between two runs without setup: not one bit may change"
+SET_UP = "the setup of a run repeats forces that are there already: not one bit may change"
+IN_FULL = "a restart file holds all numbers in full, and what contacts remember: not one bit"
+WRAPPED = "coordinates that go round the box are rounded as those of its size are"
+
+AXES = ("x", "y", "z")
+
+
+def variations(job: Job, ends: Sequence[Vector]) -> Iterator[Variation]:
+    """Yield the variations that a script has variables for; ``ends`` [m] as the engine says."""
+    values = job.values
+    yield Variation("newton on", {"newton": "on"}, ONE_SUM)
+    yield Variation("thin neighbour skin", {"skin": 0.01}, SAME_LIST)
+    yield Variation("neighbours at every step", {"rebuild": "no"}, SAME_LIST)
+    yield from _stopped(values)
+    if values.get("walls_as") == "region":
+        return
+    # a plane must not cross a periodic boundary, nor need it cross that of ranks
+    across = AXES[:2] if values["planes"] else AXES
+    room = float(values["room"])
+    start, end = (dict(zip(AXES, one, strict=True)) for one in ends)
+    middle = {axis: 0.5 * (start[axis] + end[axis]) for axis in across}
+    periodic = " ".join("p" if axis in across else "f" for axis in AXES)
+    # what begins in the box leaves it halfway
+    leaves = {
+        f"low_{axis}": x - (2.0 * room if end[axis] > start[axis] else 0.0)
+        for axis, x in middle.items()
+    }
+    reach = 2.0 * room + max(map(abs, middle.values()))
+    told: dict[str, Value] = {"boundary": periodic, **leaves}
+    yield Variation("over a periodic boundary", told, WRAPPED, exact=False, reach=reach)
+    centred = {f"low_{axis}": x - room for axis, x in middle.items()}
+    for ranks, grid in ((2, "2 1 1"), (4, "2 2 1")):
+        yield Variation(f"{ranks} ranks", {"grid": grid, **centred}, ONE_SUM, ranks=ranks)
+
+
+def _stopped(values: Mapping[str, Value]) -> Iterator[Variation]:
+    """Yield the runs that are stopped halfway, between two samples, or two pieces of a motion."""
+    pieces = [int(v) for name, v in values.items() if name.startswith("steps_in_") and v]
+    if pieces:
+        stop = {"stop_after": list(accumulate(pieces))[-2]}
+        yield Variation("restarted", {**stop, "go_on": "restart"}, IN_FULL)
+        return
+    every = int(values["series_every"])
+    stop = {"stop_after": int(values["steps"]) // every // 2 * every + every // 2}
+    yield Variation("run on", {**stop, "go_on": "continue"}, NO_SETUP)
+    yield Variation("run again", stop, SET_UP, everywhere=False)
+    yield Variation("restarted", {**stop, "go_on": "restart"}, IN_FULL, against="run again")
