@@ -6,6 +6,7 @@ import pandas as pd
 import pytest
 
 from harness.cases.contract import Measured
+from harness.cases.layers.study import EXTENTS, START, Box, Extent
 from harness.errors import EngineMissingError, EngineOutputError, RequestError
 from harness.observables.provenance import Provenance
 from harness.report.study_page import Page, write_study
@@ -92,3 +93,19 @@ def test_the_folder_has_page_rows_and_figures_and_is_not_written_over(found, tmp
     assert len(pd.read_csv(folder / "runs.csv")) == len(found.runs)
     with pytest.raises(RequestError, match="holds something already"):
         write_study(page, (), {}, {}, folder)
+
+
+@pytest.mark.live
+@pytest.mark.slow
+def test_in_lammps_every_arm_of_a_tiny_study_has_angles(monkeypatch, lammps_here):  # noqa: ARG001
+    tiny = {h: Box(6, 3, 20.0, 2) for h in (1, 2)}
+    monkeypatch.setitem(EXTENTS, "quick", Extent(tiny, (100.0, 300.0), (0.5,), (START,)))
+    found = study("layers", "quick")
+    assert found.count("done") == len(found.runs) == 4 * 2 + 3 * 2 + 2
+    arms = {row["arm"]: row for row in found.conclusion.rows}
+    # a rest does not flow at the angle at which it came to rest
+    assert arms["raised again"]["start_angle_deg"] > arms["raised again"]["stop_angle_deg"]
+    single = arms["single grain"]
+    below = 10.2078 - single["stop_angle_deg"]
+    # the weight presses 1e-4 d into the row at 1e4 weights, 0.006 deg
+    assert 0.0 < below < single["uncertainty_deg"] + 0.006

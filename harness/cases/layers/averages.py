@@ -67,6 +67,18 @@ def unpaired(one: Mean, other: Mean) -> Mean:
     return Mean(one.value - other.value, half, min(one.count, other.count))
 
 
+def extrapolated(x: Sequence[float], means: Sequence[Mean]) -> Mean:
+    """Return the value at x = 0 of the weighted line through means, with its 95 % interval.
+
+    Raise RequestError for fewer than three: two would always lie on a line.
+    """
+    if len(means) < 3:
+        raise RequestError(f"an extrapolation needs three values, {len(means)} are there")
+    weights = [1.0 / max(one.half_width, 1e-4) for one in means]
+    line, covariance = np.polyfit(x, [one.value for one in means], 1, w=weights, cov="unscaled")
+    return Mean(float(line[1]), math.sqrt(covariance[1, 1]), min(one.count for one in means))
+
+
 @dataclass(frozen=True)
 class Fit:
     """theta(h) = limit + amplitude h^-exponent, with 95 % intervals.

@@ -5,7 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from harness.cases.layers.averages import Mean, difference_of, mean_of, unpaired
+from harness.cases.layers.averages import (
+    Mean,
+    difference_of,
+    extrapolated,
+    mean_of,
+    unpaired,
+)
 from harness.cases.layers.conclusion import (
     START,
     STOP,
@@ -130,7 +136,30 @@ def _changes(found: Found) -> Section:
         tuple(rows),
         frozenset({1, 2, 3}),
     )
-    return Section("What else could move the angle", tables=(table,))
+    return Section("What else could move the angle", (), tuple(_limits(found)), (table,))
+
+
+SAME = ("layers", "stiffness_over_weight", "contact.restitution", "base", "rate_deg", "length_d",
+        "width_d", "steps_per_contact", "rise_deg")  # fmt: skip
+"""Columns that tell arms apart."""
+
+
+def _limits(found: Found) -> Iterator[str]:
+    """Yield the limits of a slow descent and of a large box, where there are three values."""
+    reference = found.arms[REFERENCE]
+    for limit, columns in (("rate to zero", {"rate_deg"}), ("box", {"length_d", "width_d"})):
+        values = {}
+        for rows in found.arms.values():
+            changed = {name for name in SAME if rows and rows[0][name] != reference[0][name]}
+            if rows is reference or (changed and changed <= columns):
+                one = rows[0]
+                x = one["rate_deg"] if limit != "box" else 1.0 / one["length_d"]
+                values[x] = mean_of([*seeds_of(rows).values()])
+        known = {x: mean for x, mean in values.items() if mean.count > 1}
+        if len(known) > 2:
+            told = "length of the box to infinity, linear in 1/length" if limit == "box" else limit
+            value = extrapolated([*known], [*known.values()])
+            yield f"Extrapolated, {told}: {interval(value)} deg."
 
 
 def _differences(found: Found) -> Iterator[tuple[str, float, Mean]]:

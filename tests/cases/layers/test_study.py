@@ -8,6 +8,7 @@ import pytest
 from harness.cases.layers.averages import (
     Mean,
     difference_of,
+    extrapolated,
     fit_over_thickness,
     mean_of,
     unpaired,
@@ -107,6 +108,18 @@ def test_the_fit_finds_the_law_that_it_was_given():
         fit_over_thickness({1: [1.0, 2.0], 2: [1.0, 2.0]})
 
 
+def test_the_limit_is_that_of_the_line_that_the_means_lie_on():
+    x = (0.025, 0.05, 0.1)
+    means = [Mean(9.0 + 4.0 * one, 0.1, 4) for one in x]
+    found = extrapolated(x, means)
+    assert found.value == pytest.approx(9.0)
+    # the variance of the intercept of a line: sigma^2 sum x^2 / (n sum x^2 - (sum x)^2)
+    squares, total = sum(one**2 for one in x), sum(x)
+    assert found.half_width == pytest.approx(0.1 * math.sqrt(squares / (3 * squares - total**2)))
+    with pytest.raises(RequestError, match="needs three values, 2 are there"):
+        extrapolated(x[:2], means[:2])
+
+
 def test_the_readings_of_the_paper_fall_and_rise_from_the_single_grain():
     lost, kept = paper_angles((1, 3, 8), "lost"), paper_angles((1, 3, 8), "kept")
     assert lost[0] == kept[0] == pytest.approx(10.2078, abs=1e-4)
@@ -117,7 +130,7 @@ def test_the_readings_of_the_paper_fall_and_rise_from_the_single_grain():
 def row(one: Parameters, angle):
     """Return a run as a sweep makes it, with an angle of stop, None for one that is undecided."""
     values = {**one.model_dump(mode="json"), "contact.restitution": one.contact.restitution}
-    units = {"length": "d", "width": "d", "filled": "d", "rate": "deg"}
+    units = {"length": "d", "width": "d", "filled": "d", "rate": "deg", "rise": "deg"}
     told = {key_of(name, units.get(name, "")): value for name, value in values.items()}
     around = None if angle is None else angle + 1e-3
     return {
@@ -165,6 +178,7 @@ def test_the_verdict_is_the_one_of_the_world_that_it_was_shown(softness, words):
     titles = [section.title for section in found.sections]
     assert titles == ["Thickness", "Softness", "What else could move the angle",
                       "The limit of a single grain"]  # fmt: skip
+    assert any("length of the box to infinity" in item for item in found.sections[2].items)
     with house_style():
         (drawing,) = [one for section in found.sections for one in section.drawings]
         (axes,) = drawing.draw().axes
