@@ -99,7 +99,7 @@ def test_the_folder_has_page_rows_and_figures_and_is_not_written_over(found, tmp
 @pytest.mark.slow
 def test_in_lammps_every_arm_of_a_tiny_study_has_angles(monkeypatch, lammps_here):  # noqa: ARG001
     tiny = {h: Box(6, 3, 20.0, 2) for h in (1, 2)}
-    monkeypatch.setitem(EXTENTS, "quick", Extent(tiny, (100.0, 300.0), (0.5,), (START,)))
+    monkeypatch.setitem(EXTENTS, "quick", Extent(tiny, (100.0, 300.0), tiny[1], (0.5,), (START,)))
     found = study("layers", "quick")
     assert found.count("done") == len(found.runs) == 4 * 2 + 3 * 2 + 2
     arms = {row["arm"]: row for row in found.conclusion.rows}
