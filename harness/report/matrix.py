@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from harness.comparison.verdicts import Cell, Check, Verdict
 from harness.report.plain import markdown_text
@@ -44,11 +44,11 @@ class Mark:
 
 @dataclass(frozen=True)
 class Matrix:
-    """Submodels by cases for one engine, by its title; each cell has a mark for each system."""
+    """Submodels by cases for one engine, or both by engines; a cell has a mark for each system."""
 
-    engine: str
     title: str
-    cases: tuple[str, ...]
+    head: str
+    columns: tuple[str, ...]
     rows: Mapping[str, Mapping[str, tuple[Mark, ...]]]
 
 
@@ -57,8 +57,9 @@ def matrices(
 ) -> list[Matrix]:
     """Return a matrix for each engine of checks that stand in cells, each with its place.
 
-    ``titles`` are how engines are written, by name. An invariance is seen where it fails only:
-    what is known of those would hide the values.
+    Where there are several, one with a column for each comes first. ``titles`` are how engines
+    are written, by name. An invariance is seen where it fails only: what is known of those would
+    hide the values.
     """
     worst: dict[tuple[str, ...], Mark] = {}
     for check, place in placed:
@@ -69,20 +70,39 @@ def matrices(
             key = check.cell.place[:4]
             if key not in worst or _severity(mark) < _severity(worst[key]):
                 worst[key] = mark
+    marks = sorted(worst.values(), key=lambda m: (m.cell.submodel, m.cell.system))
     engines = dict.fromkeys(mark.cell.engine for mark in worst.values())
-    return [
-        _matrix(e, (titles or {}).get(e, e), [m for m in worst.values() if m.cell.engine == e])
-        for e in engines
+    written = {engine: (titles or {}).get(engine, engine) for engine in engines}
+    found = [
+        _matrix(title, "submodel", [m for m in marks if m.cell.engine == engine], _by_case)
+        for engine, title in written.items()
     ]
+    if len(found) < 2:
+        return found
+
+    def by_engine(cell: Cell) -> tuple[str, str]:
+        return f"{cell.case}: {cell.submodel}", written[cell.engine]
+
+    whole = _matrix("engine by engine", "case and submodel", marks, by_engine)
+    rows = {name: whole.rows[name] for name in sorted(whole.rows)}
+    return [replace(whole, columns=tuple(written.values()), rows=rows), *found]
 
 
-def _matrix(engine: str, title: str, marks: Sequence[Mark]) -> Matrix:
-    cases = tuple(sorted({mark.cell.case for mark in marks}))
+def _by_case(cell: Cell) -> tuple[str, str]:
+    return cell.submodel, cell.case
+
+
+def _matrix(
+    title: str, head: str, marks: Sequence[Mark], place: Callable[[Cell], tuple[str, str]]
+) -> Matrix:
+    """Return the matrix of marks, each in the row and the column that ``place`` tells."""
     rows: dict[str, dict[str, tuple[Mark, ...]]] = {}
-    for mark in sorted(marks, key=lambda m: (m.cell.submodel, m.cell.system)):
-        row = rows.setdefault(mark.cell.submodel, {})
-        row[mark.cell.case] = (*row.get(mark.cell.case, ()), mark)
-    return Matrix(engine, title, cases, rows)
+    for mark in marks:
+        name, column = place(mark.cell)
+        row = rows.setdefault(name, {})
+        row[column] = (*row.get(column, ()), mark)
+    columns = tuple(sorted({column for row in rows.values() for column in row}))
+    return Matrix(title, head, columns, rows)
 
 
 def _severity(mark: Mark) -> tuple[int, float]:
@@ -98,9 +118,9 @@ def matrix_markdown(
     """Yield the lines of all matrices; nothing without cells."""
     for matrix in matrices([(check, "") for check in checks], titles):
         yield from (f"## Cases and submodels, {markdown_text(matrix.title)}", "")
-        yield f"| submodel | {' | '.join(map(markdown_text, matrix.cases))} |"
-        yield f"|---|{'---|' * len(matrix.cases)}"
+        yield f"| {matrix.head} | {' | '.join(map(markdown_text, matrix.columns))} |"
+        yield f"|---|{'---|' * len(matrix.columns)}"
         for name, row in matrix.rows.items():
-            cells = (", ".join(m.text for m in row.get(case, ())) for case in matrix.cases)
+            cells = (", ".join(m.text for m in row.get(one, ())) for one in matrix.columns)
             yield f"| {markdown_text(name)} | {' | '.join(cells)} |"
         yield ""

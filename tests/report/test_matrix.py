@@ -29,7 +29,7 @@ CHECKS = (
 
 def test_a_mark_is_the_worst_check_of_its_system():
     (matrix,) = matrices([(row, f"check-{n}") for n, row in enumerate(CHECKS)])
-    assert matrix.cases == ("roll", "slide")
+    assert (matrix.head, matrix.columns) == ("submodel", ("roll", "slide"))
     marks = matrix.rows["spring"]["slide"]
     assert [(m.cell.system, m.text, m.place) for m in marks] == [
         ("two spheres", "2e-09", "check-2"),
@@ -52,6 +52,22 @@ def test_invariances_share_the_mark_of_their_system():
     known = replace(turned, verdict=Verdict.KNOWN_DEFECT)
     (matrix,) = matrices([(row, "") for row in (*CHECKS[:3], known)])
     assert [m.text for m in matrix.rows["spring"]["slide"]] == ["2e-09", "3e-08"]
+
+
+def test_several_engines_stand_side_by_side_above_the_matrix_of_each():
+    other = check("slide", "spring", "wall", 5e-8)
+    other = replace(other, cell=replace(other.cell, engine="doll"))
+    placed = [(row, f"check-{n}") for n, row in enumerate((*CHECKS, other))]
+    whole, *each = matrices(placed, {"toy": "Toy"})
+    assert [one.title for one in each] == ["Toy", "doll"]
+    assert whole.columns == ("Toy", "doll")
+    assert list(whole.rows) == ["roll: <old>", "roll: spring", "slide: spring"]
+    row = whole.rows["slide: spring"]
+    assert {name: [m.text for m in marks] for name, marks in row.items()} == {
+        "Toy": ["2e-09", "3e-08"],
+        "doll": ["5e-08"],
+    }
+    assert "doll" not in whole.rows["roll: spring"]
 
 
 def test_page_and_markdown_show_it_and_have_none_without_cells(verification):

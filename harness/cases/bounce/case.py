@@ -14,6 +14,7 @@ from harness.cases.contact_base.impact import impact
 from harness.cases.contact_base.motion import Motion
 from harness.cases.contact_base.parameters import ContactSystem
 from harness.cases.contact_base.presets import BOUNCE
+from harness.cases.contact_base.scans import NORMALS, Scan
 from harness.cases.contact_base.submodels import NORMAL, NORMAL_BESIDE, OLD_NORMAL
 from harness.observables.declared import Observable
 from harness.parameters.contact_scene import ContactScene
@@ -39,6 +40,7 @@ class BounceCase(ContactCase[Bounce]):
     submodels = (*NORMAL, *OLD_NORMAL)
     beside = NORMAL_BESIDE
     systems: ClassVar[Mapping[str, Mapping[str, Any]]] = {"wall": {}}
+    scan = Scan("rebound_ratio", "height", (0.01, 0.02, 0.05, 0.1, 0.2), NORMALS)
     formula: ClassVar[str] = (
         "m x'' = m g - F during the contact, free flight after it: height u^2 / 2 g. Piece by "
         "piece on a linear spring; without dissipation the height of the fall; else integrated."

@@ -12,6 +12,7 @@ from harness.cases.contact_base.ladder import STEPS
 from harness.cases.contact_base.motion import Array, Motion, motion_of
 from harness.cases.contact_base.parameters import ContactSystem
 from harness.cases.contact_base.reference import followed, rules_of
+from harness.cases.contact_base.scans import Scan, scanned
 from harness.cases.contact_base.submodels import PLAIN, SYSTEMS, Submodel, Trial
 from harness.cases.contact_base.template import TEMPLATE, job_of
 from harness.cases.contact_base.tolerances import AGAIN
@@ -19,6 +20,7 @@ from harness.cases.contract import Case, LevelName, Reference, Study
 from harness.comparison.findings import Findings
 from harness.engines.contract import Engine, Job, Output, Template
 from harness.engines.cost import engine_seconds
+from harness.engines.registry import DEFAULT
 from harness.engines.traits import Traits
 from harness.parameters.contact_rules import Rules
 from harness.parameters.contact_scene import ContactScene
@@ -54,6 +56,8 @@ class ContactCase(Case[P]):
     over_ranks: ClassVar[Mapping[str, int]] = {}
     """On how many MPI ranks the default level runs some of those: one of each kind of memory."""
     formula: ClassVar[str]
+    scan: ClassVar[Scan]
+    """The figure with all codes."""
     shown: ClassVar[str] = ""
     """The quantity whose error is drawn; the first unless named."""
     powers: ClassVar[tuple[float, ...]] = ()
@@ -112,6 +116,10 @@ class ContactCase(Case[P]):
         scene = self.scene(parameters)
         return 0.0 if rules is None else engine_seconds(scene.steps, len(scene.bodies), rules)
 
+    def stated(self, engine: Engine) -> Sequence[Submodel]:
+        """Return the submodels that an engine is verified with: more than its own by any other."""
+        return self.submodels if engine.name == DEFAULT else (*self.submodels, *self.beside)
+
     def trials(
         self, level: LevelName, submodels: Sequence[Submodel] | None = None
     ) -> Iterator[Trial]:
@@ -126,11 +134,12 @@ class ContactCase(Case[P]):
                     told = {**PLAIN, **submodel.law, **changes, "steps_per_contact": coarsest}
                     yield Trial(submodel.name, system, base.replace(**told))
 
-    def expected_rows(self, level: LevelName, engine: Engine) -> int:  # noqa: ARG002
+    def expected_rows(self, level: LevelName, engine: Engine) -> int:
         """Return a row for each trial, at least, and for the invariances of one."""
         from harness.cases.contact_base.ways import chosen
 
-        return sum(1 for _ in self.trials(level)) + sum(1 for _ in chosen(self, level))
+        trials = self.trials(level, self.stated(engine))
+        return sum(1 for _ in trials) + sum(1 for _ in chosen(self, level))
 
     def verify(self, engine: Engine, study: Study) -> Findings:
         """Judge each trial in the limit of a small step, and that nothing else changes it."""
@@ -138,7 +147,8 @@ class ContactCase(Case[P]):
         from harness.cases.contact_base.study import verify_trials
 
         def run() -> Findings:
-            found = verify_trials(self, engine, study, self.trials(study.level))
+            trials = self.trials(study.level, self.stated(engine))
+            found = verify_trials(self, engine, study, trials)
             found.checks += invariances(self, engine, study)
             return found
 
@@ -150,13 +160,14 @@ class ContactCase(Case[P]):
         from harness.cases.contact_base.study import Evidence, verify_trials
 
         done: Findings | None = study.once((self.name, engine.name), lambda: None)
-        submodels = (*(() if done else self.submodels), *self.beside)
+        ran = self.stated(engine) if done else ()
+        submodels = [one for one in (*self.submodels, *self.beside) if one not in ran]
         found = verify_trials(self, engine, study, self.trials(study.level, submodels))
         if not done and study.level == "full":
             found.checks += invariances(self, engine, study)
-        if done and done.evidence:
-            climbed = (*done.evidence.climbed, *found.evidence.climbed)
-            found.evidence = Evidence(engine.title, climbed)
+        climbed = (*done.evidence.climbed,) if done and done.evidence else ()
+        climbed = (*climbed, *found.evidence.climbed)
+        found.evidence = Evidence(engine.title, climbed, scanned(self, engine))
         return found
 
     def drawings(self, evidence: Evidence) -> Sequence[Drawing]:

@@ -9,11 +9,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from harness.cases.contact_base.impact import overlap_of
-from harness.report.figures.style import COLOURS, MARKERS, STYLES, Figure, few_ticks, panels
+from harness.cases.contact_base.scans import curve, rows_of
+from harness.parameters.contact_rules import Rules
+from harness.report.figures.style import (
+    COLOURS,
+    MARKERS,
+    STYLES,
+    Figure,
+    few_ticks,
+    panels,
+    quantity,
+)
+from harness.shown import in_words
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from harness.cases.contact_base.contact_case import ContactCase
+    from harness.cases.contact_base.scans import Scanned
     from harness.cases.contact_base.study import Climbed
 
 COLUMNS = 2
@@ -28,7 +41,7 @@ OLD = "old"
 """The first word of submodels of an earlier interface."""
 
 
-def errors_over_step(climbed: Sequence[Climbed], quantity: str, words: str, who: str) -> Figure:
+def errors_over_step(climbed: Sequence[Climbed], name: str, words: str, who: str) -> Figure:
     """Draw the error of a quantity over the steps of a contact, one line a submodel.
 
     ``words`` name it with its unit.
@@ -37,7 +50,7 @@ def errors_over_step(climbed: Sequence[Climbed], quantity: str, words: str, who:
     steps = sorted({1.0 / h for one in climbed for x in one.limits.values() for h in x.h})
     for axes, members in placed:
         for number, one in enumerate(members):
-            reached, expected = one.limits.get(quantity), one.references.get(quantity)
+            reached, expected = one.limits.get(name), one.references.get(name)
             if reached is not None and expected is not None:
                 error = np.abs(reached.y - expected.value)
                 error[error == 0.0] = np.nan
@@ -91,3 +104,38 @@ def _look(number: int, one: Climbed) -> dict[str, Any]:
         "lw": 1.2,
         "label": one.trial.submodel.replace("_", " "),
     }
+
+
+def codes_over_parameter(
+    case: ContactCase[Any], codes: Sequence[tuple[str, Sequence[Scanned]]]
+) -> Figure:
+    """Draw what codes found, by their titles, on the law under the default rules."""
+    shown = sorted({one.family for _, found in codes for one in found})
+    figure = panels(1, len(shown), width=8.0 / len(shown), height=4.6)
+    x, scan = np.array(case.scan.values), case.scan
+    fields = type(case.default).model_fields
+    unit = (fields[scan.parameter].description or "[-]").partition("]")[0].strip("[-")
+    units = {one.name: one.unit for one in case.quantities}
+    for axes, family in zip(figure.axes, shown, strict=True):
+        here = [(who, one) for who, found in codes for one in found if one.family == family]
+        for number, name in enumerate(dict.fromkeys(one.submodel for _, one in here)):
+            law = curve(case, rows_of(case, name), Rules())
+            axes.plot(x, law, color=COLOURS[0], ls=STYLES[number], lw=1.0, label=in_words(name))
+        for who, one in here:
+            number = [title for title, _ in codes].index(who)
+            colour = COLOURS[1 + number % (len(COLOURS) - 1)]
+            axes.plot(x, one.expected, color=colour, lw=0.7)
+            axes.plot(
+                x,
+                one.found,
+                MARKERS[number % len(MARKERS)],
+                color=colour,
+                mfc="none",
+                ms=4.0 + 1.5 * number,
+                label=f"{who} ({one.apart:.0e})",
+            )
+        name = in_words(scan.quantity, units[scan.quantity])
+        axes.set_ylabel(quantity(name, units[scan.quantity]))
+        axes.set_xlabel(quantity(in_words(scan.parameter), unit))
+        axes.legend(fontsize="x-small", ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.18))
+    return figure

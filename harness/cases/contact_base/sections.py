@@ -7,6 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from harness.cases.contact_base.formulas import formulas
+from harness.cases.contact_base.scans import STEPS, Scanned
 from harness.cases.contact_base.study import Climbed, Evidence
 from harness.comparison.findings import Findings
 from harness.parameters.contact_rules import Rules
@@ -44,6 +45,9 @@ def sections_of(
     )
     title = f"Contact: {case.name}"
     drawings = tuple(case.drawings(evidence)) if evidence.climbed else ()
+    scans = [(one.evidence.who, one.evidence.scans) for one in beside if one.evidence]
+    if any(found for _, found in scans):
+        drawings = (codes_drawn(case, scans), *drawings)
     # the main engine may stand beside itself, with more submodels
     engines = {one.engine: one for one in (main, *beside) if one.evidence}
     cells = tuple(cell for one in engines.values() for cell in _cells(case, one))
@@ -140,6 +144,20 @@ def errors_drawn(case: ContactCase[Any], evidence: Evidence) -> Drawing:
         lambda: errors_over_step(
             evidence.climbed, first.name, quantity(words, first.unit), evidence.who
         ),
+    )
+
+
+def codes_drawn(case: ContactCase[Any], codes: Sequence[tuple[str, Sequence[Scanned]]]) -> Drawing:
+    """Return the figure of a case with all codes, by their titles, on the reference curves."""
+    from harness.cases.contact_base.figures import codes_over_parameter
+
+    return Drawing(
+        f"{case.name}-codes",
+        f"{case.name}: all codes on the reference curve",
+        "Lines: the law integrated, black under the default rules, in colour under a code's own; "
+        f"marks: codes, {STEPS} steps a contact. Behind a name: how far it is at most from the law "
+        "under its own rules, as a part of the largest value.",
+        lambda: codes_over_parameter(case, codes),
     )
 
 

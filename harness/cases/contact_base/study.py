@@ -12,6 +12,7 @@ import numpy as np
 from harness.cases.contact_base.ladder import RECORDED, STEPS, climb, powers
 from harness.cases.contact_base.motion import Motion, motion_of
 from harness.cases.contact_base.reference import followed, jumps_at_the_end, rules_of
+from harness.cases.contact_base.scans import Scanned
 from harness.cases.contact_base.submodels import Trial
 from harness.cases.contact_base.tolerances import width_of
 from harness.cases.contract import Reference, Study
@@ -63,10 +64,11 @@ class Climbed:
 
 @dataclass(frozen=True)
 class Evidence:
-    """The trials of a case in an engine, by its title."""
+    """The trials of a case in an engine, by its title, and its part of the figure of all codes."""
 
     who: str
     climbed: tuple[Climbed, ...]
+    scans: tuple[Scanned, ...] = ()
 
 
 def verify_trials(

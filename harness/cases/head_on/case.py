@@ -14,6 +14,7 @@ from harness.cases.contact_base.impact import impact, overlap_of, relative_veloc
 from harness.cases.contact_base.motion import Motion, crossing, peak, value_at
 from harness.cases.contact_base.parameters import ContactSystem
 from harness.cases.contact_base.presets import HEAD_ON
+from harness.cases.contact_base.scans import NORMALS, Scan
 from harness.cases.contact_base.submodels import COHESIVE, NORMAL, NORMAL_BESIDE, OLD_NORMAL
 from harness.observables.declared import Observable
 from harness.parameters.contact_scene import ContactScene
@@ -45,6 +46,7 @@ class HeadOnCase(ContactCase[HeadOn]):
     beside = NORMAL_BESIDE
     invariant = submodels
     over_ranks: ClassVar[Mapping[str, int]] = {"jkr": 2}
+    scan = Scan("largest_force_N", "speed", (0.1, 0.2, 0.5, 1.0, 2.0, 3.0), NORMALS)
     formula: ClassVar[str] = (
         "Linear spring: e = exp(-pi zeta / sqrt(1 - zeta^2)), contact time pi / (omega sqrt(1 - "
         "zeta^2)); Hertz: largest overlap (15 m* v^2 / (16 E* sqrt(R*)))^(2/5); constant "

@@ -12,6 +12,7 @@ from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.motion import Array, Motion
 from harness.cases.contact_base.parameters import ContactSystem
 from harness.cases.contact_base.resting import half_period, resting
+from harness.cases.contact_base.scans import FRICTION, Scan
 from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL, TANGENTIAL_BESIDE
 from harness.observables.declared import Observable
 from harness.parameters.contact_scene import ZERO, ContactScene
@@ -44,6 +45,12 @@ class InclineRollCase(ContactCase[InclineRoll]):
         "wall, rolls": {"angle": 20.0},
         "wall, slides": {"angle": 60.0},
     }
+    scan = Scan(
+        "acceleration_ratio",
+        "angle",
+        (10.0, 20.0, 30.0, 40.0, 45.0, 50.0, 60.0, 70.0, 80.0),
+        (("linear_history", "linear_history, clipped"), FRICTION[1]),
+    )
     formula: ClassVar[str] = (
         "u + 2/5 r omega = g sin(angle) t. Sliding, from tan(angle) = 7/2 mu on: acceleration "
         "g (sin - mu cos), r times the angular one 5/2 mu g cos. Rolling: 5/7 g sin(angle), with "

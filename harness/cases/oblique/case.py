@@ -13,6 +13,7 @@ from harness.cases.contact_base.impact import impact, relative_velocity
 from harness.cases.contact_base.motion import Motion
 from harness.cases.contact_base.parameters import ContactSystem
 from harness.cases.contact_base.presets import OBLIQUE
+from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL, TANGENTIAL_BESIDE
 from harness.observables.declared import Observable
 from harness.parameters.contact_scene import ContactScene
@@ -52,6 +53,7 @@ class ObliqueCase(ContactCase[Oblique]):
     shown = "tangential_ratio"
     invariant = submodels
     over_ranks: ClassVar[Mapping[str, int]] = {"mindlin_rescale/force": 4, "old hooke/history": 2}
+    scan = Scan("tangential_ratio", "angle", (5.0, 15.0, 25.0, 35.0, 45.0, 55.0, 65.0, 75.0, 85.0))
     formula: ClassVar[str] = (
         "Sliding throughout: vx'/vx = 1 - mu (1 + e) vn/vx, r omega' = 5/2 mu (1 + e) vn; else "
         "integrated."

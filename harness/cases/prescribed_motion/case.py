@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.motion import Array, Motion
 from harness.cases.contact_base.parameters import ContactSystem
+from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import (
     OLD_TANGENTIAL,
     ROLLING,
@@ -89,6 +90,7 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
         # a quarter of the shear, so that it sticks
         TURNED: {"partner": "sphere", "turned": 0.08, "shear": 5e-6},
     }
+    scan = Scan("reversed_ratio", "shear", (1e-6, 3e-6, 1e-5, 2e-5, 4e-5))
     formula: ClassVar[str] = (
         "The law integrated along the same motion, limits located. A pair that turns as one body "
         "keeps its forces, which turn with it, where the lever of the slip reaches to the contact; "

@@ -13,6 +13,7 @@ from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.impact import overlap_of
 from harness.cases.contact_base.motion import Motion
 from harness.cases.contact_base.parameters import ContactSystem, reduced_modulus
+from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import COHESIVE, SYSTEMS
 from harness.observables.declared import Observable
 from harness.parameters.contact_scene import ZERO, ContactScene, Segment
@@ -41,6 +42,9 @@ class PullOffCase(ContactCase[PullOff]):
         name: told for name, told in SYSTEMS.items() if name != "frozen sphere"
     }
     powers: ClassVar[tuple[float, ...]] = (1.0, 1.5, 2.0)
+    scan = Scan(
+        "pull_off_force_N", "surface_energy", (0.05, 0.1, 0.2, 0.5, 1.0), (("dmt",), ("jkr",))
+    )
     formula: ClassVar[str] = (
         "DMT: 4 pi gamma R*, at touch. JKR: 3 pi gamma R*, at -a^2 / (3 R*) with a^3 = 9 pi gamma "
         "R*^2 / (4 E*); gamma is the energy of each surface."

@@ -11,6 +11,7 @@ from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.motion import Array, Motion
 from harness.cases.contact_base.parameters import ContactSystem
 from harness.cases.contact_base.resting import half_period, resting
+from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import ROLLING, ROLLING_BESIDE
 from harness.observables.declared import Observable
 from harness.parameters.contact_scene import ContactScene
@@ -41,6 +42,12 @@ class RollingResistanceCase(ContactCase[RollingResistance]):
         "wall, rolls": {},
         "wall, stands": {"speed": 2e-3},
     }
+    scan = Scan(
+        "speed_ratio",
+        "speed",
+        (0.002, 0.005, 0.01, 0.02, 0.03),
+        (("rolling sds, linear_history, tied",), ("rolling sds, mindlin/force, elastic",)),
+    )
     formula: ClassVar[str] = (
         "The torque is at most mu_r R* F_n, R* = r on a floor: rolling slows down by 5/7 mu_r g, "
         "with what the springs make of it as it begins and when it stands: integrated."

@@ -12,6 +12,7 @@ from harness.cases.contact_base.motion import Array, Motion
 from harness.cases.contact_base.parameters import ContactSystem
 from harness.cases.contact_base.presets import SLIP_TO_ROLL as MFIX
 from harness.cases.contact_base.resting import resting
+from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL, TANGENTIAL_BESIDE
 from harness.errors import RequestError
 from harness.observables.declared import Observable
@@ -41,6 +42,7 @@ class SlipToRollCase(ContactCase[SlipToRoll]):
     submodels = (*TANGENTIAL, *OLD_TANGENTIAL)
     beside = TANGENTIAL_BESIDE
     systems: ClassVar[Mapping[str, Mapping[str, Any]]] = {"wall": {}}
+    scan = Scan("speed_ratio", "duration", (0.1, 0.3, 0.5, 0.7, 0.9, 1.1, 1.3, 1.5))
     formula: ClassVar[str] = (
         "u + 2/5 r omega stays u0, whatever the friction. It rolls from t = 2 u0 / (7 mu g) on, "
         "about 5/7 u0, with what the tangential spring makes of it: integrated."

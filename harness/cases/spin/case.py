@@ -12,6 +12,7 @@ from harness.cases.contact_base.impact import impact, relative_velocity
 from harness.cases.contact_base.motion import Motion
 from harness.cases.contact_base.parameters import ContactSystem
 from harness.cases.contact_base.presets import SPIN
+from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL, TANGENTIAL_BESIDE
 from harness.observables.declared import Observable
 from harness.parameters.contact_scene import ContactScene
@@ -55,6 +56,7 @@ class SpinCase(ContactCase[Spin]):
     submodels = (*TANGENTIAL, *OLD_TANGENTIAL)
     beside = TANGENTIAL_BESIDE
     shown = "spin_ratio"
+    scan = Scan("spin_ratio", "spin", (25.0, 50.0, 100.0, 150.0, 200.0, 300.0, 400.0))
     formula: ClassVar[str] = (
         "Sliding throughout: vx' = -mu (1 + e) vn against the surface's motion, omega' = omega - "
         "5/2 mu (1 + e) vn / r; else integrated."

@@ -12,6 +12,7 @@ from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.motion import Array, Motion
 from harness.cases.contact_base.parameters import FLOOR, ContactSystem
 from harness.cases.contact_base.presets import STACKED as MFIX
+from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import NORMAL, NORMAL_BESIDE
 from harness.observables.declared import Observable
 from harness.parameters.contact_scene import Body, ContactScene, Plane, sphere_mass
@@ -48,6 +49,12 @@ class StackedCase(ContactCase[Stacked]):
         "between plates": {"partner": "sphere", "partner_radius": None},
         "unequal, between plates": {"partner": "sphere", "partner_radius": 0.012},
     }
+    scan = Scan(
+        "lower_height_ratio",
+        "duration",
+        (1.0, 2.0, 3.0, 4.0, 5.0, 6.0),
+        (("hooke",), ("hertz",)),
+    )
     formula: ClassVar[str] = (
         "m1 x1'' = F(floor) - F(between) - m1 g, m2 x2'' = F(between) - F(ceiling) - m2 g, "
         "integrated; with linear springs a linear system of two oscillators."

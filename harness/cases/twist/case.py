@@ -11,6 +11,7 @@ from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.motion import Array, Motion
 from harness.cases.contact_base.parameters import ContactSystem
 from harness.cases.contact_base.resting import half_period, rest_overlap, resting
+from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import TWISTING, TWISTING_BESIDE
 from harness.observables.declared import Observable
 from harness.parameters.contact_scene import ZERO, ContactScene
@@ -43,6 +44,12 @@ class TwistCase(ContactCase[Twist]):
         "wall, stands": {"partner": "wall", "spin": 2.0},
         "frozen sphere, spins": {"partner": "frozen"},
     }
+    scan = Scan(
+        "spin_ratio",
+        "spin",
+        (2.0, 5.0, 10.0, 15.0, 20.0, 30.0),
+        (("twisting sds, linear_history, tied",), ("twisting marshall, mindlin",)),
+    )
     formula: ClassVar[str] = (
         "The torque is at most mu_t F_n, for Marshall's submodel with mu_t = 2/3 a mu: while it "
         "slips the spin falls by 5/2 mu_t g / r^2; the rest is integrated."

@@ -1,16 +1,21 @@
 """Codes beside the main one: each is held against the law under the rules that it declares."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from harness.cases.contact_base.figures import codes_over_parameter
 from harness.cases.contact_base.motion import COLUMNS
 from harness.cases.contact_base.reference import followed
+from harness.cases.contact_base.scans import Scan, scanned
 from harness.cases.contract import Study
 from harness.cases.registry import get_case
 from harness.comparison.verdicts import Verdict
 from harness.engines.contact_model import ContactModel, stating
 from harness.engines.contract import Engine
 from harness.engines.output import SERIES, Output
+from harness.engines.registry import DEFAULT
 from harness.engines.traits import Traits
 from harness.observables.provenance import Provenance
 from harness.parameters.contact_rules import Rules
@@ -60,7 +65,13 @@ class Code(Engine):
         return Output((), self.identify(), {SERIES: {"step": steps, **parts}})
 
 
-def compared(declared, rules, submodels):
+class Main(Code):
+    """The same under the name of the engine that is verified by default."""
+
+    name = DEFAULT
+
+
+def compared(declared, rules, submodels, engine=Code):
     """Return what a case finds in a code that declares some rules and follows others."""
     scenes, kind = {}, type(get_case("oblique"))
 
@@ -72,9 +83,9 @@ def compared(declared, rules, submodels):
 
     case = Told()
     case.submodels = [one for one in kind.submodels if one.name in submodels]
-    case.beside = ()
+    case.beside, case.scan = (), replace(kind.scan, families=())
     case.systems = {"wall": kind.systems["wall"]}
-    code = Code(declared, Rules(**rules), scenes)
+    code = engine(declared, Rules(**rules), scenes)
     return case, code, case.verify_beside(code, Study("quick"))
 
 
@@ -104,7 +115,7 @@ def test_a_law_that_a_code_cannot_state_is_not_tested_with_the_reason():
 
 
 def test_what_was_run_as_the_main_engine_is_not_run_again():
-    case, code, _ = compared(OWN, OWN, {"linear_history"})
+    case, code, _ = compared(OWN, OWN, {"linear_history"}, Main)
     study, before = Study("quick"), len(code.jobs)
     case.beside = [one for one in type(case).submodels if one.name == "linear_history_classic"]
     main = case.verify(code, study)
@@ -116,6 +127,36 @@ def test_what_was_run_as_the_main_engine_is_not_run_again():
         "linear_history_classic",
     ]
     assert main.evidence.climbed == beside.evidence.climbed[:1]
+
+
+def test_any_other_main_engine_goes_through_all_submodels_at_once():
+    case, code, _ = compared(OWN, OWN, {"linear_history"})
+    study = Study("quick")
+    case.beside = [one for one in type(case).submodels if one.name == "linear_history_classic"]
+    found = case.verify(code, study)
+    names = {"linear_history", "linear_history_classic"}
+    assert {c.cell.submodel for c in found.checks if c.cell} == names
+    assert len(found.checks) >= case.expected_rows("quick", code) == 2
+    before = len(code.jobs)
+    assert case.verify_beside(code, study).checks == []
+    assert len(code.jobs) == before
+
+
+def test_the_figure_of_all_codes_shows_what_a_code_states_beside_its_own_rules():
+    case, code, _ = compared(OWN, OWN, {"linear_history", "mindlin"})
+    case.scan = Scan("tangential_ratio", "angle", (30.0, 60.0), (("mindlin",), ("linear_history",)))
+    (one,) = scanned(case, code)
+    assert (one.family, one.submodel) == (1, "linear_history")
+    assert one.apart < 1e-9
+    other = Main({}, Rules(**OWN), code.scenes)
+    (wrong,) = scanned(case, other)
+    assert wrong.found == pytest.approx(one.found)
+    assert wrong.apart > 1e-5
+    axes = codes_over_parameter(case, [("One", [one]), ("Other", [wrong])]).axes[0]
+    told = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert told[0] == "linear history"
+    assert told[1].startswith("One (")
+    assert axes.get_xlabel() == "angle (deg)"
 
 
 def test_of_several_models_the_one_that_states_a_contact_is_taken_and_the_closest_says_why_not():
