@@ -83,7 +83,7 @@ def compared(declared, rules, submodels, engine=Code):
 
     case = Told()
     case.submodels = [one for one in kind.submodels if one.name in submodels]
-    case.beside, case.scan = (), replace(kind.scan, families=())
+    case.beside, case.invariant, case.scan = (), (), replace(kind.scan, families=())
     case.systems = {"wall": kind.systems["wall"]}
     code = engine(declared, Rules(**rules), scenes)
     return case, code, case.verify_beside(code, Study("quick"))
