@@ -17,6 +17,7 @@ from typing import ClassVar
 
 from harness.engines.batches import finished
 from harness.engines.contract import Job, Value, Values
+from harness.engines.esys.contacts import CONTACTS
 from harness.engines.esys.open_mpi import RANKS, environment, find_launcher, without_frame
 from harness.engines.output import SERIES, Output
 from harness.engines.process import Ended, Limits, last_words, text_of
@@ -43,6 +44,8 @@ sim.exit()
 DAMPED = frozenset({"steps_per_contact", *contact_values(PLASTIC)})
 """Values of a job whose contacts have a dashpot, which bounds the step."""
 
+SPRING = ("stiffness", "damping", "friction")
+
 SHARED = "phases"
 """The variable of a script that takes several values of ``phase`` and runs them in one model."""
 
@@ -65,17 +68,28 @@ class Esys(ScriptedEngine):
         spring="Hertz",
         force_from_velocity=True,
         title="ESyS-Particle",
+        contact_models=CONTACTS,
+        # velocities first, by the forces at the start of a step
+        contact_powers=(1.0,),
         caveats=(
             "LinearDashpot brakes along the tangent too: it cannot state a frictionless contact.",
             "setParticleNonDynamic takes a tag, and says nothing when it is given an id.",
             "An exception in the script leaves the worker waiting for ever.",
             "getForce of a particle crashes, and so does getParticleList before the first step.",
+            "RotElasticPrms takes scaling=False and forgets it: its stiffness is multiplied by the "
+            "mean radius of the two spheres; that of a wall always by pi times the radius.",
+            "HertzMindlinViscoPrms keeps no tangential spring from step to step.",
             "Field savers append to the files of an earlier run, and write six digits.",
         ),
     )
     programs = ("esysparticle",)
-    unused_values = frozenset({"spheres", "phase"})
-    """A row without an end has no number of spheres; phases are told together."""
+    unused_values = frozenset(
+        {"spheres", "phase", "interface", "surface_energy", "restitution", "tangential_damping"}
+        | {"rolling", "twisting"}
+        | {f"{part}_{name}" for part in ("rolling", "twisting") for name in SPRING}
+    )
+    """A row without an end has no number of spheres; phases are told together; of contacts what
+    no interaction takes."""
     jinja: ClassVar[Mapping[str, bool]] = {"lstrip_blocks": True}
 
     def __init__(

@@ -3,6 +3,7 @@ import re
 
 import pytest
 
+from harness.cases.contact_base import template as contacts
 from harness.cases.drop import template as drops
 from harness.cases.drop.parameters import Drop
 from harness.cases.incline import template as inclines
@@ -38,8 +39,9 @@ def test_scripts_are_python_and_say_what_they_take(template):
 
 def test_the_inputs_are_the_scripts(inputs):
     committed = {f"esys/{path.name}": path for path in (inputs / "esys").iterdir()}
-    assert sorted(committed) == ["esys/drop.py", "esys/incline.py", "esys/tower.py"]
-    generated = Esys.inputs(TEMPLATES)
+    names = ["esys/contacts.py", "esys/drop.py", "esys/incline.py", "esys/tower.py"]
+    assert sorted(committed) == names
+    generated = Esys.inputs([*TEMPLATES, contacts.TEMPLATE])
     assert {name: path.read_text(encoding="utf-8") for name, path in committed.items()} == generated
 
 

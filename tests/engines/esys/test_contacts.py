@@ -1,0 +1,71 @@
+"""Contacts with friction: what ESyS-Particle can be told of them, and ESyS-Particle itself."""
+
+import pytest
+
+from harness.cases.contact_base.study import verify_trials
+from harness.cases.contract import Study
+from harness.cases.registry import get_case
+from harness.comparison.known_defects import told_apart
+from harness.comparison.verdicts import Verdict
+from harness.engines.contact_model import stating
+from harness.engines.esys.contacts import CONTACTS
+from harness.store.known_defects import known_defects
+
+OBLIQUE = get_case("oblique")
+PAIR = OBLIQUE.default.replace(partner="sphere")
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"planes": 1}, "its RotFriction takes planes = 0, not 1"),
+        ({"damping": "velocity"}, "takes damping = none, not velocity"),
+        ({"normal": "hertz", "tangential": "mindlin"}, "takes tangential = none, not mindlin"),
+        (
+            {"normal": "hertz", "tangential": "none", "damping": "viscoelastic"},
+            "its HertzianViscoElastic never attracts (clipped = yes)",
+        ),
+        ({}, ""),
+        ({"tangential": "none", "planes": 1}, ""),
+    ],
+)
+def test_what_esys_cannot_be_told_is_named(changes, said):
+    reason = stating(CONTACTS, {**OBLIQUE.job(PAIR).values, **changes})[1]
+    assert said in reason
+    assert bool(said) == bool(reason)
+
+
+def found_in(engine, name, submodel, system):
+    """Return what a case finds of a submodel in a system."""
+    case = get_case(name)
+    submodels = [one for one in (*case.submodels, *case.beside) if one.name == submodel]
+    trials = [one for one in case.trials("default", submodels) if one.system == system]
+    return verify_trials(case, engine, Study("default"), trials)
+
+
+@pytest.mark.live
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "submodel", "system"),
+    [
+        ("oblique", "linear_history, 2/7, elastic", "unequal spheres"),
+        ("bounce", "hooke", "wall"),
+    ],
+)
+def test_esys_holds_against_the_law_under_its_rules(esys, name, submodel, system):
+    found = found_in(esys, name, submodel, system)
+    verdicts = {check.verdict for check in found.checks}
+    assert verdicts - {Verdict.FINDING, Verdict.NOT_TESTED} == {Verdict.PASS}
+
+
+@pytest.mark.live
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("submodel", "defect"), [("hooke", "rot-elastic-scaled"), ("hertz", "hertzian-elastic-half")]
+)
+def test_defects_of_elastic_contacts_are_found_by_name(esys, submodel, defect):
+    found = found_in(esys, "head-on", submodel, "two spheres")
+    told = told_apart(found.checks, known_defects(), {"esys": esys.identify().engine_version})
+    known = [check for check in told if check.verdict is Verdict.KNOWN_DEFECT]
+    assert {check.note.partition(":")[0] for check in known} == {f"known defect {defect}"}
+    assert Verdict.FAIL not in {check.verdict for check in told}
