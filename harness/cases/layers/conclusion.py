@@ -168,9 +168,13 @@ def _of_softness(found: Found) -> list[str]:
         for h, one in differences.items()
     )
     largest = max(abs(one.value) for one in differences.values())
+    first, last = min(differences), max(differences)
+    falls = {k: unpaired(found.mean(k, first), found.mean(k, last)) for k in (soft, stiff)}
     return [
         f"Softness, {soft:g} against {stiff:g} weights ({stiff / soft:.0f} times): {told}.",
         f"{_overall(set(words.values()))} The largest difference is {largest:.2f} deg.",
+        f"From {first} to {last} layers the angle falls by {interval(falls[soft])} deg at {soft:g} "
+        f"weights and by {interval(falls[stiff])} deg at {stiff:g}.",
     ]
 
 
