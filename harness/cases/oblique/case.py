@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar
 
 from pydantic import Field
@@ -15,9 +16,11 @@ from harness.cases.contact_base.parameters import ContactSystem
 from harness.cases.contact_base.presets import OBLIQUE
 from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL, TANGENTIAL_BESIDE
+from harness.cases.contract import Study
+from harness.comparison.findings import Findings
 from harness.observables.declared import Observable
 from harness.parameters.contact_scene import ContactScene
-from harness.report.sections import Drawing, Plot
+from harness.report.sections import Drawing, Plot, Section
 
 if TYPE_CHECKING:
     from harness.cases.contact_base.study import Climbed, Evidence
@@ -76,6 +79,22 @@ class ObliqueCase(ContactCase[Oblique]):
             lambda: ratio_over_angle(self, evidence.climbed, evidence.who),
         )
         return (over_angle, *super().drawings(evidence))
+
+    def verify_own(self, study: Study) -> Findings:
+        """Hold Mindlin's laws, which stick as a whole, beside partial slip."""
+        from harness.cases.oblique.partial_slip import beside_partial_slip
+
+        return Findings(self.name) if study.level == "quick" else beside_partial_slip(self)
+
+    def sections(
+        self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]
+    ) -> Sequence[Section]:
+        """Add the curve of partial slip to what every contact case tells."""
+        from harness.cases.oblique.partial_slip import drawn_beside
+
+        made = super().sections(main, own, beside)
+        further = drawn_beside(own.evidence or {})
+        return [replace(one, drawings=(*one.drawings, *further)) for one in made]
 
     def plots(self, cell: Sequence[Climbed], who: str) -> Sequence[Plot]:
         """Return the velocity ratio over the angle, and the errors."""

@@ -1,0 +1,31 @@
+"""Mindlin's laws beside partial slip: alike where all slides, apart where a part sticks."""
+
+import numpy as np
+import pytest
+
+from harness.cases.contract import Study
+from harness.cases.oblique.partial_slip import INCIDENCES, LAWS, POISSON
+from harness.cases.registry import get_case
+from harness.comparison.findings import Findings
+from harness.comparison.verdicts import Kind
+from harness.theory.partial_slip import rebound, stiffness_ratio
+
+
+def test_each_law_is_a_finding_and_is_the_curve_where_all_slides():
+    case = get_case("oblique")
+    found = case.verify_own(Study("default"))
+    assert [check.kind for check in found.checks] == [Kind.FINDING] * len(LAWS)
+    expected = rebound(INCIDENCES, POISSON)
+    slides = 7.0 * stiffness_ratio(POISSON) - 1.0 < INCIDENCES
+    assert slides.any()
+    for law, check in zip(LAWS, found.checks, strict=True):
+        apart = found.evidence[law] - expected
+        assert apart[slides] == pytest.approx(0.0, abs=2e-4)
+        assert abs(check.difference) == pytest.approx(np.abs(apart).max())
+        # the laws are no bounds, but stay within half of mu v
+        assert np.abs(apart).max() < 0.5
+    assert case.sections(None, found, {}) == []
+
+
+def test_the_shortest_level_leaves_it_out():
+    assert get_case("oblique").verify_own(Study("quick")) == Findings("oblique")
