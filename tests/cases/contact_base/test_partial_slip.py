@@ -16,7 +16,9 @@ def test_each_law_is_a_finding_and_is_the_curve_where_all_slides():
     found = case.verify_own(Study("default"))
     assert [check.kind for check in found.checks] == [Kind.FINDING] * len(LAWS)
     expected = rebound(INCIDENCES, POISSON)
-    slides = 7.0 * stiffness_ratio(POISSON) - 1.0 < INCIDENCES
+    # at its limit a slider recovers as the contact opens: a law of the total displacement slides
+    # to the end while the rebound is beyond -2/3, one of its increments while it is beyond -1
+    slides = 7.0 * stiffness_ratio(POISSON) - 2.0 / 3.0 < INCIDENCES
     assert slides.any()
     for law, check in zip(LAWS, found.checks, strict=True):
         apart = found.evidence[law] - expected
