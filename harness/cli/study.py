@@ -168,7 +168,9 @@ def _facts(found: StudyResult) -> Mapping[str, str]:
     versions = dict.fromkeys(row["engine_version"] for row in found.runs if row["engine_version"])
     seconds = sum(row["wall_time_s"] or 0.0 for row in found.runs)
     level = "" if found.level == "default" else f" --{found.level}"
+    missing = "; ".join(f"{name}: {reason}" for name, reason in found.missing.items())
     return {
+        **({"not run": missing} if missing else {}),
         "command": f"dem-harness study {found.case}{level}",
         "engine": f"{found.engine} {', '.join(versions)}",
         "runs": f"{len(found.runs)}, {found.count('failed')} without a result; {seconds:.0f} s of "

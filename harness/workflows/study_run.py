@@ -124,6 +124,7 @@ def study(
             if ranks == 1:
                 raise
             missing |= {arm.name: " ".join(str(error).split()) for arm in some}
+            rows |= {arm.name: () for arm in some}
     runs = [{"arm": arm, **row} for arm, found in rows.items() for row in found]
     found = asked.conclude(rows, points)
     return StudyResult(

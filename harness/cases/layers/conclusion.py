@@ -199,9 +199,9 @@ def _overall(words: set[str]) -> str:
 def _of_undecided(arms: Mapping[str, Sequence[Row]]) -> list[str]:
     missing = sum(row[STOP] is None for rows in arms.values() for row in rows)
     named = [name for name, rows in arms.items() if name != REFERENCE and not rows]
-    return [f"{missing} runs have no angle: undecided or failed, see runs.csv."] * bool(missing) + [
-        f"The arm {name!r} was not run." for name in named
-    ]
+    return [f"Without an angle: {missing} runs, undecided or failed, see runs.csv."] * bool(
+        missing
+    ) + [f"The arm {name!r} was not run." for name in named]
 
 
 def interval(one: Mean) -> str:
