@@ -74,6 +74,8 @@ _DEFAULTS: dict[str, float] = {
 
 Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
+Friction = Annotated[float, Field(ge=0.0, le=1e9)]
+"""Nothing slides from there on; a limit near the largest number overflows, and is never found."""
 
 
 class ContactLaw(Parameters):
@@ -110,19 +112,19 @@ class ContactLaw(Parameters):
     tangential_damping: NotNegative | None = Field(
         None, description="[-] x_t: tangential dashpot over the normal one, eta_t = x_t eta_n"
     )
-    friction: NotNegative | None = Field(None, description="[-] Coulomb's mu")
+    friction: Friction | None = Field(None, description="[-] Coulomb's mu")
     rolling: Rolling = Field("none", description="[-] rolling resistance")
     rolling_stiffness: Positive | None = Field(
         None, description="[N/m] of the rolling displacement, whose velocity is R* (w_i-w_j) x n"
     )
     rolling_damping: NotNegative | None = Field(None, description="[kg/s] of that velocity")
-    rolling_friction: NotNegative | None = Field(
+    rolling_friction: Friction | None = Field(
         None, description="[-] mu_r: the torque is at most mu_r R* |F_n|"
     )
     twisting: Twisting = Field("none", description="[-] twisting resistance")
     twisting_stiffness: Positive | None = Field(None, description="[N m] per radian, sds")
     twisting_damping: NotNegative | None = Field(None, description="[N m s] per radian, sds")
-    twisting_friction: NotNegative | None = Field(
+    twisting_friction: Friction | None = Field(
         None, description="[m] mu_w of sds: the torque is at most mu_w |F_n|"
     )
     clipped: bool = Field(False, description="[-] no attraction at the end of a contact")

@@ -3,6 +3,8 @@
 import random
 from typing import Any, Literal, get_args, get_origin
 
+from harness.cases.contract import Case
+from harness.cases.registry import all_cases
 from harness.cli.app import app
 
 NUMBERS = (
@@ -60,21 +62,28 @@ def line(dice: random.Random) -> list[str]:
     words = dice.choice(list(every))
     # many options contradict one another: most lines have few
     many = dice.choice((0, 1, 1, 2, 2, 3, 5, 9))
-    options, arguments = [], []
-    for parameter in every[words].values():
+    options, arguments, given = [], [], []
+    case = dice.choice([*all_cases().values()])
+    for name, parameter in every[words].items():
         (kind, told) = get_args(parameter.annotation)
         # of Annotated[..., Option("--name")] typer keeps the first name where the default was
         texts = [
             text for text in (told.default, *(told.param_decls or ())) if isinstance(text, str)
         ]
         names = [name for text in texts for name in text.split("/")]
-        if not names:
+        if name in ("case", "target") and dice.random() < 0.8:
+            arguments.append(case.name)
+        elif name in ("settings", "over"):
+            given += [
+                w for _ in range(dice.choice((0, 1, 1, 2))) for w in _option(dice, names, case)
+            ]
+        elif not names:
             repeats = dice.choice((1, 1, 2)) if get_origin(kind) is list else 1
             arguments += [_value(dice, kind) for _ in range(repeats)]
         elif names[0] not in NEVER:
             options.append((names, kind))
     chosen = dice.sample(options, min(many, len(options)))
-    given = [word for names, kind in chosen for word in _option(dice, names, kind)]
+    given += [word for names, kind in chosen for word in _option(dice, names, kind)]
     if dice.random() < 0.05:
         arguments = arguments[1:] if dice.random() < 0.5 else [*arguments, dice.choice(TEXTS)]
     return [*words.split(), *given, *arguments]
@@ -84,8 +93,16 @@ def _option(dice: random.Random, names: list[str], kind: Any) -> list[str]:
     name = dice.choice(names)
     if bool in (kind, *get_args(kind)):
         return [name]
-    value = _value(dice, kind)
+    value = _setting(dice, kind) if isinstance(kind, Case) else _value(dice, kind)
     return [f"{name}={value}"] if dice.random() < 0.3 else [name, value]
+
+
+def _setting(dice: random.Random, case: Case[Any]) -> str:
+    """Return a parameter of a case with one value or several, now and then something else."""
+    if dice.random() < 0.1:
+        return dice.choice(TEXTS)
+    values = [dice.choice(NUMBERS) for _ in range(dice.choice((1, 1, 2)))]
+    return f"{dice.choice([*case.parameters.model_fields])}={','.join(values)}"
 
 
 def _value(dice: random.Random, kind: Any) -> str:

@@ -21,7 +21,7 @@ from tests.cli.random_lines import line
 from tests.published_run import RUN
 
 STATUSES = {0, 1, 2, 3, 130}
-LONG = {"verify", "reproduce", "baseline", "releases"}
+LONG = {"verify", "reproduce", "baseline", "releases", "study"}
 """What runs for a minute or more when it is asked rightly."""
 
 
@@ -71,6 +71,7 @@ def quick(monkeypatch, files):  # noqa: ARG001
         raise RequestError("cut short")
 
     monkeypatch.setattr(harness.workflows, "verify", cut, raising=False)
+    monkeypatch.setattr(harness.workflows, "study", cut, raising=False)
     monkeypatch.setattr("harness.workflows.release_runs.verify", cut)
     monkeypatch.setattr("harness.workflows.baseline.verify", cut, raising=False)
     monkeypatch.setattr("harness.reproduction.run.reproduce", cut)

@@ -84,6 +84,7 @@ def test_a_case_changes_a_submodel_and_its_default_goes_with_it():
             "damping = 'coeff_restitution': needs normal = hooke or hertz",
         ),
         ({"tangential": "linear_history", "friction": -0.1}, "friction = -0.1: must be greater"),
+        ({"tangential": "linear_history", "friction": 1e308}, "friction = 1e+308: must be greater"),
         ({"normal": "hertz", "poisson_ratio": 0.51}, "poisson_ratio = 0.51: must be greater than"),
         ({"normal": "hertz", "poisson_ratio": -1.0}, "poisson_ratio = -1.0: must be greater than"),
         ({"damping": "tsuji", "normal": "hertz", "restitution": 1.5}, "restitution = 1.5: must be"),
