@@ -104,9 +104,15 @@ class Tower(Parameters):
 
     @property
     def omega(self) -> float:
-        """Return sqrt(k/m) of the grain, k that of its contact with the next particle [rad/s]."""
+        """Return sqrt(k/m) of the grain, k that of its contact with the next particle [rad/s].
+
+        Raise RequestError for a stiffness whose inverse overflows.
+        """
         first, second = self.each("stiffness")[:2]
-        return math.sqrt(2 / (1 / first + 1 / second) / self.each("mass")[0])
+        softness = 1 / first + 1 / second
+        if math.isinf(softness):
+            raise RequestError(f"stiffness = {first!r} N/m: is too small; must be at least 1e-307")
+        return math.sqrt(2 / softness / self.each("mass")[0])
 
     @property
     def contact_time(self) -> float:

@@ -67,3 +67,9 @@ def test_a_tower_that_its_own_weight_crushes_is_refused(law):
     with pytest.raises(RequestError, match=r"lowest contact by 98.1 % of a diameter: must be at"):
         Tower(height=100_000, start="preloaded", law=law)
     assert Tower(height=25_000, start="preloaded", law=law).particles == 25_001
+
+
+def test_a_stiffness_whose_inverse_overflows_is_refused():
+    with pytest.raises(RequestError, match="stiffness = 1e-308 N/m: is too small"):
+        _ = Tower(stiffness=1e-308).contact_time
+    assert Tower(stiffness=1e-307).contact_time > 0
