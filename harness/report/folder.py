@@ -52,6 +52,10 @@ def _fill(found: Verification, folder: Path, sections: Sequence[Section]) -> Non
     for picture in (picture for part in drawn for picture in part.pictures):
         (folder / "figures" / f"{picture.name}.svg").write_text(picture.svg, encoding="utf-8")
         (folder / "figures" / f"{picture.name}.png").write_bytes(picture.png)
+    for reel in (reel for part in drawn for reel in part.reels):
+        (folder / "movies").mkdir(exist_ok=True)
+        (folder / "movies" / f"{reel.name}.gif").write_bytes(reel.gif)
+        (folder / "movies" / f"{reel.name}.png").write_bytes(reel.still)
     logs = {f"{safe_path(name)}.log": text for name, text in found.logs.items()}
     logs |= {check.log_name: check.log for check in found.checks if check.log}
     _write_texts(folder / "scripts", {safe_path(n): text for n, text in found.scripts.items()})

@@ -16,7 +16,7 @@ from harness.parent_process import end_with
 from harness.report.figures.style import house_style
 from harness.report.plain import one_line, safe_path
 from harness.report.plots import svg
-from harness.report.sections import CellText, Drawing, Plot, Section
+from harness.report.sections import CellText, Drawing, Film, Plot, Section
 from harness.report.vector import compact
 
 if TYPE_CHECKING:
@@ -44,6 +44,17 @@ class DrawnCell:
 
 
 @dataclass(frozen=True)
+class Reel:
+    """A film as GIF, and its poster as PNG."""
+
+    name: str
+    title: str
+    caption: str
+    gif: bytes
+    still: bytes
+
+
+@dataclass(frozen=True)
 class Drawn:
     """A section with its figures drawn; ``failures`` says which could not be, and why."""
 
@@ -51,6 +62,7 @@ class Drawn:
     pictures: tuple[Picture, ...]
     failures: tuple[str, ...] = ()
     cells: tuple[DrawnCell, ...] = ()
+    reels: tuple[Reel, ...] = ()
 
 
 def draw_sections(sections: Sequence[Section]) -> list[Drawn]:
@@ -72,10 +84,24 @@ def draw_sections(sections: Sequence[Section]) -> list[Drawn]:
     for section in sections:
         own = [next(outcomes) for _ in section.drawings]
         pictures = tuple(one for one in own if isinstance(one, Picture))
-        failures = tuple(one for one in own if isinstance(one, str))
+        filmed = [_filmed(film) for film in section.films]
+        failures = tuple(one for one in (*own, *filmed) if isinstance(one, str))
         cells_drawn = tuple(_cell(cell, next(plotted)) for cell in section.cells)
-        drawn.append(Drawn(section, pictures, failures, cells_drawn))
+        reels = tuple(one for one in filmed if isinstance(one, Reel))
+        drawn.append(Drawn(section, pictures, failures, cells_drawn, reels))
     return drawn
+
+
+def _filmed(film: Film) -> Reel | str:
+    from harness.report.gif import gif, png
+
+    try:
+        name = safe_path(film.name).replace("/", "-")
+        still = png(film.picture(film.poster))
+        return Reel(name, film.title, film.caption, gif(film.picture, film.frames), still)
+    except Exception as error:
+        reason = one_line(f"{type(error).__name__}: {error}")
+        return f"Film {film.title!r} could not be drawn: {reason}"
 
 
 Named = tuple[str, Drawing]

@@ -76,6 +76,10 @@ def section_markdown(part: Drawn) -> Iterator[str]:
             yield from table_markdown(table)
         for picture in part.pictures:
             yield from _figure(picture)
+        for reel in part.reels:
+            title = markdown_text(reel.title)
+            image = f"[![{title}](movies/{reel.name}.png)](movies/{reel.name}.gif)"
+            yield from (f"### {title}", "", image, "", markdown_text(reel.caption), "")
     for failure in part.failures:
         yield from (markdown_text(failure), "")
 

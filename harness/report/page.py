@@ -98,6 +98,16 @@ class Shown:
 
 
 @dataclass(frozen=True)
+class FilmShown:
+    """A film as a page shows it: addresses of its still and its GIF."""
+
+    title: str
+    caption: str
+    still: str
+    gif: str
+
+
+@dataclass(frozen=True)
 class Part:
     """A section as the page shows it; ``id`` is unique among the sections."""
 
@@ -105,6 +115,7 @@ class Part:
     id: str
     figures: tuple[Shown, ...]
     failures: tuple[str, ...]
+    films: tuple[FilmShown, ...] = ()
 
 
 def rows_of(found: Verification) -> list[Row]:
@@ -166,8 +177,23 @@ def parts_of(drawn: Sequence[Drawn]) -> list[Part]:
             place = f"section-{words}" if words else "section"
             again = sum(re.sub(r"-\d+$", "", part.id) == place for part in found)
             place += f"-{again + 1}" if again else ""
-            found.append(Part(one.section, place, tuple(figures(one.pictures)), one.failures))
+            shown = tuple(figures(one.pictures))
+            found.append(Part(one.section, place, shown, one.failures, _films(one)))
     return found
+
+
+def _films(drawn: Drawn) -> tuple[FilmShown, ...]:
+    from harness.report.gif import base64_uri
+
+    return tuple(
+        FilmShown(
+            reel.title,
+            reel.caption,
+            base64_uri(reel.still, "image/png"),
+            base64_uri(reel.gif, "image/gif"),
+        )
+        for reel in drawn.reels
+    )
 
 
 def figures(

@@ -88,8 +88,24 @@ class CellText:
 
 
 @dataclass(frozen=True)
+class Film:
+    """A film: file name, title, a sentence on what it shows, how many frames, how each looks.
+
+    ``picture`` returns a frame as bytes (height, width, 3); ``poster`` is the one that is shown
+    where nothing moves.
+    """
+
+    name: str
+    title: str
+    caption: str
+    frames: int
+    poster: int
+    picture: Callable[[int], NDArray[np.uint8]] = field(repr=False)
+
+
+@dataclass(frozen=True)
 class Section:
-    """A part of a report: paragraphs, list items, tables, figures, in this order.
+    """A part of a report: paragraphs, list items, tables, figures, films, in this order.
 
     A section without a title adds its figures to the gallery and nothing else. ``cells`` have
     pages of their own.
@@ -101,3 +117,4 @@ class Section:
     tables: tuple[Table, ...] = ()
     drawings: tuple[Drawing, ...] = ()
     cells: tuple[CellText, ...] = ()
+    films: tuple[Film, ...] = ()

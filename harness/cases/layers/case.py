@@ -93,9 +93,12 @@ class LayersCase(Case[Layers]):
         """Judge the single grain, and run a small flow for its profile."""
         findings = super().verify(engine, study)
         if not engine.refuses(self.job(FLOWING)):
-            (output,) = engine.run([self.job(FLOWING)])
+            from harness.cases.layers.film import film_job, film_of
+
+            output, filmed = engine.run([self.job(FLOWING), film_job()])
             if not isinstance(output, EngineError):
-                findings.evidence = engine.title, profile_in(output)
+                film = None if isinstance(filmed, EngineError) else film_of(filmed, engine.title)
+                findings.evidence = engine.title, profile_in(output), film
         return findings
 
     def sections(

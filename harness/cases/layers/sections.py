@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from harness.report.sections import Drawing, Section
+from harness.report.sections import Drawing, Film, Section
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -20,15 +20,16 @@ EXPLAINED = (
 )
 
 
-def flow_section(who: str, profile: Profile) -> Section:
-    """Return the section with the profile of a flow in an engine."""
+def flow_section(who: str, profile: Profile, film: Film | None = None) -> Section:
+    """Return the section with the profile of a flow in an engine, and the film of one."""
     drawing = Drawing(
         "layers-profile",
         "Profile of a small flow of layers",
         "Mean speed and solid fraction over the height, four layers at 16 deg.",
         lambda: profile_drawn(who, profile),
     )
-    return Section(TITLE, (EXPLAINED,), drawings=(drawing,))
+    films = () if film is None else (film,)
+    return Section(TITLE, (EXPLAINED,), drawings=(drawing,), films=films)
 
 
 def profile_drawn(who: str, profile: Profile) -> Figure:

@@ -40,8 +40,7 @@ def films(motions: Motions) -> list[Film]:
 
 
 def _film(scene: Scene[Any], dump: bytes) -> Film:
-    from harness.reproduction.movies.gif import FRAME_MS, gif
-    from harness.reproduction.movies.stage import png
+    from harness.report.gif import FRAME_MS, gif, png
 
     motion: RowMotion | InclineMotion = scene.motion
     speed = 1e3 * float(motion.time[1] - motion.time[0]) / FRAME_MS

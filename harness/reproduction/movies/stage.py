@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from typing import Any, ClassVar, Generic, TypeVar
@@ -15,9 +14,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from harness.report.figures.style import BLACK, house_style
+from harness.report.gif import Image
 from harness.reproduction.movies.frames import InclineMotion, RowMotion
 
-Image = NDArray[np.uint8]
 Floats = NDArray[np.float64]
 Motion = TypeVar("Motion", RowMotion, InclineMotion)
 
@@ -102,12 +101,3 @@ class Traces:
         for line, time, values in self._lines:
             seen = int(np.searchsorted(time, now, side="right"))
             line.set_data(time[:seen], values[:seen])
-
-
-def png(image: Image) -> bytes:
-    """Return a picture (height, width, 3) as PNG."""
-    from PIL import Image as Pillow
-
-    target = io.BytesIO()
-    Pillow.fromarray(image).save(target, format="PNG", optimize=True)
-    return target.getvalue()

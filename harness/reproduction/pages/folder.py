@@ -9,6 +9,7 @@ from pathlib import Path, PurePath
 from harness.atomic_write import whole_folder
 from harness.errors import RequestError
 from harness.report.gallery import Picture, picture
+from harness.report.gif import base64_uri
 from harness.report.target import check_writable
 from harness.reproduction.figure_data.compute import SourceFigure
 from harness.reproduction.figures.findings import angle_against_mfix_step, angle_against_restitution
@@ -56,6 +57,9 @@ def _fill(found: Reproduction, folder: Path, root: str) -> None:
         (folder / "figures" / f"{shown.name}.svg").write_text(shown.svg, encoding="utf-8")
     for film in films:
         (folder / "movies" / f"{film.name}.gif").write_bytes(film.gif)
+        # a page that is opened from a disk may load a script, and no other file
+        uri = base64_uri(film.gif, "image/gif")
+        (folder / "movies" / f"{film.name}.gif.js").write_text(f'filmData("{uri}");\n', "ascii")
         (folder / "movies" / f"{film.name}.png").write_bytes(film.still)
         (folder / "dumps" / f"{film.name}.dump.gz").write_bytes(film.dump)
     found.ledger.frame().to_csv(folder / LEDGER, index=False)

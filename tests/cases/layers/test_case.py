@@ -93,7 +93,9 @@ def test_the_single_grain_stops_at_the_critical_angle_of_the_incline(engine):
     (section,) = CASE.sections(found, found, {})
     (drawing,) = section.drawings
     assert len(drawing.draw().axes) == 2
-    who, profile = found.evidence
+    who, profile, film = found.evidence
+    assert film.frames > 50
+    assert np.ptp(film.picture(film.poster).astype(int) - film.picture(0)) > 0
     assert who == engine.title
     assert np.all(np.diff(profile.height) > 0)
     assert profile.speed[0] < profile.speed[-3]

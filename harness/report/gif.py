@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import io
 from collections.abc import Callable
 
@@ -9,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image as Pillow
 
-from harness.reproduction.movies.stage import Image
+Image = NDArray[np.uint8]
+"""A picture (height, width, 3)."""
 
 FRAME_MS = 50
 """Browsers slow down what is faster than 20 ms; GIF counts in 10 ms."""
@@ -40,6 +42,18 @@ def gif(picture: Callable[[int], Image], frames: int) -> bytes:
         optimize=True,
         disposal=1,
     )
+    return target.getvalue()
+
+
+def base64_uri(content: bytes, kind: str) -> str:
+    """Return bytes of a kind such as ``image/gif`` as an address that holds them."""
+    return f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}"
+
+
+def png(image: Image) -> bytes:
+    """Return a picture (height, width, 3) as PNG."""
+    target = io.BytesIO()
+    Pillow.fromarray(image).save(target, format="PNG", optimize=True)
     return target.getvalue()
 
 
