@@ -53,8 +53,8 @@ class ContactCase(Case[P]):
     systems: ClassVar[Mapping[str, Mapping[str, Any]]] = SYSTEMS
     invariant: ClassVar[Sequence[Submodel]] = ()
     """Those whose invariances every level checks, in some systems: each in one case is enough."""
-    over_ranks: ClassVar[Mapping[str, int]] = {}
-    """On how many MPI ranks the default level runs some of those: one of each kind of memory."""
+    over_ranks: ClassVar[Sequence[str]] = ()
+    """Names of those that the default level runs on MPI ranks: one of each kind of memory."""
     formula: ClassVar[str]
     scan: ClassVar[Scan]
     """The figure with all codes."""

@@ -20,6 +20,7 @@ from harness.cases.contact_base.ways import (
     MOVED,
     PLAIN,
     ROUNDINGS,
+    SYSTEMS,
     Way,
     Ways,
     chosen,
@@ -86,9 +87,14 @@ def _all_over_ranks(
 
 
 def _most_ranks(case: ContactCase[Any], trial: Trial, level: LevelName) -> int:
-    """Return on how many ranks a trial is run: at level full every one on two."""
-    told = case.over_ranks.get(trial.submodel, 1)
-    return told if level != "full" else 2 if told == 1 else 4
+    """Return on how many ranks a trial is run: at level full every one on two, a few on four.
+
+    More ranks than cores wait for one another at every step.
+    """
+    named = trial.submodel in case.over_ranks
+    if level != "full":
+        return 2 if named else 1
+    return 4 if named and trial.system in SYSTEMS["default"] else 2
 
 
 def _run(found: Sequence[Ways], engine: Engine) -> None:

@@ -45,7 +45,7 @@ class HeadOnCase(ContactCase[HeadOn]):
     submodels = (*NORMAL, *COHESIVE, *OLD_NORMAL)
     beside = NORMAL_BESIDE
     invariant = submodels
-    over_ranks: ClassVar[Mapping[str, int]] = {"jkr": 2}
+    over_ranks = ("jkr",)
     scan = Scan("largest_force_N", "speed", (0.1, 0.2, 0.5, 1.0, 2.0, 3.0), NORMALS)
     formula: ClassVar[str] = (
         "Linear spring: e = exp(-pi zeta / sqrt(1 - zeta^2)), contact time pi / (omega sqrt(1 - "

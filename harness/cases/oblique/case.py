@@ -55,7 +55,7 @@ class ObliqueCase(ContactCase[Oblique]):
     beside = TANGENTIAL_BESIDE
     shown = "tangential_ratio"
     invariant = submodels
-    over_ranks: ClassVar[Mapping[str, int]] = {"mindlin_rescale/force": 4, "old hooke/history": 2}
+    over_ranks = ("mindlin_rescale/force", "old hooke/history")
     scan = Scan("tangential_ratio", "angle", (5.0, 15.0, 25.0, 35.0, 45.0, 55.0, 65.0, 75.0, 85.0))
     formula: ClassVar[str] = (
         "Sliding throughout: vx'/vx = 1 - mu (1 + e) vn/vx, r omega' = 5/2 mu (1 + e) vn; else "

@@ -81,10 +81,7 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
     submodels = (*TANGENTIAL, *OLD_TANGENTIAL, *ROLLING, *TWISTING)
     beside = (*TANGENTIAL_BESIDE, *ROLLING_BESIDE)
     invariant = (*ROLLING, *TWISTING)
-    over_ranks: ClassVar[Mapping[str, int]] = {
-        "rolling sds, mindlin": 2,
-        "twisting sds, mindlin": 2,
-    }
+    over_ranks = ("rolling sds, mindlin", "twisting sds, mindlin")
     systems: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         **{name: told for name, told in SYSTEMS.items() if name != "frozen sphere"},
         # a quarter of the shear, so that it sticks
