@@ -97,7 +97,7 @@ def test_a_hundred_random_command_lines(quick, capfd, first):
         begun = time.monotonic()
         fault = wrong(words, *quick(words, capfd))
         seconds = time.monotonic() - begun
-        if fault or seconds > 20:
+        if fault or seconds > 120:
             found.append(
                 f"seed {seed}, {seconds:.0f} s: {fault or 'slow'}: {[w[:60] for w in words]}"
             )
@@ -111,7 +111,7 @@ def kernels(tmp_path_factory):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(1100, 1160))
+@pytest.mark.parametrize("seed", range(1100, 1200))
 def test_a_random_command_line_as_a_user_gives_it(files, kernels, seed):
     words = line(random.Random(seed))
     if words[0] == "baseline":
@@ -130,7 +130,7 @@ def test_a_random_command_line_as_a_user_gives_it(files, kernels, seed):
         },
     ) as process:
         try:
-            out, err = process.communicate(timeout=10 if words[0] in LONG else 120)
+            out, err = process.communicate(timeout=5 if words[0] in LONG else 120)
         except subprocess.TimeoutExpired:
             assert words[0] in LONG
             process.send_signal(signal.SIGINT)
