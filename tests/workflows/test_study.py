@@ -84,7 +84,7 @@ def test_the_folder_has_page_rows_and_figures_and_is_not_written_over(found, tmp
     html = unescape((folder / "report.html").read_text())
     for sentence in found.conclusion.verdict:
         assert sentence in html
-    assert "Stated before the runs" in text
+    assert "Stated in the code" in text
     assert "- command: study it" in text
     (figure,) = (folder / "figures").glob("*.svg")
     assert f"figures/{figure.name}" in text

@@ -24,12 +24,12 @@ MARGIN_DEG = 0.3
 """Differences within it count as none: what the angles are asked to be known to."""
 
 TEST = (
-    "Stated before the runs: at each thickness the angles of stop at the softest and at the "
-    "stiffest contact, at least a hundred apart, are subtracted seed by seed (same base, sizes and "
-    f"places). The angle does not depend on softness where the 95 % interval of the mean "
-    f"difference lies within ±{MARGIN_DEG:g} deg; it does where the interval excludes zero and is "
-    "not within that margin; else it is undecided. Intervals: the wider of a bootstrap over seeds "
-    "and Student's t."
+    "Stated in the code, whatever a run gives: at each thickness the angles of stop at the softest "
+    "and at the stiffest contact, at least a hundred apart, are subtracted seed by seed (same "
+    "base, sizes and places). The angle does not depend on softness where the 95 % interval of "
+    f"the mean difference lies within ±{MARGIN_DEG:g} deg; it does where the interval excludes "
+    "zero and is not within that margin; else it is undecided. Intervals: the wider of a "
+    "bootstrap over seeds and Student's t."
 )
 
 STOP, START = "stop_angle_deg", "start_angle_deg"

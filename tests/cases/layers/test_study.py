@@ -171,7 +171,7 @@ def test_the_verdict_is_the_one_of_the_world_that_it_was_shown(softness, words):
     found = STUDY.conclude(angles(softness), ReferencePoints("mine.csv", (1.0, 5.0), (12.0, 8.0)))
     assert any(words in sentence for sentence in found.verdict)
     assert any("falls with every step in thickness" in sentence for sentence in found.verdict)
-    assert "Stated before the runs" in found.test == TEST
+    assert "Stated in the code" in found.test == TEST
     assert all(set(one) >= KEYS for one in found.rows)
     assert {one["arm"] for one in found.rows} == {arm.name for arm in STUDY.arms("default")}
     thick = [one for one in found.rows if one["arm"] == THICKNESS]
