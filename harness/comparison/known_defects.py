@@ -16,10 +16,6 @@ from harness.comparison.verdicts import Check, Verdict
 from harness.observables.release import release_of
 from harness.parameters.base import Parameters
 
-KNOWN = "known defect "
-GONE = "no longer there: "
-"""What the notes of checks begin with."""
-
 
 class KnownDefect(Parameters):
     """A defect: in which cells of which engine, from which release to which, and why.
@@ -57,14 +53,12 @@ class KnownDefect(Parameters):
         """Return what a report says of it in a line."""
         where = f"; upstream: {self.upstream}" if self.upstream else ""
         shown = f"; {self.script} shows it" if self.script else ""
-        return f"{KNOWN}{self.name}: {self.cause}{where}{shown}"
+        return f"known defect {self.name}: {self.cause}{where}{shown}"
 
 
 def defect_of(check: Check) -> str:
     """Return the name of the known defect that a check was marked with; empty without one."""
-    if check.verdict not in (Verdict.KNOWN_DEFECT, Verdict.FIXED):
-        return ""
-    return check.note.removeprefix(GONE).removeprefix(KNOWN).partition(":")[0]
+    return check.cell.defect if check.cell is not None else ""
 
 
 def _among(name: str, patterns: tuple[str, ...]) -> bool:
@@ -94,8 +88,9 @@ def _marked(
     if defect is None or check.cell is None:
         return check
     note = "; ".join(filter(None, (defect.note, check.note)))
+    marked = replace(check, cell=replace(check.cell, defect=defect.name))
     if check.verdict is Verdict.FAIL:
-        return replace(check, verdict=Verdict.KNOWN_DEFECT, note=note, engine_died=False)
+        return replace(marked, verdict=Verdict.KNOWN_DEFECT, note=note, engine_died=False)
     if check.verdict is Verdict.PASS and check.cell.place not in failing:
-        return replace(check, verdict=Verdict.FIXED, note=f"{GONE}{note}")
+        return replace(marked, verdict=Verdict.FIXED, note=f"no longer there: {note}")
     return check

@@ -54,7 +54,8 @@ class Cell:
     """The place of a check in the matrix of cases and submodels, for a system and an engine.
 
     ``invariance`` names what must not change its runs, empty for their values. ``order`` is the
-    order of convergence that was observed, with its interval.
+    order of convergence that was observed, with its interval. ``defect`` is the name of the known
+    defect that explains a failure there, or that is gone.
     """
 
     case: str
@@ -65,6 +66,7 @@ class Cell:
     order_low: Number = math.nan
     order_high: Number = math.nan
     invariance: str = ""
+    defect: str = ""
 
     @property
     def place(self) -> tuple[str, str, str, str, str]:
