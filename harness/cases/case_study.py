@@ -64,6 +64,8 @@ class CaseStudy(ABC):
 
     title: str
     question: str
+    columns: Sequence[str]
+    """Of the rows of its conclusion, those that a terminal shows."""
 
     @abstractmethod
     def arms(self, level: Level) -> Sequence[Arm]:

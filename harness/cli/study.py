@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -65,14 +65,16 @@ def study(options: StudyOptions, where: ExecutorOptions, json: Json = False) -> 
     from harness.cli.output import print_json
     from harness.cli.recording import recorded
     from harness.workflows import study as run_study
+    from harness.workflows.case_run import usual_engine
     from harness.workflows.study_run import study_of
 
     case, asked = study_of(options.case)
+    engine = usual_engine(case)
     if options.cost:
-        _tell_cost(asked, options, where, json)
+        _tell_cost(asked, engine, options, where, json)
         return
     points = read_reference(options.reference) if options.reference else None
-    level, executor_of = options.level, _executors(options, where)
+    level, executor_of = options.level, _executors(engine, options, where)
     with (
         output_folder(options.output, "-study") as folder,
         recorded("study", quiet=json) as told,
@@ -83,22 +85,26 @@ def study(options: StudyOptions, where: ExecutorOptions, json: Json = False) -> 
         told.folder, told.status = folder, FAILED if found.count("failed") else 0
         _write(found, folder)
     record = {**found.record(), "output": str(folder)}
-    (print_json if json else _print)(record)
+    if json:
+        print_json(record)
+    else:
+        _print(record, asked.columns)
     if told.status:
         raise typer.Exit(told.status)
 
 
-def _tell_cost(asked: CaseStudy, options: StudyOptions, where: ExecutorOptions, json: bool) -> None:
+def _tell_cost(
+    asked: CaseStudy, engine: str, options: StudyOptions, where: ExecutorOptions, json: bool
+) -> None:
     """Print what a level costs on some numbers of cores, and the model behind it."""
     import pandas as pd
 
     from harness.cli.output import print_json, print_wrapped
-    from harness.workflows.case_run import usual_engine
-    from harness.workflows.study_run import study_of
 
-    engine = usual_engine(study_of(options.case)[0])
     local = replace(where, executor="local")
-    found = asked.cost(options.level, lambda ranks: _with_ranks(options, local, ranks).open(engine))
+    found = asked.cost(
+        options.level, lambda ranks: _with_ranks(engine, options, local, ranks).open(engine)
+    )
     tables = {"measured": found.measured, "rows": found.rows}
     if json:
         rows = {name: [dict(row) for row in table] for name, table in tables.items()}
@@ -110,7 +116,9 @@ def _tell_cost(asked: CaseStudy, options: StudyOptions, where: ExecutorOptions, 
     print_wrapped(f"model: {found.model}")
 
 
-def _executors(options: StudyOptions, where: ExecutorOptions) -> Callable[[int], Executor]:
+def _executors(
+    engine: str, options: StudyOptions, where: ExecutorOptions
+) -> Callable[[int], Executor]:
     """Return a function from the ranks of a run to what makes such runs."""
     from harness.errors import RequestError
     from harness.home import cache_place
@@ -123,7 +131,7 @@ def _executors(options: StudyOptions, where: ExecutorOptions) -> Callable[[int],
     entries = options.entries()
 
     def executor(ranks: int) -> Executor:
-        chosen = _with_ranks(options, where, ranks)
+        chosen = _with_ranks(engine, options, where, ranks)
         local = Local(chosen.open, entries, options.fresh)
         if settings is None or options.output is None:
             return local
@@ -135,13 +143,12 @@ def _executors(options: StudyOptions, where: ExecutorOptions) -> Callable[[int],
     return executor
 
 
-def _with_ranks(options: StudyOptions, where: ExecutorOptions, ranks: int) -> StudyOptions:
+def _with_ranks(
+    engine: str, options: StudyOptions, where: ExecutorOptions, ranks: int
+) -> StudyOptions:
     """Return the options of engines whose runs take so many ranks, each with time enough."""
     from harness.cli.lists import engine_settings
-    from harness.workflows.case_run import usual_engine
-    from harness.workflows.study_run import study_of
 
-    engine = usual_engine(study_of(options.case)[0])
     given = list(options.engine_option or ())
     if "limits" not in engine_settings(given).get(engine, {}):
         given.append(f"{engine}.limits={SECONDS}")
@@ -154,7 +161,7 @@ def _with_ranks(options: StudyOptions, where: ExecutorOptions, ranks: int) -> St
 
 def _write(found: StudyResult, folder: Path) -> None:
     from harness.report.study_page import Page, write_study
-    from harness.workflows.study_run import as_frame
+    from harness.workflows.sweep_run import as_frame
 
     page = Page(found.title, found.question, found.conclusion.verdict, _facts(found))
     tables = {"rows.csv": found.frame(), "runs.csv": as_frame(found.runs)}
@@ -179,17 +186,15 @@ def _facts(found: StudyResult) -> Mapping[str, str]:
     }
 
 
-def _print(record: Mapping[str, Any]) -> None:
-    """Print the verdict, the rows, and where the report is."""
+def _print(record: Mapping[str, Any], columns: Sequence[str]) -> None:
+    """Print the verdict, some columns of the rows, and where the report is."""
     import pandas as pd
 
     from harness.cli.output import print_wrapped
 
     for sentence in record["verdict"]:
         print_wrapped(f"- {sentence}")
-    names = ["arm", "layers", "stiffness_over_weight", "restitution", "stop_angle_deg",
-             "uncertainty_deg", "grains", "seeds"]  # fmt: skip
-    table = pd.DataFrame(record["rows"])[names]
+    table = pd.DataFrame(record["rows"])[list(columns)]
     print(table.to_string(index=False, float_format="{:.5g}".format, na_rep="-"))
     for name, reason in record["missing"].items():
         print_wrapped(f"{name}: not run: {reason}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, cast
@@ -19,7 +18,7 @@ from harness.workflows.case_run import usual_engine
 from harness.workflows.progress import Progress, silent
 from harness.workflows.sweep_local import Executor, Local
 from harness.workflows.sweep_plan import Asked, Plan, Point
-from harness.workflows.sweep_run import DONE, FAILED, run_plan
+from harness.workflows.sweep_run import DONE, FAILED, as_frame, run_plan
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -76,13 +75,6 @@ class StudyResult(Shown):
         if not drawings:
             raise RequestError(f"plot: no run of this study of {self.case} measured anything")
         return cast("Figure", drawings[0].draw())
-
-
-def as_frame(rows: Sequence[Row]) -> pd.DataFrame:
-    """Return flat rows as a table; what a row does not have is NaN."""
-    import pandas as pd
-
-    return pd.DataFrame([{k: math.nan if v is None else v for k, v in r.items()} for r in rows])
 
 
 def study_of(name: str) -> tuple[Case[Any], CaseStudy]:

@@ -64,10 +64,7 @@ class Sweep(Shown):
 
     def frame(self) -> pd.DataFrame:
         """Return the rows as a table; what a run does not have is NaN."""
-        import pandas as pd
-
-        filled = [{k: math.nan if v is None else v for k, v in row.items()} for row in self.rows]
-        return pd.DataFrame(filled)
+        return as_frame(self.rows)
 
     def told(self) -> dict[str, str]:
         """Return how many runs there are, over what, and in which engines."""
@@ -114,6 +111,13 @@ class Sweep(Shown):
         """Return the table for a notebook, shortened in the middle."""
         html: str = self.frame().to_html(max_rows=20, index=False, na_rep="")
         return html
+
+
+def as_frame(rows: Sequence[Row]) -> pd.DataFrame:
+    """Return flat rows as a table; what a row does not have is NaN."""
+    import pandas as pd
+
+    return pd.DataFrame([{k: math.nan if v is None else v for k, v in r.items()} for r in rows])
 
 
 def sweep(

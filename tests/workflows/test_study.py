@@ -11,7 +11,8 @@ from harness.cases.layers.study import EXTENTS, START, Box, Extent
 from harness.errors import EngineMissingError, EngineOutputError, RequestError
 from harness.observables.provenance import Provenance
 from harness.report.study_page import Page, write_study
-from harness.workflows.study_run import as_frame, study
+from harness.workflows.study_run import study
+from harness.workflows.sweep_run import as_frame
 
 
 def angle(one):

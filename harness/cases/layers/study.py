@@ -111,6 +111,8 @@ class LayersStudy(CaseStudy):
         "10.21 to about 5 deg. Does a DEM of frictionless layers show the fall, and does it take "
         "soft grains?"
     )
+    columns = ("arm", "layers", "stiffness_over_weight", "restitution", "stop_angle_deg",
+               "uncertainty_deg", "grains", "seeds")  # fmt: skip
 
     def arms(self, level: Level) -> Sequence[Arm]:
         """Return thickness and stiffness over seeds, one change at a time, the single grain."""
