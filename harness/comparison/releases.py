@@ -10,9 +10,7 @@ from harness.comparison.baseline_record import BaselineRecord
 from harness.comparison.published import published
 from harness.comparison.regression_tolerances import Allowed, ByCase
 from harness.comparison.release_cells import CellRow, cell_rows, defects_of
-from harness.comparison.release_changes import Change as Change
-from harness.comparison.release_changes import classify as classify
-from harness.comparison.release_changes import parted
+from harness.comparison.release_changes import Change, classify, parted
 from harness.comparison.verdicts import Check, Verdict
 from harness.observables.provenance import Provenance
 from harness.shown import Shown

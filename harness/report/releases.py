@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from harness.atomic_write import whole_folder
-from harness.comparison.releases import Change, ReleaseMatrix
+from harness.comparison.release_changes import Change
+from harness.comparison.releases import ReleaseMatrix
 from harness.report.figures.releases import changes as draw_changes
 from harness.report.finite import finite
 from harness.report.gallery import picture

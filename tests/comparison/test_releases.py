@@ -3,7 +3,8 @@ from dataclasses import replace
 import pytest
 
 from harness.comparison.baseline_record import BaselineRecord, Quantity
-from harness.comparison.releases import Change, Column, classify, release_matrix
+from harness.comparison.release_changes import Change, classify
+from harness.comparison.releases import Column, release_matrix
 from harness.comparison.tolerances import Tolerance
 from harness.observables.provenance import Provenance
 
