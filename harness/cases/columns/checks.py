@@ -17,6 +17,7 @@ from harness.cases.columns.evidence import (
 from harness.cases.columns.parameters import Columns
 from harness.cases.columns.runs import critical_angle, run_columns
 from harness.cases.columns.template import job_of
+from harness.cases.columns.tolerances import FIRST_ORDER, ONE, RIGID, TWO_CODES
 from harness.cases.contract import LevelName, Study
 from harness.cases.incline.extrapolation import step_limit
 from harness.cases.incline.parameters import Incline
@@ -25,7 +26,6 @@ from harness.cases.incline.runs import run_inclines
 from harness.cases.parts import Part
 from harness.cases.runs import complete
 from harness.comparison.convergence import limit
-from harness.comparison.tolerances import Tolerance
 from harness.comparison.verdicts import Check, Kind, finding, judge, not_tested
 from harness.engines.contract import Engine
 from harness.engines.parallel import cores, parallel_map
@@ -34,25 +34,6 @@ from harness.errors import EngineOutputError
 from harness.parameters.contact import PLASTIC, SOURCE
 from harness.parameters.tower import LAWS
 from harness.theory.critical_angle import critical_angle as closed_form
-
-ONE = Tolerance(
-    "m", 1e-11, 0.0, "columns of one particle are the incline's row: round-off of 1e4 steps"
-)
-TWO_CODES = Tolerance(
-    "m g d",
-    1e-8,
-    0.0,
-    "the same steps in two codes: round-off, which the rattling of elastic columns magnifies",
-)
-RIGID = Tolerance(
-    "deg",
-    3e-4,
-    0.0,
-    "step to zero, then stiffness to infinity: as of the incline's own ladder",
-)
-FIRST_ORDER = Tolerance(
-    "1", 0.5, 0.0, "order 1: dashpots see the velocity of the half step; jitter blurs the fit"
-)
 
 EVERY = 50
 ORDERED = 1e6
