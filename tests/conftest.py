@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import signal
 import stat
 import sys
 from pathlib import Path
@@ -28,6 +29,13 @@ def _nothing_in_the_home_of_the_user(tmp_path_factory):
         patch.setattr("numba.config.CACHE_DIR", kernels)
         patch.setenv("DEM_HARNESS_HOME", str(tmp_path_factory.mktemp("home")))
         yield
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _ctrl_c_is_heard():
+    """Hear SIGINT: a shell starts what runs in its background with it ignored, children as well."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(autouse=True)
