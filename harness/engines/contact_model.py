@@ -32,6 +32,20 @@ Values = Mapping[str, str | int | float]
 LAW = ("normal", "tangential")
 """Values of every job with such a contact, and of no other."""
 
+RESISTANCES = frozenset(
+    kind + part
+    for kind in ("rolling", "twisting")
+    for part in ("", "_stiffness", "_damping", "_friction")
+)
+"""Values of resistance to rolling and twisting: ``unused_values`` of a code that has none."""
+
+NO_RESISTANCE: Mapping[str, tuple[str, ...]] = {
+    "rolling": ("none",),
+    "twisting": ("none",),
+    "interface": ("current",),
+}
+"""``states`` of a model that resists slip alone, in a code with one interface."""
+
 
 @dataclass(frozen=True)
 class ContactModel:
@@ -57,6 +71,13 @@ class ContactModel:
                 return number, f"its {self.name} takes {name} = {told}, not {values[name]}"
         reason = self.needs(values) if self.needs else ""
         return len(self.states), f"its {self.name} {reason}" if reason else ""
+
+
+def never_attracts(values: Values) -> str:
+    """Return why a dashpot cannot be stated in a code that clips it, or nothing where it can."""
+    if values["damping"] != "none" and values["clipped"] != "yes":
+        return "never attracts (clipped = yes)"
+    return ""
 
 
 def stating(models: Sequence[ContactModel], values: Values) -> tuple[ContactModel, str]:

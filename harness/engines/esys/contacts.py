@@ -7,22 +7,15 @@ is parted as the radii are. Its walls have no friction.
 
 from __future__ import annotations
 
-from harness.engines.contact_model import ContactModel, Values
+from harness.engines.contact_model import NO_RESISTANCE, ContactModel, never_attracts
 
 RULES = {"torque_lever": "share", "velocity_lever": "share", "spring_frame": "room"}
 
-_PLAIN: dict[str, tuple[str | int, ...]] = {
-    "rolling": ("none",),
-    "twisting": ("none",),
-    "interface": ("current",),
+_PLAIN: dict[str, tuple[str, ...]] = {
+    **NO_RESISTANCE,
     "motion_1": ("free",),
     "motion_2": ("free", "frozen"),
 }
-
-
-def clipped(values: Values) -> str:
-    """Return why a dashpot cannot be stated, or nothing where it can."""
-    return "" if values["clipped"] == "yes" else "never attracts (clipped = yes)"
 
 
 CONTACTS = (
@@ -60,6 +53,6 @@ CONTACTS = (
             "planes": (0,),
             **_PLAIN,
         },
-        needs=clipped,
+        needs=never_attracts,
     ),
 )

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from harness.engines.batches import finished
+from harness.engines.contact_model import RESISTANCES
 from harness.engines.contract import Job, Value, Values
 from harness.engines.esys.contacts import CONTACTS
 from harness.engines.esys.open_mpi import RANKS, environment, find_launcher, without_frame
@@ -43,8 +44,6 @@ sim.exit()
 
 DAMPED = frozenset({"steps_per_contact", *contact_values(PLASTIC)})
 """Values of a job whose contacts have a dashpot, which bounds the step."""
-
-SPRING = ("stiffness", "damping", "friction")
 
 SHARED = "phases"
 """The variable of a script that takes several values of ``phase`` and runs them in one model."""
@@ -85,8 +84,7 @@ class Esys(ScriptedEngine):
     programs = ("esysparticle",)
     unused_values = frozenset(
         {"spheres", "phase", "interface", "surface_energy", "restitution", "tangential_damping"}
-        | {"rolling", "twisting"}
-        | {f"{part}_{name}" for part in ("rolling", "twisting") for name in SPRING}
+        | RESISTANCES
     )
     """A row without an end has no number of spheres; phases are told together; of contacts what
     no interaction takes."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from harness.engines.contact_model import ContactModel, Values
+from harness.engines.contact_model import NO_RESISTANCE, ContactModel, Values, never_attracts
 
 RULES = {
     "velocity_lever": "contact_point",
@@ -13,13 +13,10 @@ RULES = {
 
 def dashpot(values: Values) -> str:
     """Return why a dashpot cannot be stated, or nothing where it can."""
-    if values["damping"] == "none":
-        return ""
-    if values["clipped"] != "yes":
-        return "never attracts (clipped = yes)"
-    if values["tangential"] != "none":
+    reason = never_attracts(values)
+    if not reason and values["damping"] != "none" and values["tangential"] != "none":
         return "has a dashpot along the surface that is tied to the normal one, and limited twice"
-    return ""
+    return reason
 
 
 def springs(values: Values) -> str:
@@ -30,8 +27,6 @@ def springs(values: Values) -> str:
     return dashpot(values)
 
 
-_PLAIN = {"rolling": ("none",), "twisting": ("none",), "interface": ("current",)}
-
 CONTACTS = (
     ContactModel(
         "DEM_D_Linear_viscous_Coulomb",
@@ -39,7 +34,7 @@ CONTACTS = (
             "normal": ("hooke",),
             "damping": ("none", "velocity", "mass_velocity", "coeff_restitution"),
             "tangential": ("none", "linear_history"),
-            **_PLAIN,
+            **NO_RESISTANCE,
         },
         RULES,
         springs,
@@ -50,7 +45,7 @@ CONTACTS = (
             "normal": ("hertz",),
             "damping": ("none", "coeff_restitution"),
             "tangential": ("none", "mindlin_rescale/force"),
-            **_PLAIN,
+            **NO_RESISTANCE,
         },
         RULES,
         dashpot,

@@ -12,6 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar, Literal
 
+from harness.engines.contact_model import RESISTANCES
 from harness.engines.contract import Job, Template, Values
 from harness.engines.kratos.contacts import CONTACTS
 from harness.engines.process import Ended, Limits, last_words
@@ -38,8 +39,6 @@ REFERENCE: dict[Scheme, str] = {
 
 RELEASES = ("10.2.3", "10.4.3", "10.4.4")
 """With which the scripts were tried."""
-
-SPRING = ("stiffness", "damping", "friction")
 
 FAREWELL = "Deregistering "
 """How the lines begin that Kratos prints at its end, whatever it was."""
@@ -84,8 +83,7 @@ class Kratos(ScriptedEngine):
         ),
     )
     unused_values = frozenset(
-        {"spheres", "interface", "surface_energy", "tangential_damping", "rolling", "twisting"}
-        | {f"{part}_{name}" for part in ("rolling", "twisting") for name in SPRING}
+        {"spheres", "interface", "surface_energy", "tangential_damping"} | RESISTANCES
     )
     """A row without an end has no number of spheres; of contacts what no law of its takes."""
     allowed: ClassVar[Mapping[str, Allowed]] = {

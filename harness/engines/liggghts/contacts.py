@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from harness.engines.contact_model import ContactModel, Values
+from harness.engines.contact_model import NO_RESISTANCE, ContactModel, Values
 
 SAME = 1e-9
 """Relative difference of coefficients that are tied to one another."""
@@ -47,13 +47,12 @@ def from_material(values: Values) -> str:
     return f"has no tangential dashpot but of {own:.9g} times the normal one, or none"
 
 
-def _equal(one: object, other: object) -> bool:
-    return math.isclose(float(str(one)), float(str(other)), rel_tol=SAME)
+def _equal(one: str | float, other: str | float) -> bool:
+    return math.isclose(float(one), float(other), rel_tol=SAME)
 
 
 _SPRINGS = ("none", "linear_nohistory", "linear_history", "linear_history_classic")
 _SOLIDS = ("none", "linear_nohistory", "mindlin", "mindlin_classic")
-_PLAIN = {"rolling": ("none",), "twisting": ("none",), "interface": ("current",)}
 
 CONTACTS = (
     ContactModel(
@@ -75,7 +74,7 @@ CONTACTS = (
             "normal": ("hertz",),
             "damping": ("none", "viscoelastic"),
             "tangential": _SOLIDS,
-            **_PLAIN,
+            **NO_RESISTANCE,
         },
         RULES,
     ),
@@ -85,7 +84,7 @@ CONTACTS = (
             "normal": ("hertz",),
             "damping": ("coeff_restitution",),
             "tangential": ("none", "mindlin", "mindlin_classic"),
-            **_PLAIN,
+            **NO_RESISTANCE,
         },
         RULES,
         from_material,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from harness.engines.contact_model import ContactModel, Values
+from harness.engines.contact_model import ContactModel, Values, never_attracts
 
 RULES = {
     "damping_in_cap": "sticking_only",
@@ -13,13 +13,6 @@ RULES = {
 """ViscoelasticPM.cpp, HertzMindlin.cpp; ScGeom::rotate turns springs with the mean spin."""
 
 
-def clipped(values: Values) -> str:
-    """Return why a linear contact cannot be stated, or nothing where it can."""
-    if values["damping"] != "none" and values["clipped"] != "yes":
-        return "never attracts (clipped = yes)"
-    return ""
-
-
 def solid(values: Values) -> str:
     """Return why a contact of Mindlin's cannot be stated, or nothing where it can."""
     if values["normal"] == "dmt" and (values["damping"] != "none" or values["friction"]):
@@ -28,7 +21,7 @@ def solid(values: Values) -> str:
         return "has rolling springs without a dashpot only"
     if values["damping"] != "none" and values["motion_1"] == "prescribed" and values["planes"]:
         return "has no dashpot between a wall and a sphere that is held"
-    return clipped(values)
+    return never_attracts(values)
 
 
 CONTACTS = (
@@ -43,7 +36,7 @@ CONTACTS = (
             "interface": ("current",),
         },
         RULES,
-        clipped,
+        never_attracts,
     ),
     ContactModel(
         "Law2_ScGeom_MindlinPhys_Mindlin",
