@@ -9,7 +9,7 @@ import numpy as np
 from harness.engines.reference.columns import Held, advance_by, begin
 from harness.engines.reference.row import Grain, Row
 from harness.engines.reference.stretch import WATCH
-from harness.engines.reference.trajectory_integrator import TrajectoryIntegrator
+from harness.engines.reference.trajectory_integrator import InFixedSteps
 from harness.engines.scene import Scene
 from harness.errors import EngineNaNError
 
@@ -34,26 +34,13 @@ def held_of(scene: Scene, row: Row) -> Held:
     )
 
 
-class OverColumns(TrajectoryIntegrator):
+class OverColumns(InFixedSteps):
     """The grain over columns in steps of a scene, looked at and sampled as over a row."""
 
     def __init__(self, grain: Grain, row: Row, scene: Scene, seconds: float) -> None:
-        super().__init__(grain, seconds)
         self._row, self._held = row, held_of(scene, row)
-        self._step, self._longest, self._every = scene.step, scene.steps, scene.every
-        self.grain = begin(grain, row, self._held)
-        if self._every:
-            self._keep(np.array([[0.0, *grain[:4]]]))
-
-    @property
-    def time(self) -> float:
-        """Return the time [s] since the start."""
-        return self.steps * self._step
-
-    @property
-    def over(self) -> bool:
-        """Return whether the time limit is reached."""
-        return self.steps >= self._longest
+        grain = begin(grain, row, self._held)
+        super().__init__(grain, scene.step, scene.steps, scene.every, seconds)
 
     @property
     def touching(self) -> bool:
@@ -72,10 +59,6 @@ class OverColumns(TrajectoryIntegrator):
         """Move until x > ``place`` [m], the grain moves back, or the time limit."""
         self.grain = begin(self.grain, self._row, self._held)  # LAMMPS's run takes forces anew
         self._go(place)
-
-    def finish(self) -> None:
-        """Move to the time limit."""
-        self._go(math.inf, watched=False)
 
     def _go(self, place: float, *, watched: bool = True) -> None:
         while not self.over:

@@ -82,3 +82,33 @@ class TrajectoryIntegrator(ABC):
                 f"reference: not finished after {self._seconds:g} s of wall time, "
                 f"at step {self.steps}"
             )
+
+
+class InFixedSteps(TrajectoryIntegrator):
+    """The grain in steps of ``step`` [s], at most ``longest`` of them, sampled every so many."""
+
+    def __init__(
+        self, grain: Grain, step: float, longest: int, every: int | None, seconds: float
+    ) -> None:
+        super().__init__(grain, seconds)
+        self._step, self._longest, self._every = step, longest, every or 0
+        if every:
+            self._keep(np.array([[0.0, *grain[:4]]]))
+
+    @property
+    def time(self) -> float:
+        """Return the time [s] since the start."""
+        return self.steps * self._step
+
+    @property
+    def over(self) -> bool:
+        """Return whether the time limit is reached."""
+        return self.steps >= self._longest
+
+    def finish(self) -> None:
+        """Move to the time limit."""
+        self._go(math.inf, watched=False)
+
+    @abstractmethod
+    def _go(self, place: float, *, watched: bool = True) -> None:
+        """Move to the time limit, or where ``watch`` ends if it is watched."""
