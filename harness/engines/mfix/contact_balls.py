@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from harness.engines.mfix.read import particle, row_of
 from harness.engines.mfix.vtp import Frame
 from harness.engines.output import Table
 from harness.errors import EngineNaNError, EngineOutputError
@@ -57,7 +58,7 @@ def contact_table(contact: ContactInput, frames: Sequence[Frame]) -> Table:
     MFiX writes no forces. A held sphere is not written: it rests.
     """
     numbers = range(0, contact.steps + 1, contact.every)
-    clock = {round(frame.time / contact.step): frame.arrays for frame in frames}
+    clock = {round(frame.time / contact.step): frame for frame in frames}
     if missing := [number for number in numbers if number not in clock]:
         raise EngineOutputError(f"MFiX wrote no particles at step {missing[0]}")
     table = {"step": np.array(numbers, dtype=np.float64)}
@@ -69,20 +70,15 @@ def contact_table(contact: ContactInput, frames: Sequence[Frame]) -> Table:
     return table
 
 
-def _state(contact: ContactInput, arrays: Mapping[str, Any]) -> list[list[float]]:
-    ids = [int(number) for number in arrays["Particle_ID"][:, 0]]
+def _state(contact: ContactInput, frame: Frame) -> list[list[float]]:
     x0, y0 = contact.origin
     rows = []
     for number, ball in enumerate(contact.balls, 1):
         if ball.held:
             rows.append([ball.x, 0.0, ball.z, *[0.0] * 6])
             continue
-        if number not in ids:
-            raise EngineOutputError(f"MFiX lost particle {number}")
-        at = ids.index(number)
-        x, y, _ = arrays["coordinates"][at]
-        vx, vy, _ = arrays["Velocity"][at]
+        x, y, vx, vy = particle(frame, number)
         # x, y, z of MFiX are x, z, -y of the scene
-        spin = -arrays["Angular_velocity"][at][2]
+        spin = -frame.arrays["Angular_velocity"][row_of(frame, number)][2]
         rows.append([x - x0, 0.0, y - y0, vx, 0.0, vy, 0.0, spin, 0.0])
     return rows

@@ -27,7 +27,7 @@ def path_table(system: System, scene: Scene, frames: list[Frame]) -> Table:
     frames = _checked(system, frames)
     numbers = range(1, len(system.mobile) + 1)
     inside = [frame for frame in frames if set(numbers) <= set(_ids(frame))]
-    states = np.array([[_particle(frame, number) for number in numbers] for frame in inside])
+    states = np.array([[particle(frame, number) for number in numbers] for frame in inside])
     step = np.array([round(frame.time / system.step) for frame in inside], dtype=np.float64)
     return _table(system, scene, step, states[..., :2], states[..., 2:])
 
@@ -43,7 +43,7 @@ def forced_table(system: System, scene: Scene, frames: list[Frame], forces: list
     frames = _checked(system, frames)[1:]
     h, mobile = system.step, len(system.mobile)
     step = np.array([round(frame.time / h) - 1 - system.first for frame in frames])
-    states = np.array([[_particle(frame, i + 1) for i in range(mobile)] for frame in frames])
+    states = np.array([[particle(frame, i + 1) for i in range(mobile)] for frame in frames])
     states = states.reshape(len(frames), mobile, 4)
     place, velocity = states[..., :2] - h * states[..., 2:], states[..., 2:]
     heights = np.tile([sphere.y for sphere in system.spheres], (len(frames), 1))
@@ -125,7 +125,7 @@ def _checked(system: System, frames: list[Frame]) -> list[Frame]:
         for number, sphere in enumerate(system.held, len(system.mobile) + 1):
             if number not in _ids(frame) or frame is frames[0]:
                 continue  # a particle that is held is not written
-            x, y, *_ = _particle(frame, number)
+            x, y, *_ = particle(frame, number)
             if np.hypot(x - sphere.x, y - sphere.y) > 10.0 * SINGLE * max(system.box):
                 raise EngineOutputError(
                     f"MFiX moved a sphere that is to be held, {frame.time:g} s after the start: "
@@ -141,12 +141,20 @@ def _ids(frame: Frame) -> list[int]:
         raise EngineOutputError("MFiX wrote particles without their global ids") from None
 
 
-def _particle(frame: Frame, number: int) -> tuple[float, float, float, float]:
-    """Return x, y, vx, vy of the particle with a global id: its place in the file may change."""
+def row_of(frame: Frame, number: int) -> int:
+    """Return where the particle with a global id is: its place in the file may change."""
     ids = _ids(frame)
     if number not in ids:
         raise EngineOutputError(f"MFiX lost particle {number} before {frame.time:g} s")
-    row = ids.index(number)
+    return ids.index(number)
+
+
+def particle(frame: Frame, number: int) -> tuple[float, float, float, float]:
+    """Return x, y [m], vx, vy [m/s] of the particle with a global id.
+
+    Raise EngineOutputError for one that is lost, EngineNaNError for values that are not finite.
+    """
+    row = row_of(frame, number)
     x, y, _ = frame.arrays["coordinates"][row]
     vx, vy, _ = frame.arrays["Velocity"][row]
     if not np.isfinite([x, y, vx, vy]).all():
