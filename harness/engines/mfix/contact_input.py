@@ -16,6 +16,7 @@ from typing import Any
 from harness.engines.contact_model import Values
 from harness.engines.mfix.contact_balls import SPHERE, Ball, Couple
 from harness.errors import RequestError
+from harness.parameters.contact import Contact
 
 UNUSED = 1e-20
 """Restitution of pairs that never meet: it keeps them from setting the step."""
@@ -135,12 +136,12 @@ class ContactInput:
     def damping_ratio(self, couple: Couple) -> float:
         """Return the normal zeta; raise RequestError for one that is not less than 1."""
         if not couple.meets:
-            return _ratio(UNUSED)
+            return Contact(restitution=UNUSED).zeta
         damping, given = self.values["damping"], self._number("damping_coefficient")
         if damping == "none":
             return 0.0
         if damping == "coeff_restitution":
-            return _ratio(self._number("restitution"))
+            return Contact(restitution=self._number("restitution")).zeta
         eta = given * couple.mass if damping == "mass_velocity" else given
         zeta = eta / 2.0 / math.sqrt(self.stiffnesses(couple)[0] * couple.mass)
         if zeta >= 1.0:
@@ -231,12 +232,6 @@ class ContactInput:
             "stop": (self.steps - 0.5) * self.step,
             "interval": self.every * self.step,
         }
-
-
-def _ratio(restitution: float) -> float:
-    """Return zeta of a linear dashpot with a restitution."""
-    logarithm = -math.log(restitution)
-    return logarithm / math.hypot(math.pi, logarithm)
 
 
 def _restitution(zeta: float) -> float:

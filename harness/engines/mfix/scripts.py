@@ -12,14 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from harness import __version__
 from harness.engines.contact_model import stating
 from harness.engines.contract import Template
 from harness.engines.mfix.contact_input import ContactInput
 from harness.engines.mfix.contacts import CONTACTS
 from harness.engines.mfix.declared import CONTACT
-from harness.engines.mfix.layout import Sphere
 from harness.engines.mfix.system import System, system_of
+from harness.engines.rendering import rendered
 from harness.engines.scene import LOOK
 from harness.parameters.contact import contact_values
 
@@ -42,12 +41,9 @@ def states_contact(template: Template) -> bool:
 def contact_files(contact: ContactInput, title: str = "") -> dict[str, str]:
     """Return the inputs of a contact with friction, by their names."""
     told = {"title": title or "A contact with friction.", **contact.context()}
-    lines = (" ".join(map(_number, one)) + "\n" for one in contact.particles())
     return {
-        KEYWORDS: _render(
-            "contacts.dat.j2", version=__version__, particles=len(contact.balls), **_written(told)
-        ),
-        PARTICLES: "".join(lines),
+        KEYWORDS: _render("contacts.dat.j2", particles=len(contact.balls), **_written(told)),
+        PARTICLES: _lines(contact.particles()),
     }
 
 
@@ -66,7 +62,6 @@ def keyword_file(system: System, title: str = "") -> str:
         story = "\n# FORCE_0000.vtp ...: the contact forces of the step before."
     return _render(
         "mfix.dat.j2",
-        version=__version__,
         title=title or system.name,
         name=system.name,
         force_story=story,
@@ -99,12 +94,11 @@ def particle_file(system: System) -> str:
     A line each, mobile ones first: x, y, radius, density, vx, vy.
     """
     radius, density = 0.5 * system.diameter, system.density
+    return _lines((s.x, s.y, radius, density, s.vx, s.vy) for s in system.spheres)
 
-    def line(sphere: Sphere) -> str:
-        values = (sphere.x, sphere.y, radius, density, sphere.vx, sphere.vy)
-        return " ".join(_number(value) for value in values)
 
-    return "".join(f"{line(sphere)}\n" for sphere in system.spheres)
+def _lines(rows: Iterable[Iterable[float]]) -> str:
+    return "".join(" ".join(map(_number, row)) + "\n" for row in rows)
 
 
 def input_files(templates: Iterable[Template]) -> dict[str, str]:
@@ -178,13 +172,7 @@ def _written(told: Any) -> Any:
 
 
 def _render(template: str, **values: object) -> str:
-    from jinja2 import Environment, StrictUndefined
-
-    source = _templates().joinpath(template)
-    environment = Environment(
-        undefined=StrictUndefined, trim_blocks=True, keep_trailing_newline=True, autoescape=False
-    )
-    return environment.from_string(source.read_text(encoding="utf-8")).render(**values)
+    return rendered([_templates()], template, values, {})
 
 
 def _templates() -> Traversable:
