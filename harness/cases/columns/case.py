@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from harness.cases.columns.checks import engine_parts, own_parts
-from harness.cases.columns.evidence import Angles
 from harness.cases.columns.parameters import Columns
 from harness.cases.columns.runs import read
-from harness.cases.columns.sections import sections
 from harness.cases.columns.template import NAME, TEMPLATE, job_of
 from harness.cases.contract import Case, LevelName, Reference, Study
 from harness.cases.incline.case import CASE as INCLINE
@@ -69,15 +66,22 @@ class ColumnsCase(Case[Columns]):
 
     def expected_rows(self, level: LevelName, engine: Engine) -> int:  # noqa: ARG002
         """Return how many rows a level leaves."""
+        from harness.cases.columns.checks import engine_parts
+
         return sum(part.rows for part in engine_parts(engine))
 
     def verify(self, engine: Engine, study: Study) -> Findings:  # noqa: ARG002
         """Hold an engine against the incline for one particle, and against the reference DEM."""
+        from harness.cases.columns.checks import engine_parts
+
         rows = rows_of_parts(self.name, engine_parts(engine))
         return Findings(self.name, engine.name, rows)
 
     def verify_own(self, study: Study) -> Findings:
         """Hold the reference DEM against the limit of stiff columns; find the angles."""
+        from harness.cases.columns.checks import own_parts
+        from harness.cases.columns.evidence import Angles
+
         angles = Angles()
         rows = rows_of_parts(self.name, own_parts(study, angles), "deg")
         records = {"columns": angles.records()}
@@ -90,6 +94,8 @@ class ColumnsCase(Case[Columns]):
         beside: Mapping[str, Findings],  # noqa: ARG002
     ) -> Sequence[Section]:
         """Return the critical angle against the height of the columns."""
+        from harness.cases.columns.sections import sections
+
         return sections(own.evidence)
 
 

@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from harness.cases.columns.parameters import Columns
 from harness.cases.columns.routes import judge
 from harness.cases.columns.template import TOUCHING, job_of
 from harness.cases.grain import path_in
-from harness.cases.incline.critical_angle import CriticalAngle
 from harness.cases.incline.judge import Judgement
 from harness.cases.incline.parameters import Incline
-from harness.cases.incline.passage import critical_angle_by_passage
 from harness.cases.incline.result import InclineRun
 from harness.cases.incline.runs import read as read_by
-from harness.cases.incline.steady import critical_angle_by_steady_motion
 from harness.cases.incline.template import Route
 from harness.cases.runs import complete, run_jobs
 from harness.engines.contract import Engine, Output
 from harness.engines.output import Table
 from harness.errors import EngineError
+
+if TYPE_CHECKING:
+    from harness.cases.incline.critical_angle import CriticalAngle
 
 
 def read(case: Columns, route: Route, output: Output, every: int | None = None) -> InclineRun:
@@ -56,6 +57,8 @@ def critical_angle(
     ``passage`` or ``steady`` motion, as for the incline. Raise EngineError when a run fails, and
     RequestError when a grain flies where a passage is judged.
     """
+    from harness.cases.incline.passage import critical_angle_by_passage
+    from harness.cases.incline.steady import critical_angle_by_steady_motion
 
     def measure(cases: Sequence[Incline]) -> list[InclineRun]:
         return complete(run_columns(engine, [c for c in cases if isinstance(c, Columns)], method))
