@@ -7,13 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from harness.cases.columns.evidence import (
-    READINGS,
-    Angles,
-    damped_angles,
-    damped_cases,
-    elastic_angles,
-)
+from harness.cases.columns.evidence import Angles, damped_angles, damped_cases, elastic_angles
 from harness.cases.columns.parameters import Columns
 from harness.cases.columns.runs import critical_angle, run_columns
 from harness.cases.columns.template import job_of
@@ -25,6 +19,7 @@ from harness.cases.incline.result import InclineRun
 from harness.cases.incline.runs import run_inclines
 from harness.cases.parts import Part
 from harness.cases.runs import complete
+from harness.cases.source_angles import READINGS
 from harness.comparison.convergence import limit
 from harness.comparison.verdicts import Check, Kind, finding, judge, not_tested
 from harness.engines.contract import Engine

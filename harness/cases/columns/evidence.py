@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, field
-from functools import cache
 from typing import Any
 
 from harness.cases.columns.parameters import Columns, Inside
@@ -12,20 +11,13 @@ from harness.cases.columns.runs import critical_angle, run_columns
 from harness.cases.contract import LevelName
 from harness.cases.incline.result import Motion
 from harness.cases.runs import complete
-from harness.chain import exact
+from harness.cases.source_angles import source_angles
 from harness.engines.contract import Engine
 from harness.engines.parallel import cores, parallel_map
-from harness.observables.impulse import impulse
-from harness.observables.windows import SEARCH
 from harness.parameters.contact import PLASTIC
-from harness.parameters.tower import LAWS, Law, Tower
-from harness.theory.critical_angle import critical_angle as of_shock
-from harness.theory.shock import Reading, shock_from_impulse_ratio
+from harness.parameters.tower import LAWS, Law
+from harness.theory.shock import Reading
 
-READINGS: dict[Reading, str] = {
-    "lost": "velocity lost",
-    "kept": "velocity kept",
-}
 STEPS = 200.0
 
 
@@ -68,25 +60,6 @@ class Angles:
             }
             for angle in self.found
         ]
-
-
-@cache
-def impulse_ratio(n: int, law: Law) -> float:
-    """Return alpha(n) = J(n)/J(1), turnaround window, k = 1e6 N/m and 2 m/s: the source's."""
-    tower = Tower(height=n, law=law, stiffness=1e6, speed=2.0)
-    single = tower.replace(height=1)
-    ends = (exact.run(one, SEARCH * one.contact_time) for one in (tower, single))
-    high, low = (impulse(run) for run in ends)
-    return high / low
-
-
-@cache
-def source_angles(n: int, law: Law) -> dict[Reading, float]:
-    """Return the source's theta_c(n) [deg], by its reading of the impulse ratio."""
-    return {
-        reading: of_shock(shock_from_impulse_ratio(impulse_ratio(n, law), reading))
-        for reading in READINGS
-    }
 
 
 HEIGHTS: dict[LevelName, tuple[int, ...]] = {

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from harness.cases.columns.evidence import READINGS, Angle, Angles
+from harness.cases.columns.evidence import Angle, Angles
+from harness.cases.source_angles import READINGS
 from harness.parameters.tower import LAWS
 from harness.report.figures.style import (
     BLACK,

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from harness.cases.layers.conclusion import Found
-from harness.cases.layers.readings import paper_angles
+from harness.cases.source_angles import READINGS, source_angles
 from harness.observables.reference import PEYNEAU_ROUX, ReferencePoints
 from harness.report.figures.style import (
     BLACK,
@@ -46,9 +46,13 @@ def angle_over_thickness(found: Found, points: ReferencePoints | None) -> Figure
             name = f"{fit.limit:.2f} + {fit.amplitude:.2f} h^(-{fit.exponent:.2f})"
             axes.plot(fine, fit.curve(fine), lw=1.0, label=name, **look)
     heights = list(range(1, max(last, 10) + 1))
-    for style, colour, reading in (("--", ORANGE, "lost"), (":", SKY, "kept")):
-        name = f"the paper, n deformable particles, velocity {reading}"
-        axes.plot(heights, paper_angles(heights, reading), style, color=colour, label=name)  # type: ignore[arg-type]
+    expected = [source_angles(n, "deformable") for n in heights]
+    for (reading, words), (style, colour) in zip(
+        READINGS.items(), (("--", ORANGE), (":", SKY)), strict=True
+    ):
+        angles = [one[reading] for one in expected]
+        name = f"the paper, n deformable particles, {words}"
+        axes.plot(heights, angles, style, color=colour, label=name)
     axes.axhline(critical_angle(), color=BLACK, lw=0.9, ls="-.",
                  label=f"single grain on a row, {critical_angle():.4f} deg")  # fmt: skip
     low = PEYNEAU_ROUX.value_deg - PEYNEAU_ROUX.uncertainty_deg

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from harness.cases.columns.case import CASE
-from harness.cases.columns.evidence import Angle, Angles, impulse_ratio, source_angles
+from harness.cases.columns.evidence import Angle, Angles
 from harness.cases.columns.parameters import Columns
 from harness.cases.columns.rest import crest_energy, loaded, sinking, start_load, start_of
 from harness.cases.columns.runs import critical_angle, run_columns
@@ -15,6 +15,7 @@ from harness.cases.columns.template import case_of, scene_of, values_of
 from harness.cases.contract import Study
 from harness.cases.incline import routes
 from harness.cases.incline.parameters import Incline
+from harness.cases.source_angles import impulse_ratio, source_angles
 from harness.chain.complementarity import contact_forces
 from harness.comparison.verdicts import Verdict
 from harness.engines.lammps.engine import Lammps

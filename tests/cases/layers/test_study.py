@@ -15,8 +15,8 @@ from harness.cases.layers.averages import (
 )
 from harness.cases.layers.case import CASE
 from harness.cases.layers.conclusion import TEST, judged
-from harness.cases.layers.readings import paper_angles
 from harness.cases.layers.study import LIMIT, RANKS, REFERENCE, THICKNESS, LayersStudy
+from harness.cases.source_angles import READINGS, source_angles
 from harness.errors import RequestError
 from harness.observables.reference import ReferencePoints
 from harness.parameters.base import Parameters
@@ -122,7 +122,8 @@ def test_the_limit_is_that_of_the_line_that_the_means_lie_on():
 
 
 def test_the_readings_of_the_paper_fall_and_rise_from_the_single_grain():
-    lost, kept = paper_angles((1, 3, 8), "lost"), paper_angles((1, 3, 8), "kept")
+    angles = [source_angles(n, "deformable") for n in (1, 3, 8)]
+    lost, kept = ([one[reading] for one in angles] for reading in READINGS)
     assert lost[0] == kept[0] == pytest.approx(10.2078, abs=1e-4)
     assert lost[0] > lost[1] > lost[2] > 4.5
     assert kept[0] < kept[1] < kept[2]
