@@ -12,7 +12,7 @@ from harness.report.cells import FOLDER, addresses, cell_pages
 from harness.report.divergences import divergence_section
 from harness.report.engines import engines_section
 from harness.report.finite import finite
-from harness.report.gallery import draw_sections
+from harness.report.gallery import draw_sections, write_drawn
 from harness.report.junit import junit
 from harness.report.markdown import report_markdown
 from harness.report.page import html_page
@@ -48,14 +48,7 @@ def _own_sections(found: Verification) -> list[Section]:
 
 def _fill(found: Verification, folder: Path, sections: Sequence[Section]) -> None:
     drawn = draw_sections(sections)
-    (folder / "figures").mkdir()
-    for picture in (picture for part in drawn for picture in part.pictures):
-        (folder / "figures" / f"{picture.name}.svg").write_text(picture.svg, encoding="utf-8")
-        (folder / "figures" / f"{picture.name}.png").write_bytes(picture.png)
-    for reel in (reel for part in drawn for reel in part.reels):
-        (folder / "movies").mkdir(exist_ok=True)
-        (folder / "movies" / f"{reel.name}.gif").write_bytes(reel.gif)
-        (folder / "movies" / f"{reel.name}.png").write_bytes(reel.still)
+    write_drawn(drawn, folder)
     logs = {f"{safe_path(name)}.log": text for name, text in found.logs.items()}
     logs |= {check.log_name: check.log for check in found.checks if check.log}
     _write_texts(folder / "scripts", {safe_path(n): text for n, text in found.scripts.items()})

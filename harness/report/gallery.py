@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from harness.parent_process import end_with
@@ -90,6 +91,23 @@ def draw_sections(sections: Sequence[Section]) -> list[Drawn]:
         reels = tuple(one for one in filmed if isinstance(one, Reel))
         drawn.append(Drawn(section, pictures, failures, cells_drawn, reels))
     return drawn
+
+
+def write_drawn(drawn: Sequence[Drawn], folder: Path) -> None:
+    """Write the figures of sections into ``figures`` below a folder, films into ``movies``."""
+    (folder / "figures").mkdir()
+    for picture in (picture for part in drawn for picture in part.pictures):
+        (folder / "figures" / f"{picture.name}.svg").write_text(picture.svg, encoding="utf-8")
+        (folder / "figures" / f"{picture.name}.png").write_bytes(picture.png)
+    for reel in (reel for part in drawn for reel in part.reels):
+        (folder / "movies").mkdir(exist_ok=True)
+        (folder / "movies" / f"{reel.name}.gif").write_bytes(reel.gif)
+        (folder / "movies" / f"{reel.name}.png").write_bytes(reel.still)
+
+
+def titles(drawn: Sequence[Drawn]) -> dict[str, str]:
+    """Return the titles of the engines of the matrix, by name."""
+    return {cell.text.engine: cell.text.who for part in drawn for cell in part.cells}
 
 
 def _filmed(film: Film) -> Reel | str:

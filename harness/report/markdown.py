@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from harness.comparison.verdicts import Check
 from harness.comparison.verification import Verification
-from harness.report.gallery import Drawn, Picture
+from harness.report.gallery import Drawn, Picture, titles
 from harness.report.matrix import matrix_markdown
 from harness.report.plain import markdown_text
 from harness.report.sections import Table
@@ -30,8 +30,7 @@ def report_markdown(found: Verification, parts: Sequence[Drawn]) -> str:
         rows = [_check(check) for check in found.checks if check.kind is kind]
         if rows:
             lines += [f"## {title}", "", *rows_markdown(CHECKS, rows), ""]
-    titles = {cell.text.engine: cell.text.who for part in parts for cell in part.cells}
-    lines += matrix_markdown(found.checks, titles)
+    lines += matrix_markdown(found.checks, titles(parts))
     for part in parts:
         lines += section_markdown(part)
     untitled = [picture for part in parts if not part.section.title for picture in part.pictures]

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from harness.comparison.verdicts import Check, Verdict
 from harness.comparison.verification import Verification
 from harness.report import text, triage
-from harness.report.gallery import Drawn, Picture
+from harness.report.gallery import Drawn, Picture, titles
 from harness.report.matrix import matrices
 from harness.report.sections import Section, Table
 from harness.report.templating import environment, tail
@@ -121,11 +121,6 @@ class Part:
 def rows_of(found: Verification) -> list[Row]:
     """Return the checks as rows, the most severe first."""
     return [Row(check, f"check-{n}") for n, check in enumerate(by_severity(found.checks), 1)]
-
-
-def titles(drawn: Sequence[Drawn]) -> dict[str, str]:
-    """Return the titles of the engines of the matrix, by name."""
-    return {cell.text.engine: cell.text.who for part in drawn for cell in part.cells}
 
 
 def html_page(

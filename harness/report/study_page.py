@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from harness.atomic_write import whole_folder
 from harness.report.finite import finite
-from harness.report.gallery import draw_sections
+from harness.report.gallery import draw_sections, write_drawn
 from harness.report.markdown import section_markdown
 from harness.report.page import look, parts_of
 from harness.report.plain import markdown_text
@@ -54,11 +54,8 @@ def write_study(
     template = environment().get_template("study.html.j2")
     html = template.render(page=page, parts_of_page=parts_of(drawn), look=look)
     with whole_folder(folder) as aside:
-        (aside / "figures").mkdir(parents=True)
-        for picture in (picture for part in drawn for picture in part.pictures):
-            figure = aside / "figures" / picture.name
-            figure.with_suffix(".svg").write_text(picture.svg, encoding="utf-8")
-            figure.with_suffix(".png").write_bytes(picture.png)
+        aside.mkdir()
+        write_drawn(drawn, aside)
         for name, table in tables.items():
             table.to_csv(aside / name, index=False)
         text = json.dumps(finite(record), indent=2, ensure_ascii=False)
