@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from harness.comparison.verdicts import Cell, Check
+from harness.comparison.verdicts import Cell
 from harness.comparison.verification import Verification
 from harness.report.gallery import Drawn, DrawnCell
 from harness.report.page import Row, look, rows_of
@@ -34,11 +34,8 @@ Place = tuple[str, str, str]
 
 
 @dataclass(frozen=True)
-class Judged:
-    """A row of the cell: its check, and where it stands in the report."""
-
-    check: Check
-    id: str
+class Judged(Row):
+    """A row of the cell, as it stands in the report."""
 
     @property
     def cell(self) -> Cell:
