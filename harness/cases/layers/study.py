@@ -15,7 +15,7 @@ from harness.cases.case_study import (
     Row,
     StudyCost,
 )
-from harness.cases.layers.parameters import SINGLE, Layers
+from harness.cases.layers.parameters import SINGLE, SOFTEST, Layers
 from harness.observables.reference import ReferencePoints
 
 THICKNESS, LIMIT = "thickness", "single grain"
@@ -150,7 +150,7 @@ def _over_thickness(extent: Extent) -> Iterable[Layers]:
     """Yield the runs, the costliest first so that no core idles at the end."""
     for stiffness in sorted(extent.stiffnesses, reverse=True):
         for layers in sorted(extent.boxes, reverse=True):
-            if stiffness >= 20.0 * layers:
+            if stiffness >= SOFTEST * layers:
                 box = extent.boxes[layers]
                 more = box.softest if stiffness == min(extent.stiffnesses) else 0
                 yield from _seeds(box, layers, stiffness, more)

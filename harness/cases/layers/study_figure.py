@@ -11,19 +11,14 @@ from harness.cases.source_angles import READINGS, source_angles
 from harness.observables.reference import PEYNEAU_ROUX, ReferencePoints
 from harness.report.figures.style import (
     BLACK,
-    BLUE,
-    GREEN,
+    COLOURS,
     MARKERS,
     ORANGE,
-    PURPLE,
-    RED,
     SKY,
     Figure,
     legend_below,
 )
 from harness.theory.critical_angle import critical_angle
-
-_OF_STIFFNESS = (RED, BLUE, GREEN, PURPLE)
 
 
 def angle_over_thickness(found: Found, points: ReferencePoints | None) -> Figure:
@@ -33,7 +28,7 @@ def angle_over_thickness(found: Found, points: ReferencePoints | None) -> Figure
     last = max(h for _, h in found.angles)
     fine = np.geomspace(1.0, 1.5 * last, 60)
     for number, stiffness in enumerate(found.stiffnesses):
-        look: dict[str, Any] = {"color": _OF_STIFFNESS[number % 4]}
+        look: dict[str, Any] = {"color": COLOURS[1 + number % 4]}
         layers = np.array(found.layers(stiffness), dtype=float)
         means = [found.mean(stiffness, int(h)) for h in layers]
         axes.errorbar(
