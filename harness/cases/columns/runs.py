@@ -12,7 +12,7 @@ from harness.cases.grain import path_in
 from harness.cases.incline.judge import Judgement
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import InclineRun
-from harness.cases.incline.runs import read as read_by
+from harness.cases.incline.runs import read_by
 from harness.cases.incline.template import Route
 from harness.cases.runs import complete, run_jobs
 from harness.engines.contract import Engine, Output
@@ -29,7 +29,7 @@ def read(case: Columns, route: Route, output: Output, every: int | None = None) 
     def judged(looks: Table) -> Judgement:
         return judge(case, route, path_in(looks), looks[TOUCHING])
 
-    return read_by(case, route, output, "linear", every, judged)
+    return read_by(judged, case, route, output, every)
 
 
 def run_columns(

@@ -56,19 +56,28 @@ def measured(engine: Engine, cases: Sequence[Incline], route: Route) -> list[Inc
 
 
 def read(
-    case: Incline,
-    route: Route,
-    output: Output,
-    spring: Spring,
-    every: int | None = None,
-    judge_looks: Callable[[Table], Judgement] | None = None,
+    case: Incline, route: Route, output: Output, spring: Spring, every: int | None = None
 ) -> InclineRun:
     """Return the run that an output tells of: by its verdict, or judged by its path.
 
-    ``judge_looks`` judges the table of looks of a case that grew out of this one.
-
     Raise EngineOutputError for what is missing, out of order or cut short, EngineNaNError for
     values that are not finite.
+    """
+    return read_by(
+        lambda looks: judge(case, route, path_in(looks), spring), case, route, output, every
+    )
+
+
+def read_by(
+    judge_looks: Callable[[Table], Judgement],
+    case: Incline,
+    route: Route,
+    output: Output,
+    every: int | None = None,
+) -> InclineRun:
+    """Return the run that an output tells of, as :func:`read`; ``judge_looks`` judges its looks.
+
+    Errors are those of :func:`read`.
     """
     # a script that judges by its own looks names its route, and tells whether the grain touches
     judged = output.has("route") or output.has("touching") or not output.tables
@@ -76,12 +85,12 @@ def read(
     if judged:
         return _told(case, route, output, path, every)
     looks = output.table(COLUMNS, name=STAGES if STAGES in output.tables else SERIES)
-    looked = path_in(looks)
-    found = judge_looks(looks) if judge_looks else judge(case, route, looked, spring)
+    found = judge_looks(looks)
     limit = case.time_limit * math.sqrt(case.diameter / case.gravity)
-    if found.motion is Motion.UNDECIDED and looked.time_s[-1] < limit * (1.0 - 1e-9) - case.step:
+    # of what is undecided, the last row was judged
+    if found.motion is Motion.UNDECIDED and found.time_s < limit * (1.0 - 1e-9) - case.step:
         raise EngineOutputError(
-            f"{output.who} wrote a path that ends at {looked.time_s[-1]:g} s, undecided, before "
+            f"{output.who} wrote a path that ends at {found.time_s:g} s, undecided, before "
             f"the time limit of {limit:g} s"
         )
     if path is not None and STAGES not in output.tables:
