@@ -50,14 +50,7 @@ class ColumnsCase(Case[Columns]):
 
     def read(self, parameters: Columns, output: Output, traits: Traits) -> Mapping[str, float]:  # noqa: ARG002
         """Return what became of one passage; raise EngineOutputError for a bad output."""
-        run = read(parameters, "passage", output)
-        return {
-            "margin_over_mgd": run.margin,
-            "moves_on": float(run.motion == "moves_on"),
-            "touching": float(run.touching),
-            "time_s": run.time_s,
-            "steps": float(run.steps),
-        }
+        return read(parameters, "passage", output).quantities
 
     def references(self, parameters: Columns, traits: Traits) -> Mapping[str, Reference]:
         """Return the margin of rigid spheres; none for what rebounds."""

@@ -66,14 +66,7 @@ class InclineCase(Case[Incline]):
 
     def read(self, parameters: Incline, output: Output, traits: Traits) -> Mapping[str, float]:
         """Return what became of one passage; raise EngineOutputError for a bad output."""
-        run = read(parameters, "passage", output, traits.spring)
-        return {
-            "margin_over_mgd": run.margin,
-            "moves_on": float(run.motion == "moves_on"),
-            "touching": float(run.touching),
-            "time_s": run.time_s,
-            "steps": float(run.steps),
-        }
+        return read(parameters, "passage", output, traits.spring).quantities
 
     def references(self, parameters: Incline, traits: Traits) -> Mapping[str, Reference]:  # noqa: ARG002
         """Return the margin of rigid spheres; none for a contact that rebounds."""

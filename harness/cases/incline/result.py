@@ -57,3 +57,14 @@ class InclineRun:
     def margin(self) -> float:
         """Return the margin in units of m g d."""
         return self.margin_J / self.case.weight_energy
+
+    @property
+    def quantities(self) -> dict[str, float]:
+        """Return what the case declares to measure, by name."""
+        return {
+            "margin_over_mgd": self.margin,
+            "moves_on": float(self.motion is Motion.MOVES_ON),
+            "touching": float(self.touching),
+            "time_s": self.time_s,
+            "steps": float(self.steps),
+        }
