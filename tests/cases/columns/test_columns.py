@@ -92,7 +92,8 @@ def test_one_particle_starts_as_the_incline(route, law):
     assert crest_energy(case) == pytest.approx(routes.crest_energy(incline) - springs, rel=1e-14)
 
 
-@given(st.lists(st.floats(-1.0, 1.0), min_size=1, max_size=9))
+# below half the reach, which the chain solver refuses: a sum of places may round beyond it
+@given(st.lists(st.floats(-1.0, 1.0 - 1e-12), min_size=1, max_size=9))
 def test_the_kernel_finds_the_contacts_of_the_chain_solver(overlaps):
     overlap = np.array(overlaps)
     press, work = np.empty(overlap.size), np.zeros((4, overlap.size))
