@@ -18,9 +18,6 @@ if TYPE_CHECKING:
     from harness.cases.contact_base.contact_case import ContactCase
     from harness.cases.contact_base.study import Climbed
 
-DRAWN = 1e-8
-"""Local error of what is only drawn: far below the width of a line."""
-
 POINTS = 120
 """Of a curve, at least."""
 
@@ -53,7 +50,7 @@ def motion_plot(case: ContactCase[Any], cell: Sequence[Climbed], who: str) -> Pl
     """Return the motion in the first system: the law integrated, and an engine's samples."""
     one = cell[0]
     parameters, scene = one.finest, case.scene(one.finest)
-    law = followed(replace(scene, every=_finer(scene)), one.rules, DRAWN).motion
+    law = followed(replace(scene, every=_finer(scene)), one.rules).motion
     x_name, y_name = case.axes(parameters)
     lines = [
         Line(f"{name}, {told}" if name else told, x[::every], y[::every], marked=told == who)
@@ -101,5 +98,5 @@ def scanned(
         first = replace(base.bodies[0], velocity=velocity, omega=omega)
         steps = 2 * base.steps
         scene = replace(base, bodies=(first, *base.bodies[1:]), steps=steps, every=steps)
-        rows.append(case.observed(changed, followed(scene, one.rules, DRAWN).motion))
+        rows.append(case.observed(changed, followed(scene, one.rules).motion))
     return {quantity: np.array([row[quantity] for row in rows]) for quantity in rows[0]}

@@ -41,11 +41,11 @@ def rules_of(job: Job, traits: Traits) -> Rules:
 
 
 @lru_cache(maxsize=2048)
-def followed(scene: ContactScene, rules: Rules, tolerance: float | None = None) -> Followed:
-    """Return the motion that the law asks for under a code's rules, to a local error."""
-    from harness.pair.integration import TOLERANCE, integrate
+def followed(scene: ContactScene, rules: Rules) -> Followed:
+    """Return the motion that the law asks for under a code's rules."""
+    from harness.pair.integration import integrate
 
-    path = integrate(scene, rules, tolerance or TOLERANCE)
+    path = integrate(scene, rules)
     motion = Motion(
         path.times, path.positions, path.velocities, path.omegas, path.forces, path.torques
     )
