@@ -10,6 +10,7 @@ import numpy as np
 
 from harness.cases.contact_base.impact import overlap_of
 from harness.cases.contact_base.scans import curve, rows_of
+from harness.parameters.allowed import unit_in
 from harness.parameters.contact_rules import Rules
 from harness.report.figures.style import (
     COLOURS,
@@ -102,7 +103,7 @@ def _look(number: int, one: Climbed) -> dict[str, Any]:
         "ls": STYLES[number % len(STYLES)],
         "mfc": "none",
         "lw": 1.2,
-        "label": one.trial.submodel.replace("_", " "),
+        "label": in_words(one.trial.submodel),
     }
 
 
@@ -114,7 +115,7 @@ def codes_over_parameter(
     figure = panels(1, len(shown), width=8.0 / len(shown), height=4.6)
     x, scan = np.array(case.scan.values), case.scan
     fields = type(case.default).model_fields
-    unit = (fields[scan.parameter].description or "[-]").partition("]")[0].strip("[-")
+    unit = unit_in(fields[scan.parameter].description or "")
     units = {one.name: one.unit for one in case.quantities}
     for axes, family in zip(figure.axes, shown, strict=True):
         here = [(who, one) for who, found in codes for one in found if one.family == family]

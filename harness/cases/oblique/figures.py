@@ -13,6 +13,8 @@ from harness.cases.contact_base.motion import Array
 from harness.parameters.contact_scene import ZERO
 from harness.report.figures.style import BLACK, COLOURS, STYLES, Figure, legend_below, panels
 from harness.report.sections import Line, Plot
+from harness.shown import in_words
+from harness.theory.oblique import slides_throughout, sliding_impulse
 
 if TYPE_CHECKING:
     from harness.cases.contact_base.study import Climbed
@@ -31,7 +33,8 @@ def ratio_over_angle(case: ContactCase[Oblique], climbed: Sequence[Climbed], who
     walls = [one for one in climbed if one.trial.system == "wall" and one.trial.submodel in SHOWN]
     for number, one in enumerate(walls):
         colour = COLOURS[(number + 1) % len(COLOURS)]
-        axes.plot(ANGLES, _ratios(case, one), color=colour, ls=STYLES[number], label=name_of(one))
+        name = in_words(one.trial.submodel)
+        axes.plot(ANGLES, _ratios(case, one), color=colour, ls=STYLES[number], label=name)
         reached = one.limits["tangential_ratio"].value
         axes.plot(one.trial.parameters.angle, reached, "o", color=colour, mfc="none")
     angles, slides = sliding(0.3, 1.0)
@@ -40,11 +43,6 @@ def ratio_over_angle(case: ContactCase[Oblique], climbed: Sequence[Climbed], who
     axes.set_title(f"lines: the laws; circles: {who}")
     legend_below(figure, columns=3)
     return figure
-
-
-def name_of(one: Climbed) -> str:
-    """Return the submodel in words."""
-    return one.trial.submodel.replace("_", " ")
 
 
 def ratio_plot(case: ContactCase[Oblique], cell: Sequence[Climbed], who: str) -> Plot:
@@ -65,11 +63,12 @@ def ratio_plot(case: ContactCase[Oblique], cell: Sequence[Climbed], who: str) ->
 
 
 def sliding(friction: float, restitution: float) -> tuple[Array, Array]:
-    """Return angles [deg] and velocity ratios where all slides and more than 5/7 is left."""
+    """Return angles [deg] and velocity ratios where a rigid contact slides to its end."""
     angles = np.linspace(5.0, 89.0, 85)
-    ratio = 1.0 - friction * (1.0 + restitution) / np.tan(np.radians(angles))
-    left = ratio > 5.0 / 7.0
-    return angles[left], ratio[left]
+    incidence = np.tan(np.radians(angles))
+    slides = incidence > slides_throughout(friction, restitution)
+    ratio = 1.0 - sliding_impulse(friction, restitution, 1.0) / incidence
+    return angles[slides], ratio[slides]
 
 
 def _ratios(case: ContactCase[Oblique], one: Climbed) -> Array:

@@ -14,6 +14,7 @@ from harness.comparison.findings import Findings
 from harness.comparison.verdicts import finding
 from harness.parameters.contact_rules import Rules
 from harness.report.sections import Drawing
+from harness.shown import in_words
 from harness.theory.partial_slip import rebound, stiffness_ratio
 
 if TYPE_CHECKING:
@@ -95,7 +96,7 @@ def _figure(curves: Mapping[str, Array]) -> Figure:
             ls=STYLES[number],
             marker="o",
             mfc="none",
-            label=law.replace("_", " "),
+            label=in_words(law),
         )
     axes.set(xlabel="normalised incidence", ylabel="normalised rebound")
     legend_below(figure)
