@@ -11,7 +11,7 @@ from harness.cases.contact_base.scans import STEPS, Scanned
 from harness.cases.contact_base.study import Climbed, Evidence
 from harness.comparison.findings import Findings
 from harness.parameters.contact_rules import Rules
-from harness.report.sections import CellText, Drawing, Plot, Section, Table
+from harness.report.sections import CellText, Drawing, Section, Table
 from harness.shown import in_words
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ def _cells(case: ContactCase[Any], found: Findings) -> Iterator[CellText]:
             (case.summary, f"Expected: {case.formula}"),
             (formula, _parameters(cell)),
             tuple(commands),
-            partial(_plots, case, cell, evidence.who),
+            partial(case.plots, cell, evidence.who),
         )
 
 
@@ -96,10 +96,6 @@ def _rules(cell: Sequence[Climbed]) -> Iterator[tuple[str, str]]:
     for name, value in told.items():
         meaning = (Rules.model_fields[name].description or "").partition("] ")[2]
         yield f"rule: {in_words(name)}", f"{in_words(str(value))} ({meaning})"
-
-
-def _plots(case: ContactCase[Any], cell: Sequence[Climbed], who: str) -> Sequence[Plot]:
-    return case.plots(cell, who)
 
 
 def _parameters(cell: Sequence[Climbed]) -> Table:

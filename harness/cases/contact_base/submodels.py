@@ -169,7 +169,7 @@ _ALIKE = (2.0 * (1.0 - 0.3) / (2.0 - 0.3)) ** 0.5
 _RETURNED = {**HERTZ, **CONSTANT, "clipped": True}
 _SOFT = {"tangential": "linear_history", "tangential_stiffness": 2e5 / 7.0}
 
-NORMAL_BESIDE = named({"hertz, coeff_restitution, clipped": {**HERTZ, **CONSTANT, "clipped": True}})
+NORMAL_BESIDE = named({"hertz, coeff_restitution, clipped": _RETURNED})
 """Normal forces that codes state which have no force of a contact that attracts."""
 
 TANGENTIAL_BESIDE = named(

@@ -140,10 +140,8 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
         """Return forces and torques at the ends of the pieces."""
         force, torque = motion.force[:, 0], motion.torque[:, 0]
         if parameters.turned:
-            return {
-                "shear_ratio": float(tangential_ratio(motion)[2]),
-                "turned_ratio": float(tangential_ratio(motion)[-1]),
-            }
+            ratio = tangential_ratio(motion)
+            return {"shear_ratio": float(ratio[2]), "turned_ratio": float(ratio[-1])}
         shear, back, lifted, rolled, twisted = range(2, PIECES + 1)
         found = {
             name: float(force[at, 0] / force[at, 2])
