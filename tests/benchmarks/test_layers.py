@@ -4,10 +4,7 @@ Run with ``pytest -m benchmark -s tests/benchmarks/test_layers.py``. The case's 
 after the first grains have come down: a stretch to settle, then one that is timed by LAMMPS.
 """
 
-import shutil
 import subprocess
-import sys
-from pathlib import Path
 
 import pytest
 
@@ -25,12 +22,8 @@ SETTLING, TIMED = 100, 50
 FALL = "run $(ceil(20/v_step_size)) post no\n"
 
 
-def _program(name):
-    return shutil.which(name) or str(Path(sys.executable).parent / name)
-
-
-def _speed(folder, side, ranks):
-    """Return the cost of a grain and step [s] on so many ranks."""
+def _speed(folder, side, launcher):
+    """Return the cost of a grain and step [s] of what ``launcher``, a list of words, starts."""
     case = probe(side)
     head, _ = Lammps.script(TEMPLATE, "").text.split("# ---- flow ---")
     assert head.count(FALL) == 1
@@ -41,20 +34,20 @@ def _speed(folder, side, ranks):
         for name, value in job_of(case).values.items()
         for word in ("-var", name, Lammps.literal(value))
     ]
-    launcher = [] if ranks == 1 else [_program("mpirun"), "-np", str(ranks)]
-    command = [*launcher, _program("lmp"), "-in", "layers.in", "-screen", "none", *options]
+    command = [*launcher, "-in", "layers.in", "-screen", "none", *options]
     subprocess.run(command, cwd=folder, check=True, timeout=100)
     log = (folder / "log.lammps").read_text(encoding="utf-8")
     ((time, on, steps),) = [loop for loop in LOOP.findall(log) if int(loop[2]) == TIMED]
-    assert int(on) == ranks
-    return Speed(case.grains, ranks, float(time) / int(steps) / case.grains)
+    return Speed(case.grains, int(on), float(time) / int(steps) / case.grains)
 
 
-def test_cost_of_a_grain_and_step(tmp_path):
+def test_cost_of_a_grain_and_step(tmp_path, lmp, mpirun):
     print("\ngrains  us/grain/step  on 2 ranks  efficiency")
     found = []
     for side in SIDES:
-        one, two = (_speed(tmp_path, side, ranks) for ranks in (1, 2))
+        one = _speed(tmp_path, side, [lmp])
+        two = _speed(tmp_path, side, [mpirun, "-np", "2", lmp])
+        assert (one.ranks, two.ranks) == (1, 2)
         found.append((one, two))
         costs = f"{1e6 * one.seconds:13.3f} {1e6 * two.seconds:11.3f}"
         print(f"{one.grains:6d} {costs} {efficiency(one, two):11.2f}", flush=True)
