@@ -174,7 +174,7 @@ def test_a_run_that_yade_refuses_costs_only_itself(yade):  # noqa: ARG001
 def test_a_start_that_is_no_number_is_refused_by_the_script(yade):
     (error,) = yade.run([Job(TEMPLATE, {"speed": math.nan})])
     assert isinstance(error, EngineInputError)
-    assert "speed = nan: must be greater than 0" in str(error)
+    assert "speed = nan sqrt(g d): must be greater than 0" in str(error)
 
 
 @pytest.mark.slow
