@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 FAILED = 3
 """Exit status where a run died, or has no angle."""
 
+MOST_SECONDS = 4 * 3600.0
+"""On one core, without --force: the default level takes an hour or two of it."""
+
 SECONDS = 7200
 """That a run may take on this machine, unless --engine-option says otherwise."""
 
@@ -35,6 +38,9 @@ class StudyOptions(ProgramOptions):
     full: bool = option(False, "More of all; days of a core, for a cluster (`--executor slurm`).")
     cost: bool = option(
         False, "Run nothing of it: measure this machine for a minute, and tell what it would cost."
+    )
+    force: bool = option(
+        False, "Run also what is expected to take more than four hours of one core here."
     )
     reference: Path | None = option(
         None,
@@ -75,6 +81,7 @@ def study(options: StudyOptions, where: ExecutorOptions, json: Json = False) -> 
         return
     points = read_reference(options.reference) if options.reference else None
     level, executor_of = options.level, _executors(engine, options, where)
+    _state_cost(case.name, options, where)
     with (
         output_folder(options.output, "-study") as folder,
         recorded("study", quiet=json) as told,
@@ -91,6 +98,19 @@ def study(options: StudyOptions, where: ExecutorOptions, json: Json = False) -> 
         _print(record, asked.columns)
     if told.status:
         raise typer.Exit(told.status)
+
+
+def _state_cost(name: str, options: StudyOptions, where: ExecutorOptions) -> None:
+    """Say on stderr what the runs are expected to take; RequestError beyond the limit."""
+    from harness.engines.cost import in_words, refuse_endless
+    from harness.store.entries import tell_stderr
+    from harness.workflows.study_run import planned
+
+    runs, seconds = planned(name, options.level)
+    what = f"the {runs} runs of study {name}, level {options.level},"
+    if where.executor == "local" and not options.force:  # a cluster has limits of its own
+        refuse_endless(seconds, what, MOST_SECONDS, "--quick, --executor slurm")
+    tell_stderr(f"{what} take an estimated {in_words(seconds)} on one core, less what is kept")
 
 
 def _tell_cost(
@@ -148,6 +168,7 @@ def _with_ranks(
 ) -> StudyOptions:
     """Return the options of engines whose runs take so many ranks, each with time enough."""
     from harness.cli.lists import engine_settings
+    from harness.engines.programs import launcher_of
 
     given = list(options.engine_option or ())
     if "limits" not in engine_settings(given).get(engine, {}):
@@ -155,7 +176,8 @@ def _with_ranks(
     ranks = max(ranks, where.ranks)
     launcher = options.mpirun
     if ranks > 1 and launcher is None:
-        launcher = f"srun -n {ranks}" if where.executor == "slurm" else f"mpirun -np {ranks}"
+        program = options.lmp or options.programs.get(engine)
+        launcher = f"srun -n {ranks}" if where.executor == "slurm" else launcher_of(ranks, program)
     return replace(options, engine_option=given, mpirun=launcher)
 
 

@@ -34,21 +34,25 @@ def job_seconds(job: Job, rules: Traits) -> float:
     return engine_seconds(scene.steps, len(scene.mass), rules)
 
 
-def refuse_endless(seconds: float, what: str, most: float | None = None) -> None:
+SMALLER = "a coarser step, a softer contact or a smaller system"
+
+
+def refuse_endless(
+    seconds: float, what: str, most: float | None = None, instead: str = SMALLER
+) -> None:
     """Raise RequestError for what is expected to take more than ``most`` seconds; ``what`` runs.
 
-    That is :data:`MOST_SECONDS` unless given.
+    That is :data:`MOST_SECONDS` unless given; ``instead`` is what could be asked for.
     """
     most = MOST_SECONDS if most is None else most
     if not seconds <= most:
         raise RequestError(
-            f"{what} would take an estimated {_in_words(seconds)} on one core, "
-            f"{_in_words(most)} are the limit: a coarser step, a softer contact or a smaller "
-            "system, or --force"
+            f"{what} would take an estimated {in_words(seconds)} on one core, "
+            f"{in_words(most)} are the limit: {instead}, or --force"
         )
 
 
-def _in_words(seconds: float) -> str:
+def in_words(seconds: float) -> str:
     """Return a time in the largest unit of which it is one or more."""
     if not seconds < 1000 * _UNITS[0][1]:
         return "more than 1000 years"

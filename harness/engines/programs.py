@@ -144,6 +144,17 @@ def find_program(option: str, name: str) -> str:
     return str(Path(path).absolute())
 
 
+def launcher_of(ranks: int, program: str | None = None) -> str:
+    """Return a command that starts ranks of MPI: of the program's installation, else on PATH.
+
+    Another MPI's launcher would start as many runs of one rank. Without a program that is a path,
+    the installation is that of this Python.
+    """
+    named = program if program and Path(program).name != program else sys.executable
+    beside = Path(named).with_name("mpirun")
+    return f"{shlex.quote(str(beside)) if beside.exists() else 'mpirun'} -n {ranks}"
+
+
 def launcher_words(launcher: str | None) -> list[str]:
     """Return the words of an MPI launcher, its program as a path; raise RequestError for none."""
     try:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 from harness.cases.case_study import Arm, CaseStudy, Conclusion, Level, Row
 from harness.cases.contract import Case
 from harness.cases.registry import all_cases, get_case
+from harness.engines.registry import engine_class
 from harness.errors import EngineMissingError, RequestError
 from harness.home import cache_place
 from harness.observables.reference import ReferencePoints
@@ -85,6 +86,17 @@ def study_of(name: str) -> tuple[Case[Any], CaseStudy]:
         having = ", ".join(n for n, one in all_cases().items() if one.study() is not None)
         raise RequestError(f"case {name!r} has no study: must be one of {having}")
     return case, found
+
+
+def planned(name: str, level: Level) -> tuple[int, float]:
+    """Return how many runs a level of a study has, and their time on one core [s], kept or not.
+
+    Raise RequestError for a case without a study.
+    """
+    case, asked = study_of(name)
+    rules = engine_class(usual_engine(case)).traits
+    runs = {(one, arm.ranks) for arm in asked.arms(level) for one in arm.parameters}
+    return len(runs), sum(case.seconds(one, rules) for one, _ in runs)
 
 
 def study(

@@ -71,10 +71,13 @@ class Found:
 
 def concluded(arms: Mapping[str, Sequence[Row]], points: ReferencePoints | None) -> Conclusion:
     """Return rows, verdict and sections of the runs."""
+    from harness.cases.layers.changes import sentences
     from harness.cases.layers.study_sections import sections_of
 
     found = _found(arms)
-    verdict = (*_of_thickness(found), *_of_softness(found), *_of_undecided(arms))
+    verdict = (
+        *_of_thickness(found), *_of_softness(found), *sentences(found), *_of_undecided(arms)
+    )  # fmt: skip
     rows = tuple(row for name, some in arms.items() for row in _rows(name, some))
     return Conclusion(rows, verdict, TEST, sections_of(found, points))
 
@@ -164,7 +167,7 @@ def _of_softness(found: Found) -> list[str]:
     soft, stiff = found.stiffnesses[0], found.stiffnesses[-1]
     words = {h: judged(one) for h, one in differences.items()}
     told = "; ".join(
-        f"{h} layers: {one.value:+.2f} ± {one.half_width:.2f} deg, {words[h]}"
+        f"{layers_told(h)}: {one.value:+.2f} ± {one.half_width:.2f} deg, {words[h]}"
         for h, one in differences.items()
     )
     largest = max(abs(one.value) for one in differences.values())
@@ -198,10 +201,18 @@ def _overall(words: set[str]) -> str:
 
 def _of_undecided(arms: Mapping[str, Sequence[Row]]) -> list[str]:
     missing = sum(row[STOP] is None for rows in arms.values() for row in rows)
-    named = [name for name, rows in arms.items() if name != REFERENCE and not rows]
-    return [f"Without an angle: {missing} runs, undecided or failed, see runs.csv."] * bool(
-        missing
-    ) + [f"The arm {name!r} was not run." for name in named]
+    left_out = [name for name, rows in arms.items() if name != REFERENCE and not rows]
+    told = []
+    if missing:
+        told.append(f"Without an angle: {missing} runs, undecided or failed, see runs.csv.")
+    if left_out:
+        told.append(f"Not run: {'; '.join(left_out)}.")
+    return told
+
+
+def layers_told(number: int) -> str:
+    """Return a number of layers in words."""
+    return "1 layer" if number == 1 else f"{number} layers"
 
 
 def interval(one: Mean) -> str:

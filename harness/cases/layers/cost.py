@@ -140,6 +140,11 @@ def study_cost(
     for ranks in (1, 2):
         with engine_of(ranks) as engine:
             speeds[ranks] = [speed_of(engine, side) for side in SIZES]
+        if speeds[ranks][0].ranks != ranks:
+            raise EngineOutputError(
+                f"{engine.title}: of {ranks} ranks that were asked for it took "
+                f"{speeds[ranks][0].ranks}: is the launcher (--mpirun) of the MPI it is built with?"
+            )
     together = [efficiency(one, two) for one, two in zip(speeds[1], speeds[2], strict=True)]
     durations = durations_of(arms, speeds[1])
     measured = [

@@ -22,6 +22,21 @@ THICKNESS, LIMIT = "thickness", "single grain"
 """Arms: thickness and stiffness over seeds, and the incline as the limit of one grain."""
 
 
+class Thicker(NamedTuple):
+    """More layers than one at which rate, box and ranks are changed, one at a time.
+
+    At the stiffest or the softest contact. The other box is ``factor`` times as long and wide, none
+    at 1; ``seeds`` of each arm, ``split`` of the one of ranks, 0 for none.
+    """
+
+    layers: int
+    stiffest: bool
+    rates: tuple[tuple[str, Mapping[str, Any]], ...]
+    factor: float
+    seeds: int
+    split: int
+
+
 class Box(NamedTuple):
     """Of a thickness: the box [d], the first angle [deg], some 3 deg above the stop, the seeds.
 
@@ -60,17 +75,11 @@ COMPARED = 1
 """Layers of the arms that change one thing at a time, at the softest contact: there a seed scatters
 least for its cost."""
 
+ORDERED = (2, 4)
+"""Layers of the arms on the ordered base, at the softest contact."""
 
-@dataclass(frozen=True)
-class Extent:
-    """How much of the study a level runs."""
-
-    boxes: Mapping[int, Box]
-    stiffnesses: tuple[float, ...]
-    compared: Box
-    restitutions: tuple[float, ...] = (0.5,)
-    changes: tuple[tuple[str, Mapping[str, Any]], ...] = ()
-
+FIRST_ON_ROWS, ON_ROWS = 20.0, 6
+"""[deg] of the first flow there, at which layers surely flow, and at 30 no longer stop; seeds."""
 
 RATE = ("half the rate", {"rate": 0.05})
 SMALL = ("smaller box", {"length": 16, "width": 8})
@@ -81,6 +90,31 @@ TWICE = ("twice the rate", {"rate": 0.2})
 QUARTER = ("a quarter of the rate", {"rate": 0.025})
 LARGEST = ("largest box", {"length": 96, "width": 48})
 
+THICKER = (
+    Thicker(4, False, (TWICE, RATE), 1.5, 8, 8),
+    Thicker(2, True, (TWICE,), 0.7, 6, 4),
+    Thicker(4, True, (TWICE,), 1.0, 6, 0),
+)
+"""Soft and stiff, the cheapest stiff one of more layers than one among them. Each arm was stated,
+with its seeds, before one of its runs was made: those of twice the rate, the box and ranks first;
+half the rate, and twice the rate at four stiff layers, when the first runs at twice the rate had
+stopped lower. They are held against the same thickness and stiffness among the runs over the
+thickness."""
+
+
+@dataclass(frozen=True)
+class Extent:
+    """How much of the study a level runs."""
+
+    boxes: Mapping[int, Box]
+    stiffnesses: tuple[float, ...]
+    compared: Box
+    restitutions: tuple[float, ...] = (0.5,)
+    changes: tuple[tuple[str, Mapping[str, Any]], ...] = ()
+    thicker: tuple[Thicker, ...] = ()
+    ordered: tuple[int, ...] = ()
+
+
 EXTENTS: Mapping[Level, Extent] = {
     "quick": Extent(
         {1: Box(12, 6, 17.0, 2), 2: Box(10, 5, 14.0, 2), 4: Box(8, 4, 12.0, 2)},
@@ -88,10 +122,12 @@ EXTENTS: Mapping[Level, Extent] = {
     ),
     "default": Extent(
         BOXES, (300.0, 3e4), Box(24, 12, 17.0, 8), (0.5,), (RATE, SMALL, LARGE, STEP, START),
+        THICKER, ORDERED,
     ),
     "full": Extent(
         WIDER, (1e3, 1e4, 1e5, 1e6), Box(48, 24, 17.0, 12), (0.3, 0.5, 0.7),
         (TWICE, RATE, QUARTER, SMALL, LARGE, LARGEST, STEP, START),
+        THICKER, ORDERED,
     ),
 }  # fmt: skip
 
@@ -129,6 +165,10 @@ class LayersStudy(CaseStudy):
             found.append(Arm(f"restitution {value:g}", changed))
         if level != "quick":
             found.append(Arm(f"{RANKS} ranks", compared, RANKS))
+        for some in extent.thicker:
+            found += _at_more_layers(some, extent)
+        for layers in extent.ordered:
+            found.append(_on_rows(layers, extent.boxes[layers], softest))
         return [*found, Arm(LIMIT, (SINGLE, SINGLE.replace(rate=SINGLE.rate / 4)))]
 
     def cost(self, level: Level, engine_of: EngineOf) -> StudyCost:
@@ -154,6 +194,35 @@ def _over_thickness(extent: Extent) -> Iterable[Layers]:
                 box = extent.boxes[layers]
                 more = box.softest if stiffness == min(extent.stiffnesses) else 0
                 yield from _seeds(box, layers, stiffness, more)
+
+
+def _at_more_layers(some: Thicker, extent: Extent) -> Iterable[Arm]:
+    """Yield the arms of another rate, another box and two ranks at more layers than one."""
+    stiffness = (max if some.stiffest else min)(extent.stiffnesses)
+    box = extent.boxes[some.layers]
+    runs = tuple(_seeds(box, some.layers, stiffness, some.seeds))
+    at = place_of(some.layers, stiffness)
+    for rate, change in some.rates:
+        yield Arm(f"{rate}{at}", tuple(one.replace(**change) for one in runs))
+    if some.split:
+        yield Arm(f"{RANKS} ranks{at}", runs[: some.split], RANKS)
+    if some.factor == 1.0:
+        return
+    sides = {"length": round(some.factor * box.length), "width": round(some.factor * box.width)}
+    name, _ = LARGE if some.factor > 1.0 else SMALL
+    yield Arm(f"{name}{at}", tuple(one.replace(**sides) for one in runs))
+
+
+def place_of(layers: int, stiffness: float) -> str:
+    """Return what the name of an arm ends with where it is not of one layer."""
+    return f", {layers} layers at {stiffness:g} weights"
+
+
+def _on_rows(layers: int, box: Box, stiffness: float) -> Arm:
+    """Return the arm of layers on the ordered base, first tilted until they surely flow."""
+    runs = _seeds(box._replace(first_angle=FIRST_ON_ROWS), layers, stiffness, ON_ROWS)
+    ordered = tuple(one.replace(base="ordered") for one in runs)
+    return Arm(f"ordered base{place_of(layers, stiffness)}", ordered)
 
 
 def _seeds(box: Box, layers: int, stiffness: float, seeds: int = 0) -> Iterable[Layers]:

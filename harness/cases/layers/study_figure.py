@@ -20,6 +20,9 @@ from harness.report.figures.style import (
 )
 from harness.theory.critical_angle import critical_angle
 
+ASIDE = 0.04
+"""Of a thickness, by which the points of two stiffnesses are set apart so that both are seen."""
+
 
 def angle_over_thickness(found: Found, points: ReferencePoints | None) -> Figure:
     """Draw means with intervals and fits, the paper's readings, single grain, bulk, a user's."""
@@ -29,16 +32,23 @@ def angle_over_thickness(found: Found, points: ReferencePoints | None) -> Figure
     fine = np.geomspace(1.0, 1.5 * last, 60)
     for number, stiffness in enumerate(found.stiffnesses):
         look: dict[str, Any] = {"color": COLOURS[1 + number % 4]}
-        layers = np.array(found.layers(stiffness), dtype=float)
-        means = [found.mean(stiffness, int(h)) for h in layers]
+        layers = found.layers(stiffness)
+        means = [found.mean(stiffness, h) for h in layers]
+        beside = 1.0 + ASIDE * (number - (len(found.stiffnesses) - 1) / 2)
         axes.errorbar(
-            layers, [one.value for one in means], [one.half_width for one in means],
-            marker=MARKERS[number % 6], ls="none", capsize=3,
-            label=f"layers, k d/(m g) = {stiffness:g}", **look,
-        )  # fmt: skip
+            [h * beside for h in layers],
+            [one.value for one in means],
+            [one.half_width for one in means],
+            marker=MARKERS[number % 6],
+            ls="none",
+            capsize=3,
+            label=f"layers, k d/(m g) = {stiffness:g}",
+            **look,
+        )
         fit = found.fits.get(stiffness)
         if fit is not None:
-            name = f"{fit.limit:.2f} + {fit.amplitude:.2f} h^(-{fit.exponent:.2f})"
+            law = rf"${fit.limit:.2f} + {fit.amplitude:.2f}\,h^{{-{fit.exponent:.2f}}}$"
+            name = f"fit at {stiffness:g}: {law}"
             axes.plot(fine, fit.curve(fine), lw=1.0, label=name, **look)
     heights = list(range(1, max(last, 10) + 1))
     expected = [source_angles(n, "deformable") for n in heights]
@@ -47,7 +57,7 @@ def angle_over_thickness(found: Found, points: ReferencePoints | None) -> Figure
     ):
         angles = [one[reading] for one in expected]
         name = f"the paper, n deformable particles, {words}"
-        axes.plot(heights, angles, style, color=colour, label=name)
+        axes.plot(heights, angles, style, marker=".", color=colour, label=name)
     axes.axhline(critical_angle(), color=BLACK, lw=0.9, ls="-.",
                  label=f"single grain on a row, {critical_angle():.4f} deg")  # fmt: skip
     low = PEYNEAU_ROUX.value_deg - PEYNEAU_ROUX.uncertainty_deg

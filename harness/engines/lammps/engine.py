@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import shlex
-import sys
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from functools import cached_property
@@ -24,7 +23,7 @@ from harness.engines.lammps.variations import variations
 from harness.engines.lammps.worker_process import Order
 from harness.engines.output import Output
 from harness.engines.process import Limits, first_words, way_of_death
-from harness.engines.programs import find_program, launcher_words
+from harness.engines.programs import find_program, launcher_of, launcher_words
 from harness.engines.script import Task
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineMissingError, RequestError
@@ -129,10 +128,9 @@ class Lammps(LammpsLanguage):
         """Return the executable of this installation under the launcher beside it."""
         if self._launcher:
             raise EngineMissingError("a launcher that is given (--mpirun) has ranks of its own")
-        beside = Path(self.program or sys.executable).with_name("mpirun")
-        launcher = shlex.quote(str(beside)) if beside.exists() else "mpirun"
         try:
-            return Lammps(self.program or "lmp", f"{launcher} -n {ranks}", limits=self.limits)
+            launcher = launcher_of(ranks, self.program)
+            return Lammps(self.program or "lmp", launcher, limits=self.limits)
         except RequestError as error:
             raise EngineMissingError(str(error)) from None
 

@@ -38,7 +38,10 @@ def test_every_level_has_thickness_at_two_stiffnesses_and_the_single_grain(level
     if level != "quick":
         assert {1, 2, 4, 8} <= layers
         assert max(stiffnesses) >= 100 * min(stiffnesses)
-        assert arms[f"{RANKS} ranks"].ranks == RANKS
+        split = [arm.parameters[0] for arm in arms.values() if arm.ranks == RANKS]
+        assert {(one.layers > 1, one.stiffness_over_weight > 1e3) for one in split} >= {
+            (False, False), (True, True)
+        }  # fmt: skip
     # the same base and places at every stiffness: differences are paired by seed
     seeds = {pair: {one.seed for one in runs if key(one) == pair} for pair in pairs}
     for height in layers:
@@ -206,3 +209,30 @@ def test_undecided_runs_are_told_and_are_no_angles():
 
 def test_the_case_declares_it():
     assert isinstance(CASE.study(), LayersStudy)
+
+
+def changed(rows, name, by):
+    """Return the rows with the angles of an arm moved by so much."""
+    return {**rows, name: [{**one, "stop_angle_deg": one["stop_angle_deg"] + by}
+                           for one in rows[name]]}  # fmt: skip
+
+
+def test_changes_at_more_layers_are_held_against_the_runs_over_the_thickness():
+    moved = "twice the rate, 4 layers at 300 weights"
+    found = STUDY.conclude(changed(angles(0.0), moved, -1.0), None)
+    (told,) = [one for one in found.verdict if "definition of the arrest" in one]
+    assert "twice the rate at 4 layers at 300 weights: -1." in told.partition("not in ")[2]
+    (section,) = [one for one in found.sections if "else" in one.title]
+    tables = {table.label.partition(", ")[2]: table for table in section.tables}
+    assert list(tables) == ["1 layer at 300 weights", "4 layers at 300 weights",
+                            "2 layers at 30000 weights", "4 layers at 30000 weights",
+                            "2 layers at 300 weights"]  # fmt: skip
+    rows = {row[0]: row for row in tables["4 layers at 300 weights"].rows}
+    assert rows["twice the rate"][-1] == "no"
+    assert rows["larger box, 24 x 12 d"][1] == "8"
+    assert "2 ranks" in {row[0] for row in tables["2 layers at 30000 weights"].rows}
+    assert any("4 layers at 300 weights, rate to zero" in item for item in section.items)
+    (softness,) = [one for one in found.sections if one.title == "Softness"]
+    ((layers, rate, difference, _, pairs),) = softness.tables[1].rows
+    assert (layers, rate, pairs) == ("4", "0.2", "6")
+    assert float(difference) == pytest.approx(-1.0, abs=0.2)

@@ -1,0 +1,161 @@
+"""What else could move the angle of stop: each arm of one change against the runs without it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from harness.cases.case_study import Row
+from harness.cases.layers.averages import Mean, difference_of, extrapolated, mean_of, unpaired
+from harness.cases.layers.conclusion import START, Found, interval, layers_told, seeds_of
+from harness.cases.layers.study import LIMIT, REFERENCE, THICKNESS
+
+DEFINITIONS = {
+    "kinetic over elastic energy below 1e-3": "stop_angle_at_100_times_the_ratio_deg",
+    "mean speed alone below 0.01 sqrt(g d)": "stop_angle_by_speed_deg",
+}
+"""Other definitions of the arrest than energies at a ratio of 1e-5, from the same runs."""
+
+SAME = ("layers", "stiffness_over_weight", "contact.restitution", "base", "rate_deg", "length_d",
+        "width_d", "steps_per_contact", "rise_deg")  # fmt: skip
+"""Columns that tell arms apart."""
+
+BOX = {"length_d", "width_d"}
+PHYSICAL = {"base", "contact.restitution"}
+"""Columns of what may move the angle: another system, not another way to measure the same one."""
+
+
+@dataclass(frozen=True)
+class Change:
+    """A change, the mean angle with it, and the difference that it makes [deg].
+
+    ``physical`` says whether it may move the angle.
+    """
+
+    name: str
+    mean: Mean
+    difference: Mean
+    physical: bool = False
+
+    @property
+    def same(self) -> bool:
+        """Return whether zero lies within the interval of the difference."""
+        return self.difference.low <= 0.0 <= self.difference.high
+
+
+@dataclass(frozen=True)
+class Compared:
+    """The arms at one thickness and stiffness, and the runs that they are held against."""
+
+    reference: Sequence[Row]
+    arms: Mapping[str, Sequence[Row]]
+    changes: tuple[Change, ...]
+
+    @property
+    def place(self) -> str:
+        """Return thickness and stiffness in words."""
+        one = self.reference[0]
+        return f"{layers_told(one['layers'])} at {one['stiffness_over_weight']:g} weights"
+
+
+def compared(found: Found) -> list[Compared]:
+    """Return the changes of the arms, those of one thickness and stiffness together.
+
+    They are held against the arm of that name, else against the runs over the thickness.
+    """
+    together: dict[tuple[object, ...], dict[str, Sequence[Row]]] = {}
+    for name, rows in found.arms.items():
+        if rows and name not in (THICKNESS, LIMIT):
+            together.setdefault(_key(rows[0]), {})[name] = rows
+    listed = []
+    for key, arms in together.items():
+        over_thickness = [row for row in found.arms.get(THICKNESS, ()) if _key(row) == key]
+        reference = arms.pop(REFERENCE, over_thickness)
+        if len(seeds_of(reference)) > 1:
+            listed.append(Compared(reference, arms, tuple(_changes(reference, arms))))
+    return listed
+
+
+def _key(row: Row) -> tuple[object, ...]:
+    return row["layers"], row["stiffness_over_weight"]
+
+
+def changed_in(rows: Sequence[Row], reference: Sequence[Row]) -> set[str]:
+    """Return the columns in which two arms differ, seeds and results apart."""
+    return {name for name in SAME if rows[0][name] != reference[0][name]}
+
+
+def _changes(reference: Sequence[Row], arms: Mapping[str, Sequence[Row]]) -> Iterator[Change]:
+    stop = seeds_of(reference)
+    without = mean_of([*stop.values()])
+    for name, rows in arms.items():
+        other = seeds_of(rows)
+        if len(other) < 2:
+            continue
+        changed, mean = changed_in(rows, reference), mean_of([*other.values()])
+        words = name.partition(", ")[0]
+        if changed & BOX:
+            words += f", {rows[0]['length_d']} x {rows[0]['width_d']} d"
+        yield Change(words, mean, unpaired(mean, without), bool(changed & PHYSICAL))
+        start = seeds_of(rows, START)
+        if start:
+            rises = difference_of(start, other)
+            yield Change("angle of start", mean_of([*start.values()]), rises, physical=True)
+    for name, quantity in DEFINITIONS.items():
+        other = seeds_of(reference, quantity)
+        if len(other) > 1:
+            yield Change(name, mean_of([*other.values()]), difference_of(other, stop))
+
+
+def sentences(found: Found) -> list[str]:
+    """Return in how many changes of rate, box, step, ranks and arrest the angle is the same."""
+    every = [(c, one.place) for one in compared(found) for c in one.changes if not c.physical]
+    if not every:
+        return []
+    moved = [
+        f"{c.name} at {place}: {c.difference.value:+.2f} ± {c.difference.half_width:.2f} deg"
+        for c, place in every
+        if not c.same
+    ]
+    widest = max(c.difference.half_width for c, _ in every)
+    return [
+        f"Another rate, box, step, number of ranks or definition of the arrest: in "
+        f"{len(every) - len(moved)} of {len(every)} changes zero is within the 95 % interval of "
+        f"the difference, which is ±{widest:.2f} deg at the widest"
+        + (f"; not in {'; '.join(moved)}." if moved else ".")
+    ]
+
+
+def limits(some: Compared) -> Iterator[str]:
+    """Yield the limits of a slow descent and of a large box, where there are three values."""
+    known = {
+        name: (rows, changed_in(rows, some.reference))
+        for name, rows in {"": some.reference, **some.arms}.items()
+        if len(seeds_of(rows)) > 1
+    }
+    for limit, columns in (("rate to zero", {"rate_deg"}), ("box", BOX)):
+        values = {}
+        for name, (rows, changed) in known.items():
+            if not name or (changed and changed <= columns):
+                x = rows[0]["rate_deg"] if limit != "box" else 1.0 / rows[0]["length_d"]
+                values[x] = mean_of([*seeds_of(rows).values()])
+        if len(values) > 2:
+            told = "length of the box to infinity, linear in 1/length" if limit == "box" else limit
+            value = extrapolated([*values], [*values.values()])
+            yield f"Extrapolated, {some.place}, {told}: {interval(value)} deg."
+
+
+def softness_at_rates(found: Found) -> dict[tuple[int, float], Mean]:
+    """Return soft minus stiff, paired by seed, by layers and rate where it is not the study's."""
+    angles: dict[tuple[int, float], dict[float, dict[int, float]]] = {}
+    for some in compared(found):
+        for rows in some.arms.values():
+            if changed_in(rows, some.reference) == {"rate_deg"}:
+                one = rows[0]
+                at = angles.setdefault((one["layers"], one["rate_deg"]), {})
+                at[one["stiffness_over_weight"]] = seeds_of(rows)
+    return {
+        at: difference_of(by_stiffness[min(by_stiffness)], by_stiffness[max(by_stiffness)])
+        for at, by_stiffness in angles.items()
+        if len(by_stiffness) > 1
+    }
