@@ -161,8 +161,13 @@ def _flushed(status: int) -> int:
     except BrokenPipeError:
         _to_nowhere()
     except OSError as error:
+        from harness.errors import FULL
+
         _to_nowhere()
-        return _told(f"stdout: {error.strerror or error}", INTERNAL)
+        if status == INTERNAL:
+            return status  # the command met it, and told it
+        full = error.errno in FULL  # the same words, whenever what was printed is written out
+        return _told(_internal(error) if full else f"stdout: {error.strerror}", INTERNAL)
     return status
 
 

@@ -125,10 +125,18 @@ def test_a_stream_that_the_caller_closed_is_no_error(closed, tmp_path):
     assert {row.count(",") for row in rows} == {rows[0].count(",")}
 
 
-def test_a_full_disk_is_status_4_in_a_line():
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_a_full_disk_is_status_4_in_a_line(unbuffered):
+    # buffered, it is seen when all is printed, or by the command, as the length has it
+    told = {**os.environ, "PYTHONUNBUFFERED": unbuffered}
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(
-            [*PROGRAM, "theory"], stdout=full, stderr=subprocess.PIPE, text=True, check=False
+            [*PROGRAM, "--version"],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            env=told,
+            check=False,
         )
     assert (done.returncode, done.stderr) == (4, "dem-harness: no space is left on the disk\n")
 
