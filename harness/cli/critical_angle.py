@@ -41,8 +41,12 @@ class RouteOptions(CostOptions):
         None, "Wells to pass in steady motion.  [default: 10, below 20 steps per contact 100]"
     )
 
-    def check(self, system: SystemOptions) -> None:
-        """Raise RequestError for a tolerance out of range and options that exclude one another."""
+    def check(self, system: SystemOptions, contact: Contact) -> None:
+        """Raise RequestError for a tolerance out of range and options that exclude one another.
+
+        A contact is among them that a passage cannot measure.
+        """
+        from harness.cases.incline.closed_forms import check_passage
         from harness.errors import RequestError
 
         if self.tolerance is not None and not 1e-9 <= self.tolerance <= 1.0:
@@ -61,20 +65,19 @@ class RouteOptions(CostOptions):
             if self.extrapolate and value is not None:
                 text = f"{name} cannot go with --extrapolate, which runs a ladder of steps"
                 raise RequestError(text)
+        if not steady:
+            check_passage(contact)
 
     def check_cost(self, case: Incline, engine: Engine) -> None:
-        """Raise RequestError for a search that would hardly end, unless it is asked for."""
+        """State what a search costs; raise RequestError for one too long, unless it is forced."""
         from harness.cases.incline.cost import angle_seconds, extrapolation_seconds
-        from harness.engines.cost import refuse_endless
 
         if self.extrapolate:
             seconds = extrapolation_seconds(case, engine.traits)
         else:
             changed = case if self.wells is None else case.replace(wells=self.wells)
             seconds = angle_seconds(changed, self.method, engine.traits)
-        if not self.force:
-            what = f"a critical angle at --stiffness {case.stiffness:g} in {engine.name}"
-            refuse_endless(seconds, what)
+        self.agree(seconds, f"a critical angle at --stiffness {case.stiffness:g} in {engine.name}")
 
     def measure(self, case: Incline, engine: Engine, progress: Progress) -> dict[str, Any]:
         """Return the record of the critical angle."""
@@ -205,7 +208,7 @@ def critical_angle(
     from harness.theory.critical_angle import critical_angle as closed_form
 
     touching = contact.contact_or("plastic" if route.extrapolate else "source")
-    route.check(system)
+    route.check(system, touching)
     case = system.case(engine.engine, touching)
     with recorded("critical-angle", quiet=json) as told, engine.run() as opened:
         route.check_cost(case, opened)

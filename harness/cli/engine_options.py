@@ -146,7 +146,20 @@ class IntegratorOptions(ProgramOptions):
 class CostOptions:
     """What a long run needs."""
 
-    force: bool = option(False, "Run also what is expected to take more than ten minutes.")
+    force: bool = option(False, "Run also what is expected to take longer than the limit.")
+
+    def agree(self, seconds: float, what: str, most: float | None = None) -> None:
+        """State a long run's expected time; raise RequestError above ``most`` unless forced.
+
+        That is the limit of engines unless given [s].
+        """
+        from harness.engines.cost import STATED_SECONDS, in_words, refuse_endless
+        from harness.store.entries import tell_stderr
+
+        if not self.force:
+            refuse_endless(seconds, what, most)
+        if seconds > STATED_SECONDS:
+            tell_stderr(f"{what}: an estimated {in_words(seconds)} on one core")
 
 
 @dataclass(frozen=True)

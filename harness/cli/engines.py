@@ -8,8 +8,7 @@ from harness.cli.options import Json
 
 def engines(where: WhereOptions, json: Json = False) -> None:
     """Which engines are here, in which version, how they are run, and why one is missing."""
-    from harness.cli.output import print_json
-    from harness.report.plain import one_line
+    from harness.cli.output import print_columns, print_json
     from harness.workflows import engines as ask
     from harness.workflows import progress_bars
 
@@ -20,9 +19,9 @@ def engines(where: WhereOptions, json: Json = False) -> None:
     if json:
         print_json({"engines": [status.record() for status in found]})
         return
+    lines = []
     for status in found:
         who = status.provenance
-        said = f"missing: {status.reason}"
-        if who is not None:
-            said = f"{who.engine_version:24} {who.executable}"
-        print(f"{status.engine:9} {status.how:12} {one_line(said) if who is None else said}")
+        said = ("missing", status.reason) if who is None else (who.engine_version, who.executable)
+        lines.append((status.engine, status.how, *said))
+    print_columns(lines)

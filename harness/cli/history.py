@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -105,6 +105,8 @@ def history(search: SearchOptions, files: FileOptions, json: Json = False) -> No
 
 def _print(found: Recorded) -> None:
     """Print one line a row, newest last, as a log."""
+    from harness.cli.output import print_columns
+
     if not found.rows:
         none = (
             f"no run is recorded yet: {found.file} is written by the first verify, tower and so on"
@@ -118,16 +120,7 @@ def _print(found: Recorded) -> None:
     else:
         head = ("started", "release", "quantity", "value", "expected", "tolerance", "", "verdict")
         lines = [_quantity(row) for row in oldest_first]
-    _print_columns([head, *lines], right={"value", "expected", "tolerance", "took"})
-
-
-def _print_columns(lines: Sequence[Sequence[str]], right: set[str]) -> None:
-    from harness.report.plain import printable
-
-    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    turns = [">" if name in right else "<" for name in lines[0]]
-    form = "  ".join(f"{{:{turn}{width}}}" for turn, width in zip(turns, widths, strict=True))
-    print("\n".join(printable(form.format(*line).rstrip()) for line in lines))
+    print_columns([head, *lines], right={"value", "expected", "tolerance", "took"})
 
 
 def _run(row: Mapping[str, Any]) -> tuple[str, ...]:

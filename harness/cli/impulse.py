@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -16,11 +16,15 @@ from harness.cli.solvers import SolverOptions
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
+    from rich.table import Table
 
     from harness.cases.tower.impulse_table import TableOptions as Over
     from harness.engines.contract import Engine
     from harness.observables.reference import ReferencePoints
     from harness.parameters.tower import Tower
+
+FIRST, ACROSS = 11, 17
+"""Characters of a table's column of heights with its frame, and of each run."""
 
 MOST_ESTIMATED = 20
 """Heights whose cost is estimated one by one."""
@@ -81,13 +85,11 @@ class TableOptions(CostOptions):
         return found
 
     def check_cost(self, solver: str | None, engine: Engine | None) -> None:
-        """Raise RequestError for a table that would hardly end, unless it is asked for."""
+        """State what a table costs; raise RequestError for one too long, unless it is forced."""
         from harness.cases.tower.cost import tower_seconds
         from harness.cases.tower.impulse_table import families
-        from harness.engines.cost import refuse_endless
+        from harness.engines.cost import OWN_SECONDS
 
-        if self.force:
-            return
         over, rules = self.over(), engine.traits if engine else None
         every = list(over["heights"])
         # some of many heights stand for all
@@ -98,7 +100,7 @@ class TableOptions(CostOptions):
             for case in group
         )
         what = f"the table (--heights {self.heights})"
-        refuse_endless(seconds * len(every) / len(some), what)
+        self.agree(seconds * len(every) / len(some), what, None if rules else OWN_SECONDS)
 
 
 @dataclass(frozen=True)
@@ -195,25 +197,35 @@ def impulse(
 
 
 def _print_tables(found: pd.DataFrame, record: Mapping[str, Any]) -> None:
-    """Print a table for each law and window: heights down, runs across."""
+    """Print a table for each law and window, of as many runs as a terminal is wide for."""
     from rich.console import Console
-    from rich.table import Table
+
+    from harness.cli.output import print_wrapped
 
     console = Console(width=None if Console().is_terminal else 120, markup=False)
     for (law, window), part in found.groupby(["law", "window"], sort=False):
         title = f"{law} law, {window} window, {record['solver']}; alpha and critical angle (deg)"
-        reading = f"of each run, reading: velocity {record['reading']}"
-        console.print(f"{title} {reading}", soft_wrap=True, highlight=False)
-        table = Table()
-        table.add_column("height", justify="right")
+        print_wrapped(f"{title} of each run, reading: velocity {record['reading']}")
         runs = list(part.groupby(["stiffness_N_per_m", "speed_m_per_s"], sort=False))
-        for (stiffness, speed), _ in runs:
-            name = f"k = {stiffness:.3g} N/m\nv0 = {speed:g} m/s"
-            table.add_column(name, justify="right", no_wrap=True)
-        columns = [_cells(run) for _, run in runs]
-        for height, *cells in zip(runs[0][1]["height"], *columns, strict=True):
-            table.add_row(str(height), *cells)
-        console.print(table)
+        tables = math.ceil(len(runs) / max(1, (console.width - FIRST) // ACROSS))
+        each = math.ceil(len(runs) / tables)
+        for first in range(0, len(runs), each):
+            console.print(_table(runs[first : first + each]))
+
+
+def _table(runs: Sequence[tuple[Any, pd.DataFrame]]) -> Table:
+    """Return the table of some runs: heights down, runs across."""
+    from rich.table import Table
+
+    table = Table()
+    table.add_column("height", justify="right")
+    for (stiffness, speed), _ in runs:
+        name = f"k = {stiffness:.3g} N/m\nv0 = {speed:g} m/s"
+        table.add_column(name, justify="right", no_wrap=True)
+    columns = [_cells(run) for _, run in runs]
+    for height, *cells in zip(runs[0][1]["height"], *columns, strict=True):
+        table.add_row(str(height), *cells)
+    return table
 
 
 def _cells(run: pd.DataFrame) -> Iterable[str]:

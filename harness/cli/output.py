@@ -5,9 +5,13 @@ from __future__ import annotations
 import contextlib
 import json
 import shutil
+import sys
 import textwrap
-from collections.abc import Iterable, Iterator, Mapping
-from typing import Any
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from typing import Any, Literal
+
+GAP = 2
+"""Blanks between two columns."""
 
 
 def print_json(record: Mapping[str, Any]) -> None:
@@ -49,20 +53,59 @@ def closed_pipe_allowed() -> Iterator[None]:
 
 def print_record(record: Mapping[str, Any]) -> None:
     """Print a flat record as aligned lines, one a key; tables and long lists are left to JSON."""
-    from harness.report.plain import printable
-
     shown = {key: value for key, value in record.items() if _is_short(value)}
-    width = max(len(key) for key in shown)
-    for key, value in shown.items():
-        text = f"{value:.8g}" if isinstance(value, float) else printable(str(value))
-        print(f"{key:<{width}}  {text}")
+    print_columns(
+        [
+            (key, f"{value:.8g}" if isinstance(value, float) else str(value))
+            for key, value in shown.items()
+        ]
+    )
+
+
+def print_columns(lines: Sequence[Sequence[str]], right: Collection[str] = ()) -> None:
+    """Print aligned columns; those that the first line names in ``right`` end at their right.
+
+    On a terminal that is narrower, cells but the first of a line go on below; a pipe gets whole
+    lines.
+    """
+    from harness.report.plain import one_line
+
+    lines = [[one_line(cell) for cell in line] for line in lines]
+    turns: list[Literal["left", "right"]] = ["right" if n in right else "left" for n in lines[0]]
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    if sys.stdout.isatty() and sum(widths) + GAP * (len(widths) - 1) > terminal_width():
+        _print_folded(lines, turns)
+        return
+    marks = ("<" if turn == "left" else ">" for turn in turns)
+    form = (GAP * " ").join(f"{{:{m}{w}}}" for m, w in zip(marks, widths, strict=True))
+    print("\n".join(form.format(*line).rstrip() for line in lines))
+
+
+def _print_folded(
+    lines: Iterable[Sequence[str]], turns: Sequence[Literal["left", "right"]]
+) -> None:
+    """Print columns that share the width of the terminal."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(box=None, show_header=False, padding=(0, GAP, 0, 0), pad_edge=False)
+    for number, turn in enumerate(turns):
+        table.add_column(justify=turn, overflow="fold", no_wrap=number == 0)
+    for line in lines:
+        table.add_row(*line)
+    Console(markup=False, highlight=False, emoji=False).print(table)
+
+
+def terminal_width() -> int:
+    """Return the columns of the terminal; 80 where there is none."""
+    return shutil.get_terminal_size().columns
 
 
 def print_wrapped(text: str, *, indent: int = 0) -> None:
     """Print printable text on lines that fit the terminal, the first after ``indent`` blanks."""
     from harness.report.plain import one_line
 
-    width = min(shutil.get_terminal_size().columns, 120)
+    width = min(terminal_width(), 120)
     lines = textwrap.wrap(
         one_line(text),
         width,

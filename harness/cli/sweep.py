@@ -97,13 +97,12 @@ def sweep(
     """
     from harness.cli.output import print_json
     from harness.cli.recording import recorded
-    from harness.engines.cost import refuse_endless
     from harness.workflows.sweep_plan import plan
 
     chosen = plan(options.asked())
     settings = where.settings()
-    if settings is None and not cost.force:  # a cluster has limits of its own
-        refuse_endless(chosen.seconds(), f"{chosen.runs} runs of case {chosen.case.name!r}")
+    if settings is None:  # a cluster has limits of its own
+        cost.agree(chosen.seconds(), f"{chosen.runs} runs of case {chosen.case.name!r}")
     options = replace(options, mpirun=where.launcher(options.mpirun))
     options.check_names(chosen.engines, "--engines")
     counts: dict[str, int] = {}

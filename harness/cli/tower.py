@@ -55,20 +55,19 @@ class RunOptions(CostOptions):
     series: Path | None = option(None, "Write the series to this CSV file.", metavar="FILE")
 
     def check_cost(self, case: Tower, solver: str | None, engine: Engine | None) -> None:
-        """Raise RequestError for a run that would hardly end, unless it is asked for."""
+        """State what a run costs; raise RequestError for one too long, unless it is forced."""
         from harness.cases.tower.cost import tower_seconds
-        from harness.engines.cost import refuse_endless
+        from harness.engines.cost import OWN_SECONDS
 
-        if not self.force:
-            seconds = tower_seconds(
-                case,
-                solver,
-                engine.traits if engine else None,
-                duration=self.duration,
-                steps_per_contact=self.steps_per_contact,
-            )
-            what = f"--height {case.height} --duration {self.duration:g}"
-            refuse_endless(seconds, f"the tower ({what}, {solver or 'engine'})")
+        seconds = tower_seconds(
+            case,
+            solver,
+            engine.traits if engine else None,
+            duration=self.duration,
+            steps_per_contact=self.steps_per_contact,
+        )
+        what = f"--height {case.height} --duration {self.duration:g}, {solver or 'engine'}"
+        self.agree(seconds, f"the tower ({what})", None if engine else OWN_SECONDS)
 
 
 def tower(

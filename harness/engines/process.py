@@ -134,7 +134,8 @@ class Processes:
     @contextlib.contextmanager
     def _group(self) -> Iterator[int]:
         """Yield a process group that is killed at the end of the block, or of the harness."""
-        with subprocess.Popen(GUARD, stdin=subprocess.PIPE, process_group=0) as guard:
+        # a shell complains of a working directory that was removed
+        with subprocess.Popen(GUARD, stdin=subprocess.PIPE, cwd="/", process_group=0) as guard:
             self._live.add(guard.pid)
             try:
                 yield guard.pid

@@ -63,6 +63,7 @@ def quick(monkeypatch, files):  # noqa: ARG001
     for name in ("lammps", "liggghts", "yade", "kratos", "esys", "mfix"):
         monkeypatch.setitem(registry.ENGINES, name, "harness.engines.reference.engine:Reference")
     monkeypatch.setattr(cost, "MOST_SECONDS", 0.3)
+    monkeypatch.setattr(cost, "OWN_SECONDS", 0.3)
 
     def cut(*_, **__):
         raise EngineError("cut short")

@@ -33,6 +33,15 @@ def python(tmp_path):
     processes.close()
 
 
+def test_a_working_directory_that_is_gone_costs_no_words(python, tmp_path, monkeypatch, capfd):
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    monkeypatch.chdir(gone)
+    gone.rmdir()
+    assert python("print('hello')").said == "hello\n"
+    assert capfd.readouterr() == ("", "")
+
+
 def test_the_frame_of_a_launcher_says_nothing():
     said = "-----\nmpirun has detected an attempt to run as root.\n\nDo not.\n=====\n"
     assert first_words(said) == " (it says: mpirun has detected an attempt to run as root.)"

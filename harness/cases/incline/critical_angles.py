@@ -9,7 +9,7 @@ from functools import partial
 from typing import Any, Literal, TypeVar
 
 from harness.cases.contract import Progress, silent
-from harness.cases.incline.closed_forms import ONE_SHOCK, rebound
+from harness.cases.incline.closed_forms import ONE_SHOCK, check_passage, rebound
 from harness.cases.incline.cost import PASSAGES, STEADY_RUNS
 from harness.cases.incline.critical_angle import CriticalAngle
 from harness.cases.incline.extrapolation import ExtrapolatedAngle, extrapolate
@@ -55,9 +55,12 @@ def critical_angle(
     ``phases`` is how many starts within a step the passage is averaged over; ``wells`` are to be
     passed in steady motion: those of the case unless given, 100 or more at coarse steps.
     Without an engine, LAMMPS in-process is opened and closed again. ``progress`` is called with
-    the runs done and those expected. Raise EngineError when the engine fails.
+    the runs done and those expected. Raise EngineError when the engine fails, RequestError for a
+    contact that rebounds too much for a passage.
     """
     case = case or Incline()
+    if method == "passage":
+        check_passage(case.contact)
     tolerance = TOLERANCES_DEG[method] if tolerance_deg is None else tolerance_deg
     with nullcontext(engine) if engine is not None else open_engine() as opened:
         if method == "steady":
@@ -154,6 +157,7 @@ def extrapolated_critical_angle(
     contact that rebounds too much for a passage, after the cheapest rung.
     """
     case = case or Incline(contact=PLASTIC)
+    check_passage(case.contact)
     *rungs, cheapest = (ladder or Ladder()).cases(case)
     first: list[CriticalAngle] = []
     with nullcontext(engine) if engine is not None else open_engine() as opened:

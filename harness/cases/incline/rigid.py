@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from harness.cases.contract import Measured
-from harness.cases.incline.closed_forms import rebound
+from harness.cases.incline.closed_forms import PASSAGES, rebound
 from harness.cases.incline.critical_angles import critical_angle as critical_angle_in
 from harness.cases.incline.critical_angles import critical_angles
 from harness.cases.incline.extrapolation import step_limit
@@ -33,9 +33,6 @@ STEPS, FINEST = (100.0, 200.0, 400.0), 400.0
 STIFFNESSES = {0.1: (1e6, 1e7, 1e8, 1e9), 0.3: (1e6, 1e7, 1e8, 1e9), 0.5: (1e5, 1e6, 1e7, 1e8)}
 """[N/m] by restitution. At 0.5 the grain still hops where a passage is judged: it is measured by
 steady motion, a bisection, and at the finest step, where the step is worth less than that."""
-
-PASSAGES = 0.4
-"""Restitution up to which the hops in a well have died out where a passage is judged."""
 
 EXPONENTS = (0.5, 1.0)
 """Of 1/k: a contact lasts as k^(-1/2)."""
