@@ -2,7 +2,8 @@
 
 Free flight is a parabola, its end the root of a polynomial. In contact, an extrapolation step of
 order 12 with error control goes on until an ending (:func:`harness.pair.rates.endings`) turns
-positive; the ending is located by taking the same step shorter, to round-off.
+positive, at the end of the step or between (:mod:`harness.pair.between`); the ending is located by
+taking the same step shorter, to round-off.
 """
 
 from __future__ import annotations
@@ -11,9 +12,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 
 from harness.errors import RequestError
+from harness.pair.between import PLACES, look
 from harness.pair.extrapolation import ORDER, step
 from harness.pair.flight import flown, next_contact
 from harness.pair.friction import normal_force
@@ -32,6 +34,9 @@ START = 1e-12
 
 PROBE = 1e-6
 """[overlap / speed] after which a slider shows whether it slides."""
+
+ROUND_OFF = 1e-10
+"""[size of an ending in a step] up to which it is not positive between the ends of the step."""
 
 SLIDER_NAMES: tuple[SliderName, ...] = ("tangential", "rolling", "twisting")
 
@@ -140,24 +145,53 @@ class Motion:
             if not h > 1e-17 * self.unit():
                 raise ArithmeticError(f"contact integration: no step at t = {self.time!r} s")
         self.steps += 1
-        passed = endings(y, self.system, self.modes) > 0.0
-        if not passed.any():
+        first = self._first_ending(y, h)
+        if first is None:
             self.y, self.at_once = y, 0
             self.time = end if h == end - self.time else self.time + h
             # an error of round-off does not fall with the step and must not hold it
             change = max(change, 1.5) if error < 0.3 * self.tolerance else change
             self.h = self.h if truncated else h * min(4.0, change)
             return
-        fired = [(int(c), int(kind)) for c, kind in np.argwhere(passed)]
-        shortest, where = min((self._locate(one, h), one) for one in fired)
-        self._switch(shortest, where)
+        self._switch(*first)
+
+    def _first_ending(self, y: Floats, h: float) -> tuple[float, tuple[int, int]] | None:
+        """Return when a step of h to y first ends a piece, and what ends it; None for a whole step.
+
+        Also an ending that is positive only between start and end of the step is found.
+        """
+        last, near = look(self.y, y, h, self.system, self.modes)
+        passed = [(int(c), int(kind)) for c, kind in np.argwhere(last > 0.0)]
+        found = [(self._locate(where, h), where) for where in passed]
+        if found:
+            h = min(found)[0]
+            y, _ = step(self.y, h, self.scale, self.system, self.modes)
+            _, near = look(self.y, y, h, self.system, self.modes)
+        for c, kind in np.argwhere(near > 0.0):
+            where = (int(c), int(kind))
+            highest = self._highest(where, h, float(near[where]))
+            if highest > 0.0:
+                found.append((self._locate(where, highest), where))
+        return min(found, default=None)
+
+    def _ending(self, where: tuple[int, int], part: float) -> float:
+        y, _ = step(self.y, part, self.scale, self.system, self.modes)
+        return float(endings(y, self.system, self.modes)[where])
+
+    def _highest(self, where: tuple[int, int], h: float, near: float) -> float:
+        """Return when an ending is highest about a time within a step, 0 if not positive there."""
+        least = ROUND_OFF * max(abs(self._ending(where, part)) for part in (0.0, h))
+        around = (max(0.0, near - h / PLACES), min(h, near + h / PLACES))
+        found = minimize_scalar(
+            lambda part: -self._ending(where, part), bounds=around, options={"xatol": 1e-5 * h}
+        )
+        return float(found.x) if -found.fun > least else 0.0
 
     def _locate(self, where: tuple[int, int], h: float) -> float:
         """Return the time until an ending turns positive, at most h."""
 
         def ending(part: float) -> float:
-            y, _ = step(self.y, part, self.scale, self.system, self.modes)
-            return float(endings(y, self.system, self.modes)[where])
+            return self._ending(where, part)
 
         # an ending that has just been passed stands at 0, give or take round-off
         for early in (0.0, 1e-6 * h, 1e-3 * h, 0.1 * h):

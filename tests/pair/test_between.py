@@ -1,0 +1,97 @@
+"""No ending that is positive within a step, and no longer at its end, is passed over."""
+
+import numpy as np
+import pytest
+from hypothesis import Phase, assume, example, given, settings
+from hypothesis import strategies as st
+
+from harness.cases.oblique.case import CASE
+from harness.errors import RequestError
+from harness.pair import motion
+from harness.pair.integration import integrate
+from harness.pair.rates import SLIDERS, endings
+from tests.pair.scenes import ELASTIC, HERTZ, LINEAR, impact
+
+PARTS = 40
+PASSED = 1e-8
+"""[size of an ending within a step] by which it must be positive to count, on a dense check."""
+
+SPRING = LINEAR.replace(
+    normal_stiffness=1e5,
+    damping="velocity",
+    damping_coefficient=2.0,
+    tangential_stiffness=2e5 / 7.0,
+    tangential_damping=0.5,
+)
+LAWS = {
+    "spring": SPRING,
+    "no history": SPRING.replace(tangential="linear_nohistory"),
+    "elastic": ELASTIC,
+    **{name: HERTZ.replace(tangential=name) for name in ("mindlin", "mindlin_rescale/force")},
+}
+
+
+def passed_over(scene):
+    """Return by how much sliders' endings are positive within steps, over their size there.
+
+    As the step itself tells that is taken shorter.
+    """
+    worst = [0.0]
+    plain = motion.Motion._first_ending
+
+    def checked(self, y, h):
+        first = plain(self, y, h)
+        until = h if first is None else first[0]
+        if until == 0.0:  # several events at one time
+            return first
+        seen = np.array(
+            [
+                endings(
+                    motion.step(self.y, until * part, self.scale, self.system, self.modes)[0],
+                    self.system,
+                    self.modes,
+                )
+                for part in np.linspace(0.0, 1.0, PARTS + 1)
+            ]
+        )[:, :, SLIDERS : SLIDERS + 3]
+        size = np.abs(seen).max(axis=0)
+        # the ends themselves stand at 0 where a piece begins or ends with an event
+        worst.append(float((seen[1:-1].max(axis=0) / size).max()))
+        return first
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(motion.Motion, "_first_ending", checked)
+        integrate(scene)
+    return max(worst)
+
+
+@given(
+    st.sampled_from(sorted(LAWS)),
+    st.floats(0.05, 2.0),
+    st.floats(-0.5, 0.5),
+    st.floats(0.05, 1.0),
+)
+@example("spring", 0.5773502691896257, 0.0, 0.5)
+@settings(max_examples=12, deadline=None, phases=(Phase.explicit, Phase.generate), derandomize=True)
+def test_a_dense_check_finds_no_ending_that_was_passed_over(name, tangent, spin, friction):
+    law = LAWS[name].replace(friction=friction)
+    scene = impact(law, (tangent, 0.0, -1.0), (0.0, 100.0 * spin, 0.0), time=2e-3)
+    try:
+        found = passed_over(scene)
+    except RequestError:
+        assume(False)
+    assert found < PASSED
+
+
+@pytest.mark.parametrize("tolerance", [1e-14, 1e-15, 1e-16])
+def test_a_slide_that_begins_and_ends_within_a_step_is_seen_whatever_the_steps(tolerance):
+    """At two of these tolerances it was passed over: the tangential velocity was off by 1e-3."""
+    law = next(one.law for one in CASE.submodels if one.name == "old hooke/history")
+    scene = CASE.scene(CASE.default.replace(**law, angle=30.0))
+    path = integrate(scene, tolerance=tolerance)
+    kinds = [event.kind for event in path.events]
+    assert kinds == [
+        *("begins", "slides", "sticks", "turns"),
+        *("slides", "sticks", "slides", "attracts", "ends"),
+    ]
+    assert path.velocities[-1, 0, 0] == pytest.approx(integrate(scene).velocities[-1, 0, 0], 1e-10)
