@@ -10,8 +10,8 @@ from harness.observables.tower import COLUMNS
 from harness.parameters.tower import Tower
 
 RUNS = {
-    "overlap": lambda **more: rk4.run(Tower(height=5, law="overlap"), 0.02, **more),
-    "deformable": lambda **more: rk4.run(Tower(height=5), 0.02, **more),
+    "overlap": lambda **more: rk4.run(Tower(height=5, law="overlap"), 2e-3, **more),
+    "deformable": lambda **more: rk4.run(Tower(height=5), 2e-3, **more),
     "long rows": lambda **more: rk4.run(
         Tower(height=2 * BLOCK), 1e-4, longest_chain=9, samples=7, **more
     ),

@@ -99,14 +99,22 @@ def test_the_cost_of_a_step_grows_with_the_particles():
     assert engine_seconds(1e6, 10, Reference("adaptive").traits) == 0.0
 
 
+STIFF = ("critical-angle", "--engine", "reference", "--stiffness", "1e14")
+
+
 @pytest.mark.parametrize(
     "words",
     [
         ("tower", "--height", "300000", "--duration", "0.02"),
-        ("tower", "--height", "300000", "--duration", "3", "--law", "overlap"),
-        ("tower", "--height", "1000", "--duration", "100", "--solver", "exact"),
-        ("critical-angle", "--engine", "reference", "--stiffness", "1e14"),
-        ("critical-angle", "--engine", "reference", "--stiffness", "1e14", "--integrator", "rk4"),
+        *(
+            pytest.param(words, marks=pytest.mark.slow)
+            for words in (
+                ("tower", "--height", "300000", "--duration", "3", "--law", "overlap"),
+                ("tower", "--height", "1000", "--duration", "100", "--solver", "exact"),
+                (*STIFF, "--integrator", "velocity-verlet"),
+                (*STIFF, "--integrator", "rk4"),
+            )
+        ),
     ],
     ids=" ".join,
 )

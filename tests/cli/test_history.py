@@ -62,7 +62,7 @@ def test_exported_rows_are_those_of_the_list(harness, file, tmp_path):
 
 
 @pytest.mark.usefixtures("file")
-@pytest.mark.parametrize("against", ["date", "version"])
+@pytest.mark.parametrize("against", [pytest.param("date", marks=pytest.mark.slow), "version"])
 def test_a_quantity_is_drawn(harness, tmp_path, against):
     harness("history", "--quantity", "angle", "--plot", "a.svg", "--against", against)
     drawn = (tmp_path / "a.svg").read_bytes()

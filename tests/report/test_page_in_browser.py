@@ -17,6 +17,8 @@ from harness.report.page import html_page
 DESK, PHONE = (1280, 800), (390, 844)
 SIZES = pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
 SCHEMES = pytest.mark.parametrize("scheme", ["light", "dark"])
+OTHER_PAGES = [pytest.param(name, marks=pytest.mark.slow) for name in ("engines", "diff")]
+PAGES = pytest.mark.parametrize("name", ["report", *OTHER_PAGES])
 FIGURES = 6
 A4_WIDTH = 710
 """Pixels of CSS between the margins of a sheet."""
@@ -89,7 +91,7 @@ def names(page):
     return page.locator(".checks tbody tr:not([hidden])").evaluate_all(NAMES)
 
 
-@pytest.mark.parametrize("name", ["report", "engines", "diff"])
+@PAGES
 @SIZES
 def test_nothing_is_asked_for_and_nothing_complained_of(look, pages, name, size):
     page = look(name, size)
@@ -101,7 +103,7 @@ def test_nothing_is_asked_for_and_nothing_complained_of(look, pages, name, size)
     assert page.complaints == []
 
 
-@pytest.mark.parametrize("name", ["report", "engines", "diff"])
+@PAGES
 @SIZES
 @pytest.mark.parametrize("scripts", [True, False], ids=["scripts", "no-scripts"])
 def test_no_page_is_wider_than_the_screen(look, name, size, scripts):
@@ -228,7 +230,7 @@ def test_a_figure_opens_large_zooms_and_closes_by_keyboard(look, size):
     assert page.evaluate("document.activeElement.matches('a.paper')")
 
 
-@pytest.mark.parametrize("name", ["report", "engines", "diff"])
+@PAGES
 @SCHEMES
 @SIZES
 def test_axe_finds_nothing(look, barriers, name, size, scheme):
@@ -303,7 +305,7 @@ def test_the_words_of_a_figure_are_as_large_on_a_phone_as_a_page_needs(look):
 
 
 @SCHEMES
-@pytest.mark.parametrize("name", ["report", "engines", "diff"])
+@PAGES
 def test_print_shows_every_column_dark_on_white(look, barriers, name, scheme):
     page = look(name, (A4_WIDTH, 1000), scheme)
     page.emulate_media(media="print", color_scheme=scheme)

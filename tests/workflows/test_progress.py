@@ -96,6 +96,7 @@ def in_terminal(*words, tmp_path, **env):
     return re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", shown.decode()), out
 
 
+@pytest.mark.slow
 def test_a_terminal_shows_the_stage_the_time_and_that_kernels_are_compiled(tmp_path):
     shown, out = in_terminal(
         "tower", "--height", "2", tmp_path=tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "empty")

@@ -27,7 +27,11 @@ STATED = {
 }
 
 
-@pytest.fixture(scope="module", params=STATED)
+SLOW = {"yade"}
+CODES = [pytest.param(n, marks=pytest.mark.slow) if n in SLOW else n for n in STATED]
+
+
+@pytest.fixture(scope="module", params=CODES)
 def code(request):
     kind = engine_class(request.param)
     try:

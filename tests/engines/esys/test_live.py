@@ -49,6 +49,7 @@ def test_it_qualifies(esys):
     assert len([c for c in found.checks if c.verdict is Verdict.PASS]) == 8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "case",
     [
@@ -82,6 +83,7 @@ def test_a_passage_goes_where_the_reference_goes(esys, reference):
         assert ours.margin_J == pytest.approx(theirs.margin_J, abs=1e-10)
 
 
+@pytest.mark.slow
 def test_a_path_that_is_asked_for_is_kept_up_to_where_it_is_decided(esys, reference):
     case = Incline(angle=10.5, stiffness=1e5, contact=PLASTIC, steps_per_contact=50.0)
     (ours,) = run_inclines(esys, [case], "passage", every=25)
