@@ -1,6 +1,7 @@
 """What the README shows is what the project has."""
 
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -36,3 +37,10 @@ def test_every_command_exists(command):
     from harness.cli.app import app
 
     assert command in get_command(app).commands
+
+
+def test_the_package_and_its_citation_name_the_same_paper():
+    root = Path(__file__).parents[1]
+    (url,) = tomllib.loads((root / "pyproject.toml").read_text())["project"]["urls"].values()
+    assert f"url: {url}" in (root / "CITATION.cff").read_text()
+    assert f"arXiv {url.rpartition('/')[2]}" in (root / "README.md").read_text()

@@ -201,11 +201,11 @@ def critical_angle(
     k = 1e6 N/m, 50 steps per contact time, passage route. A single value agrees
     with 10.2078 deg by cancellation at best: --extrapolate is what proves it.
     """
+    from harness.cases.incline.closed_forms import angles_beside
     from harness.cli.history_records import angle_quantities
     from harness.cli.output import print_record
     from harness.cli.qualified import answer, completed
     from harness.cli.recording import recorded
-    from harness.theory.critical_angle import critical_angle as closed_form
 
     touching = contact.contact_or("plastic" if route.extrapolate else "source")
     route.check(system, touching)
@@ -213,6 +213,6 @@ def critical_angle(
     with recorded("critical-angle", quiet=json) as told, engine.run() as opened:
         route.check_cost(case, opened)
         found = route.measure(case, opened, told.progress)
-        record = completed({"closed_form_deg": closed_form(), **found}, opened, told)
+        record = completed({**angles_beside(touching), **found}, opened, told)
         told.quantities = angle_quantities(record)
     answer(record, engine.engine, json, print_record)

@@ -50,7 +50,7 @@ def angle_quantities(record: Mapping[str, Any]) -> list[Quantity]:
             "deg",
             record["critical_angle_deg"],
             record["uncertainty_deg"],
-            record["closed_form_deg"],
+            record.get("closed_form_deg", math.nan),
         )
     ]
 

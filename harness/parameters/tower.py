@@ -106,13 +106,21 @@ class Tower(Parameters):
     def omega(self) -> float:
         """Return sqrt(k/m) of the grain, k that of its contact with the next particle [rad/s].
 
-        Raise RequestError for a stiffness whose inverse overflows.
+        Raise RequestError for a stiffness whose inverse overflows, and for one over the mass that
+        does.
         """
         first, second = self.each("stiffness")[:2]
         softness = 1 / first + 1 / second
         if math.isinf(softness):
             raise RequestError(f"stiffness = {first!r} N/m: is too small; must be at least 1e-307")
-        return math.sqrt(2 / softness / self.each("mass")[0])
+        mass = self.each("mass")[0]
+        found = math.sqrt(2 / softness / mass)
+        if math.isinf(found) or found == 0:
+            raise RequestError(
+                f"mass = {mass!r} kg: cannot go with stiffness = {first!r} N/m, whose ratio must "
+                "be finite and greater than 0"
+            )
+        return found
 
     @property
     def contact_time(self) -> float:

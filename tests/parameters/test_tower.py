@@ -73,3 +73,11 @@ def test_a_stiffness_whose_inverse_overflows_is_refused():
     with pytest.raises(RequestError, match="stiffness = 1e-308 N/m: is too small"):
         _ = Tower(stiffness=1e-308).contact_time
     assert Tower(stiffness=1e-307).contact_time > 0
+
+
+def test_a_mass_whose_frequency_overflows_is_named():
+    with pytest.raises(
+        RequestError, match=r"mass = 1e-308 kg: cannot go with stiffness = 10000000000.0 N"
+    ):
+        _ = Tower(mass=1e-308, stiffness=1e10).contact_time
+    assert Tower(mass=1e-300).contact_time > 0

@@ -152,6 +152,20 @@ def closed_forms(contact: Contact) -> dict[Reading, float]:
     return {reading: critical_angle(shock_from_restitution(e, reading)) for reading in READINGS}
 
 
+def angles_beside(contact: Contact) -> dict[str, float | str]:
+    """Return what stands beside an angle measured with a contact, by its key in JSON.
+
+    The angle of rigid spheres without rebound [deg]; where the contact rebounds more than that
+    theory allows, both readings of one shock [deg], and what they leave out.
+    """
+    if rebound(contact) <= ONE_SHOCK:
+        return {"closed_form_deg": critical_angle()}
+    found: dict[str, float | str] = {
+        f"closed_form_{reading}_deg": angle for reading, angle in closed_forms(contact).items()
+    }
+    return {**found, "theory": theory_in_words(contact)}
+
+
 def theory_in_words(contact: Contact) -> str:
     """Return one sentence on what the theory gives for a contact."""
     kept, lost = closed_forms(contact).values()
