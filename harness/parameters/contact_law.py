@@ -72,8 +72,10 @@ _DEFAULTS: dict[str, float] = {
 }
 """What a submodel is given where nobody says otherwise; coefficients that are not here must be."""
 
-Positive = Annotated[float, Field(gt=0.0)]
-NotNegative = Annotated[float, Field(ge=0.0)]
+Positive = Annotated[float, Field(ge=1e-30, le=1e30)]
+NotNegative = Annotated[float, Field(ge=0.0, le=1e30)]
+"""Far beyond what there is; products of some of them and their powers stay in double precision."""
+
 Friction = Annotated[float, Field(ge=0.0, le=1e9)]
 """Nothing slides from there on; a limit near the largest number overflows, and is never found."""
 
@@ -102,7 +104,7 @@ class ContactLaw(Parameters):
             "eta_0 m* a (viscoelastic, 1/(m s)), a the contact radius"
         ),
     )
-    restitution: Annotated[float, Field(gt=0.0, le=1.0)] | None = Field(
+    restitution: Annotated[float, Field(ge=1e-6, le=1.0)] | None = Field(
         None, description="[-] that tsuji and coeff_restitution aim at"
     )
     tangential: Tangential = Field("none", description="[-] tangential force")

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from harness.cases.contact_base.closed_forms import rebound
 from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.impact import impact
 from harness.cases.contact_base.motion import Motion
-from harness.cases.contact_base.parameters import ContactSystem
+from harness.cases.contact_base.parameters import ContactSystem, Gravity
 from harness.cases.contact_base.presets import BOUNCE
+from harness.cases.contact_base.scales import meets, met
 from harness.cases.contact_base.scans import NORMALS, Scan
 from harness.cases.contact_base.submodels import NORMAL, NORMAL_BESIDE, OLD_NORMAL
 from harness.observables.declared import Observable
@@ -23,8 +24,20 @@ from harness.parameters.contact_scene import ContactScene
 class Bounce(ContactSystem):
     """A fall from rest above a floor, in SI units."""
 
-    height: float = Field(0.05, gt=0.0, description="[m] of the fall")
-    gravity: float = Field(9.81, gt=0.0, description="[m/s2] downward")
+    height: float = Field(0.05, ge=1e-18, le=1e9, description="[m] of the fall")
+    gravity: Gravity = Field(9.81, description="[m/s2] downward")
+
+    @property
+    def speed(self) -> float:
+        """Return the speed at touch [m/s]."""
+        return math.sqrt(2.0 * self.gravity * self.height)
+
+    @model_validator(mode="after")
+    def _scaled(self) -> Self:
+        meets(self, "wall", "frozen")
+        g = self.gravity
+        met(self, "height", "m", self.speed, lambda speed: speed * speed / 2.0 / g, g)
+        return self
 
 
 class BounceCase(ContactCase[Bounce]):
@@ -55,8 +68,9 @@ class BounceCase(ContactCase[Bounce]):
     def scene(self, parameters: Bounce) -> ContactScene:
         """Return the contact with gravity, from half a step before it on."""
         g = parameters.gravity
-        speed = math.sqrt(2.0 * g * parameters.height)
-        return impact(parameters, (0.0, 0.0, -speed), finely=True, gravity=(0.0, 0.0, -g))
+        return impact(
+            parameters, (0.0, 0.0, -parameters.speed), finely=True, gravity=(0.0, 0.0, -g)
+        )
 
     def observed(self, parameters: Bounce, motion: Motion) -> Mapping[str, float]:
         """Return the height that the sphere will reach, and how long it touched."""

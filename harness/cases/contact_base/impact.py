@@ -8,12 +8,17 @@ from dataclasses import replace
 import numpy as np
 
 from harness.cases.contact_base.motion import Array, Motion
-from harness.cases.contact_base.parameters import ContactSystem, hertz_spring
+from harness.cases.contact_base.parameters import ContactSystem
 from harness.cases.contact_base.reference import contact_time
+from harness.cases.contact_base.scales import elastic_overlap, resolved
+from harness.errors import RequestError
 from harness.parameters.contact_scene import ZERO, ContactScene, Vector
 
 SAMPLES = 100
 """Of a contact, about."""
+
+STEPS_IN_PULL = 20
+"""In the part 1/mu of a contact in which the dashpot's pull cuts back the tangential spring."""
 
 AFTER = 1.1
 """Contact times that are simulated: a contact that a coarse step draws out must be over."""
@@ -31,7 +36,8 @@ def impact(
     """Return the impact of the first sphere, which touches half a step after the start.
 
     The second is at rest, but that it may spin. ``finely``: sampled over the contact, else at its
-    ends.
+    ends. Raise RequestError for a contact that does not end, and for steps that do not resolve the
+    law.
     """
     n = parameters.steps_per_contact
     guess = _guess(parameters, velocity)
@@ -44,10 +50,15 @@ def impact(
         steps=1,
         gravity=gravity,
     )
+    overlap = elastic_overlap(parameters, -velocity[2])
+    _friction_resolved(parameters)
+    # before anything is integrated with it: damping only draws the contact out
+    resolved(parameters, replace(touching, step=0.25 * guess / n), overlap)
     step = contact_time(_before(touching, 1e-3 * guess)) / n
     every = max(1, n // SAMPLES) if finely else 1
     steps = every * math.ceil(AFTER * n / every)
     scene = replace(touching, step=step, steps=steps, every=every if finely else steps)
+    resolved(parameters, scene, overlap)
     return _before(scene, 0.5 * step)
 
 
@@ -63,13 +74,26 @@ def _before(scene: ContactScene, lead: float) -> ContactScene:
     return replace(scene, bodies=(early, *others))
 
 
+def _friction_resolved(parameters: ContactSystem) -> None:
+    """Raise RequestError for a friction whose limit passes zero unseen, as a dashpot pulls.
+
+    The normal force is below 1/mu of its peak for a part 1/mu of the contact, in which whatever the
+    tangential spring holds is cut back: of which a step must see something.
+    """
+    mu, most = parameters.friction or 0.0, parameters.steps_per_contact / STEPS_IN_PULL
+    if mu > most and parameters.damping != "none" and not parameters.clipped:
+        raise RequestError(
+            f"friction = {mu!r}: must be at most {most:g} with steps_per_contact = "
+            f"{parameters.steps_per_contact}: the force of the dashpot changes its sign in a step"
+        )
+
+
 def _guess(parameters: ContactSystem, velocity: Vector) -> float:
     """Return a time that is longer than the contact [s], without damping."""
     speed, m = -velocity[2], parameters.reduced_mass
     if parameters.normal_stiffness is not None:
         return 4.0 * math.pi * math.sqrt(m / parameters.normal_stiffness)
-    overlap: float = (1.25 * m * speed * speed / hertz_spring(parameters)) ** 0.4
-    return 12.0 * overlap / speed
+    return 12.0 * elastic_overlap(parameters, speed) / speed
 
 
 def relative_velocity(motion: Motion) -> Array:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from harness.cases.contact_base.motion import Motion, motion_of
-from harness.cases.contact_base.resting import rest_overlap
+from harness.cases.contact_base.scales import rest_overlap
 from harness.cases.contact_base.submodels import Trial
 from harness.cases.contact_base.views import PARTS
 from harness.cases.contact_base.ways import (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -12,6 +12,24 @@ from harness.theory import hertz_impact
 
 Partner = Literal["wall", "sphere", "frozen"]
 Interface = Literal["current", "old"]
+
+Radius = Annotated[float, Field(ge=1e-9, le=1e3)]
+"""[m]: an atom is smaller, a mountain larger."""
+
+Density = Annotated[float, Field(ge=1e-3, le=1e9)]
+"""[kg/m3]: from less than a gas to that of a white dwarf."""
+
+Speed = Annotated[float, Field(ge=1e-9, le=1e9)]
+"""[m/s]: up to that of light, where the mechanics of all this ends."""
+
+Turning = Annotated[float, Field(ge=1e-9, le=1e9)]
+"""[rad/s]: a turn in two centuries, and what tears everything."""
+
+Gravity = Annotated[float, Field(ge=1e-9, le=1e9)]
+"""[m/s2]"""
+
+Duration = Annotated[float, Field(ge=1e-3, le=1e9)]
+"""In units of the case."""
 
 OLD = {
     "hooke": (("none", "mass_velocity"), ("none", "linear_nohistory", "linear_history_classic")),
@@ -28,11 +46,11 @@ class ContactSystem(ContactLaw):
     partner: Partner = Field(
         "wall", description="[-] what the sphere meets: a wall, a free or a frozen sphere"
     )
-    radius: float = Field(0.01, gt=0.0, description="[m] of the sphere")
-    partner_radius: float | None = Field(
-        None, gt=0.0, description="[m] of the sphere that it meets; as large unless given"
+    radius: Radius = Field(0.01, description="[m] of the sphere")
+    partner_radius: Radius | None = Field(
+        None, description="[m] of the sphere that it meets; as large unless given"
     )
-    density: float = Field(2500.0, gt=0.0, description="[kg/m3] of the spheres")
+    density: Density = Field(2500.0, description="[kg/m3] of the spheres")
     interface: Interface = Field(
         "current", description="[-] old: an engine's earlier contact styles, where it has some"
     )
@@ -102,6 +120,14 @@ def reduced_modulus(parameters: ContactSystem) -> float:
     assert parameters.youngs_modulus is not None
     assert parameters.poisson_ratio is not None
     return parameters.youngs_modulus / 2.0 / (1.0 - parameters.poisson_ratio**2)
+
+
+def reduced_shear_modulus(parameters: ContactSystem) -> float:
+    """Return G* [Pa] of two bodies of one material: G / (2 (2 - nu))."""
+    assert parameters.youngs_modulus is not None
+    assert parameters.poisson_ratio is not None
+    nu = parameters.poisson_ratio
+    return parameters.youngs_modulus / 4.0 / (1.0 + nu) / (2.0 - nu)
 
 
 def hertz_spring(parameters: ContactSystem) -> float:

@@ -84,4 +84,9 @@ def contact_time(scene: ContactScene) -> float:
         if lasted:
             return lasted[0]
         longer *= 4
-    raise RequestError("the contact does not end: its damping, or its attraction, is too strong")
+    strong = ("damping_coefficient", "restitution", "surface_energy")
+    given = [(name, getattr(scene.law, name)) for name in strong]
+    named = ", ".join(f"{name} = {value!r}" for name, value in given if value is not None)
+    raise RequestError(
+        f"{named}: the contact does not end; less damping or attraction, or a faster impact, end it"
+    )

@@ -4,23 +4,14 @@ from __future__ import annotations
 
 import math
 
-from harness.cases.contact_base.parameters import ContactSystem, hertz_spring
+from harness.cases.contact_base.parameters import ContactSystem
+from harness.cases.contact_base.scales import counted, resolved, rest_overlap, stiffness
 from harness.parameters.contact_scene import ContactScene, Vector
-
-
-def rest_overlap(parameters: ContactSystem, load: float) -> float:
-    """Return the overlap under a load [N] at rest [m]; attraction is not taken into account."""
-    if parameters.normal_stiffness is not None:
-        return load / parameters.normal_stiffness
-    overlap: float = (load / hertz_spring(parameters)) ** (2.0 / 3.0)
-    return overlap
 
 
 def half_period(parameters: ContactSystem, load: float) -> float:
     """Return pi sqrt(m / k) of small oscillations about rest under a load [N], in s."""
-    k = parameters.normal_stiffness
-    if k is None:
-        k = 1.5 * hertz_spring(parameters) * math.sqrt(rest_overlap(parameters, load))
+    k = stiffness(parameters, rest_overlap(parameters, load))
     return math.pi * math.sqrt(parameters.mass / k)
 
 
@@ -34,13 +25,16 @@ def resting(
     """Return a sphere at rest along z under gravity [m/s2], that moves or turns along the surface.
 
     ``start`` is its velocity [m/s] and angular velocity [rad/s]; ``duration`` is in s, met to a
-    step; ``samples`` divide it evenly.
+    step; ``samples`` divide it evenly. Raise RequestError for too many steps, which are told of the
+    parameter ``duration``, and for a step that does not resolve the law.
     """
     load = parameters.mass * -gravity[2]
     step = half_period(parameters, load) / parameters.steps_per_contact
+    counted(parameters, duration / step)
     every = max(1, round(duration / step / samples))
-    first, *others = parameters.bodies(-rest_overlap(parameters, load), *start)
-    return ContactScene(
+    overlap = rest_overlap(parameters, load)
+    first, *others = parameters.bodies(-overlap, *start)
+    scene = ContactScene(
         (first, *others),
         parameters.planes,
         parameters.law,
@@ -50,3 +44,4 @@ def resting(
         every=every,
         gravity=gravity,
     )
+    return resolved(parameters, scene, overlap)

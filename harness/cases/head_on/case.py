@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from harness.cases.contact_base.closed_forms import head_on
 from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.impact import impact, overlap_of, relative_velocity
 from harness.cases.contact_base.motion import Motion, crossing, peak, value_at
-from harness.cases.contact_base.parameters import ContactSystem
+from harness.cases.contact_base.parameters import ContactSystem, Speed
 from harness.cases.contact_base.presets import HEAD_ON
+from harness.cases.contact_base.scales import met
 from harness.cases.contact_base.scans import NORMALS, Scan
 from harness.cases.contact_base.submodels import COHESIVE, NORMAL, NORMAL_BESIDE, OLD_NORMAL
 from harness.observables.declared import Observable
@@ -27,7 +28,12 @@ if TYPE_CHECKING:
 class HeadOn(ContactSystem):
     """A head-on impact, in SI units."""
 
-    speed: float = Field(1.0, gt=0.0, description="[m/s] of the approach")
+    speed: Speed = Field(1.0, description="[m/s] of the approach")
+
+    @model_validator(mode="after")
+    def _scaled(self) -> Self:
+        met(self, "speed", "m/s", self.speed, lambda speed: speed)
+        return self
 
 
 class HeadOnCase(ContactCase[HeadOn]):

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.motion import Array, Motion
-from harness.cases.contact_base.parameters import ContactSystem
+from harness.cases.contact_base.parameters import ContactSystem, Duration, Gravity
 from harness.cases.contact_base.resting import half_period, resting
+from harness.cases.contact_base.scales import meets, rests
 from harness.cases.contact_base.scans import FRICTION, Scan
 from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL, TANGENTIAL_BESIDE
 from harness.observables.declared import Observable
@@ -22,9 +23,15 @@ from harness.theory.rolling import down_an_incline
 class InclineRoll(ContactSystem):
     """A sphere at rest on a tilted floor, pressed in by its weight, let go; SI units, degrees."""
 
-    angle: float = Field(20.0, gt=0.0, lt=90.0, description="[deg] tilt of the floor")
-    gravity: float = Field(9.81, gt=0.0, description="[m/s2]")
-    duration: float = Field(20.0, gt=0.0, description="[-] in half periods of the contact")
+    angle: float = Field(20.0, ge=1e-6, lt=90.0, description="[deg] tilt of the floor")
+    gravity: Gravity = Field(9.81, description="[m/s2]")
+    duration: Duration = Field(20.0, description="[-] in half periods of the contact")
+
+    @model_validator(mode="after")
+    def _scaled(self) -> Self:
+        meets(self, "wall")
+        rests(self, self.gravity * math.cos(math.radians(self.angle)))
+        return self
 
 
 class InclineRollCase(ContactCase[InclineRoll]):

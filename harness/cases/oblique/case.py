@@ -5,15 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.impact import impact, relative_velocity
 from harness.cases.contact_base.motion import Motion
-from harness.cases.contact_base.parameters import ContactSystem
+from harness.cases.contact_base.parameters import ContactSystem, Speed
 from harness.cases.contact_base.presets import OBLIQUE
+from harness.cases.contact_base.scales import between, met
 from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL, TANGENTIAL_BESIDE
 from harness.cases.contract import Study
@@ -26,11 +27,24 @@ if TYPE_CHECKING:
     from harness.cases.contact_base.study import Climbed, Evidence
 
 
+LEAST_ANGLE = 1e-6
+"""[deg]: ratios of velocities are known to 1e-16 over its sine, 1e-8."""
+
+
 class Oblique(ContactSystem):
     """An impact at an angle to the normal, in SI units and degrees."""
 
-    speed: float = Field(1.0, gt=0.0, description="[m/s] of the approach")
+    speed: Speed = Field(1.0, description="[m/s] of the approach")
     angle: float = Field(45.0, ge=0.0, lt=90.0, description="[deg] to the normal")
+
+    @model_validator(mode="after")
+    def _scaled(self) -> Self:
+        along, _, down = self.velocity
+        met(self, "speed", "m/s", -down, lambda speed: speed * self.speed / -down)
+        if along:
+            why = "0, or more than what rounding leaves of the velocity along the surface"
+            between("angle", self.angle, "deg", (LEAST_ANGLE, 90.0), why)
+        return self
 
     @property
     def velocity(self) -> tuple[float, float, float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, ClassVar, Self
@@ -12,6 +13,7 @@ from pydantic import Field, model_validator
 from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.motion import Array, Motion
 from harness.cases.contact_base.parameters import ContactSystem
+from harness.cases.contact_base.scales import between, dashpots, energy, overlaps, pressed
 from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import (
     OLD_TANGENTIAL,
@@ -35,9 +37,9 @@ class PrescribedMotion(ContactSystem):
 
     overlap: float = Field(1e-4, gt=0.0, description="[m] to which the sphere is pressed in")
     shear: float = Field(2e-5, gt=0.0, description="[m] along the surface, and twice that back")
-    lift: float = Field(0.3, ge=0.0, lt=1.0, description="[-] of the overlap, after the shear")
-    turn: float = Field(1e-3, gt=0.0, description="[rad] of rolling and of twisting")
-    duration: float = Field(1e-3, gt=0.0, description="[s] of each of the six pieces")
+    lift: float = Field(0.3, ge=0.0, le=0.999, description="[-] of the overlap, after the shear")
+    turn: float = Field(1e-3, ge=1e-9, le=1e3, description="[rad] of rolling and of twisting")
+    duration: float = Field(1e-3, ge=1e-12, le=1e9, description="[s] of each of the six pieces")
     turned: float = Field(
         0.0,
         ge=0.0,
@@ -53,7 +55,22 @@ class PrescribedMotion(ContactSystem):
                 f"turned = {self.turned!r}: needs two spheres (partner = sphere), "
                 f"got partner = {self.partner!r}"
             )
+        self._stays()
         return self
+
+    def _stays(self) -> None:
+        """Raise ValueError for a motion that leaves the contact, or in which it pulls."""
+        pressed(self, "overlap", "m", self.overlap)
+        (least, most), left = overlaps(self), (1.0 - self.lift) * self.overlap
+        if self.partner == "sphere":
+            reach = self.radius + self.second_radius
+            most = math.sqrt(0.9 * left * (2.0 * reach - 1.1 * left))
+        why = "resolved, and a tenth of the overlap must be left beside the top of a sphere"
+        between("shear", self.shear, "m", (least, most), why)
+        pull = dashpots(self, self.overlap) * self.lift * self.overlap
+        push = energy(self, left) / left
+        why = "the dashpot takes more than half of the force as the sphere is lifted"
+        between("duration", self.duration, "s", (pull / push, 1e9), why)
 
 
 PIECES = 6

@@ -4,18 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.impact import overlap_of
 from harness.cases.contact_base.motion import Motion
-from harness.cases.contact_base.parameters import ContactSystem, reduced_modulus
+from harness.cases.contact_base.parameters import (
+    ContactSystem,
+    Speed,
+    hertz_spring,
+    reduced_modulus,
+)
+from harness.cases.contact_base.scales import between, overlaps, pressed
 from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import COHESIVE, SYSTEMS
 from harness.observables.declared import Observable
+from harness.parameters.contact_law import COHESIVE as COHESIVE_FORCES
 from harness.parameters.contact_scene import ZERO, ContactScene, Segment
 from harness.theory import cohesion
 
@@ -24,7 +31,22 @@ class PullOff(ContactSystem):
     """A sphere, pressed into what it sticks to, that is pulled off at a constant speed; SI."""
 
     overlap: float = Field(1e-5, gt=0.0, description="[m] at the start")
-    speed: float = Field(1e-3, gt=0.0, description="[m/s] of the pull")
+    speed: Speed = Field(1e-3, description="[m/s] of the pull")
+
+    @model_validator(mode="after")
+    def _scaled(self) -> Self:
+        if self.normal not in COHESIVE_FORCES:
+            raise ValueError(f"normal = {self.normal!r}: attracts nothing (normal = dmt, jkr do)")
+        if self.damping != "none":
+            raise ValueError(f"damping = {self.damping!r}: must be none, forces are those at rest")
+        pressed(self, "overlap", "m", self.overlap)
+        # the force at the last step before it parts is that of half a step of overlap beside it
+        tension = cohesion.jkr_pull_off(self.surface_energy or 0.0, self.reduced_radius)
+        step: float = (0.1 * tension / hertz_spring(self)) ** (2.0 / 3.0)
+        limits = overlaps(self)[0], self.steps_per_contact * step
+        why = "with these steps_per_contact the elastic force of a step is a tenth of the tension"
+        between("overlap", self.overlap, "m", limits, why)
+        return self
 
 
 class PullOffCase(ContactCase[PullOff]):

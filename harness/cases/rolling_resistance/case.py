@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.motion import Array, Motion
-from harness.cases.contact_base.parameters import ContactSystem
+from harness.cases.contact_base.parameters import ContactSystem, Duration, Gravity, Speed
 from harness.cases.contact_base.resting import half_period, resting
+from harness.cases.contact_base.scales import meets, rests
 from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import ROLLING, ROLLING_BESIDE
 from harness.observables.declared import Observable
@@ -20,9 +21,15 @@ from harness.parameters.contact_scene import ContactScene
 class RollingResistance(ContactSystem):
     """A sphere that rolls on a floor, pressed in by its weight; in SI units."""
 
-    speed: float = Field(0.02, gt=0.0, description="[m/s] of rolling, at the start")
-    gravity: float = Field(9.81, gt=0.0, description="[m/s2] downward")
-    duration: float = Field(20.0, gt=0.0, description="[-] in half periods of the contact")
+    speed: Speed = Field(0.02, description="[m/s] of rolling, at the start")
+    gravity: Gravity = Field(9.81, description="[m/s2] downward")
+    duration: Duration = Field(20.0, description="[-] in half periods of the contact")
+
+    @model_validator(mode="after")
+    def _scaled(self) -> Self:
+        meets(self, "wall")
+        rests(self, self.gravity)
+        return self
 
 
 class RollingResistanceCase(ContactCase[RollingResistance]):

@@ -3,28 +3,38 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.motion import Array, Motion
-from harness.cases.contact_base.parameters import ContactSystem
+from harness.cases.contact_base.parameters import ContactSystem, Duration, Gravity, Speed
 from harness.cases.contact_base.presets import SLIP_TO_ROLL as MFIX
 from harness.cases.contact_base.resting import resting
+from harness.cases.contact_base.scales import meets, rests
 from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL, TANGENTIAL_BESIDE
 from harness.errors import RequestError
 from harness.observables.declared import Observable
 from harness.parameters.contact_scene import ZERO, ContactScene
 
+LEAST = 1e-6
+"""Friction: with less, slipping lasts a day and longer."""
+
 
 class SlipToRoll(ContactSystem):
     """A sphere on a floor, pressed in by its weight, that starts to slide; in SI units."""
 
-    speed: float = Field(0.1, gt=0.0, description="[m/s] along the floor, at the start")
-    gravity: float = Field(9.81, gt=0.0, description="[m/s2] downward")
-    duration: float = Field(1.5, gt=0.0, description="[-] in times 2 u / (7 mu g) until it rolls")
+    speed: Speed = Field(0.1, description="[m/s] along the floor, at the start")
+    gravity: Gravity = Field(9.81, description="[m/s2] downward")
+    duration: Duration = Field(1.5, description="[-] in times 2 u / (7 mu g) until it rolls")
+
+    @model_validator(mode="after")
+    def _scaled(self) -> Self:
+        meets(self, "wall")
+        rests(self, self.gravity)
+        return self
 
 
 class SlipToRollCase(ContactCase[SlipToRoll]):
@@ -56,11 +66,12 @@ class SlipToRollCase(ContactCase[SlipToRoll]):
 
     def scene(self, parameters: SlipToRoll) -> ContactScene:
         """Return the sphere at rest along the vertical; raise RequestError without friction."""
-        if not parameters.friction:
+        friction = parameters.friction or 0.0
+        if friction < LEAST:
             raise RequestError(
-                f"friction = {parameters.friction!r}: must be greater than 0 to roll"
+                f"friction = {parameters.friction!r}: must be at least {LEAST:g} to roll"
             )
-        rolls = 2.0 * parameters.speed / 7.0 / parameters.friction / parameters.gravity
+        rolls = 2.0 * parameters.speed / 7.0 / friction / parameters.gravity
         start = (parameters.speed, 0.0, 0.0), ZERO
         gravity = (0.0, 0.0, -parameters.gravity)
         return resting(parameters, gravity, start, parameters.duration * rolls)

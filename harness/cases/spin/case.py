@@ -10,8 +10,9 @@ from pydantic import Field, model_validator
 from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.impact import impact, relative_velocity
 from harness.cases.contact_base.motion import Motion
-from harness.cases.contact_base.parameters import ContactSystem
+from harness.cases.contact_base.parameters import ContactSystem, Speed, Turning
 from harness.cases.contact_base.presets import SPIN
+from harness.cases.contact_base.scales import met
 from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL, TANGENTIAL_BESIDE
 from harness.observables.declared import Observable
@@ -28,9 +29,11 @@ SPINS = (25.0, 50.0, 75.0, 100.0, 150.0, 200.0, 300.0, 400.0)
 class Spin(ContactSystem):
     """A normal impact with spin about an axis along the surface, in SI units."""
 
-    speed: float = Field(1.0, gt=0.0, description="[m/s] of the approach")
-    spin: float = Field(100.0, gt=0.0, description="[rad/s] of the sphere, about y")
-    partner_spin: float = Field(0.0, description="[rad/s] of the sphere that it meets, about y")
+    speed: Speed = Field(1.0, description="[m/s] of the approach")
+    spin: Turning = Field(100.0, description="[rad/s] of the sphere, about y")
+    partner_spin: float = Field(
+        0.0, ge=-1e9, le=1e9, description="[rad/s] of the sphere that it meets, about y"
+    )
 
     @model_validator(mode="after")
     def _spins(self) -> Self:
@@ -39,6 +42,7 @@ class Spin(ContactSystem):
                 f"partner_spin = {self.partner_spin!r}: partner = {self.partner!r} has none "
                 "(partner = sphere does)"
             )
+        met(self, "speed", "m/s", self.speed, lambda speed: speed)
         return self
 
 

@@ -4,31 +4,73 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.motion import Array, Motion
-from harness.cases.contact_base.parameters import FLOOR, ContactSystem
+from harness.cases.contact_base.parameters import FLOOR, ContactSystem, Density, Duration
 from harness.cases.contact_base.presets import STACKED as MFIX
+from harness.cases.contact_base.scales import (
+    COARSEST,
+    between,
+    counted,
+    energy,
+    meets,
+    overlaps,
+    pressed,
+    resolved,
+)
 from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import NORMAL, NORMAL_BESIDE
 from harness.observables.declared import Observable
 from harness.parameters.contact_scene import Body, ContactScene, Plane, sphere_mass
+
+Offset = Annotated[float, Field(ge=-0.1, le=0.1)]
+"""Of a radius: as far as the squeeze may go."""
 
 
 class Stacked(ContactSystem):
     """Two spheres that fill the room between two plates and more; in SI units."""
 
     squeeze: float = Field(0.005, gt=0.0, le=0.1, description="[-] of the height of both spheres")
-    offset: float = Field(0.002, description="[-] of the lower sphere's radius, up, at the start")
-    upper_offset: float = Field(0.0, description="[-] likewise, of the upper sphere")
-    upper_density: float | None = Field(
-        None, gt=0.0, description="[kg/m3] of the upper sphere; that of the lower unless given"
+    offset: Offset = Field(0.002, description="[-] of the lower sphere's radius, up, at the start")
+    upper_offset: Offset = Field(0.0, description="[-] likewise, of the upper sphere")
+    upper_density: Density | None = Field(
+        None, description="[kg/m3] of the upper sphere; that of the lower unless given"
     )
-    gravity: float = Field(9.81, ge=0.0, description="[m/s2] downward")
-    duration: float = Field(6.0, gt=0.0, description="[-] in half periods pi sqrt(m / k)")
+    gravity: float = Field(9.81, ge=0.0, le=1e9, description="[m/s2] downward")
+    duration: Duration = Field(6.0, description="[-] in half periods pi sqrt(m / k)")
+
+    @property
+    def squeezed(self) -> float:
+        """Return how much higher the spheres are than the room [m]."""
+        return 2.0 * self.squeeze * (self.radius + self.second_radius)
+
+    @property
+    def upper_mass(self) -> float:
+        """Return the mass of the upper sphere [kg]."""
+        return sphere_mass(self.second_radius, self.upper_density or self.density)
+
+    @model_validator(mode="after")
+    def _scaled(self) -> Self:
+        meets(self, "sphere")
+        third, most = self.squeezed / 3.0, 0.5 * overlaps(self)[1]
+        pressed(self, "squeeze", "", third)
+        upper = abs(self.upper_offset) * self.second_radius
+        free = (most - third - upper) / self.radius
+        why = "no contact may begin with more than half the smaller radius: what swings doubles it"
+        between("offset", self.offset, "", (-free, free), why)
+        weight = (self.mass + self.upper_mass) * self.gravity
+        if weight:
+            load = 2.0 * energy(self, most) / most / weight * self.gravity
+            between("gravity", self.gravity, "m/s2", (0.0, load), why)
+        light = 2.0 * self.mass / (COARSEST * self.steps_per_contact / math.pi) ** 2
+        density = self.density if self.upper_density is None else self.upper_density
+        least = light / self.upper_mass * density
+        between("upper_density", density, "kg/m3", (least, math.inf), "its steps are too long")
+        return self
 
 
 class StackedCase(ContactCase[Stacked]):
@@ -69,17 +111,16 @@ class StackedCase(ContactCase[Stacked]):
     def scene(self, parameters: Stacked) -> ContactScene:
         """Return the spheres with the room's squeeze shared by the contacts, the lower one off."""
         r, upper = parameters.radius, parameters.second_radius
-        squeeze = self._squeeze(parameters)
+        squeeze = parameters.squeezed
         top = 2.0 * (r + upper) - squeeze
         low = r - squeeze / 3.0 + parameters.offset * r
         high = top - upper + squeeze / 3.0 + parameters.upper_offset * upper
-        heavier = sphere_mass(upper, parameters.upper_density or parameters.density)
         step = math.pi / self._omega(parameters) / parameters.steps_per_contact
-        steps = math.ceil(parameters.duration * parameters.steps_per_contact)
-        return ContactScene(
+        steps = counted(parameters, parameters.duration * parameters.steps_per_contact)
+        scene = ContactScene(
             (
                 Body(r, parameters.mass, (0.0, 0.0, low)),
-                Body(upper, heavier, (0.0, 0.0, high)),
+                Body(upper, parameters.upper_mass, (0.0, 0.0, high)),
             ),
             (FLOOR, Plane((0.0, 0.0, top), (0.0, 0.0, -1.0))),
             parameters.law,
@@ -88,10 +129,11 @@ class StackedCase(ContactCase[Stacked]):
             every=steps,
             gravity=(0.0, 0.0, -parameters.gravity),
         )
+        return resolved(parameters, scene, squeeze / 3.0)
 
     def observed(self, parameters: Stacked, motion: Motion) -> Mapping[str, float]:
         """Return how far each sphere rose, and its velocity, at the end."""
-        squeeze = self._squeeze(parameters)
+        squeeze = parameters.squeezed
         rise = (motion.position[-1, :, 2] - motion.position[0, :, 2]) / squeeze
         speed = motion.velocity[-1, :, 2] / squeeze / self._omega(parameters)
         return {
@@ -110,15 +152,11 @@ class StackedCase(ContactCase[Stacked]):
         rise = 1e6 * (motion.position[:, :, 2] - motion.position[0, :, 2])
         return {name: (1e3 * motion.time, rise[:, i]) for i, name in enumerate(("lower", "upper"))}
 
-    def _squeeze(self, parameters: Stacked) -> float:
-        """Return how much higher the spheres are than the room [m]."""
-        return 2.0 * parameters.squeeze * (parameters.radius + parameters.second_radius)
-
     def _omega(self, parameters: Stacked) -> float:
         """Return sqrt(k / m) [1/s] with the stiffness at a third of the squeeze."""
         k = parameters.normal_stiffness
         if k is None:
-            curved = math.sqrt(parameters.reduced_radius * self._squeeze(parameters) / 3.0)
+            curved = math.sqrt(parameters.reduced_radius * parameters.squeezed / 3.0)
             assert parameters.youngs_modulus is not None
             k = parameters.youngs_modulus * curved
         return math.sqrt(k / parameters.mass)

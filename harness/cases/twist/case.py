@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.motion import Array, Motion
-from harness.cases.contact_base.parameters import ContactSystem
-from harness.cases.contact_base.resting import half_period, rest_overlap, resting
+from harness.cases.contact_base.parameters import (
+    ContactSystem,
+    Duration,
+    Gravity,
+    Turning,
+    reduced_shear_modulus,
+)
+from harness.cases.contact_base.resting import half_period, resting
+from harness.cases.contact_base.scales import meets, rest_overlap, rests
 from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import TWISTING, TWISTING_BESIDE
 from harness.observables.declared import Observable
@@ -21,9 +29,20 @@ from harness.theory.rolling import twisting_deceleration
 class Twist(ContactSystem):
     """A sphere on a floor or on a frozen sphere that spins about the vertical; in SI units."""
 
-    spin: float = Field(20.0, gt=0.0, description="[rad/s] at the start")
-    gravity: float = Field(9.81, gt=0.0, description="[m/s2] downward")
-    duration: float = Field(20.0, gt=0.0, description="[-] in half periods of the contact")
+    spin: Turning = Field(20.0, description="[rad/s] at the start")
+    gravity: Gravity = Field(9.81, description="[m/s2] downward")
+    duration: Duration = Field(20.0, description="[-] in half periods of the contact")
+
+    @model_validator(mode="after")
+    def _scaled(self) -> Self:
+        meets(self, "wall", "frozen")
+        rests(self, self.gravity)
+        name = "friction" if self.twisting_friction is None else "twisting_friction"
+        if not getattr(self, name):
+            raise ValueError(
+                f"{name} = {getattr(self, name)!r}: must be greater than 0 to slow down"
+            )
+        return self
 
 
 class TwistCase(ContactCase[Twist]):
@@ -87,18 +106,38 @@ class TwistCase(ContactCase[Twist]):
         return {"": (1e3 * motion.time, motion.omega[:, 0, 2])}
 
     def closed_forms(self, parameters: Twist) -> Mapping[str, float]:
-        """Return the deceleration where the spin lasts beyond the run by what is lost in it."""
-        scene = self.scene(parameters)
-        lost = self._slipping(parameters) * scene.duration
-        return {"deceleration_ratio": 1.0} if lost < parameters.spin else {}
+        """Return the deceleration where it slips from before halfway to the end.
+
+        The spring takes the torque of slipping after t with spin t - slipping t^2 / 2 of turning at
+        least, as its own torque is smaller before; a dashpot makes it sooner.
+        """
+        half, slipping = 0.5 * self.scene(parameters).duration, self._slipping(parameters)
+        turned = half * (parameters.spin - 0.5 * slipping * half)
+        loaded = (
+            slipping * 0.4 * parameters.mass * parameters.radius**2 / self._stiffness(parameters)
+        )
+        lasts = 2.0 * half * slipping < parameters.spin
+        return {"deceleration_ratio": 1.0} if lasts and loaded < turned else {}
+
+    def _stiffness(self, parameters: Twist) -> float:
+        """Return the stiffness of the twisting spring [N m]; Marshall's is k_t a^2 / 2."""
+        if parameters.twisting_stiffness is not None:
+            return parameters.twisting_stiffness
+        squared = self._contact_radius(parameters) ** 2
+        k = parameters.tangential_stiffness
+        if k is None:
+            k = 8.0 * reduced_shear_modulus(parameters) * math.sqrt(squared)
+        return 0.5 * k * squared
+
+    def _contact_radius(self, parameters: Twist) -> float:
+        overlap = rest_overlap(parameters, parameters.mass * parameters.gravity)
+        return math.sqrt(parameters.reduced_radius * overlap)
 
     def _slipping(self, parameters: Twist) -> float:
         """Return 5/2 mu_t g / r^2 [rad/s2]."""
         length = parameters.twisting_friction
         if length is None:
-            overlap = rest_overlap(parameters, parameters.mass * parameters.gravity)
-            radius: float = (parameters.reduced_radius * overlap) ** 0.5
-            length = 2.0 / 3.0 * radius * (parameters.friction or 0.0)
+            length = 2.0 / 3.0 * self._contact_radius(parameters) * (parameters.friction or 0.0)
         return twisting_deceleration(length, parameters.radius, parameters.gravity)
 
 

@@ -1,0 +1,229 @@
+"""The scales on which a contact case has a meaning, for its parameters' values together.
+
+Overlaps: coordinates of spheres are rounded, so that too small an overlap is not resolved; and from
+the smaller radius on the centre is beyond the surface that it meets. Steps: velocity Verlet is
+off by (rate times step)^2 / 24 in the phase of an oscillation, and unstable from 2 on.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from harness.cases.contact_base.parameters import ContactSystem, hertz_spring, reduced_modulus
+from harness.cases.contact_base.tolerances import SMOOTH
+from harness.errors import RequestError
+from harness.parameters.contact_scene import ContactScene
+from harness.theory import dashpot, hertz_impact
+
+SHALLOWEST = 4.0 * sys.float_info.epsilon / SMOOTH
+"""Of the radii: both coordinates are rounded, before and after a step, to eps each; what they are
+off by is then a millionth of the overlap, the width of a limit."""
+
+STRONGEST = dashpot.damping_ratio(SMOOTH)
+"""Damping ratio whose restitution, for a linear spring, is no more than the width of a limit."""
+
+COARSEST = 0.5
+"""Rate times step: off by 1 % in the phase, a quarter of what is unstable."""
+
+MOST_STEPS = 10**9
+"""Of a run: a quarter of an hour where a step takes a microsecond, which none does."""
+
+WIDEST = 1e6
+"""Ratio of two radii: leaves three decades between the smallest overlap and the largest."""
+
+
+def between(name: str, value: float, unit: str, limits: tuple[float, float], why: str) -> None:
+    """Raise ValueError for a value that is not within limits, in words that name all of it."""
+    low, high = limits
+    if not low <= value <= high:
+        told = f"{name} = {value!r} {unit}".rstrip()
+        raise ValueError(f"{told}: must be between {low:.4g} and {high:.4g} here: {why}")
+
+
+def overlaps(parameters: ContactSystem) -> tuple[float, float]:
+    """Return the smallest and the largest overlap that have a meaning [m].
+
+    Raise ValueError for radii too far apart, and for an attraction that needs a larger one: the
+    area of JKR at no load, a^3 = 9 pi gamma R*^2 / E*, must be within R*.
+    """
+    r, other = parameters.radius, parameters.second_radius
+    between(
+        "partner_radius", other, "m", (r / WIDEST, r * WIDEST), "the radii are too far apart"
+    )  # fmt: skip
+    if parameters.surface_energy:
+        most = reduced_modulus(parameters) * parameters.reduced_radius / 9.0 / math.pi
+        between(
+            "surface_energy", parameters.surface_energy, "J/m2", (0.0, most),
+            "the area of contact without a load must be smaller than the reduced radius",
+        )  # fmt: skip
+    sizes = (r,) if parameters.partner == "wall" else (r, other)
+    return SHALLOWEST * sum(sizes), min(sizes)
+
+
+def meets(parameters: ContactSystem, *partners: str) -> None:
+    """Raise ValueError for something that the sphere of a case does not meet."""
+    if parameters.partner not in partners:
+        allowed = ", ".join(partners)
+        raise ValueError(f"partner = {parameters.partner!r}: must be one of {allowed} in this case")
+
+
+WHY_OVERLAP = "the overlap must be above the round-off of coordinates and below the smaller radius"
+
+
+def pressed(
+    parameters: ContactSystem, name: str, unit: str, overlap: float, power: float = 1.0
+) -> None:
+    """Raise ValueError for a parameter that gives an overlap [m] without a meaning.
+
+    The overlap goes with its ``power``.
+    """
+    value, (least, most) = getattr(parameters, name), overlaps(parameters)
+    if not least <= overlap <= most:
+        limits = [value * (one / overlap) ** (1.0 / power) for one in (least, most)]
+        between(name, value, unit, (limits[0], limits[1]), WHY_OVERLAP)
+
+
+def energy(parameters: ContactSystem, overlap: float) -> float:
+    """Return the elastic energy of an overlap [J]."""
+    if parameters.normal_stiffness is not None:
+        return 0.5 * parameters.normal_stiffness * overlap * overlap
+    stored: float = 0.4 * hertz_spring(parameters) * overlap**2.5
+    return stored
+
+
+def stiffness(parameters: ContactSystem, overlap: float) -> float:
+    """Return the slope of the elastic force at an overlap [N/m]."""
+    k = parameters.normal_stiffness
+    return 1.5 * hertz_spring(parameters) * math.sqrt(overlap) if k is None else k
+
+
+def rests(parameters: ContactSystem, gravity: float) -> None:
+    """Raise ValueError for a sphere that gravity along the normal [m/s2] presses in too far.
+
+    Or so little that it is not resolved. ``gravity`` is that part of the parameter.
+    """
+    power = 2.0 / 3.0 if parameters.normal_stiffness is None else 1.0
+    load = parameters.mass * gravity
+    pressed(parameters, "gravity", "m/s2", rest_overlap(parameters, load), power)
+
+
+def rest_overlap(parameters: ContactSystem, load: float) -> float:
+    """Return the overlap under a load [N] at rest [m]; attraction is not taken into account."""
+    if parameters.normal_stiffness is not None:
+        return load / parameters.normal_stiffness
+    overlap: float = (load / hertz_spring(parameters)) ** (2.0 / 3.0)
+    return overlap
+
+
+def dashpots(parameters: ContactSystem, overlap: float) -> float:
+    """Return eta_n at an overlap [kg/s]; for one of a restitution that of a linear spring."""
+    mass = parameters.reduced_mass
+    if parameters.restitution is not None:
+        ratio = dashpot.damping_ratio(parameters.restitution)
+        return 2.0 * ratio * math.sqrt(mass * stiffness(parameters, overlap))
+    share = {
+        "mass_velocity": mass,
+        "viscoelastic": mass * math.sqrt(parameters.reduced_radius * overlap),
+    }
+    return (parameters.damping_coefficient or 0.0) * share.get(parameters.damping, 1.0)
+
+
+def met(
+    parameters: ContactSystem,
+    name: str,
+    unit: str,
+    speed: float,
+    value_of: Callable[[float], float],
+    gravity: float = 0.0,
+) -> None:
+    """Raise ValueError for an impact at a normal speed [m/s] that no contact withstands.
+
+    ``value_of`` gives the value of the parameter for a speed. Held against the elastic energy, and
+    under ``gravity`` [m/s2] its work: a sphere that its weight presses in further than its speed
+    lies, and does not bounce.
+    """
+    mass, (least, most) = parameters.reduced_mass, overlaps(parameters)
+    stored = energy(parameters, most) / mass
+    if stored <= 2.0 * gravity * most:
+        between("gravity", gravity, "m/s2", (0.0, 0.5 * stored / most), WHY_OVERLAP)
+    slow = math.sqrt(2.0 * energy(parameters, least) / mass)
+    if gravity:
+        rest = rest_overlap(parameters, mass * gravity)
+        slow = max(slow, gravity * math.sqrt(mass / stiffness(parameters, rest)))
+    fast = math.sqrt(2.0 * (stored - gravity * most)) / _damped(parameters)
+    if not slow <= speed <= fast:
+        limits = value_of(slow), value_of(fast)
+        between(name, getattr(parameters, name), unit, limits, WHY_OVERLAP)
+    coefficient, overlap = parameters.damping_coefficient, elastic_overlap(parameters, speed)
+    if coefficient:
+        critical = 2.0 * math.sqrt(mass * stiffness(parameters, overlap))
+        most = coefficient * STRONGEST * critical / dashpots(parameters, overlap)
+        why = "from critical damping on the contact does not end"
+        between("damping_coefficient", coefficient, "", (0.0, most), why)
+
+
+def elastic_overlap(parameters: ContactSystem, speed: float) -> float:
+    """Return the largest overlap of an elastic impact at a normal speed [m/s], in m."""
+    mass, k = parameters.reduced_mass, parameters.normal_stiffness
+    if k is None:
+        return hertz_impact.largest_overlap(mass, hertz_spring(parameters), speed)
+    return speed * math.sqrt(mass / k)
+
+
+def _damped(parameters: ContactSystem) -> float:
+    """Return the largest overlap over that without damping: of a linear spring; else 1."""
+    if parameters.normal_stiffness is None:
+        return 1.0
+    k = parameters.normal_stiffness
+    ratio = 0.5 * dashpots(parameters, 0.0) / math.sqrt(k * parameters.reduced_mass)
+    return dashpot.largest_overlap(min(ratio, STRONGEST))
+
+
+def resolved(parameters: ContactSystem, scene: ContactScene, overlap: float) -> ContactScene:
+    """Return a scene; raise RequestError for a part of its law that its step does not resolve.
+
+    Dashpots are those at an ``overlap`` [m].
+    """
+    for name, rate, power in _rates(parameters, scene, overlap):
+        value, coarse = getattr(parameters, name), rate * scene.step / COARSEST
+        if value is not None and coarse > 1.0:
+            most = f"must be at most {value / coarse**power:.4g}, or " if power else ""
+            n = parameters.steps_per_contact
+            raise RequestError(
+                f"{name} = {value!r}: {most}needs steps_per_contact of at least "
+                f"{math.ceil(n * coarse)}, not {n}: a step must resolve it"
+            )
+    return scene
+
+
+def _rates(
+    parameters: ContactSystem, scene: ContactScene, overlap: float
+) -> Iterator[tuple[str, float, float]]:
+    """Yield each coefficient with its rate [1/s], and the power of the rate that it goes with."""
+    free = [body for body in scene.bodies if not body.frozen]
+    turning = sum(1.0 / body.inertia for body in free)
+    rolling = parameters.reduced_radius**2 * turning
+    slip = 3.5 / parameters.reduced_mass
+    eta = dashpots(parameters, overlap)
+    yield "damping_coefficient", eta / parameters.reduced_mass, 1.0
+    yield "restitution", eta / parameters.reduced_mass, 0.0
+    yield "tangential_stiffness", math.sqrt((parameters.tangential_stiffness or 0.0) * slip), 2.0
+    yield "tangential_damping", (parameters.tangential_damping or 0.0) * eta * slip, 1.0
+    yield "rolling_stiffness", math.sqrt((parameters.rolling_stiffness or 0.0) * rolling), 2.0
+    yield "rolling_damping", (parameters.rolling_damping or 0.0) * rolling, 1.0
+    yield "twisting_stiffness", math.sqrt((parameters.twisting_stiffness or 0.0) * turning), 2.0
+    yield "twisting_damping", (parameters.twisting_damping or 0.0) * turning, 1.0
+
+
+def counted(parameters: Any, steps: float) -> int:
+    """Return a number of steps; raise RequestError, which names duration, for too many."""
+    if not steps <= MOST_STEPS:
+        duration, most = parameters.duration, parameters.duration * (MOST_STEPS / steps)
+        raise RequestError(
+            f"duration = {duration!r}: must be at most {most:.4g} here: "
+            f"{MOST_STEPS:.0e} steps are allowed, this would take {steps:.3g}"
+        )
+    return math.ceil(steps)
