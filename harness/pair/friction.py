@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 from harness.pair.damping import dashpot
 from harness.pair.geometry import Change, Geometry
-from harness.pair.normal import Elastic, elastic, pull_off_force
+from harness.pair.normal import MDR, Elastic, at_flat, elastic, pull_off_force
 from harness.pair.slider import INSIDE, Slider
 from harness.pair.system import (
     ROLLING,
@@ -47,6 +47,8 @@ def normal_force(g: Geometry, system: System, contact: int, sign: int) -> Normal
     law = system.law
     curvature = system.curvature[contact]
     bare = elastic(law.normal, law.stiffness, law.surface, curvature, g.overlap)
+    if law.normal == MDR and system.pairs[contact, 1] < 0:
+        bare = at_flat(law.stiffness, curvature, g.overlap, law.wall_magnified)
     eta, slope = dashpot(
         law.damping, law.damping_coefficient, system.mass[contact], g.overlap, bare
     )

@@ -5,6 +5,14 @@ dmt: Hertz less 4 pi gamma R* (Derjaguin, Muller and Toporov 1975). jkr (Johnson
 Roberts 1971; Johnson 1985, section 5.5), with the work of adhesion 2 gamma:
 
     F = 4 E* a^3 / (3 R*) - 4 sqrt(pi gamma E* a^3),   delta = a^2 / R* - 2 sqrt(pi gamma a / E*).
+
+mdr (Zunker and Kamrin 2024, elastic): each of two equal spheres of radius R meets a rigid flat at
+half the overlap. There, by the method of dimensionality reduction, an ellipse of the half axes R
+and 2 R sinks into independent springs, E / (1 - nu^2) = 2 E* for each length: with
+
+    cos theta = 1 - delta / (4 R),   a = R sin theta,   F = 4 E* R^2 (theta - sin theta cos theta),
+
+Hertz's force to the first order in delta / R. A wall is a rigid flat: as half of two spheres.
 """
 
 from __future__ import annotations
@@ -14,7 +22,10 @@ from typing import NamedTuple
 
 from harness.pair.vectors import compiled
 
-HOOKE, HERTZ, DMT, JKR = range(4)
+HOOKE, HERTZ, DMT, JKR, MDR = range(5)
+
+MAGNIFIED = (10.7, -10.0)
+"""LAMMPS multiplies the force of mdr at a wall by 1 + exp(10.7 delta / R - 10)."""
 
 
 class Elastic(NamedTuple):
@@ -39,12 +50,41 @@ def elastic(
     if overlap <= 0.0:
         pull = 4.0 * math.pi * surface * curvature if law == DMT else 0.0
         return Elastic(-pull, 0.0, 0.0, 0.0)
+    if law == MDR:
+        return _mdr(stiffness, 2.0 * curvature, overlap)
     a = math.sqrt(curvature * overlap)
     growth = 0.5 / overlap
     if law == HOOKE:
         return Elastic(stiffness * overlap, stiffness, a, growth)
     pull = 4.0 * math.pi * surface * curvature if law == DMT else 0.0
     return Elastic(4.0 / 3.0 * stiffness * a * overlap - pull, 2.0 * stiffness * a, a, growth)
+
+
+@compiled
+def at_flat(modulus: float, radius: float, overlap: float, magnified: bool) -> Elastic:
+    """Return mdr's force of a sphere on a rigid wall: that on its mirror image."""
+    if overlap <= 0.0:
+        return Elastic(0.0, 0.0, 0.0, 0.0)
+    bare = _mdr(modulus, radius, 2.0 * overlap)
+    more = math.exp(MAGNIFIED[0] * overlap / radius + MAGNIFIED[1]) if magnified else 0.0
+    slope = 2.0 * (1.0 + more) * bare.slope + more * MAGNIFIED[0] / radius * bare.force
+    return Elastic((1.0 + more) * bare.force, slope, bare.radius, 2.0 * bare.growth)
+
+
+@compiled
+def _mdr(modulus: float, radius: float, overlap: float) -> Elastic:
+    """Return mdr's force of two spheres of a radius, of E* ``modulus``."""
+    theta = 2.0 * math.asin(math.sqrt(0.125 * overlap / radius))
+    twice = 2.0 * theta
+    segment = twice - math.sin(twice)
+    if twice < 0.5:  # there the difference would lose its digits
+        series = 1.0
+        for n in (13, 11, 9, 7, 5):
+            series = 1.0 - twice * twice / (n * (n - 1)) * series
+        segment = twice**3 / 6.0 * series
+    a = radius * math.sin(theta)
+    growth = math.cos(theta) / (4.0 * radius * math.sin(theta) ** 2)
+    return Elastic(2.0 * modulus * radius**2 * segment, 2.0 * modulus * a, a, growth)
 
 
 @compiled

@@ -33,6 +33,7 @@ class Law(NamedTuple):
     stiffness: float
     surface: float
     fold: bool
+    wall_magnified: bool
     damping: int
     damping_coefficient: float
     clipped: bool
@@ -110,15 +111,22 @@ def system_of(scene: ContactScene, rules: Rules) -> System:
 def law_of(law: ContactLaw, rules: Rules) -> Law:
     """Return the law and its rules as numbers."""
     modulus, shear = effective_moduli(law)
-    kinds = {"hooke": normal.HOOKE, "hertz": normal.HERTZ, "dmt": normal.DMT, "jkr": normal.JKR}
+    kinds = {
+        "hooke": normal.HOOKE,
+        "hertz": normal.HERTZ,
+        "dmt": normal.DMT,
+        "jkr": normal.JKR,
+        "mdr": normal.MDR,
+    }
     sticky = (law.surface_energy or 0.0) > 0.0
     mindlin = "mindlin" in law.tangential
     factor = 2.0 / 3.0 if rules.mindlin_factor == "2/3" else 1.0
     return Law(
-        normal=kinds[law.normal] if sticky or law.normal == "hooke" else normal.HERTZ,
+        normal=kinds[law.normal] if sticky or law.normal in ("hooke", "mdr") else normal.HERTZ,
         stiffness=law.normal_stiffness or modulus,
         surface=law.surface_energy or 0.0,
         fold=rules.pull_off == "fold",
+        wall_magnified=rules.wall_force == "magnified",
         damping=damping.KINDS[law.damping],
         damping_coefficient=damping.coefficient(law, rules),
         clipped=law.clipped,

@@ -2,7 +2,9 @@
 
 Names and units follow the manual of LAMMPS's pair style granular, formulas the literature:
 Johnson, Contact Mechanics (1985); Luding, Granular Matter 10, 235 (2008); Marshall, J. Comput.
-Phys. 228, 1541 (2009); Thornton, Cummins and Cleary, Powder Technol. 233, 30 (2013).
+Phys. 228, 1541 (2009); Thornton, Cummins and Cleary, Powder Technol. 233, 30 (2013); Zunker and
+Kamrin, J. Mech. Phys. Solids 183, 105492 (2024), of whose ``mdr`` this is the elastic branch:
+neither yield nor adhesion nor a bulk response, and dashpots that it does not scale (``velocity``).
 """
 
 from __future__ import annotations
@@ -13,7 +15,7 @@ from pydantic import Field, model_validator
 
 from harness.parameters.base import Parameters
 
-Normal = Literal["hooke", "hertz", "dmt", "jkr"]
+Normal = Literal["hooke", "hertz", "dmt", "jkr", "mdr"]
 Damping = Literal["none", "velocity", "mass_velocity", "viscoelastic", "tsuji", "coeff_restitution"]
 Tangential = Literal[
     "none",
@@ -38,6 +40,7 @@ TAKES: dict[str, dict[str, tuple[str, ...]]] = {
         "hertz": _MATERIAL,
         "dmt": (*_MATERIAL, "surface_energy"),
         "jkr": (*_MATERIAL, "surface_energy"),
+        "mdr": _MATERIAL,
     },
     "damping": {
         **dict.fromkeys(("velocity", "mass_velocity", "viscoelastic"), ("damping_coefficient",)),
@@ -89,9 +92,9 @@ class ContactLaw(Parameters):
 
     normal: Normal = Field("hooke", description="[-] elastic normal force")
     normal_stiffness: Positive | None = Field(None, description="[N/m] k_n of hooke")
-    youngs_modulus: Positive | None = Field(None, description="[Pa] of hertz, dmt and jkr")
+    youngs_modulus: Positive | None = Field(None, description="[Pa] of hertz, dmt, jkr and mdr")
     poisson_ratio: Annotated[float, Field(gt=-1.0, le=0.5)] | None = Field(
-        None, description="[-] of hertz, dmt and jkr"
+        None, description="[-] of hertz, dmt, jkr and mdr"
     )
     surface_energy: NotNegative | None = Field(
         None, description="[J/m2] gamma of each surface, dmt and jkr; work of adhesion 2 gamma"
@@ -199,6 +202,10 @@ class ContactLaw(Parameters):
             raise ValueError("damping = 'coeff_restitution': needs normal = hooke or hertz")
         if self.normal in COHESIVE and self.clipped:
             raise ValueError(f"clipped = True: normal = {self.normal!r} attracts (must be False)")
+        if self.normal == "mdr" and self.damping not in ("none", "velocity"):
+            raise ValueError(f"damping = {self.damping!r}: normal = mdr takes none or velocity")
+        if self.normal == "mdr" and self.tangential != "none":
+            raise ValueError(f"tangential = {self.tangential!r}: normal = mdr takes none")
 
     def replace(self, **changes: Any) -> Self:
         """Return a copy with ``changes``; coefficients of submodels that are left are dropped."""

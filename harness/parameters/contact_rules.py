@@ -46,6 +46,10 @@ class Rules(Parameters):
         "radius",
         description="[-] both levers at a wall: r, r - overlap/2, or r - overlap",
     )
+    wall_force: Literal["plain", "magnified"] = Field(
+        "plain",
+        description="[-] mdr at a wall: the law's force, or times 1 + exp(10.7 overlap/r - 10)",
+    )
     spring_spin: Literal["none", "mean"] = Field(
         "none",
         description="[-] springs turn about the normal: never, or with the bodies' mean spin",

@@ -88,7 +88,7 @@ def test_a_case_changes_a_submodel_and_its_default_goes_with_it():
         ({"normal": "hertz", "poisson_ratio": 0.51}, "poisson_ratio = 0.51: must be greater than"),
         ({"normal": "hertz", "poisson_ratio": -1.0}, "poisson_ratio = -1.0: must be greater than"),
         ({"damping": "tsuji", "normal": "hertz", "restitution": 1.5}, "restitution = 1.5: must be"),
-        ({"normal": "soft"}, "normal = 'soft': must be 'hooke', 'hertz', 'dmt' or 'jkr'"),
+        ({"normal": "soft"}, "normal = 'soft': must be 'hooke', 'hertz', 'dmt', 'jkr' or 'mdr'"),
         ({"normal": ["hooke"]}, "normal = ['hooke']: must be 'hooke'"),
     ],
 )

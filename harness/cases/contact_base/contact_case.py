@@ -130,7 +130,7 @@ class ContactCase(Case[P]):
         base, coarsest = self.default, STEPS[level][0]
         for submodel in self.submodels if submodels is None else submodels:
             for system, changes in self.systems.items():
-                if level != "quick" or system not in LONGER:
+                if (level != "quick" or system not in LONGER) and submodel.stated_in(changes):
                     told = {**PLAIN, **submodel.law, **changes, "steps_per_contact": coarsest}
                     yield Trial(submodel.name, system, base.replace(**told))
 

@@ -12,6 +12,8 @@ NORMAL = {
     "dmt": "F = 4/3 E* a delta - 4 pi gamma R*, a = sqrt(R* delta), E* = E / (2 (1 - nu^2))",
     "jkr": "F = 4 E* a^3 / (3 R*) - 4 sqrt(pi gamma E* a^3), with "
     "delta = a^2 / R* - 2 sqrt(pi gamma a / E*), E* = E / (2 (1 - nu^2))",
+    "mdr": "F = 2 R^2 E / (1 - nu^2) (theta - sin theta cos theta) on each side of a rigid flat, "
+    "cos theta = 1 - d / (2 R), d the depth of the flat: half the overlap, all of it at a wall",
 }
 _SECANT = "sqrt(m* F / delta), zeta = -ln e / sqrt(pi^2 + ln^2 e)"
 DAMPING = {

@@ -65,6 +65,11 @@ class ContactSystem(ContactLaw):
                 f"partner_radius = {self.partner_radius!r}: partner = 'wall' has none "
                 "(partner = sphere, frozen does)"
             )
+        if self.normal == "mdr" and self.second_radius != self.radius:
+            raise ValueError(
+                f"partner_radius = {self.partner_radius!r}: normal = mdr takes spheres of one "
+                "size (the flat between others depends on their largest overlap so far)"
+            )
         if self.interface == "old":
             dampings, tangentials = OLD.get(self.normal, ((), ()))
             further = self.rolling != "none" or self.twisting != "none"

@@ -22,6 +22,10 @@ class Submodel:
     name: str
     law: Mapping[str, Any] = field(hash=False)
 
+    def stated_in(self, system: Mapping[str, Any]) -> bool:
+        """Return whether it has a law for a system: mdr for spheres of one size alone."""
+        return self.law["normal"] != "mdr" or not system.get("partner_radius")
+
 
 @dataclass(frozen=True)
 class Trial:
@@ -51,6 +55,7 @@ PLAIN = {
 MATERIAL = {"youngs_modulus": 1e8, "poisson_ratio": 0.3}
 HOOKE = {"normal": "hooke", "normal_stiffness": 1e5}
 HERTZ = {"normal": "hertz", **MATERIAL}
+MDR = {"normal": "mdr", **MATERIAL}
 STICKY = {**MATERIAL, "surface_energy": 0.5}
 SLOW = {"damping": "velocity", "damping_coefficient": 2.0}
 MASSIVE = {"damping": "mass_velocity", "damping_coefficient": 400.0}
@@ -73,6 +78,8 @@ NORMAL = named(
         "hertz, viscoelastic, clipped": {**HERTZ, **VISCOUS, "clipped": True},
         "hertz, tsuji": {**HERTZ, "damping": "tsuji", "restitution": 0.5},
         "hertz, coeff_restitution": {**HERTZ, **CONSTANT},
+        "mdr": MDR,
+        "mdr, velocity": {**MDR, **SLOW},
     }
 )
 """Normal forces and dampings."""

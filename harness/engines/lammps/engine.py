@@ -55,7 +55,9 @@ class Lammps(LammpsLanguage):
         laws=("overlap", "deformable"),
         # the manual of pair_style granular: torques act at the contact, those of gran/* at r
         contact_models=(
-            ContactModel("granular", {"interface": ("current",)}),
+            ContactModel(
+                "granular", {"interface": ("current",)}, rules={"wall_force": "magnified"}
+            ),
             ContactModel("gran/*", rules={"torque_lever": "radius"}),
         ),
         caveats=("Clipping the tail (limit_damping) is an option, off by default.",),

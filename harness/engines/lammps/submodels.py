@@ -11,6 +11,7 @@ from harness.observables.release import release_of
 
 FIRST_RELEASES = {
     "coeff_restitution": "29 Aug 2024",
+    "mdr": "22 Jul 2025",
     "linear_history_classic": "2 Aug 2023",
     "mindlin_classic": "2 Aug 2023",
 }
@@ -20,9 +21,13 @@ FIRST_RELEASES = {
 def lacking(values: Values, identify: Callable[[], Provenance]) -> str:
     """Return the submodel among values that a release does not have, and which one has it.
 
+    Or why no release takes them together.
+
     The old contact styles (``interface`` = old) are in every release. Nothing where LAMMPS is not
     here: that is said when it is to run.
     """
+    if values.get("normal") == "mdr" and values.get("newton") == "on":
+        return "its mdr takes newton = off, not on"
     told = () if values.get("interface") == "old" else values.values()
     for name, first in FIRST_RELEASES.items():
         if name not in told:

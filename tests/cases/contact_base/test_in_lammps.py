@@ -143,6 +143,21 @@ def test_a_release_without_a_submodel_says_which_one_has_it(lammps, monkeypatch)
     )
 
 
+def test_mdr_holds_in_every_system_and_is_magnified_at_a_wall(lammps):
+    case = few(get_case("head-on"), ("mdr", "mdr, velocity"), ("wall", "two spheres"))
+    limits, invariances = parted(case.verify(lammps, Study("quick")).checks)
+    judged = [check for check in limits if check.cell]
+    assert {(c.cell.submodel, c.cell.system) for c in judged} == {
+        (submodel, system) for submodel in ("mdr", "mdr, velocity") for system in case.systems
+    }
+    assert {check.verdict for check in judged} == {Verdict.PASS}
+    told = [check.note for check in limits if not check.cell]
+    assert told
+    assert all("wall_force = magnified" in note for note in told)
+    broken = told_apart(invariances, known_defects(), {"lammps": lammps.identify().engine_version})
+    assert Verdict.FAIL not in {check.verdict for check in broken}
+
+
 @pytest.mark.parametrize("script", DEFECTS, ids=lambda path: path.parent.name)
 def test_the_script_of_a_defect_runs_with_lammps_alone(script, tmp_path, lammps):
     try:

@@ -1,0 +1,106 @@
+"""mdr's elastic branch: an ellipse that sinks into springs, Hertz's limit, walls, refusals."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from harness.cases.head_on.case import HeadOn
+from harness.errors import RequestError
+from harness.pair.integration import integrate
+from harness.parameters.contact_law import ContactLaw
+from harness.parameters.contact_rules import Rules
+from harness.parameters.contact_scene import Body, ContactScene
+from harness.theory import hertz_impact
+from tests.pair.scenes import FLOOR, MASS, RADIUS
+
+YOUNG, NU = 1e8, 0.3
+LAW = ContactLaw(normal="mdr", youngs_modulus=YOUNG, poisson_ratio=NU)
+PLANE_STRAIN = YOUNG / (1.0 - NU**2)
+
+
+def force(overlap, *, wall, rules=None):
+    """Return the force of a sphere that is pressed into a floor, or into another as large."""
+    first = Body(RADIUS, MASS, (0.0, 0.0, RADIUS - overlap))
+    second = Body(RADIUS, MASS, (0.0, 0.0, -RADIUS), frozen=True)
+    bodies, planes = ((first,), (FLOOR,)) if wall else ((first, second), ())
+    path = integrate(ContactScene(bodies, planes, LAW, 1e-12, 1), rules)
+    return path.forces[0, 0, 2]
+
+
+def sunk(depth):
+    """Return the force of springs, 2 E / (1 - nu^2) for a length of both sides, on an ellipse.
+
+    Its half axes are R across and 2 R along the motion (Zunker and Kamrin 2024, A = 4 R, B = 2 R).
+    """
+
+    def spring(angle):  # x = R sin(angle): smooth at the edge
+        edge = 1.0 - depth / (2.0 * RADIUS)
+        sinking = 2.0 * RADIUS * (math.cos(angle) - edge)
+        return PLANE_STRAIN * sinking * RADIUS * math.cos(angle)
+
+    half = math.acos(1.0 - depth / (2.0 * RADIUS))
+    return quad(spring, -half, half, epsabs=0.0, epsrel=1e-13)[0]
+
+
+@pytest.mark.parametrize("depth", [1e-6, 1e-4, 1e-3, 5e-3])
+def test_a_sphere_on_a_flat_is_an_ellipse_that_sinks_into_springs(depth):
+    # the quadrature's own cos(angle) - edge has eps R over the depth
+    assert force(depth, wall=True) == pytest.approx(sunk(depth), rel=1e-10 + 1e-16 * RADIUS / depth)
+    assert force(2.0 * depth, wall=False) == pytest.approx(force(depth, wall=True), rel=1e-13)
+
+
+def test_it_is_hertz_to_the_first_order_and_softer_by_three_eightieths_of_overlap_over_radius():
+    """2 theta - sin 2 theta = 16/3 x^(3/2) (1 - 3/10 x ...), x = overlap / (8 R)."""
+    for overlap in (1e-5, 2e-4):
+        spring = hertz_impact.stiffness(PLANE_STRAIN / 2.0, RADIUS / 2.0)
+        ratio = force(overlap, wall=False) / (spring * overlap**1.5)
+        x = overlap / (8.0 * RADIUS)
+        assert 1.0 - ratio == pytest.approx(0.3 * x, rel=x)
+    # as was measured with LAMMPS of 22 Jul 2025: 14.641 N where Hertz has 14.652 N
+    assert force(2e-4, wall=False) == pytest.approx(14.64102073, rel=1e-9)
+
+
+def test_an_elastic_impact_gives_all_back_and_its_work_is_the_integral_of_the_force():
+    ball = Body(RADIUS, MASS, (0.0, 0.0, RADIUS), (0.0, 0.0, -1.0))
+    for rules in (Rules(), Rules(wall_force="magnified")):
+        path = integrate(ContactScene((ball,), (FLOOR,), LAW, 1e-5, 100, every=100), rules)
+        assert path.velocities[-1, 0, 2] == pytest.approx(1.0, rel=1e-12)
+        (turn,) = path.of_kind("turns")
+        work, _ = quad(lambda d, rules=rules: force(d, wall=True, rules=rules), 0.0, turn.overlap)
+        assert work == pytest.approx(0.5 * MASS, rel=1e-8)
+
+
+def test_a_wall_of_lammps_pushes_harder():
+    overlap = 2e-4
+    more = force(overlap, wall=True, rules=Rules(wall_force="magnified"))
+    told = 1.0 + math.exp(10.7 * overlap / RADIUS - 10.0)
+    assert more / force(overlap, wall=True) == pytest.approx(told, rel=1e-13)
+    pair = force(overlap, wall=False, rules=Rules(wall_force="magnified"))
+    assert pair == force(overlap, wall=False)
+
+
+def test_a_dashpot_adds_its_force():
+    law = LAW.replace(damping="velocity", damping_coefficient=2.0)
+    ball = Body(RADIUS, MASS, (0.0, 0.0, RADIUS - 1e-4), (0.0, 0.0, -1.0))
+    path = integrate(ContactScene((ball,), (FLOOR,), law, 1e-12, 1))
+    assert path.forces[0, 0, 2] == pytest.approx(force(1e-4, wall=True) + 2.0, rel=1e-13)
+    assert np.all(path.torques == 0.0)
+
+
+@pytest.mark.parametrize(
+    ("told", "message"),
+    [
+        ({"damping": "viscoelastic"}, "damping = 'viscoelastic': normal = mdr takes none or velo"),
+        ({"tangential": "mindlin"}, "tangential = 'mindlin': normal = mdr takes none"),
+        (
+            {"partner": "sphere", "partner_radius": 0.02},
+            "partner_radius = 0.02: normal = mdr takes spheres of one size",
+        ),
+    ],
+)
+def test_what_it_is_not_stated_with_is_refused(told, message):
+    more = {"damping_coefficient": 1.0} if told.get("damping") else {}
+    with pytest.raises(RequestError, match=message):
+        HeadOn(normal="mdr", youngs_modulus=YOUNG, **told, **more)
