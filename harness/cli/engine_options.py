@@ -83,7 +83,8 @@ class ProgramOptions(CacheOptions, WhereOptions):
 
     engine_option: list[str] | None = engine_option(
         None,
-        "An option of an engine's class; repeat it for several.",
+        "An option of an engine's class, as `lammps.limits=60`, the seconds a run may take (300); "
+        "repeat it for several.",
         metavar="NAME.KEY=VALUE",
     )
 

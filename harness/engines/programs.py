@@ -31,7 +31,7 @@ class ProgramEngine(ScriptSource):
 
     ``workers`` processes run side by side, as many as there are cores unless told otherwise.
     ``self_contained`` says that the program with its libraries is all that decides a result: runs
-    of such a one are cached. Raise RequestError for a named program that is not there,
+    of such a one are cached. Raise RequestError for no worker, a named program that is not there,
     EngineMissingError where none is named and there is none.
     """
 
@@ -44,6 +44,8 @@ class ProgramEngine(ScriptSource):
         workers: int | None = None,
         limits: Limits | None = None,
     ) -> None:
+        if workers is not None and workers < 1:
+            raise RequestError(f"workers = {workers!r}: must be at least 1")
         self.program = self.find(program)
         self.limits = limits or Limits()
         self.workers = workers or cores()

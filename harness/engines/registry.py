@@ -212,15 +212,28 @@ def _read(option: str, value: Any, hint: Any) -> Any:
             try:
                 return _READERS[kind](value)
             except ValueError:
-                must = "a number" if kind is not int else "a whole number"
+                must = _MUST[kind]
         else:
             return value
     raise RequestError(f"--engine-option {option}={value}: must be {must}")
 
 
-_READERS: dict[Any, Any] = {
-    int: int,
-    float: float,
-    Limits: lambda text: Limits(seconds=float(text)),
-}
+def _limits(text: str) -> Limits:
+    """Return limits with the seconds that a run may take; raise ValueError for what none can be."""
+    seconds = float(text)
+    if not 0.0 < seconds <= MOST_LIMIT:
+        raise ValueError
+    return Limits(seconds=seconds)
+
+
+MOST_LIMIT = 1e7
+"""[s] that a run may be given; what waits for one takes no more than 300 years."""
+
+_READERS: dict[Any, Any] = {int: int, float: float, Limits: _limits}
 """How options are read from text; of limits, the seconds that a run may take."""
+
+_MUST = {
+    int: "a whole number",
+    float: "a number",
+    Limits: f"a number of seconds greater than 0 and at most {MOST_LIMIT:g}",
+}

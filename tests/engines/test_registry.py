@@ -113,6 +113,11 @@ def test_program_that_is_missing_is_a_wrong_request(options, message):
         ("lammps", {"options": {"colour": "red"}}, r"option 'colour' 'red': engine 'lammps' takes"),
         ("lammps", {"options": {"workers": "two"}}, "lammps.workers=two: must be a whole number"),
         ("lammps", {"options": {"limits": "soon"}}, "lammps.limits=soon: must be a number"),
+        ("lammps", {"options": {"workers": "-1"}}, "workers = -1: must be at least 1"),
+        *(
+            ("lammps", {"options": {"limits": value}}, f"limits={value}: must be .* at most 1e")
+            for value in ("nan", "-1", "0", "inf", "1e308")
+        ),
     ],
 )
 def test_an_option_that_the_engine_does_not_take_is_refused(name, options, message):
