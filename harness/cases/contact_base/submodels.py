@@ -173,6 +173,16 @@ TWISTING = named(
 _ALIKE = (2.0 * (1.0 - 0.3) / (2.0 - 0.3)) ** 0.5
 """x_t of the same share of critical damping along and across, 2 sqrt(m* k): sqrt(4 G*/E*)."""
 
+STICKS_AT_TOUCH = 0.6
+"""Friction with which impacts at 45 degrees begin to stick: more than x_t times v_t / v_n.
+
+At touch both dashpots grow as overlap^(1/4), the elastic force as overlap^(3/2): where x_t v_t is
+more than mu v_n the contact begins to slide, and Coulomb's limit leaves a spring of
+eta_n (x_t v_t - mu v_n) / (8 G* a), which goes as overlap^(-1/4): beyond all bounds, so that the
+first step decides, however short. A spring that holds the force (mindlin/force) has no a below it;
+sliding without a dashpot, x_t = 0, leaves one that vanishes at touch.
+"""
+
 _RETURNED = {**HERTZ, **CONSTANT, "clipped": True}
 _SOFT = {"tangential": "linear_history", "tangential_stiffness": 2e5 / 7.0}
 
@@ -191,8 +201,10 @@ TANGENTIAL_BESIDE = named(
         "mindlin, coeff_restitution": {
             **HERTZ,
             **CONSTANT,
+            "restitution": 0.9,  # pulls but little at the end, where the limit passes zero
             "tangential": "mindlin",
             "tangential_damping": 0.5,
+            "friction": STICKS_AT_TOUCH,
         },
         "mindlin, coeff_restitution, clipped": {**_RETURNED, "tangential": "mindlin"},
         "mindlin/force, coeff_restitution, clipped": {
