@@ -40,8 +40,10 @@ AGAIN = Tolerance(
 def width_of(unit: str, *, kinked: bool, jump: float = 0.0, digits: int = 15) -> Tolerance:
     """Return the tolerance about an expected limit; ratios are of the size of 1.
 
-    ``jump`` is the finest step over the contact time where the force jumps, else 0. ``digits``
-    are those of the code's output.
+    ``jump`` is the finest step over the contact time where the force jumps, else 0: a dashpot that
+    is taken off within Coulomb's limit passes on mu F_n for part of a step too much or too little,
+    mu (1 + e) v_n pi/2 of a half sine's impulse times that step at most, which for impacts at 45
+    degrees with mu = 0.3 is 0.94 of it in v_t. ``digits`` are those of the code's output.
     """
     part, why = (KINKED, WHY_KINKED) if kinked else (SMOOTH, WHY_SMOOTH)
     if digits <= SINGLE:
