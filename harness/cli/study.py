@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -84,6 +85,7 @@ def study(options: StudyOptions, where: ExecutorOptions, json: Json = False) -> 
     _state_cost(case.name, options, where)
     with (
         output_folder(options.output, "-study") as folder,
+        _held(options, where),
         recorded("study", quiet=json) as told,
     ):
         found = run_study(
@@ -98,6 +100,20 @@ def study(options: StudyOptions, where: ExecutorOptions, json: Json = False) -> 
         _print(record, asked.columns)
     if told.status:
         raise typer.Exit(told.status)
+
+
+def _held(options: StudyOptions, where: ExecutorOptions) -> contextlib.AbstractContextManager[None]:
+    """Return what holds the folder of SLURM's jobs: another study in it would take them for its."""
+    from harness.workflows.sweep_folder import held_sweep
+    from harness.workflows.sweep_plan import Asked
+
+    if where.executor == "local" or options.output is None:
+        return contextlib.nullcontext()
+    return held_sweep(_jobs(options.output), Asked(options.case, {}, {"study": options.level}))
+
+
+def _jobs(output: Path) -> Path:
+    return output.with_name(f"{output.name}-jobs")
 
 
 def _state_cost(name: str, options: StudyOptions, where: ExecutorOptions) -> None:
@@ -156,9 +172,8 @@ def _executors(
         if settings is None or options.output is None:
             return local
         cache = cache_place(options.cache).path if entries is not None else None
-        jobs = options.output.with_name(f"{options.output.name}-jobs")
         asked = replace(settings, ranks=max(settings.ranks, ranks))
-        return Slurm(jobs, asked, local, chosen.opening, cache)
+        return Slurm(_jobs(options.output), asked, local, chosen.opening, cache)
 
     return executor
 

@@ -13,6 +13,7 @@ from harness.report.engines import engines_section
 from harness.report.finite import finite
 from harness.report.gallery import draw_sections
 from harness.report.page import html_page
+from harness.report.study_page import Page, write_study
 
 DESK, PHONE = (1280, 800), (390, 844)
 SIZES = pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
@@ -52,6 +53,9 @@ def pages(verification, declared, sections, tmp_path_factory):
     )
     write_diff(diff_runs(before, after), folder / "run", folder / "run", folder / "two")
     shutil.copy(folder / "two" / "diff.html", folder)
+    study = Page("A study", "Does it fall?", ("It falls.",), {"command": "study it"})
+    write_study(study, sections, {}, {}, folder / "studied")
+    shutil.copy(folder / "studied" / "report.html", folder / "study.html")
     return folder
 
 

@@ -29,18 +29,25 @@ PHYSICAL = {"base", "contact.restitution"}
 class Change:
     """A change, the mean angle with it, and the difference that it makes [deg].
 
-    ``physical`` says whether it may move the angle.
+    ``own`` is the half width of the interval of the angle without it, ``physical`` says whether it
+    may move the angle.
     """
 
     name: str
     mean: Mean
     difference: Mean
+    own: float
     physical: bool = False
 
     @property
     def same(self) -> bool:
-        """Return whether zero lies within the interval of the difference."""
-        return self.difference.low <= 0.0 <= self.difference.high
+        """Return whether the angle is the same within intervals.
+
+        Zero lies within the interval of the difference, or that one within the angle's own: pairs
+        of one run know a difference far better than the angle is known.
+        """
+        low, high = self.difference.low, self.difference.high
+        return low <= 0.0 <= high or max(-low, high) <= self.own
 
 
 @dataclass(frozen=True)
@@ -96,15 +103,17 @@ def _changes(reference: Sequence[Row], arms: Mapping[str, Sequence[Row]]) -> Ite
         words = name.partition(", ")[0]
         if changed & BOX:
             words += f", {rows[0]['length_d']} x {rows[0]['width_d']} d"
-        yield Change(words, mean, unpaired(mean, without), bool(changed & PHYSICAL))
+        own, physical = without.half_width, bool(changed & PHYSICAL)
+        yield Change(words, mean, unpaired(mean, without), own, physical)
         start = seeds_of(rows, START)
         if start:
             rises = difference_of(start, other)
-            yield Change("angle of start", mean_of([*start.values()]), rises, physical=True)
+            yield Change("angle of start", mean_of([*start.values()]), rises, own, physical=True)
     for name, quantity in DEFINITIONS.items():
         other = seeds_of(reference, quantity)
         if len(other) > 1:
-            yield Change(name, mean_of([*other.values()]), difference_of(other, stop))
+            difference = difference_of(other, stop)
+            yield Change(name, mean_of([*other.values()]), difference, without.half_width)
 
 
 def sentences(found: Found) -> list[str]:
@@ -120,8 +129,8 @@ def sentences(found: Found) -> list[str]:
     widest = max(c.difference.half_width for c, _ in every)
     return [
         f"Another rate, box, step, number of ranks or definition of the arrest: in "
-        f"{len(every) - len(moved)} of {len(every)} changes zero is within the 95 % interval of "
-        f"the difference, which is ±{widest:.2f} deg at the widest"
+        f"{len(every) - len(moved)} of {len(every)} changes the angle is the same within its 95 % "
+        f"interval (that of the difference is ±{widest:.2f} deg at the widest)"
         + (f"; not in {'; '.join(moved)}." if moved else ".")
     ]
 

@@ -153,9 +153,10 @@ def _of_thickness(found: Found) -> list[str]:
     told = ", ".join(f"{interval(means[h])} at {h}" for h in layers)
     fall = unpaired(means[layers[0]], means[layers[-1]])
     falls = all(unpaired(means[a], means[b]).low > 0.0 for a, b in pairwise(layers))
-    how = "falls with every step in thickness" if falls else "does not fall at every step"
+    how = "falls" if falls else "is not shown to fall"
     return [
-        f"With stiff grains (k d/(m g) = {stiff:g}) the angle of stop {how}: {told} layers (deg); "
+        f"With stiff grains (k d/(m g) = {stiff:g}) the angle of stop {how} with every step in "
+        f"thickness: {told} layers (deg); "
         f"from {layers[0]} to {layers[-1]} layers by {interval(fall)} deg."
     ]
 

@@ -25,8 +25,8 @@ from harness.engines.output import Output
 from harness.errors import EngineError, EngineOutputError
 
 CORES = (1, 16, 256)
-SIZES = (16, 32)
-"""[d] sides of the boxes that are measured: some 1000 and 4000 grains, as the study's are."""
+SIZES = (16, 50)
+"""[d] sides of the boxes that are measured: 1,024 and 10,000 grains, which the runs lie between."""
 
 LAYERS = 4
 REPEATS = 3

@@ -25,16 +25,17 @@ THICKNESS, LIMIT = "thickness", "single grain"
 class Thicker(NamedTuple):
     """More layers than one at which rate, box and ranks are changed, one at a time.
 
-    At the stiffest or the softest contact. The other box is ``factor`` times as long and wide, none
-    at 1; ``seeds`` of each arm, ``split`` of the one of ranks, 0 for none.
+    At the stiffest or the softest contact. ``seeds`` of each arm of another rate, ``boxed`` of the
+    box that is ``factor`` times as long and wide, ``split`` of two ranks; 0: no such arm.
     """
 
     layers: int
     stiffest: bool
     rates: tuple[tuple[str, Mapping[str, Any]], ...]
-    factor: float
     seeds: int
-    split: int
+    factor: float = 1.0
+    boxed: int = 0
+    split: int = 0
 
 
 class Box(NamedTuple):
@@ -91,15 +92,14 @@ QUARTER = ("a quarter of the rate", {"rate": 0.025})
 LARGEST = ("largest box", {"length": 96, "width": 48})
 
 THICKER = (
-    Thicker(4, False, (TWICE, RATE), 1.5, 8, 8),
-    Thicker(2, True, (TWICE,), 0.7, 6, 4),
-    Thicker(4, True, (TWICE,), 1.0, 6, 0),
+    Thicker(4, False, (TWICE, RATE), 8, 1.5, 6, 4),
+    Thicker(2, True, (TWICE,), 4, 0.7, 4, 4),
+    Thicker(4, True, (TWICE,), 4),
 )
-"""Soft and stiff, the cheapest stiff one of more layers than one among them. Each arm was stated,
-with its seeds, before one of its runs was made: those of twice the rate, the box and ranks first;
-half the rate, and twice the rate at four stiff layers, when the first runs at twice the rate had
-stopped lower. They are held against the same thickness and stiffness among the runs over the
-thickness."""
+"""Soft and stiff, the cheapest stiff one of more layers than one among them. Each change was stated
+before one of its runs was made, half the rate and twice the rate at four stiff layers when the
+first runs at twice the rate had stopped lower; seeds are what there was time for. They are held
+against the same thickness and stiffness among the runs over the thickness."""
 
 
 @dataclass(frozen=True)
@@ -117,8 +117,8 @@ class Extent:
 
 EXTENTS: Mapping[Level, Extent] = {
     "quick": Extent(
-        {1: Box(12, 6, 17.0, 2), 2: Box(10, 5, 14.0, 2), 4: Box(8, 4, 12.0, 2)},
-        (300.0, 3e3), Box(12, 6, 17.0, 2), (), (START,),
+        {1: Box(12, 6, 17.0, 5), 2: Box(10, 5, 14.0, 5), 4: Box(8, 4, 12.0, 5)},
+        (300.0, 3e4), Box(12, 6, 17.0, 5), (), (RATE, START),
     ),
     "default": Extent(
         BOXES, (300.0, 3e4), Box(24, 12, 17.0, 8), (0.5,), (RATE, SMALL, LARGE, STEP, START),
@@ -131,8 +131,8 @@ EXTENTS: Mapping[Level, Extent] = {
     ),
 }  # fmt: skip
 
-RANKS = 2
-"""Of MPI in the arm that splits a run."""
+RANKS, SPLIT = 2, 5
+"""Of MPI in the arms that split a run; seeds of that of one layer."""
 
 REFERENCE = "as it is"
 """The arm that the changed ones are held against."""
@@ -164,7 +164,7 @@ class LayersStudy(CaseStudy):
             changed = tuple(one.replace(contact=contact) for one in compared)
             found.append(Arm(f"restitution {value:g}", changed))
         if level != "quick":
-            found.append(Arm(f"{RANKS} ranks", compared, RANKS))
+            found.append(Arm(f"{RANKS} ranks", compared[:SPLIT], RANKS))
         for some in extent.thicker:
             found += _at_more_layers(some, extent)
         for layers in extent.ordered:
@@ -200,17 +200,16 @@ def _at_more_layers(some: Thicker, extent: Extent) -> Iterable[Arm]:
     """Yield the arms of another rate, another box and two ranks at more layers than one."""
     stiffness = (max if some.stiffest else min)(extent.stiffnesses)
     box = extent.boxes[some.layers]
-    runs = tuple(_seeds(box, some.layers, stiffness, some.seeds))
+    runs = tuple(_seeds(box, some.layers, stiffness, max(some.seeds, some.boxed, some.split)))
     at = place_of(some.layers, stiffness)
     for rate, change in some.rates:
-        yield Arm(f"{rate}{at}", tuple(one.replace(**change) for one in runs))
+        yield Arm(f"{rate}{at}", tuple(one.replace(**change) for one in runs[: some.seeds]))
     if some.split:
         yield Arm(f"{RANKS} ranks{at}", runs[: some.split], RANKS)
-    if some.factor == 1.0:
-        return
-    sides = {"length": round(some.factor * box.length), "width": round(some.factor * box.width)}
-    name, _ = LARGE if some.factor > 1.0 else SMALL
-    yield Arm(f"{name}{at}", tuple(one.replace(**sides) for one in runs))
+    if some.boxed:
+        sides = {"length": round(some.factor * box.length), "width": round(some.factor * box.width)}
+        name, _ = LARGE if some.factor > 1.0 else SMALL
+        yield Arm(f"{name}{at}", tuple(one.replace(**sides) for one in runs[: some.boxed]))
 
 
 def place_of(layers: int, stiffness: float) -> str:

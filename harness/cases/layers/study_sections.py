@@ -130,11 +130,13 @@ def _changes(changes: Sequence[Compared]) -> Section:
 
 
 HELD_AGAINST = (
-    "One thing is changed at a time, in runs of their own; each arm was stated in the code, with "
-    "its seeds, before one of its runs was made. Trajectories are chaotic: what is split over "
-    "ranks differently, or takes another step, is another run of the same flow, and its angle is "
-    "the same within intervals, not to the bit. Other definitions of the arrest are of the same "
-    "runs. Of twenty independent changes that do nothing, one misses zero by chance."
+    "One thing is changed at a time, in runs of their own; each change was stated in the code "
+    "before one of its runs was made. The angle is the same where zero lies within the interval of "
+    "the difference, or where that interval lies within the one of the angle itself. Trajectories "
+    "are chaotic: what is split over ranks, or takes another step, is another run of the same "
+    "flow, and its angle is the same within intervals, not to the bit. Other definitions of the "
+    "arrest are of the same runs, paired. Of twenty independent changes that do nothing, one "
+    "misses zero by chance."
 )
 
 
@@ -151,7 +153,7 @@ def _of_changes(some: Compared) -> Table:
         for change in some.changes
     ]
     head = ("change", "seeds", "angle (deg)", "difference (deg)", "95 % interval (± deg)",
-            "zero within")  # fmt: skip
+            "the same")  # fmt: skip
     one = some.reference[0]
     stop = mean_of([*seeds_of(some.reference).values()])
     return Table(

@@ -1,0 +1,35 @@
+"""``study --executor slurm`` on a real SLURM, with a study of a few seconds."""
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from harness.cases.layers.study import EXTENTS, Box, Extent
+from harness.cli.app import app
+from harness.workflows.sweep_folder import held_sweep
+from harness.workflows.sweep_plan import Asked
+from tests.slurm_here import slurm  # noqa: F401
+
+pytestmark = [pytest.mark.slow, pytest.mark.live, pytest.mark.usefixtures("slurm")]
+
+TINY = Extent({1: Box(6, 3, 20.0, 2)}, (100.0,), Box(6, 3, 20.0, 2))
+
+
+@pytest.mark.usefixtures("lammps_here")
+def test_a_tiny_study_runs_there_and_its_folder_is_held(monkeypatch, tmp_path):
+    monkeypatch.setitem(EXTENTS, "quick", TINY)
+    monkeypatch.chdir(tmp_path)
+    words = ["study", "layers", "--quick", "--executor", "slurm", "--output", "mine"]
+    with held_sweep(tmp_path / "mine-jobs", Asked("layers", {}, {"study": "quick"})):
+        done = CliRunner().invoke(app, words)
+        assert "another sweep runs in it" in str(done.exception)
+    done = CliRunner().invoke(app, [*words, "--json"])
+    assert done.exit_code == 0, done.output
+    assert "runs of study layers, level quick, take an estimated" in done.stderr
+    assert "jobs are submitted to SLURM" in done.stderr
+    found = json.loads(done.stdout)
+    assert found["failed"] == 0
+    arms = {row["arm"]: row for row in found["rows"]}
+    assert arms["thickness"]["seeds"] == 2
+    assert 0.0 < 10.2078 - arms["single grain"]["stop_angle_deg"] < 0.026
