@@ -19,7 +19,9 @@ DESK, PHONE = (1280, 800), (390, 844)
 SIZES = pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
 SCHEMES = pytest.mark.parametrize("scheme", ["light", "dark"])
 OTHER_PAGES = [pytest.param(name, marks=pytest.mark.slow) for name in ("engines", "diff")]
-PAGES = pytest.mark.parametrize("name", ["report", *OTHER_PAGES])
+WITH_CHECKS = pytest.mark.parametrize("name", ["report", *OTHER_PAGES])
+STUDY = pytest.param("study", marks=pytest.mark.slow)
+PAGES = pytest.mark.parametrize("name", ["report", *OTHER_PAGES, STUDY])
 FIGURES = 6
 A4_WIDTH = 710
 """Pixels of CSS between the margins of a sheet."""
@@ -309,7 +311,7 @@ def test_the_words_of_a_figure_are_as_large_on_a_phone_as_a_page_needs(look):
 
 
 @SCHEMES
-@PAGES
+@WITH_CHECKS
 def test_print_shows_every_column_dark_on_white(look, barriers, name, scheme):
     page = look(name, (A4_WIDTH, 1000), scheme)
     page.emulate_media(media="print", color_scheme=scheme)

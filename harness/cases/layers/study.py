@@ -131,8 +131,8 @@ EXTENTS: Mapping[Level, Extent] = {
     ),
 }  # fmt: skip
 
-RANKS, SPLIT = 2, 5
-"""Of MPI in the arms that split a run; seeds of that of one layer."""
+RANKS = 2
+"""Of MPI in the arms that split a run."""
 
 REFERENCE = "as it is"
 """The arm that the changed ones are held against."""
@@ -164,7 +164,7 @@ class LayersStudy(CaseStudy):
             changed = tuple(one.replace(contact=contact) for one in compared)
             found.append(Arm(f"restitution {value:g}", changed))
         if level != "quick":
-            found.append(Arm(f"{RANKS} ranks", compared[:SPLIT], RANKS))
+            found.append(Arm(f"{RANKS} ranks", compared, RANKS))
         for some in extent.thicker:
             found += _at_more_layers(some, extent)
         for layers in extent.ordered:
