@@ -14,7 +14,7 @@ from harness.cases.contact_base.motion import Motion, motion_of
 from harness.cases.contact_base.reference import followed, jumps_at_the_end, rules_of
 from harness.cases.contact_base.scans import Scanned
 from harness.cases.contact_base.submodels import Trial
-from harness.cases.contact_base.tolerances import width_of
+from harness.cases.contact_base.tolerances import jump_of, width_of
 from harness.cases.contract import Reference, Study
 from harness.comparison.baseline_record import BaselineRecord, Quantity, made_by, record_name
 from harness.comparison.convergence import Limit
@@ -130,7 +130,7 @@ def _climbed(
     kinked = told.kinked or jumps
     limits = climb(terms, steps, rungs, kinked=kinked, jumps=jumps)
     references, plain = case.expected(finest, rules), case.expected(finest, Rules())
-    jump = 1.0 / steps[-1] if jumps else 0.0
+    jump = jump_of(finest.law, steps[-1]) if jumps else 0.0
     # an output's log begins with the command that runs the same again
     command = output.log.partition("\n")[0].removeprefix("# ")
     return Climbed(trial, limits, references, plain, rules, motion, kinked, jump, finest, command)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
+
 from harness.comparison.tolerances import Tolerance
+from harness.parameters.contact_law import ContactLaw
 
 SMOOTH = 1e-6
 KINKED = 1e-4
@@ -20,7 +23,7 @@ WHY_KINKED = (
 
 WHY_JUMPS = (
     "sliding, or the end of the contact, takes a dashpot off within a step, at another phase on "
-    f"every rung: what the contact passes on in the finest step at most; {_UPSTREAM}"
+    f"every rung: what friction, or the contact, passes on in the finest step at most; {_UPSTREAM}"
 )
 
 SINGLE = 7
@@ -37,13 +40,22 @@ AGAIN = Tolerance(
 """Of the baseline's records."""
 
 
+def jump_of(law: ContactLaw, steps: int) -> float:
+    """Return what a force that jumps within a step leaves of a ratio, for the steps of a contact.
+
+    A dashpot within Coulomb's limit passes on mu F_n too much or too little for a step at most: of
+    an impulse (1 + e) m v_n, a half sine, pi/2 over the steps; 5/2 of that in the spin, for impacts
+    at 45 degrees. Where the end of the contact takes a dashpot off it is one step's share.
+    """
+    slip = 2.5 * 0.5 * math.pi * (law.friction or 0.0) * (1.0 + (law.restitution or 1.0))
+    return max(1.0, slip) / steps
+
+
 def width_of(unit: str, *, kinked: bool, jump: float = 0.0, digits: int = 15) -> Tolerance:
     """Return the tolerance about an expected limit; ratios are of the size of 1.
 
-    ``jump`` is the finest step over the contact time where the force jumps, else 0: a dashpot that
-    is taken off within Coulomb's limit passes on mu F_n for part of a step too much or too little,
-    mu (1 + e) v_n pi/2 of a half sine's impulse times that step at most, which for impacts at 45
-    degrees with mu = 0.3 is 0.94 of it in v_t. ``digits`` are those of the code's output.
+    ``jump`` is that of :func:`jump_of` where the force jumps, else 0. ``digits`` are those of the
+    code's output.
     """
     part, why = (KINKED, WHY_KINKED) if kinked else (SMOOTH, WHY_SMOOTH)
     if digits <= SINGLE:

@@ -7,6 +7,7 @@ import pytest
 
 from harness.cases.contact_base.ladder import RECORDED, STEPS, climb, powers
 from harness.cases.contact_base.motion import crossing, peak, value_at
+from harness.cases.contact_base.tolerances import jump_of
 from harness.cases.prescribed_motion.turned import CHORDS
 from harness.cases.registry import get_case
 from harness.errors import RequestError
@@ -14,6 +15,7 @@ from harness.parameters.contact_law import ContactLaw
 from harness.parameters.contact_rules import Rules
 
 LADDER = STEPS["default"]
+SPRING = {"tangential": "linear_history"}
 H = 1.0 / np.array(LADDER)
 
 
@@ -88,6 +90,12 @@ def test_a_pair_that_turns_as_one_body_keeps_its_forces_with_levers_to_the_conta
     overlap, shear = parameters.overlap, parameters.shear
     strained = held * (1.0 - parameters.turned * overlap / shear)
     assert to_centre["turned_ratio"].value == pytest.approx(strained, rel=width)
+
+
+def test_a_jump_is_worth_what_friction_passes_on_in_a_step():
+    sliding = ContactLaw(damping="coeff_restitution", restitution=1.0, friction=0.4, **SPRING)
+    assert jump_of(sliding, 1000) == pytest.approx(np.pi / 1000)
+    assert jump_of(ContactLaw(), 1000) == 1e-3
 
 
 def test_only_two_free_spheres_turn_as_one_body():
