@@ -30,6 +30,7 @@ TEXTS = (
     *("2025-01-01", "0001-01-01", "9999-12-31T23:59:59-14:00", "all", "none", "pass", "fail"),
     *("incline", "tower", "drop", "lammps", "reference", "yade", "exact", "rk4", "os:path", ":"),
     *("yade=/bin/true", "reference.seconds=1", "height=2", "stiffness=1e308", "angle=nan"),
+    *("lammps.workers=-1", "lammps.limits=1e308", "yade.limits=nan", "10000", "1-10000"),
     *("preset=source", "contact.tail=clipped", "speed=-0", "velocity-verlet", "adaptive", "\udcff"),
 )
 PATHS = (
