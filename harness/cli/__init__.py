@@ -35,7 +35,10 @@ def main() -> None:
         # a terminal or a pipe that is not UTF-8, or an argument that was not
         with contextlib.suppress(AttributeError, ValueError):
             stream.reconfigure(errors="replace")  # type: ignore[union-attr]
-    status = _status()
+    try:
+        status = _status()
+    except KeyboardInterrupt:  # while the commands were being imported
+        status = interrupted_status()
     stopped = status in (INTERRUPTED, TERMINATED)
     if stopped:
         how = "interrupted" if status == INTERRUPTED else "terminated"

@@ -182,3 +182,13 @@ def test_help_is_fast():
 
     # of the processor, and the best of some: others may use the machine as well
     assert min(seconds() for _ in range(5)) < 0.8
+
+
+def test_an_interrupt_while_commands_are_imported_is_status_130(tmp_path):
+    (tmp_path / "typer.py").write_text("raise KeyboardInterrupt\n")
+    there = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *filter(None, sys.path)])}
+    done = subprocess.run(
+        [*PROGRAM, "theory"], capture_output=True, text=True, env=there, check=False
+    )
+    told = "dem-harness: interrupted; nothing half-written is left\n"
+    assert (done.returncode, done.stderr) == (130, told)
