@@ -8,7 +8,12 @@ from typing import TYPE_CHECKING
 from harness.cases.contract import Reference
 from harness.cases.drop.parameters import Drop
 from harness.parameters.contact import Spring
-from harness.theory.dashpot import duration_clipped, restitution_clipped, restitution_unclipped
+from harness.theory.dashpot import (
+    duration_clipped,
+    duration_unclipped,
+    restitution_clipped,
+    restitution_unclipped,
+)
 
 if TYPE_CHECKING:
     from harness.theory.hertz import Impact
@@ -61,14 +66,25 @@ def rest(case: Drop, spring: Spring) -> tuple[float, float]:
 
 
 def _linear_impact(case: Drop) -> dict[str, Reference]:
-    zeta = case.contact.zeta_against_full_mass
-    # the motion turns at half the time at which the clipped force vanishes
-    deepest = math.exp(-0.5 * zeta * duration_clipped(zeta)) * math.sqrt(case.mass / case.stiffness)
-    return {
-        "restitution": Reference(restitution(case), "closed form"),
-        "largest_overlap_m": Reference(case.speed * deepest, "closed form"),
-        "end_speed_m_per_s": Reference(restitution(case) * case.speed, "closed form"),
-    }
+    """Return the overlap of a collision that has turned within the run, and what one over leaves.
+
+    The motion turns at half the time at which the clipped force vanishes.
+    """
+    zeta, unit = case.contact.zeta_against_full_mass, math.sqrt(case.mass / case.stiffness)
+    left = (case.steps * case.step - max(case.gap, 0.0) / case.speed) / unit
+    turns = 0.5 * duration_clipped(zeta)
+    if case.contact.tail == "clipped":
+        parts = duration_clipped(zeta)
+    else:  # from critical damping on it creeps back for ever
+        parts = duration_unclipped(zeta) if zeta < 1.0 else math.inf
+    found = {}
+    if left >= turns:
+        deepest = case.speed * math.exp(-zeta * turns) * unit
+        found["largest_overlap_m"] = Reference(deepest, "closed form")
+    if left >= parts:
+        found["restitution"] = Reference(restitution(case), "closed form")
+        found["end_speed_m_per_s"] = Reference(restitution(case) * case.speed, "closed form")
+    return found
 
 
 def _hertz_impact(case: Drop) -> dict[str, Reference]:

@@ -65,10 +65,19 @@ def test_on_a_hertz_spring_the_restitution_is_integrated():
         {"gravity": 9.81, "duration": 1.0},  # it has not come to rest
         {"gravity": 9.81, "sideways": 1.0},  # gravity turns the angular momentum
         {},  # nothing happens
+        {"speed": 1e-3, "gap": 0.01},  # it does not reach the sphere
     ],
 )
 def test_what_has_no_closed_form_has_no_reference(changes):
     assert CASE.references(Drop(contact=PLASTIC, **changes), Reference.traits) == {}
+
+
+def test_of_a_collision_that_is_not_over_the_overlap_is_known_once_it_has_turned():
+    contact = Contact(restitution=1.0, damping_ratio=None)
+    for duration, known in ((0.45, set()), (0.55, {"largest_overlap_m"})):
+        case = Drop(contact=contact, speed=1.0, duration=duration)
+        assert CASE.references(case, Reference.traits).keys() == known
+    assert len(CASE.references(case.replace(duration=1.01), Reference.traits)) == 3
 
 
 def test_a_collision_that_is_not_over_has_no_restitution():
