@@ -12,10 +12,9 @@ from __future__ import annotations
 
 import pickle
 from collections import Counter
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import pytest
 
@@ -24,12 +23,20 @@ if TYPE_CHECKING:
     from harness.comparison.verification import Verification
 
 OPTIONS = {
+    "engine": "the engine to verify, as of dem-harness verify  [default: lammps]",
+    "engines": "other engines to hold beside it, names with commas, or all",
     "lmp": "a LAMMPS executable of your own; without it, LAMMPS runs in-process",
     "mpirun": 'an MPI launcher with its options, as in "mpirun -np 4"',
+    "integrator": "of the reference engine, as of dem-harness verify",
     "level": "quick, default or full  [default: quick]",
     "cases": "names or groups of cases, with commas, or all  [default: as dem-harness verify]",
+    "program": "NAME=PATH: the executable of an engine; repeat it for several",
+    "engine_option": "NAME.KEY=VALUE: an option of an engine's class; repeat it for several",
 }
 """Each an option ``--dem-harness-NAME`` and an ini setting ``dem_harness_NAME``."""
+
+REPEATED = ("program", "engine_option")
+"""Those of several values, in an ini file a line each."""
 
 MARK = "dem_harness"
 _FOUND = pytest.StashKey["Verification"]()
@@ -44,8 +51,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         help="run a verification and make each of its checks a test",
     )
     for name, text in OPTIONS.items():
-        group.addoption(f"--dem-harness-{name}", metavar=name.upper(), default=None, help=text)
-        parser.addini(f"dem_harness_{name}", text, default="")
+        several = name in REPEATED
+        how = "append" if several else "store"
+        kind: Literal["linelist", "string"] = "linelist" if several else "string"
+        option = f"--dem-harness-{name.replace('_', '-')}"
+        group.addoption(option, metavar=name.upper(), action=how, default=None, help=text)
+        parser.addini(f"dem_harness_{name}", text, type=kind, default="")
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -140,12 +151,14 @@ class Item(_Placed):
         self.add_marker(MARK)
 
     def runtest(self) -> None:
-        """Fail, skip or pass as the check does; a finding passes, since nobody judges it."""
+        """Fail, skip or pass as the check does; a known defect is a failure that is expected."""
         self.user_properties.append(("kind", str(self.check.kind)))
         from harness.report.triage import numbers
 
         self.add_report_section("call", "dem-harness", numbers(self.check))
-        if self.check.verdict in ("not tested", "known defect", "fixed"):
+        if self.check.verdict == "known defect":
+            pytest.xfail(self.check.note)
+        if self.check.verdict in ("not tested", "fixed"):
             pytest.skip(f"{self.check.verdict}: {self.check.note}")
         if self.check.verdict == "fail":
             raise CheckFailedError(self.check)
@@ -190,22 +203,18 @@ def _story(check: Check) -> str:
 def _run(config: pytest.Config) -> Verification:
     import warnings
 
-    from harness.engines.registry import open_engine
     from harness.errors import HarnessError
-    from harness.workflows import verify
+    from harness.workflows.typed_verification import verify_as_typed
 
     asked = {
-        n: config.getoption(f"dem_harness_{n}") or config.getini(f"dem_harness_{n}")
+        n: config.getoption(f"dem_harness_{n}") or config.getini(f"dem_harness_{n}") or None
         for n in OPTIONS
     }
     try:
         # warnings of a library below are not the user's, who may have made them errors
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            lmp, launcher = asked["lmp"] or None, asked["mpirun"] or None
-            with open_engine("lammps", lmp=lmp, launcher=launcher) as engine:
-                level, cases = asked["level"] or "quick", asked["cases"] or None
-                return verify(level, cases=cases, engine=engine)
+            return verify_as_typed(**asked)
     except HarnessError as error:
         raise CannotVerifyError(f"dem-harness: {error}") from None
 
@@ -220,9 +229,11 @@ def _shared_folder(config: pytest.Config) -> Path | None:
 
 def _run_once(config: pytest.Config, folder: Path) -> Verification:
     """Return what the first worker found; the others wait for it at a lock."""
+    from harness.engines.environments import MADE, held
+
     run = config.workerinput["testrunuid"]  # type: ignore[attr-defined]
     kept = folder / f"dem-harness-{run}.pickle"
-    with _locked(kept.with_suffix(".lock")):
+    with held(kept, MADE):
         if not kept.exists():
             outcome: Verification | str
             try:
@@ -236,13 +247,3 @@ def _run_once(config: pytest.Config, folder: Path) -> Verification:
     if isinstance(outcome, str):
         raise CannotVerifyError(outcome)
     return outcome
-
-
-@contextmanager
-def _locked(path: Path) -> Iterator[None]:
-    """Hold a lock between processes; it ends with the process, however that ends."""
-    import fcntl
-
-    with path.open("w") as file:
-        fcntl.flock(file, fcntl.LOCK_EX)
-        yield

@@ -1,6 +1,7 @@
 import pickle
 import subprocess
 import sys
+from dataclasses import replace
 from importlib.metadata import entry_points
 from xml.etree import ElementTree
 
@@ -9,9 +10,10 @@ import pytest
 import harness.pytest_plugin
 from harness.comparison.findings import Findings, Headline
 from harness.comparison.tolerances import Tolerance
-from harness.comparison.verdicts import Kind, failed_run, finding, judge, not_tested
+from harness.comparison.verdicts import Kind, Verdict, failed_run, finding, judge, not_tested
 from harness.comparison.verification import Verification
 from harness.errors import EngineTimeoutError
+from harness.workflows.request import chosen_cases
 
 pytest_plugins = ["pytester"]
 
@@ -65,6 +67,23 @@ def made_up():
             "slope": Findings("slope", headlines=[Headline("angle", "deg", 10.2, 10.2, 0.1, "x")])
         },
     )
+
+
+FACTOR = "faulty:Faulty.factor=1.01"
+
+FAULTY = """
+from tests.engine_doubles import Twin
+
+class Faulty(Twin):
+    def __init__(self, factor: float = 1.0):
+        super().__init__(lambda told: {**told, "gravity": factor * told["gravity"]})
+"""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _imported_once():
+    """Import here what pytester forgets after each run in-process: numpy loads once only."""
+    chosen_cases("all")
 
 
 def run_pytest(pytester, *arguments):
@@ -152,6 +171,51 @@ def test_checks_can_be_chosen_by_name_and_mark(suite):
     suite("--dem-harness", "-m", "not dem_harness").assert_outcomes(passed=1, deselected=7)
 
 
+def test_a_known_defect_is_a_failure_that_is_expected(suite, pytester):
+    wide = Tolerance("", 0.1, 0.0, "a reason")
+    told = judge("told", Kind.ANALYTIC, 2.0, 1.0, wide, note="known defect tsuji: a cause")
+    gone = judge("gone", Kind.ANALYTIC, 1.0, 1.0, wide, note="no longer there: a cause")
+    checks = (replace(told, verdict=Verdict.KNOWN_DEFECT), replace(gone, verdict=Verdict.FIXED))
+    found = pickle.dumps(replace(made_up(), checks=checks))
+    (pytester.path / "made-up.pickle").write_bytes(found)
+    result = suite("--dem-harness", "-rxs", "--junitxml=out.xml")
+    result.assert_outcomes(passed=1, xfailed=1, skipped=1)
+    assert result.ret == 0
+    result.stdout.fnmatch_lines(
+        [
+            "XFAIL dem-harness::analytic: told - known defect tsuji: a cause",
+            "SKIPPED * fixed: no longer there: a cause",
+        ]
+    )
+    kinds = [node.get("type") for node in ElementTree.parse("out.xml").iter("skipped")]
+    assert sorted(kinds) == ["pytest.skip", "pytest.xfail"]
+
+
+@pytest.mark.parametrize("how", ["words", "ini"])
+def test_engine_case_and_an_option_of_its_class_are_chosen_and_its_fault_fails(
+    pytester, monkeypatch, how
+):
+    asked = {"engine": "faulty:Faulty", "cases": "drop,head-on", "engine_option": FACTOR}
+    monkeypatch.syspath_prepend(pytester.path)
+    pytester.makepyfile(faulty=FAULTY, test_plain="def test_plain(): pass")
+    if how == "ini":
+        lines = "".join(f"dem_harness_{name} = {text}\n" for name, text in asked.items())
+        pytester.makeini("[pytest]\n" + lines)
+        words = []
+    else:
+        words = [f"--dem-harness-{n.replace('_', '-')}={text}" for n, text in asked.items()]
+    result = run_pytest(pytester, "--dem-harness", *words, "-v", "-k", "analytic or cross")
+    result.stdout.fnmatch_lines(
+        [
+            "dem-harness::cross-code: twin: head-on SKIPPED*not tested*",
+            "dem-harness::analytic: twin: static contact* FAILED*",
+            "dem-harness::analytic: twin: free fall over g t^2 / 2 FAILED*",
+        ]
+    )
+    result.assert_outcomes(passed=10, failed=2, skipped=1, deselected=12)
+    assert result.ret == 1
+
+
 def test_the_counts_of_a_choice_add_up(suite):
     result = suite("--dem-harness", "-k", "angle")
     result.stdout.fnmatch_lines(["collected 8 items / 6 deselected / 2 selected"])
@@ -186,6 +250,25 @@ def test_options_that_are_wrong_fail_in_one_line(pytester, how, spread):
     result = run_pytest(pytester, "--dem-harness", *how, *spread)
     result.assert_outcomes(failed=1, errors=1)
     result.stdout.fnmatch_lines(["dem-harness: --lmp '/nowhere': no such executable*"])
+    result.stdout.no_fnmatch_line("*Traceback*")
+
+
+@pytest.mark.parametrize(
+    ("word", "said"),
+    [
+        ("--dem-harness-engine=nobody", "--engine 'nobody' is not known: must be one of *"),
+        ("--dem-harness-program=yade=/bin/sh", "--program yade=/bin/sh: goes with * yade only"),
+        ("--dem-harness-program=yade", "--program 'yade': must be NAME=VALUE"),
+        ("--dem-harness-engine-option=x=1", "--engine-option 'x=1': must be NAME.KEY=VALUE"),
+        ("--dem-harness-engines=nobody", "--engines 'nobody' is not known: must be all, or *"),
+        ("--dem-harness-mpirun= ", "--mpirun ' ': must be a command, as in 'mpirun -np 4'"),
+        ("--dem-harness-integrator=rk4", "--integrator 'rk4': engine 'lammps' takes the options*"),
+    ],
+)
+def test_what_an_engine_is_not_is_refused_in_one_line(pytester, word, said):
+    result = run_pytest(pytester, "--dem-harness", word)
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["dem-harness: " + said])
     result.stdout.no_fnmatch_line("*Traceback*")
 
 

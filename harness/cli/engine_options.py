@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from harness.cli.command import option
-from harness.cli.lists import engine_settings, named_values
 
 if TYPE_CHECKING:
     from harness.engines.contract import Engine
@@ -74,6 +73,8 @@ class WhereOptions:
     @property
     def programs(self) -> dict[str, str]:
         """Return the programs by the engines' names; raise RequestError for what is no pair."""
+        from harness.engines.typed import named_values
+
         return named_values(self.program or (), "--program")
 
 
@@ -93,7 +94,9 @@ class ProgramOptions(CacheOptions, WhereOptions):
 
         Raise RequestError for options that cannot be read.
         """
-        _check_launcher(self.mpirun)
+        from harness.engines.typed import check_launcher, engine_settings
+
+        check_launcher(self.mpirun)
         return {
             "program": self.programs.get(name),
             "options": engine_settings(self.engine_option or ()).get(name, {}),
@@ -107,17 +110,10 @@ class ProgramOptions(CacheOptions, WhereOptions):
 
         ``asked`` are the engines that will run, ``option`` is how one is asked for.
         """
-        from harness.engines.programs import find_program
-        from harness.errors import RequestError
+        from harness.engines import typed
 
-        names = set(asked)
-        for name, path in self.programs.items():
-            if name not in names:
-                raise RequestError(f"--program {name}={path}: goes with {option} {name} only")
-            find_program(f"program {name}", path)
-        for name in engine_settings(self.engine_option or ()):
-            if name not in names:
-                raise RequestError(f"--engine-option {name}: goes with {option} {name} only")
+        settings = typed.engine_settings(self.engine_option or ())
+        typed.check_names(self.programs, settings, asked, option)
 
     @contextlib.contextmanager
     def open(self, name: str, integrator: str | None = None) -> Iterator[Engine]:
@@ -198,16 +194,3 @@ def runs_made(engine: Engine | None) -> dict[str, int]:
     if not isinstance(engine, CachedEngine):
         return {}
     return {"engine_runs": engine.ran, "engine_runs_from_cache": engine.read}
-
-
-def _check_launcher(command: str | None) -> None:
-    import shlex
-
-    from harness.errors import RequestError
-
-    try:
-        empty = command is not None and not shlex.split(command)
-    except ValueError as error:
-        raise RequestError(f"--mpirun {command!r}: {str(error).lower()}") from None
-    if empty:
-        raise RequestError(f"--mpirun {command!r}: must be a command, as in 'mpirun -np 4'")

@@ -1,4 +1,4 @@
-"""Options of several values: numbers as ``1-19`` or ``1,2,5``, pairs as ``NAME=VALUE``."""
+"""Options of several values: numbers as ``1-19`` or ``1,2,5``."""
 
 from __future__ import annotations
 
@@ -44,31 +44,3 @@ def numbers(texts: Iterable[str], option: str) -> list[float]:
             except ValueError:
                 raise RequestError(f"{option} {text!r}: {part!r} is not a number") from None
     return list(found)
-
-
-def named_values(texts: Iterable[str], option: str) -> dict[str, str]:
-    """Return the pairs of ``NAME=VALUE``; raise RequestError for what is none, or comes twice."""
-    from harness.errors import RequestError
-
-    found: dict[str, str] = {}
-    for text in texts:
-        name, equals, value = text.partition("=")
-        if not (name.strip() and equals and value):
-            raise RequestError(f"{option} {text!r}: must be NAME=VALUE")
-        if name.strip() in found:
-            raise RequestError(f"{option} {text!r}: {name.strip()} is given twice")
-        found[name.strip()] = value
-    return found
-
-
-def engine_settings(texts: Iterable[str]) -> dict[str, dict[str, str]]:
-    """Return the options of each engine's class, by its name and theirs."""
-    from harness.errors import RequestError
-
-    found: dict[str, dict[str, str]] = {}
-    for name, value in named_values(texts, "--engine-option").items():
-        engine, dot, key = name.rpartition(".")
-        if not (engine and dot and key.isidentifier()):
-            raise RequestError(f"--engine-option '{name}={value}': must be NAME.KEY=VALUE")
-        found.setdefault(engine, {})[key] = value
-    return found

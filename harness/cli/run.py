@@ -45,10 +45,10 @@ class RunnerOptions(IntegratorOptions):
 def run(asked: CaseOptions, runner: RunnerOptions, json: Json = False) -> None:
     """One run of any case: its parameters, what it measures, and what is expected."""
     from harness.cli.history_records import run_quantities
-    from harness.cli.lists import named_values
     from harness.cli.qualified import answer, completed
     from harness.cli.recording import recorded
     from harness.engines.cost import MOST_SECONDS
+    from harness.engines.typed import named_values
     from harness.workflows import run as run_case
 
     values = named_values(asked.settings or (), "--set")

@@ -46,7 +46,7 @@ class ExecutorOptions:
 
         Raise RequestError for an option of SLURM without it, and where it is not here.
         """
-        from harness.cli.lists import named_values
+        from harness.engines.typed import named_values
         from harness.errors import RequestError
         from harness.workflows.slurm_jobs import Settings
         from harness.workflows.slurm_queue import check_slurm

@@ -182,8 +182,8 @@ def _with_ranks(
     engine: str, options: StudyOptions, where: ExecutorOptions, ranks: int
 ) -> StudyOptions:
     """Return the options of engines whose runs take so many ranks, each with time enough."""
-    from harness.cli.lists import engine_settings
     from harness.engines.programs import launcher_of
+    from harness.engines.typed import engine_settings
 
     given = list(options.engine_option or ())
     if "limits" not in engine_settings(given).get(engine, {}):

@@ -72,7 +72,7 @@ class SweepOptions(IntegratorOptions):
 
     def asked(self) -> Asked:
         """Return what is to be run: of a case, or of a file with these options on top."""
-        from harness.cli.lists import named_values
+        from harness.engines.typed import named_values
         from harness.workflows.sweep_plan import Asked, asked_in, with_options
 
         target = self.target
