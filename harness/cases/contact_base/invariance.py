@@ -38,6 +38,17 @@ if TYPE_CHECKING:
     from harness.cases.contact_base.contact_case import ContactCase
 
 
+NO_WIDTH = {
+    "mdr": "its force is the difference of an acos and a root, rounded to about eps (R/overlap)^2 "
+    "of itself: where a step first touches, no width follows from steps and coordinates"
+}
+"""Normal laws whose round-off is not that of positions and velocities alone, and why.
+
+theta - sin theta cos theta, cos theta = 1 - x, is off by up to 3 eps / (8 x^2) of itself where
+acos(1 - x) and sqrt(2 x - x^2) each round 1 - x; x is the overlap with a flat over the radius.
+"""
+
+
 def invariances(case: ContactCase[Any], engine: Engine, study: Study) -> list[Check]:
     """Return a row for each way to run the trials of a level that must change nothing."""
     level = study.level
@@ -162,6 +173,9 @@ def _row(name: str, way: Way, one: Ways) -> Check:
         return not_tested(name, Kind.INVARIANCE, found, "1")
     if expected is None:
         return not_tested(name, Kind.INVARIANCE, f"{way.against!r} is missing", "1")
+    unknown = "" if way.exact else NO_WIDTH.get(one.trial.parameters.normal, "")
+    if unknown:
+        return not_tested(name, Kind.INVARIANCE, unknown, "1")
     sizes = _sizes(one)
     apart = difference(way.back(found), one.ways[way.against].back(expected), sizes)
     worst = max(apart, key=lambda part: np.nan_to_num(apart[part], nan=np.inf))

@@ -153,9 +153,9 @@ def later_ways(one: Ways, engine: Engine, level: LevelName) -> Iterator[Way]:
 
 
 def _reversible(law: ContactSystem, scene: ContactScene) -> bool:
-    """Return whether a contact runs backwards as it ran."""
+    """Return whether a contact runs backwards as it ran; jkr and mdr remember the way."""
     parts = {law.damping, law.tangential, law.rolling, law.twisting}
-    return parts == {"none"} and law.normal != "jkr" and not scene.segments
+    return parts == {"none"} and law.normal not in {"jkr", "mdr"} and not scene.segments
 
 
 def _way(name: str, scene: ContactScene, trial: Trial, view: Any = None, **more: Any) -> Way:

@@ -1,5 +1,7 @@
 """Invariances in LAMMPS: what holds, what its defects break, and that a fault of each is seen."""
 
+import math
+import sys
 from dataclasses import replace
 from typing import ClassVar
 
@@ -145,6 +147,25 @@ def test_a_run_that_leaves_no_numbers_is_not_tested(lammps):
         pytest.skip("this release has the wall right")
     assert row.verdict is Verdict.NOT_TESTED
     assert row.note.startswith("the run as it stands is missing: LAMMPS wrote a series")
+
+
+def test_mdr_has_no_width_of_round_off_but_is_the_same_to_the_bit_run_on(lammps):
+    found = rows(lammps, few("head-on", ["mdr"], ["wall"]))
+    if found["run on"].verdict is Verdict.NOT_TESTED:
+        pytest.skip("this release has no mdr")
+    assert (found["run on"].verdict, found["run on"].tolerance) == (Verdict.PASS, 0.0)
+    assert found["turned"].verdict is Verdict.NOT_TESTED
+    assert "rounded to about eps (R/overlap)^2" in found["turned"].note
+    assert "reversed in time" not in found
+
+
+@pytest.mark.parametrize("x", [1e-4, 1e-6, 1e-8])
+def test_the_force_of_mdr_as_codes_write_it_loses_digits(x):
+    theta = 2.0 * math.asin(math.sqrt(0.5 * x))
+    exact = 2.0 / 3.0 * theta**3 * (1.0 - 0.2 * theta**2)  # theta - sin(2 theta) / 2, to theta^7
+    lost = abs((math.acos(1.0 - x) - (1.0 - x) * math.sqrt(2.0 * x - x * x)) / exact - 1.0)
+    most = 0.375 * sys.float_info.epsilon / x**2
+    assert 1e-3 * most < lost <= most
 
 
 def test_what_an_engine_cannot_be_told_is_not_tested(lammps, monkeypatch):
