@@ -37,7 +37,9 @@ class SearchOptions:
     since: str | None = look_option(
         None, "From this date or time on, as 2025-07-22.", metavar="DATE"
     )
-    verdict: str | None = look_option(None, "`pass`, `fail`, `not tested` or `finding`.")
+    verdict: str | None = look_option(
+        None, "`pass`, `fail`, `known defect`, `fixed`, `not tested` or `finding`."
+    )
     status: str | None = look_option(
         None, "Exit status, or `unfinished`: still running, or killed."
     )

@@ -9,6 +9,7 @@ from contextlib import closing
 import pytest
 
 from harness.store.history import End, History, Quantity, Start
+from harness.workflows.history_search import VERDICTS
 
 
 @pytest.fixture
@@ -138,3 +139,9 @@ def test_a_history_of_a_newer_harness_ends_the_command_before_it_runs(harness, f
         database.execute("PRAGMA user_version = 99")
     assert "newer dem-harness" in harness("tower", status=2).stderr
     assert "newer dem-harness" in harness("history", status=2).stderr
+
+
+def test_the_help_names_every_verdict(harness, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")
+    told = harness("history", "--help").stdout
+    assert all(verdict in told for verdict in VERDICTS)
