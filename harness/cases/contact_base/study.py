@@ -57,7 +57,7 @@ class Climbed:
     rules: Rules
     motion: Motion
     kinked: bool
-    jump: float
+    jumps: bool
     finest: Any
     command: str
 
@@ -130,10 +130,9 @@ def _climbed(
     kinked = told.kinked or jumps
     limits = climb(terms, steps, rungs, kinked=kinked, jumps=jumps)
     references, plain = case.expected(finest, rules), case.expected(finest, Rules())
-    jump = jump_of(finest.law, steps[-1]) if jumps else 0.0
     # an output's log begins with the command that runs the same again
     command = output.log.partition("\n")[0].removeprefix("# ")
-    return Climbed(trial, limits, references, plain, rules, motion, kinked, jump, finest, command)
+    return Climbed(trial, limits, references, plain, rules, motion, kinked, jumps, finest, command)
 
 
 def _judged(case: ContactCase[Any], found: Climbed, engine: Engine) -> list[Check]:
@@ -150,7 +149,9 @@ def _judged(case: ContactCase[Any], found: Climbed, engine: Engine) -> list[Chec
             rows.append(replace(told, cell=_cell(case, trial, engine)))
             continue
         digits = engine.traits.digits
-        tolerance = width_of(units[name], kinked=found.kinked, jump=found.jump, digits=digits)
+        law = found.finest.law
+        jump = jump_of(law, found.finest.steps_per_contact, name) if found.jumps else 0.0
+        tolerance = width_of(units[name], kinked=found.kinked, jump=jump, digits=digits)
         row = judge(
             f"{_name(case, trial, engine)}: {name}",
             Kind.ANALYTIC if expected.kind == "closed form" else Kind.CROSS_CODE,

@@ -40,14 +40,19 @@ AGAIN = Tolerance(
 """Of the baseline's records."""
 
 
-def jump_of(law: ContactLaw, steps: int) -> float:
+SPINS = {"spin_ratio", "halfway_spin_ratio"}
+"""Quantities of a spin times the radius: 5/2, m r^2 / I, of what a force leaves of a velocity."""
+
+
+def jump_of(law: ContactLaw, steps: float, quantity: str) -> float:
     """Return what a force that jumps within a step leaves of a ratio, for the steps of a contact.
 
     A dashpot within Coulomb's limit passes on mu F_n too much or too little for a step at most: of
-    an impulse (1 + e) m v_n, a half sine, pi/2 over the steps; 5/2 of that in the spin, for impacts
+    an impulse (1 + e) m v_n, a half sine, pi/2 over the steps; 5/2 of that in a spin, for impacts
     at 45 degrees. Where the end of the contact takes a dashpot off it is one step's share.
     """
-    slip = 2.5 * 0.5 * math.pi * (law.friction or 0.0) * (1.0 + (law.restitution or 1.0))
+    lever = 2.5 if quantity in SPINS else 1.0
+    slip = lever * 0.5 * math.pi * (law.friction or 0.0) * (1.0 + (law.restitution or 1.0))
     return max(1.0, slip) / steps
 
 
