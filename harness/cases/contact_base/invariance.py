@@ -45,7 +45,7 @@ NO_WIDTH = {
 """Normal laws whose round-off is not that of positions and velocities alone, and why.
 
 theta - sin theta cos theta, cos theta = 1 - x, is off by up to 3 eps / (8 x^2) of itself where
-acos(1 - x) and sqrt(2 x - x^2) each round 1 - x; x is the overlap with a flat over the radius.
+acos(1 - x) and sqrt(2 x - x^2) each round 1 - x; 2 x is the overlap with a flat over the radius.
 """
 
 
