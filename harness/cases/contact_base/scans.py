@@ -22,8 +22,13 @@ STEPS = 1600
 """Of a contact: at a few hundred the last stick and slip of an oblique impact still shows."""
 
 FRICTION = (
-    ("linear_history, elastic", "linear_history, clipped", "linear_history"),
-    ("mindlin, elastic", "mindlin/force, elastic", "mindlin"),
+    (
+        "linear_history, elastic",
+        "linear_history, clipped",
+        "linear_history",
+        "linear_history, 2/7, elastic",
+    ),
+    ("mindlin, elastic", "mindlin/force, elastic", "mindlin", "mindlin_rescale/force, elastic"),
 )
 """Linear springs and solids with friction: of each the first that a code states."""
 
