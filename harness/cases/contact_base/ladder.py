@@ -50,10 +50,15 @@ def _powers(law: ContactLaw) -> tuple[float, ...]:
     h^(1 + q): q is 0 for a constant dashpot, 1/4 for one of constant restitution with Hertz's
     spring, 1/2 for one that goes with the contact radius, and 3/2 for Hertz's spring. The contact
     of jkr begins and ends with an area: its forces are smooth in between, and jump.
+
+    A tangential spring that is held as a force, or rescaled, takes the slip of a whole step by the
+    contact radius at its end: first order, also without a dashpot and along a given motion.
     """
     if law.normal == "jkr":
         return (1.0, 2.0, 3.0)
     if law.damping == "viscoelastic" or law.surface_energy is not None:
+        return (1.0, 1.5, 2.0)
+    if law.damping == "none" and law.tangential.endswith(("/force", "_rescale")):
         return (1.0, 1.5, 2.0)
     if law.damping == "none":
         return (2.0, 3.0) if law.normal == "hooke" else (2.0, 2.5, 3.0)

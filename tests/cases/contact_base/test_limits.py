@@ -27,6 +27,7 @@ H = 1.0 / np.array(LADDER)
         (ContactLaw(normal="hertz", damping="viscoelastic", damping_coefficient=1.0), 1.0),
         (ContactLaw(normal="hertz", damping="coeff_restitution", restitution=0.5), 1.0),
         (ContactLaw(normal="jkr"), 1.0),
+        (ContactLaw(normal="hertz", tangential="mindlin_rescale/force"), 1.0),
     ],
 )
 def test_a_series_in_the_powers_of_the_law_has_its_limit_to_round_off(law, first):
@@ -34,6 +35,16 @@ def test_a_series_in_the_powers_of_the_law_has_its_limit_to_round_off(law, first
     limit = climb(powers(law), LADDER, [{"x": v} for v in y], kinked=False)["x"]
     assert limit.value == pytest.approx(0.7, abs=1e-11)
     assert limit.order == pytest.approx(first, abs=0.3)
+
+
+def test_a_spring_held_as_a_force_has_the_error_of_a_sum_over_the_ends_of_steps():
+    # a sphere that moves down and along at one rate: the force is the integral of overlap^(1/2)
+    sums = [sum(math.sqrt(i / n) for i in range(1, n + 1)) / n for n in LADDER]
+    law = ContactLaw(normal="hertz", tangential="mindlin/force")
+    # Euler and Maclaurin: h/2, zeta(-1/2) h^(3/2) from the beginning, h^2/24
+    limit = climb(powers(law), LADDER, [{"x": v} for v in sums], kinked=False)["x"]
+    assert limit.value == pytest.approx(2.0 / 3.0, abs=1e-9)
+    assert powers(ContactLaw(normal="hertz", tangential="mindlin"))[0] == 2.0
 
 
 def test_the_jitter_of_a_kink_stays_within_the_uncertainty():

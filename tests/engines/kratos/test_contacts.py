@@ -43,6 +43,7 @@ def test_what_kratos_cannot_be_told_is_named(changes, said):
         ("head-on", "hooke, velocity, clipped", "frozen sphere"),
         ("stacked", "hertz, coeff_restitution, clipped", "unequal, between plates"),
         ("prescribed-motion", "linear_history, 2/7, elastic", "two spheres"),
+        ("prescribed-motion", "mindlin_rescale/force, elastic", "two spheres, turned"),
     ],
 )
 def test_kratos_holds_against_the_law_under_its_rules(kratos, name, submodel, system):
