@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, ClassVar, Self
+from typing import ClassVar, Self
 
 from pydantic import Field, model_validator
 
@@ -13,7 +13,7 @@ from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.impact import impact
 from harness.cases.contact_base.motion import Motion
 from harness.cases.contact_base.parameters import ContactSystem, Gravity
-from harness.cases.contact_base.presets import BOUNCE
+from harness.cases.contact_base.presets import BOUNCE, Told
 from harness.cases.contact_base.scales import meets, met
 from harness.cases.contact_base.scans import NORMALS, Scan
 from harness.cases.contact_base.submodels import NORMAL, NORMAL_BESIDE, OLD_NORMAL
@@ -52,18 +52,13 @@ class BounceCase(ContactCase[Bounce]):
     )
     submodels = (*NORMAL, *OLD_NORMAL)
     beside = NORMAL_BESIDE
-    systems: ClassVar[Mapping[str, Mapping[str, Any]]] = {"wall": {}}
+    systems: ClassVar[Told] = {"wall": {}}
+    sets: ClassVar[Told] = {"usual": NORMAL[1].law, **BOUNCE}
     scan = Scan("rebound_ratio", "height", (0.01, 0.02, 0.05, 0.1, 0.2), NORMALS)
     formula: ClassVar[str] = (
         "m x'' = m g - F during the contact, free flight after it: height u^2 / 2 g. Piece by "
         "piece on a linear spring; without dissipation the height of the fall; else integrated."
     )
-
-    @property
-    def presets(self) -> Mapping[str, Bounce]:
-        """Return an elastic fall, and MFiX's DEM01 and DEM02."""
-        usual = Bounce(**NORMAL[1].law)
-        return {"usual": usual, **{name: Bounce(**told) for name, told in BOUNCE.items()}}
 
     def scene(self, parameters: Bounce) -> ContactScene:
         """Return the contact with gravity, from half a step before it on."""

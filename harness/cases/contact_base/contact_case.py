@@ -11,6 +11,7 @@ from harness.cases.contact_base.impact import overlap_of
 from harness.cases.contact_base.ladder import STEPS
 from harness.cases.contact_base.motion import Array, Motion, motion_of
 from harness.cases.contact_base.parameters import ContactSystem
+from harness.cases.contact_base.presets import Told
 from harness.cases.contact_base.reference import followed, rules_of
 from harness.cases.contact_base.scans import Scan, scanned
 from harness.cases.contact_base.submodels import PLAIN, SYSTEMS, Submodel, Trial
@@ -50,7 +51,9 @@ class ContactCase(Case[P]):
     submodels: ClassVar[Sequence[Submodel]]
     beside: ClassVar[Sequence[Submodel]] = ()
     """Submodels that codes compared with one another go through as well."""
-    systems: ClassVar[Mapping[str, Mapping[str, Any]]] = SYSTEMS
+    systems: ClassVar[Told] = SYSTEMS
+    sets: ClassVar[Told]
+    """What the presets change of the default parameters, by name; the first is the default."""
     invariant: ClassVar[Sequence[Submodel]] = ()
     """Those whose invariances every level checks, in some systems: each in one case is enough."""
     over_ranks: ClassVar[Sequence[str]] = ()
@@ -66,6 +69,11 @@ class ContactCase(Case[P]):
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)
         cls.regression = {quantity.name: AGAIN for quantity in getattr(cls, "quantities", ())}
+
+    @property
+    def presets(self) -> Mapping[str, P]:
+        """Return the usual parameters, and sets of the literature."""
+        return {name: self.parameters(**told) for name, told in self.sets.items()}  # type: ignore[misc]
 
     @abstractmethod
     def scene(self, parameters: P) -> ContactScene:

@@ -11,9 +11,14 @@ DEM05, files mfix.dat and particle_input.dat. Kharaz, Gorham and Salman, Powder 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
-Told = dict[str, dict[str, Any]]
+Told = Mapping[str, Mapping[str, Any]]
+"""Values of parameters, by the name of what they state."""
+
+SLIDING = {"tangential": "linear_history", "friction": 0.3}
+"""A linear contact that slides and sticks."""
 
 
 def _solid(modulus: float, poisson: float, density: float, radius: float) -> dict[str, Any]:
@@ -86,7 +91,7 @@ OBLIQUE: Told = {
         "angle": 30.0,
     },
 }
-OBLIQUE["kharaz"] = OBLIQUE["chung-ooi-4"]
+OBLIQUE = {**OBLIQUE, "kharaz": OBLIQUE["chung-ooi-4"]}
 
 # CO 6 to 8: mu 0.4, e 0.5, 0.2 m/s (Kratos, classes Benchmark6 to 8; PySPH), spins of 0.175 to
 # 22 rad/s (PySPH), one of them
@@ -113,7 +118,7 @@ BOUNCE: Told = {
     },
 }
 # MFiX DEM02: KN_W 5e4, restitution 1 to 0.5 (POST_HEIGHT.dat), one of them
-BOUNCE["mfix-dem02"] = {**BOUNCE["mfix-dem01"], "normal_stiffness": 5e4}
+BOUNCE = {**BOUNCE, "mfix-dem02": {**BOUNCE["mfix-dem01"], "normal_stiffness": 5e4}}
 
 STACKED: Told = {
     # MFiX DEM03: KN 5e4, e 1, D_p0 1 mm, RO_s0 2e4 below and 1e4 above, YLENGTH 1.8 mm;

@@ -3,45 +3,102 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from typing import ClassVar, Self, TypeVar
 
-from harness.cases.contact_base.parameters import ContactSystem
-from harness.cases.contact_base.scales import counted, resolved, rest_overlap, stiffness
-from harness.parameters.contact_scene import ContactScene, Vector
+from pydantic import Field, model_validator
+
+from harness.cases.contact_base.contact_case import ContactCase
+from harness.cases.contact_base.motion import Array, Motion
+from harness.cases.contact_base.parameters import ContactSystem, Duration, Gravity
+from harness.cases.contact_base.scales import (
+    counted,
+    meets,
+    resolved,
+    rest_overlap,
+    rests,
+    stiffness,
+)
+from harness.parameters.contact_scene import ZERO, ContactScene, Vector
+
+SAMPLES = 4
 
 
-def half_period(parameters: ContactSystem, load: float) -> float:
-    """Return pi sqrt(m / k) of small oscillations about rest under a load [N], in s."""
-    k = stiffness(parameters, rest_overlap(parameters, load))
-    return math.pi * math.sqrt(parameters.mass / k)
+class Resting(ContactSystem):
+    """A sphere at rest along z, that moves or turns along the surface; in SI units."""
+
+    carried_by: ClassVar[tuple[str, ...]] = ("wall",)
+
+    gravity: Gravity = Field(9.81, description="[m/s2] downward")
+    duration: Duration = Field(20.0, description="[-] in half periods of the contact")
+
+    @model_validator(mode="after")
+    def _rests(self) -> Self:
+        meets(self, *self.carried_by)
+        rests(self, -self.pull[2])
+        return self
+
+    @property
+    def pull(self) -> Vector:
+        """Return the acceleration of gravity [m/s2]."""
+        return (0.0, 0.0, -self.gravity)
+
+    @property
+    def start(self) -> tuple[Vector, Vector]:
+        """Return velocity [m/s] and angular velocity [rad/s] at the start."""
+        return ZERO, ZERO
+
+    @property
+    def half_period(self) -> float:
+        """Return pi sqrt(m / k) of small oscillations about rest [s]."""
+        k = stiffness(self, rest_overlap(self, self.mass * -self.pull[2]))
+        return math.pi * math.sqrt(self.mass / k)
+
+    @property
+    def seconds(self) -> float:
+        """Return the duration [s]; raise RequestError where it has none."""
+        return self.duration * self.half_period
 
 
-def resting(
-    parameters: ContactSystem,
-    gravity: Vector,
-    start: tuple[Vector, Vector],
-    duration: float,
-    samples: int = 4,
-) -> ContactScene:
-    """Return a sphere at rest along z under gravity [m/s2], that moves or turns along the surface.
+R = TypeVar("R", bound=Resting)
 
-    ``start`` is its velocity [m/s] and angular velocity [rad/s]; ``duration`` is in s, met to a
-    step; ``samples`` divide it evenly. Raise RequestError for too many steps, which are told of the
-    parameter ``duration``, and for a step that does not resolve the law.
-    """
-    load = parameters.mass * -gravity[2]
-    step = half_period(parameters, load) / parameters.steps_per_contact
-    counted(parameters, duration / step)
-    every = max(1, round(duration / step / samples))
-    overlap = rest_overlap(parameters, load)
-    first, *others = parameters.bodies(-overlap, *start)
-    scene = ContactScene(
-        (first, *others),
-        parameters.planes,
-        parameters.law,
-        # the steps fill the duration: all rungs end at the same time
-        step=duration / samples / every,
-        steps=samples * every,
-        every=every,
-        gravity=gravity,
-    )
-    return resolved(parameters, scene, overlap)
+
+class RestingCase(ContactCase[R]):
+    """What the cases of a sphere at rest share: the scene, and the drawing of rolling."""
+
+    def scene(self, parameters: R) -> ContactScene:
+        """Return the sphere at rest along z under gravity.
+
+        The duration is met to a step. Raise RequestError for too many steps, which are told of the
+        parameter ``duration``, and for a step that does not resolve the law.
+        """
+        step = parameters.half_period / parameters.steps_per_contact
+        counted(parameters, parameters.seconds / step)
+        every = max(1, round(parameters.seconds / step / SAMPLES))
+        overlap = rest_overlap(parameters, parameters.mass * -parameters.pull[2])
+        first, *others = parameters.bodies(-overlap, *parameters.start)
+        scene = ContactScene(
+            (first, *others),
+            parameters.planes,
+            parameters.law,
+            # the steps fill the duration: all rungs end at the same time
+            step=parameters.seconds / SAMPLES / every,
+            steps=SAMPLES * every,
+            every=every,
+            gravity=parameters.pull,
+        )
+        return resolved(parameters, scene, overlap)
+
+    def axes(self, parameters: R) -> tuple[str, str]:  # noqa: ARG002
+        """Return what is drawn: both speeds."""
+        return "time (ms)", "velocity (m/s)"
+
+    def curves(self, parameters: R, motion: Motion) -> Mapping[str, tuple[Array, Array]]:
+        """Return the speed, and radius times spin."""
+        named = zip(("speed", "radius times spin"), rolling(parameters, motion), strict=True)
+        return {name: (1e3 * motion.time, value) for name, value in named}
+
+
+def rolling(parameters: Resting, motion: Motion) -> tuple[Array, Array]:
+    """Return the speed along x, and radius times the spin about y, each (M,) [m/s]."""
+    return motion.velocity[:, 0, 0], parameters.radius * motion.omega[:, 0, 1]

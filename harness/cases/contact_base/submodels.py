@@ -6,7 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-SYSTEMS: Mapping[str, Mapping[str, Any]] = {
+from harness.cases.contact_base.presets import Told
+
+SYSTEMS: Told = {
     "wall": {"partner": "wall", "partner_radius": None},
     "two spheres": {"partner": "sphere", "partner_radius": None},
     "unequal spheres": {"partner": "sphere", "partner_radius": 0.02},
@@ -36,7 +38,7 @@ class Trial:
     parameters: Any
 
 
-def named(laws: Mapping[str, Mapping[str, Any]]) -> tuple[Submodel, ...]:
+def named(laws: Told) -> tuple[Submodel, ...]:
     """Return submodels by their names."""
     return tuple(Submodel(name, law) for name, law in laws.items())
 

@@ -13,7 +13,7 @@ from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.impact import impact, overlap_of, relative_velocity
 from harness.cases.contact_base.motion import Motion, crossing, peak, value_at
 from harness.cases.contact_base.parameters import ContactSystem, Speed
-from harness.cases.contact_base.presets import HEAD_ON
+from harness.cases.contact_base.presets import HEAD_ON, Told
 from harness.cases.contact_base.scales import met
 from harness.cases.contact_base.scans import NORMALS, Scan
 from harness.cases.contact_base.submodels import COHESIVE, NORMAL, NORMAL_BESIDE, OLD_NORMAL
@@ -48,6 +48,7 @@ class HeadOnCase(ContactCase[HeadOn]):
         Observable("largest_overlap_m", "m", "", "at the turning point"),
         Observable("largest_force_N", "N", "", "on the sphere, the dashpot's part included"),
     )
+    sets: ClassVar[Told] = {"elastic": {}, **HEAD_ON}
     submodels = (*NORMAL, *COHESIVE, *OLD_NORMAL)
     beside = NORMAL_BESIDE
     invariant = submodels
@@ -58,11 +59,6 @@ class HeadOnCase(ContactCase[HeadOn]):
         "zeta^2)); Hertz: largest overlap (15 m* v^2 / (16 E* sqrt(R*)))^(2/5); constant "
         "restitution at every speed; the rest is integrated."
     )
-
-    @property
-    def presets(self) -> Mapping[str, HeadOn]:
-        """Return the elastic impact, and those of the literature."""
-        return {"elastic": HeadOn(), **{name: HeadOn(**told) for name, told in HEAD_ON.items()}}
 
     def scene(self, parameters: HeadOn) -> ContactScene:
         """Return the impact, sampled over the contact."""

@@ -4,37 +4,35 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, ClassVar, Self
+from typing import ClassVar
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from harness.cases.contact_base.contact_case import ContactCase
-from harness.cases.contact_base.motion import Array, Motion
-from harness.cases.contact_base.parameters import ContactSystem, Duration, Gravity
-from harness.cases.contact_base.resting import half_period, resting
-from harness.cases.contact_base.scales import meets, rests
+from harness.cases.contact_base.motion import Motion
+from harness.cases.contact_base.parameters import Gravity
+from harness.cases.contact_base.presets import SLIDING, Told
+from harness.cases.contact_base.resting import Resting, RestingCase, rolling
 from harness.cases.contact_base.scans import FRICTION, Scan
 from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL, TANGENTIAL_BESIDE
 from harness.observables.declared import Observable
-from harness.parameters.contact_scene import ZERO, ContactScene
+from harness.parameters.contact_scene import Vector
 from harness.theory.rolling import down_an_incline
 
 
-class InclineRoll(ContactSystem):
+class InclineRoll(Resting):
     """A sphere at rest on a tilted floor, pressed in by its weight, let go; SI units, degrees."""
 
     angle: float = Field(20.0, ge=1e-6, lt=90.0, description="[deg] tilt of the floor")
     gravity: Gravity = Field(9.81, description="[m/s2]")
-    duration: Duration = Field(20.0, description="[-] in half periods of the contact")
 
-    @model_validator(mode="after")
-    def _scaled(self) -> Self:
-        meets(self, "wall")
-        rests(self, self.gravity * math.cos(math.radians(self.angle)))
-        return self
+    @property
+    def pull(self) -> Vector:
+        """Return gravity along the tilted floor and into it [m/s2]."""
+        angle = math.radians(self.angle)
+        return (self.gravity * math.sin(angle), 0.0, -self.gravity * math.cos(angle))
 
 
-class InclineRollCase(ContactCase[InclineRoll]):
+class InclineRollCase(RestingCase[InclineRoll]):
     """Friction that the law finds by itself, below and beyond Coulomb's limit."""
 
     name = "incline-roll"
@@ -48,7 +46,8 @@ class InclineRollCase(ContactCase[InclineRoll]):
     submodels = (*TANGENTIAL, *OLD_TANGENTIAL)
     # a linear spring without a dashpot rings on: what its phase is off hides the limit
     beside = tuple(one for one in TANGENTIAL_BESIDE if one.name != "linear_history, elastic")
-    systems: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    sets: ClassVar[Told] = {"rolls": SLIDING}
+    systems: ClassVar[Told] = {
         "wall, rolls": {"angle": 20.0},
         "wall, slides": {"angle": 60.0},
     }
@@ -64,23 +63,11 @@ class InclineRollCase(ContactCase[InclineRoll]):
         "what the tangential spring makes of it: integrated."
     )
 
-    @property
-    def presets(self) -> Mapping[str, InclineRoll]:
-        """Return a sphere that rolls."""
-        return {"rolls": InclineRoll(tangential="linear_history", friction=0.3)}
-
-    def scene(self, parameters: InclineRoll) -> ContactScene:
-        """Return the sphere at rest along the normal, the tilt in the gravity."""
-        angle, g = math.radians(parameters.angle), parameters.gravity
-        gravity = (g * math.sin(angle), 0.0, -g * math.cos(angle))
-        period = half_period(parameters, parameters.mass * -gravity[2])
-        return resting(parameters, gravity, (ZERO, ZERO), parameters.duration * period)
-
     def observed(self, parameters: InclineRoll, motion: Motion) -> Mapping[str, float]:
         """Return accelerations over the second half, and the momentum at the end."""
-        u, spin = motion.velocity[:, 0, 0], parameters.radius * motion.omega[:, 0, 1]
+        u, spin = rolling(parameters, motion)
         half = len(u) // 2
-        pull = parameters.gravity * math.sin(math.radians(parameters.angle))
+        pull = parameters.pull[0]
         gained = pull * float(motion.time[-1] - motion.time[half])
         return {
             "acceleration_ratio": float(u[-1] - u[half]) / gained,
@@ -88,25 +75,14 @@ class InclineRollCase(ContactCase[InclineRoll]):
             "momentum_ratio": float(u[-1] + 0.4 * spin[-1]) / (pull * float(motion.time[-1])),
         }
 
-    def axes(self, parameters: InclineRoll) -> tuple[str, str]:  # noqa: ARG002
-        """Return what is drawn: both speeds."""
-        return "time (ms)", "velocity (m/s)"
-
-    def curves(self, parameters: InclineRoll, motion: Motion) -> Mapping[str, tuple[Array, Array]]:
-        """Return the speed, and radius times spin."""
-        u, spin = motion.velocity[:, 0, 0], parameters.radius * motion.omega[:, 0, 1]
-        named = {"speed": u, "radius times spin": spin}
-        return {name: (1e3 * motion.time, value) for name, value in named.items()}
-
     def closed_forms(self, parameters: InclineRoll) -> Mapping[str, float]:
         """Return the momentum, and for a sphere that slides all the time both accelerations."""
         exact = {"momentum_ratio": 1.0}
         angle = math.radians(parameters.angle)
         expected = down_an_incline(angle, parameters.friction or 0.0, parameters.gravity)
         if not expected.rolls and parameters.tangential != "linear_nohistory":
-            pull = parameters.gravity * math.sin(angle)
-            exact["acceleration_ratio"] = expected.acceleration / pull
-            exact["spin_ratio"] = expected.turning / pull
+            exact["acceleration_ratio"] = expected.acceleration / parameters.pull[0]
+            exact["spin_ratio"] = expected.turning / parameters.pull[0]
         return exact
 
 

@@ -13,7 +13,7 @@ from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.impact import impact, relative_velocity
 from harness.cases.contact_base.motion import Motion
 from harness.cases.contact_base.parameters import ContactSystem, Speed
-from harness.cases.contact_base.presets import OBLIQUE
+from harness.cases.contact_base.presets import OBLIQUE, SLIDING, Told
 from harness.cases.contact_base.scales import between, met
 from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL, TANGENTIAL_BESIDE
@@ -65,6 +65,7 @@ class ObliqueCase(ContactCase[Oblique]):
         Observable("spin_ratio", "1", "", "radius times spin over the tangential velocity before"),
         Observable("impulse_ratio", "1", "", "tangential over normal impulse, at most mu"),
     )
+    sets: ClassVar[Told] = {"usual": SLIDING, **OBLIQUE}
     submodels = (*TANGENTIAL, *OLD_TANGENTIAL)
     beside = TANGENTIAL_BESIDE
     shown = "tangential_ratio"
@@ -75,12 +76,6 @@ class ObliqueCase(ContactCase[Oblique]):
         "Sliding throughout: vx'/vx = 1 - mu (1 + e) vn/vx, r omega' = 5/2 mu (1 + e) vn; else "
         "integrated."
     )
-
-    @property
-    def presets(self) -> Mapping[str, Oblique]:
-        """Return a linear contact that slides and sticks, and those of the literature."""
-        usual = Oblique(tangential="linear_history", friction=0.3)
-        return {"usual": usual, **{name: Oblique(**told) for name, told in OBLIQUE.items()}}
 
     def drawings(self, evidence: Evidence) -> Sequence[Drawing]:
         """Return the velocity ratio over the angle, and the errors."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, ClassVar, Self
+from typing import ClassVar, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -13,6 +13,7 @@ from pydantic import Field, model_validator
 from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.motion import Array, Motion
 from harness.cases.contact_base.parameters import ContactSystem
+from harness.cases.contact_base.presets import SLIDING, Told
 from harness.cases.contact_base.scales import between, dashpots, energy, overlaps, pressed
 from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import (
@@ -99,7 +100,8 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
     beside = (*TANGENTIAL_BESIDE, *ROLLING_BESIDE)
     invariant = (*ROLLING, *TWISTING)
     over_ranks = ("rolling sds, mindlin", "twisting sds, mindlin")
-    systems: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    sets: ClassVar[Told] = {"usual": SLIDING}
+    systems: ClassVar[Told] = {
         **{name: told for name, told in SYSTEMS.items() if name != "frozen sphere"},
         # a quarter of the shear, so that it sticks
         TURNED: {"partner": "sphere", "turned": 0.08, "shear": 5e-6},
@@ -110,11 +112,6 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
         "keeps its forces, which turn with it, where the lever of the slip reaches to the contact; "
         "the lever r strains the spring by the turn times the overlap."
     )
-
-    @property
-    def presets(self) -> Mapping[str, PrescribedMotion]:
-        """Return a linear contact."""
-        return {"usual": PrescribedMotion(tangential="linear_history", friction=0.3)}
 
     def scene(self, parameters: PrescribedMotion) -> ContactScene:
         """Return the pieces of the motion, the sphere at touch before."""

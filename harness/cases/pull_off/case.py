@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, ClassVar, Self
+from typing import ClassVar, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -18,6 +18,7 @@ from harness.cases.contact_base.parameters import (
     hertz_spring,
     reduced_modulus,
 )
+from harness.cases.contact_base.presets import Told
 from harness.cases.contact_base.scales import between, overlaps, pressed
 from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import COHESIVE, SYSTEMS
@@ -60,7 +61,8 @@ class PullOffCase(ContactCase[PullOff]):
         Observable("parting_ratio", "1", "", "overlap at the last force over that of the start"),
     )
     submodels = tuple(one for one in COHESIVE if "viscoelastic" not in one.name)
-    systems: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    sets: ClassVar[Told] = {one.name: one.law for one in submodels}
+    systems: ClassVar[Told] = {
         name: told for name, told in SYSTEMS.items() if name != "frozen sphere"
     }
     powers: ClassVar[tuple[float, ...]] = (1.0, 1.5, 2.0)
@@ -71,11 +73,6 @@ class PullOffCase(ContactCase[PullOff]):
         "DMT: 4 pi gamma R*, at touch. JKR: 3 pi gamma R*, at -a^2 / (3 R*) with a^3 = 9 pi gamma "
         "R*^2 / (4 E*); gamma is the energy of each surface."
     )
-
-    @property
-    def presets(self) -> Mapping[str, PullOff]:
-        """Return both laws of attraction."""
-        return {one.name: PullOff(**one.law) for one in self.submodels}
 
     def scene(self, parameters: PullOff) -> ContactScene:
         """Return the pull, which parts half a step before the end."""

@@ -3,36 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar, Self
+from typing import ClassVar
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from harness.cases.contact_base.contact_case import ContactCase
-from harness.cases.contact_base.motion import Array, Motion
-from harness.cases.contact_base.parameters import ContactSystem, Duration, Gravity, Speed
-from harness.cases.contact_base.resting import half_period, resting
-from harness.cases.contact_base.scales import meets, rests
+from harness.cases.contact_base.motion import Motion
+from harness.cases.contact_base.parameters import Speed
+from harness.cases.contact_base.presets import Told
+from harness.cases.contact_base.resting import Resting, RestingCase, rolling
 from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import ROLLING, ROLLING_BESIDE
 from harness.observables.declared import Observable
-from harness.parameters.contact_scene import ContactScene
+from harness.parameters.contact_scene import Vector
 
 
-class RollingResistance(ContactSystem):
+class RollingResistance(Resting):
     """A sphere that rolls on a floor, pressed in by its weight; in SI units."""
 
     speed: Speed = Field(0.02, description="[m/s] of rolling, at the start")
-    gravity: Gravity = Field(9.81, description="[m/s2] downward")
-    duration: Duration = Field(20.0, description="[-] in half periods of the contact")
 
-    @model_validator(mode="after")
-    def _scaled(self) -> Self:
-        meets(self, "wall")
-        rests(self, self.gravity)
-        return self
+    @property
+    def start(self) -> tuple[Vector, Vector]:
+        """Return rolling without slip."""
+        return (self.speed, 0.0, 0.0), (0.0, self.speed / self.radius, 0.0)
 
 
-class RollingResistanceCase(ContactCase[RollingResistance]):
+class RollingResistanceCase(RestingCase[RollingResistance]):
     """The rolling submodel, beside friction that keeps the sphere from slipping."""
 
     name = "rolling-resistance"
@@ -45,7 +41,8 @@ class RollingResistanceCase(ContactCase[RollingResistance]):
     )
     submodels = ROLLING
     beside = ROLLING_BESIDE
-    systems: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    sets: ClassVar[Told] = {"rolls": {"friction": 0.3, **ROLLING[0].law}}
+    systems: ClassVar[Told] = {
         "wall, rolls": {},
         "wall, stands": {"speed": 2e-3},
     }
@@ -60,40 +57,14 @@ class RollingResistanceCase(ContactCase[RollingResistance]):
         "with what the springs make of it as it begins and when it stands: integrated."
     )
 
-    @property
-    def presets(self) -> Mapping[str, RollingResistance]:
-        """Return a sphere that rolls on through the run."""
-        law = ROLLING[0].law
-        return {"rolls": RollingResistance(friction=0.3, **law)}
-
-    def scene(self, parameters: RollingResistance) -> ContactScene:
-        """Return the sphere at rest along the vertical, rolling without slip."""
-        u = parameters.speed
-        start = (u, 0.0, 0.0), (0.0, u / parameters.radius, 0.0)
-        period = half_period(parameters, parameters.mass * parameters.gravity)
-        gravity = (0.0, 0.0, -parameters.gravity)
-        return resting(parameters, gravity, start, parameters.duration * period)
-
     def observed(self, parameters: RollingResistance, motion: Motion) -> Mapping[str, float]:
         """Return the speed halfway, speed and spin at the end."""
-        u, spin = motion.velocity[:, 0, 0], parameters.radius * motion.omega[:, 0, 1]
+        u, spin = rolling(parameters, motion)
         return {
             "halfway_speed_ratio": float(u[len(u) // 2]) / parameters.speed,
             "speed_ratio": float(u[-1]) / parameters.speed,
             "spin_ratio": float(spin[-1]) / parameters.speed,
         }
-
-    def axes(self, parameters: RollingResistance) -> tuple[str, str]:  # noqa: ARG002
-        """Return what is drawn: both speeds."""
-        return "time (ms)", "velocity (m/s)"
-
-    def curves(
-        self, parameters: RollingResistance, motion: Motion
-    ) -> Mapping[str, tuple[Array, Array]]:
-        """Return the speed, and radius times spin."""
-        u, spin = motion.velocity[:, 0, 0], parameters.radius * motion.omega[:, 0, 1]
-        named = {"speed": u, "radius times spin": spin}
-        return {name: (1e3 * motion.time, value) for name, value in named.items()}
 
 
 CASE = RollingResistanceCase()

@@ -3,41 +3,46 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar, Self
+from typing import ClassVar
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.motion import Array, Motion
-from harness.cases.contact_base.parameters import ContactSystem, Duration, Gravity, Speed
+from harness.cases.contact_base.parameters import Duration, Speed
+from harness.cases.contact_base.presets import SLIDING, Told
 from harness.cases.contact_base.presets import SLIP_TO_ROLL as MFIX
-from harness.cases.contact_base.resting import resting
-from harness.cases.contact_base.scales import meets, rests
+from harness.cases.contact_base.resting import Resting, RestingCase, rolling
 from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL, TANGENTIAL_BESIDE
 from harness.errors import RequestError
 from harness.observables.declared import Observable
-from harness.parameters.contact_scene import ZERO, ContactScene
+from harness.parameters.contact_scene import ZERO, Vector
 
 LEAST = 1e-6
 """Friction: with less, slipping lasts a day and longer."""
 
 
-class SlipToRoll(ContactSystem):
+class SlipToRoll(Resting):
     """A sphere on a floor, pressed in by its weight, that starts to slide; in SI units."""
 
     speed: Speed = Field(0.1, description="[m/s] along the floor, at the start")
-    gravity: Gravity = Field(9.81, description="[m/s2] downward")
     duration: Duration = Field(1.5, description="[-] in times 2 u / (7 mu g) until it rolls")
 
-    @model_validator(mode="after")
-    def _scaled(self) -> Self:
-        meets(self, "wall")
-        rests(self, self.gravity)
-        return self
+    @property
+    def start(self) -> tuple[Vector, Vector]:
+        """Return sliding without spin."""
+        return (self.speed, 0.0, 0.0), ZERO
+
+    @property
+    def seconds(self) -> float:
+        """Return the duration [s]; raise RequestError without friction."""
+        friction = self.friction or 0.0
+        if friction < LEAST:
+            raise RequestError(f"friction = {self.friction!r}: must be at least {LEAST:g} to roll")
+        return self.duration * (2.0 * self.speed / 7.0 / friction / self.gravity)
 
 
-class SlipToRollCase(ContactCase[SlipToRoll]):
+class SlipToRollCase(RestingCase[SlipToRoll]):
     """Sliding friction under a constant load, then sticking."""
 
     name = "slip-to-roll"
@@ -51,34 +56,17 @@ class SlipToRollCase(ContactCase[SlipToRoll]):
     )
     submodels = (*TANGENTIAL, *OLD_TANGENTIAL)
     beside = TANGENTIAL_BESIDE
-    systems: ClassVar[Mapping[str, Mapping[str, Any]]] = {"wall": {}}
+    sets: ClassVar[Told] = {"usual": SLIDING, **MFIX}
+    systems: ClassVar[Told] = {"wall": {}}
     scan = Scan("speed_ratio", "duration", (0.1, 0.3, 0.5, 0.7, 0.9, 1.1, 1.3, 1.5))
     formula: ClassVar[str] = (
         "u + 2/5 r omega stays u0, whatever the friction. It rolls from t = 2 u0 / (7 mu g) on, "
         "about 5/7 u0, with what the tangential spring makes of it: integrated."
     )
 
-    @property
-    def presets(self) -> Mapping[str, SlipToRoll]:
-        """Return a sphere of glass's density, and MFiX's DEM04."""
-        usual = SlipToRoll(tangential="linear_history", friction=0.3)
-        return {"usual": usual, **{name: SlipToRoll(**told) for name, told in MFIX.items()}}
-
-    def scene(self, parameters: SlipToRoll) -> ContactScene:
-        """Return the sphere at rest along the vertical; raise RequestError without friction."""
-        friction = parameters.friction or 0.0
-        if friction < LEAST:
-            raise RequestError(
-                f"friction = {parameters.friction!r}: must be at least {LEAST:g} to roll"
-            )
-        rolls = 2.0 * parameters.speed / 7.0 / friction / parameters.gravity
-        start = (parameters.speed, 0.0, 0.0), ZERO
-        gravity = (0.0, 0.0, -parameters.gravity)
-        return resting(parameters, gravity, start, parameters.duration * rolls)
-
     def observed(self, parameters: SlipToRoll, motion: Motion) -> Mapping[str, float]:
         """Return speeds after the second quarter and at the end, spin at the end."""
-        u, spin = motion.velocity[:, 0, 0], parameters.radius * motion.omega[:, 0, 1]
+        u, spin = rolling(parameters, motion)
         return {
             "sliding_speed_ratio": float(u[len(u) // 2]) / parameters.speed,
             "speed_ratio": float(u[-1]) / parameters.speed,
@@ -92,10 +80,8 @@ class SlipToRollCase(ContactCase[SlipToRoll]):
 
     def curves(self, parameters: SlipToRoll, motion: Motion) -> Mapping[str, tuple[Array, Array]]:
         """Return speed, and radius times spin."""
-        u, spin = motion.velocity[:, 0, 0], parameters.radius * motion.omega[:, 0, 1]
-        time = 1e3 * motion.time
-        named = {"speed": u, "radius times spin": spin}
-        return {name: (time, value / parameters.speed) for name, value in named.items()}
+        named = super().curves(parameters, motion)
+        return {name: (time, value / parameters.speed) for name, (time, value) in named.items()}
 
     def closed_forms(self, parameters: SlipToRoll) -> Mapping[str, float]:  # noqa: ARG002
         """Return the momentum about the floor, which no force there changes."""

@@ -11,7 +11,7 @@ from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.impact import impact, relative_velocity
 from harness.cases.contact_base.motion import Motion
 from harness.cases.contact_base.parameters import ContactSystem, Speed, Turning
-from harness.cases.contact_base.presets import SPIN
+from harness.cases.contact_base.presets import SLIDING, SPIN, Told
 from harness.cases.contact_base.scales import met
 from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL, TANGENTIAL_BESIDE
@@ -57,6 +57,7 @@ class SpinCase(ContactCase[Spin]):
         Observable("spin_ratio", "1", "", "spin after over that before"),
         Observable("velocity_ratio", "1", "", "tangential velocity gained over radius times spin"),
     )
+    sets: ClassVar[Told] = {"usual": SLIDING, **SPIN}
     submodels = (*TANGENTIAL, *OLD_TANGENTIAL)
     beside = TANGENTIAL_BESIDE
     shown = "spin_ratio"
@@ -65,12 +66,6 @@ class SpinCase(ContactCase[Spin]):
         "Sliding throughout: vx' = -mu (1 + e) vn against the surface's motion, omega' = omega - "
         "5/2 mu (1 + e) vn / r; else integrated."
     )
-
-    @property
-    def presets(self) -> Mapping[str, Spin]:
-        """Return a linear contact that slides and sticks, and those of the literature."""
-        usual = Spin(tangential="linear_history", friction=0.3)
-        return {"usual": usual, **{name: Spin(**told) for name, told in SPIN.items()}}
 
     def plots(self, cell: Sequence[Climbed], who: str) -> Sequence[Plot]:
         """Return the spin that is left over that before, and the errors."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Self
+from typing import Annotated, ClassVar, Self
 
 from pydantic import Field, model_validator
 
@@ -12,6 +12,7 @@ from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.motion import Array, Motion
 from harness.cases.contact_base.parameters import FLOOR, ContactSystem, Density, Duration
 from harness.cases.contact_base.presets import STACKED as MFIX
+from harness.cases.contact_base.presets import Told
 from harness.cases.contact_base.scales import (
     COARSEST,
     between,
@@ -87,7 +88,8 @@ class StackedCase(ContactCase[Stacked]):
     )
     submodels = tuple(one for one in NORMAL if "clipped" not in one.name)
     beside = tuple(one for one in (*NORMAL, *NORMAL_BESIDE) if "clipped" in one.name)
-    systems: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    sets: ClassVar[Told] = {"usual": {"partner": "sphere", **NORMAL[1].law}, **MFIX}
+    systems: ClassVar[Told] = {
         "between plates": {"partner": "sphere", "partner_radius": None},
         "unequal, between plates": {"partner": "sphere", "partner_radius": 0.012},
     }
@@ -101,12 +103,6 @@ class StackedCase(ContactCase[Stacked]):
         "m1 x1'' = F(floor) - F(between) - m1 g, m2 x2'' = F(between) - F(ceiling) - m2 g, "
         "integrated; with linear springs a linear system of two oscillators."
     )
-
-    @property
-    def presets(self) -> Mapping[str, Stacked]:
-        """Return equal spheres with a linear contact, and MFiX's DEM03."""
-        usual = Stacked(partner="sphere", **NORMAL[1].law)
-        return {"usual": usual, **{name: Stacked(**told) for name, told in MFIX.items()}}
 
     def scene(self, parameters: Stacked) -> ContactScene:
         """Return the spheres with the room's squeeze shared by the contacts, the lower one off."""

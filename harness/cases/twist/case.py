@@ -4,39 +4,30 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, ClassVar, Self
+from typing import ClassVar, Self
 
 from pydantic import Field, model_validator
 
-from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.motion import Array, Motion
-from harness.cases.contact_base.parameters import (
-    ContactSystem,
-    Duration,
-    Gravity,
-    Turning,
-    reduced_shear_modulus,
-)
-from harness.cases.contact_base.resting import half_period, resting
-from harness.cases.contact_base.scales import meets, rest_overlap, rests
+from harness.cases.contact_base.parameters import Turning, reduced_shear_modulus
+from harness.cases.contact_base.presets import Told
+from harness.cases.contact_base.resting import Resting, RestingCase
+from harness.cases.contact_base.scales import rest_overlap
 from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import TWISTING, TWISTING_BESIDE
 from harness.observables.declared import Observable
-from harness.parameters.contact_scene import ZERO, ContactScene
+from harness.parameters.contact_scene import ZERO, Vector
 from harness.theory.rolling import twisting_deceleration
 
 
-class Twist(ContactSystem):
+class Twist(Resting):
     """A sphere on a floor or on a frozen sphere that spins about the vertical; in SI units."""
 
     spin: Turning = Field(20.0, description="[rad/s] at the start")
-    gravity: Gravity = Field(9.81, description="[m/s2] downward")
-    duration: Duration = Field(20.0, description="[-] in half periods of the contact")
+    carried_by = ("wall", "frozen")
 
     @model_validator(mode="after")
-    def _scaled(self) -> Self:
-        meets(self, "wall", "frozen")
-        rests(self, self.gravity)
+    def _slows_down(self) -> Self:
         name = "friction" if self.twisting_friction is None else "twisting_friction"
         if not getattr(self, name):
             raise ValueError(
@@ -44,8 +35,13 @@ class Twist(ContactSystem):
             )
         return self
 
+    @property
+    def start(self) -> tuple[Vector, Vector]:
+        """Return the spin about the line of contact."""
+        return ZERO, (0.0, 0.0, self.spin)
 
-class TwistCase(ContactCase[Twist]):
+
+class TwistCase(RestingCase[Twist]):
     """The twisting submodel alone: nothing slides or rolls."""
 
     name = "twist"
@@ -58,7 +54,8 @@ class TwistCase(ContactCase[Twist]):
     )
     submodels = TWISTING
     beside = TWISTING_BESIDE
-    systems: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+    sets: ClassVar[Told] = {"spins": {"friction": 0.3, **TWISTING[0].law}}
+    systems: ClassVar[Told] = {
         "wall, spins": {"partner": "wall"},
         "wall, stands": {"partner": "wall", "spin": 2.0},
         "frozen sphere, spins": {"partner": "frozen"},
@@ -73,18 +70,6 @@ class TwistCase(ContactCase[Twist]):
         "The torque is at most mu_t F_n, for Marshall's submodel with mu_t = 2/3 a mu: while it "
         "slips the spin falls by 5/2 mu_t g / r^2; the rest is integrated."
     )
-
-    @property
-    def presets(self) -> Mapping[str, Twist]:
-        """Return a sphere that spins on through the run."""
-        return {"spins": Twist(friction=0.3, **TWISTING[0].law)}
-
-    def scene(self, parameters: Twist) -> ContactScene:
-        """Return the sphere at rest but for its spin."""
-        period = half_period(parameters, parameters.mass * parameters.gravity)
-        gravity = (0.0, 0.0, -parameters.gravity)
-        start = ZERO, (0.0, 0.0, parameters.spin)
-        return resting(parameters, gravity, start, parameters.duration * period)
 
     def observed(self, parameters: Twist, motion: Motion) -> Mapping[str, float]:
         """Return the spin halfway and at the end, and what it lost in between."""
