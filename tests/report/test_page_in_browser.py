@@ -1,9 +1,12 @@
 """The pages in a real headless Chromium: what they load, show first, sort and enlarge."""
 
+import io
 import json
+import re
 import shutil
 from dataclasses import replace
 
+import pypdf
 import pytest
 
 from harness.comparison.results import read_published
@@ -328,3 +331,12 @@ def test_print_shows_every_column_dark_on_white(look, barriers, name, scheme):
     assert paper == "rgb(255, 255, 255)"
     assert sum(map(int, ink.strip("rgb()").split(","))) < 120
     assert barriers(page) == []
+
+
+def test_every_sheet_of_the_checks_has_their_head(look):
+    sheets = pypdf.PdfReader(io.BytesIO(look().pdf(format="A4"))).pages
+    said = [sheet.extract_text() for sheet in sheets]
+    rows = [text for text in said if re.search(r"\brow \d+", text)]
+    assert len(rows) > 1
+    for text in rows:
+        assert all(head in text for head in ("verdict", "expected", "uncertainty", "tolerance"))
