@@ -41,12 +41,13 @@ class RouteOptions(CostOptions):
         None, "Wells to pass in steady motion.  [default: 10, below 20 steps per contact 100]"
     )
 
-    def check(self, system: SystemOptions, contact: Contact) -> None:
+    def check(self, system: SystemOptions, case: Incline) -> None:
         """Raise RequestError for a tolerance out of range and options that exclude one another.
 
         A contact is among them that a passage cannot measure.
         """
-        from harness.cases.incline.closed_forms import check_passage
+        from harness.cases.incline.levels import Ladder
+        from harness.cases.incline.passage import check_passage
         from harness.errors import RequestError
 
         if self.tolerance is not None and not 1e-9 <= self.tolerance <= 1.0:
@@ -66,7 +67,7 @@ class RouteOptions(CostOptions):
                 text = f"{name} cannot go with --extrapolate, which runs a ladder of steps"
                 raise RequestError(text)
         if not steady:
-            check_passage(contact)
+            check_passage(*(Ladder().cases(case) if self.extrapolate else [case]))
 
     def check_cost(self, case: Incline, engine: Engine) -> None:
         """State what a search costs; raise RequestError for one too long, unless it is forced."""
@@ -208,8 +209,8 @@ def critical_angle(
     from harness.cli.recording import recorded
 
     touching = contact.contact_or("plastic" if route.extrapolate else "source")
-    route.check(system, touching)
     case = system.case(engine.engine, touching)
+    route.check(system, case)
     with recorded("critical-angle", quiet=json) as told, engine.run() as opened:
         route.check_cost(case, opened)
         found = route.measure(case, opened, told.progress)

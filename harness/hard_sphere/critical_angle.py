@@ -27,11 +27,12 @@ STEADY_SPEED = 0.48
 """[sqrt(g d)] of a start in the well, along the sphere ahead: more than it takes to the crest."""
 
 
-def passage(angle_deg: float, restitution: float) -> tuple[int, float, int, bool]:
+def passage(angle_deg: float, restitution: float) -> tuple[int, float, int, bool, float]:
     """Return what becomes of a grain that came over the last crest at rest.
 
-    Its fate, the energy above that of rest on the next crest [m g d], the collisions, and whether
-    it slid at the end, as :func:`harness.hard_sphere.passage.follow` tells them.
+    Its fate, the energy above that of rest on the next crest [m g d], the collisions, whether it
+    slid at the end, and the angle ahead of the crest [rad] at which its hops died out, as
+    :func:`harness.hard_sphere.passage.follow` tells them.
     """
     theta = math.radians(angle_deg)
     speed = math.sqrt(2.0 * (1.0 - math.cos(WELL + theta)))
@@ -58,6 +59,15 @@ def critical_angle(restitution: float) -> float:
             "the grain of rigid spheres flies over the crest"
         )
     return first_moving(lambda angle: passage(angle, restitution)[0])
+
+
+@cache
+def hops_end(restitution: float) -> float:
+    """Return how far before the next crest [deg] the hops die out at the critical angle.
+
+    Raise RequestError for a restitution outside 0 to 0.7.
+    """
+    return -math.degrees(passage(critical_angle(restitution), restitution)[4])
 
 
 def first_moving(fate: Callable[[float], int]) -> float:

@@ -62,7 +62,7 @@ def test_without_restitution_it_is_the_closed_form():
     assert critical_angle(0.0) == pytest.approx(theory.critical_angle(), abs=1e-9)
     assert round(critical_angle(0.0), 4) == 10.2078
     for angle in (9.0, 10.2, 11.0, 14.0):
-        fate, margin, hits, slid = passage(angle, 0.0)
+        fate, margin, hits, slid, _ = passage(angle, 0.0)
         assert margin == pytest.approx(passage_margin(angle, SHOCK_WITHOUT_REBOUND), abs=1e-14)
         assert fate == (MOVES_ON if margin > 0.0 else TRAPPED)
         assert slid
@@ -87,7 +87,7 @@ def test_no_collision_gains_energy_and_none_loses_any_at_restitution_one():
     x, y, vx, vy = 0.3, 1.4, 0.2, 0.0
     before = 0.5 * (vx * vx + vy * vy) + y * math.cos(theta) - x * math.sin(theta)
     for wells in (1, 3, 6):
-        fate, over, hits, _ = follow(x, y, vx, vy, theta, 1.0, wells, False)
+        fate, over, hits, *_ = follow(x, y, vx, vy, theta, 1.0, wells, False)
         assert fate == MOVES_ON
         assert over == pytest.approx(before - 1.0 + wells * math.sin(theta), abs=1e-11)
     assert hits > 0

@@ -29,7 +29,7 @@ ONE_SHOCK = 0.2
 """Restitution up to which the rebounds within a well hardly move the critical angle."""
 
 PASSAGES = 0.4
-"""Restitution up to which the hops in a well have died out where a passage is judged."""
+"""Restitution up to which a passage is measured, where the hops in the well have died out."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -133,17 +133,6 @@ def rebound(contact: Contact) -> float:
     """Return the restitution of the grain on a fixed sphere, with its own effective mass."""
     law = restitution_clipped if contact.tail == "clipped" else restitution_unclipped
     return law(contact.zeta_against_full_mass)
-
-
-def check_passage(contact: Contact) -> None:
-    """Raise RequestError for a contact whose rebounds go on where a passage is judged."""
-    e = rebound(contact)
-    if e > PASSAGES:
-        raise RequestError(
-            "method = 'passage' needs a contact that ends the rebounds within one well, one of "
-            f"restitution {PASSAGES:g} at most (here {e:.3g}): use method 'steady'; "
-            + theory_in_words(contact)
-        )
 
 
 def closed_forms(contact: Contact) -> dict[Reading, float]:

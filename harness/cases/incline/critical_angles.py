@@ -9,13 +9,17 @@ from functools import partial
 from typing import Any, Literal, TypeVar
 
 from harness.cases.contract import Progress, silent
-from harness.cases.incline.closed_forms import ONE_SHOCK, check_passage, rebound
 from harness.cases.incline.cost import PASSAGES, STEADY_RUNS
 from harness.cases.incline.critical_angle import CriticalAngle
 from harness.cases.incline.extrapolation import ExtrapolatedAngle, extrapolate
 from harness.cases.incline.levels import Ladder
 from harness.cases.incline.parameters import Incline
-from harness.cases.incline.passage import PHASES, Measure, critical_angle_by_passage
+from harness.cases.incline.passage import (
+    PHASES,
+    Measure,
+    check_passage,
+    critical_angle_by_passage,
+)
 from harness.cases.incline.result import InclineRun
 from harness.cases.incline.runs import measured
 from harness.cases.incline.steady import COARSE, COARSE_WELLS, critical_angle_by_steady_motion
@@ -60,7 +64,7 @@ def critical_angle(
     """
     case = case or Incline()
     if method == "passage":
-        check_passage(case.contact)
+        check_passage(case)
     tolerance = TOLERANCES_DEG[method] if tolerance_deg is None else tolerance_deg
     with nullcontext(engine) if engine is not None else open_engine() as opened:
         if method == "steady":
@@ -154,17 +158,11 @@ def extrapolated_critical_angle(
 
     The plastic contact unless a case says otherwise; passage route. Raise the
     first EngineError: a ladder with a rung missing is not extrapolated. Raise RequestError for a
-    contact that rebounds too much for a passage, after the cheapest rung.
+    contact that rebounds too much for a passage, before any run.
     """
     case = case or Incline(contact=PLASTIC)
-    check_passage(case.contact)
-    *rungs, cheapest = (ladder or Ladder()).cases(case)
-    first: list[CriticalAngle] = []
+    rungs = (ladder or Ladder()).cases(case)
+    check_passage(*rungs)
     with nullcontext(engine) if engine is not None else open_engine() as opened:
-        if rebound(case.contact) > ONE_SHOCK:
-            # refused, if at all, before the ladder is climbed
-            first.append(critical_angle(cheapest, engine=opened))
-        else:
-            rungs.append(cheapest)
         angles = critical_angles(rungs, opened, stage=stage, progress=progress)
-    return extrapolate([*complete(angles), *first])
+    return extrapolate(complete(angles))

@@ -8,17 +8,20 @@ angle. M is smooth and almost linear, so a secant needs few runs.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 import numpy as np
 from scipy.optimize import brentq, root_scalar
 
-from harness.cases.incline.closed_forms import theory_in_words
+from harness.cases.incline.closed_forms import ONE_SHOCK, PASSAGES, rebound, theory_in_words
 from harness.cases.incline.critical_angle import CriticalAngle
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import InclineRun
+from harness.cases.incline.routes import settled_before
 from harness.errors import EngineOutputError, RequestError
+from harness.theory.critical_angle import critical_angle
 
 Measure = Callable[[Sequence[Incline]], Sequence[InclineRun]]
 
@@ -27,6 +30,32 @@ PHASES = 8
 
 MOST_SECANTS = 12
 """A smooth margin takes three; more is a sign of a jump."""
+
+
+def check_passage(*cases: Incline) -> None:
+    """Raise RequestError for a contact whose rebounds go on where a passage is judged."""
+    for case in cases:
+        e = rebound(case.contact)
+        if e > ONE_SHOCK and e > (most := most_restitution(case)):
+            raise RequestError(
+                "method = 'passage' needs a contact that ends the rebounds within one well, one of "
+                f"restitution {most:.3g} at most at stiffness {case.stiffness:g} (here {e:.3g}): "
+                f"use method 'steady'; {theory_in_words(case.contact)}"
+            )
+
+
+def most_restitution(case: Incline) -> float:
+    """Return the restitution up to which a passage of a contact so stiff is measured.
+
+    The hops of rigid spheres end there where the passage is judged. In a DEM of k >= 1e5 N/m
+    (k d / m g >= 1e4) the grain is in flight then above it: at e = 0.335, 10 deg before the crest.
+    """
+    from harness.hard_sphere.critical_angle import hops_end
+
+    judged = math.degrees(settled_before(case.replace(angle=critical_angle())))
+    if hops_end(PASSAGES) >= judged:
+        return PASSAGES
+    return float(brentq(lambda e: hops_end(e) - judged, ONE_SHOCK, PASSAGES, xtol=1e-4))
 
 
 def critical_angle_by_passage(

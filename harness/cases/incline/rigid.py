@@ -59,7 +59,7 @@ class Stiffening:
 
 def solve_rigid(case: Incline) -> Measured:
     """Return the passage of the grain over rigid spheres of the contact's restitution."""
-    fate, energy, _, slid = passage(case.angle, rebound(case.contact))
+    fate, energy, _, slid, _ = passage(case.angle, rebound(case.contact))
     moves = float(fate == MOVES_ON)
     values = {"margin_over_mgd": energy, "moves_on": moves, "touching": float(slid)}
     return Measured(values)

@@ -156,7 +156,16 @@ def settled_place(case: Incline, law: SpringLaw = "linear") -> float:
     """Return the x [m] past the first well where the contact has settled: the passage's end.
 
     The energy left over the crest is the same there as on it, and the slow way
-    to the crest need not be walked. The slowest rate is that of
+    to the crest need not be walked.
+    """
+    tilt = math.radians(case.angle)
+    return case.diameter - _crest_radius(case, law) * math.sin(tilt + settled_before(case, law))
+
+
+def settled_before(case: Incline, law: SpringLaw = "linear") -> float:
+    """Return how far before the crest [rad] the contact has settled after a shock.
+
+    The slowest rate is that of
     x'' + 2 zeta omega x' + omega^2 x, of small motions under the weight. A grain that
     rebounds hops on first: it turns by 60 deg at NORMAL_SPEED, and its hops add up
     to 2 e / (1 - e) NORMAL_SPEED / g of time, g being less by no more than cos 30 deg.
@@ -170,9 +179,7 @@ def settled_place(case: Incline, law: SpringLaw = "linear") -> float:
     if rebound > 0.0:
         hops = 2.0 * rebound / (1.0 - min(rebound, 0.99)) * NORMAL_SPEED / math.cos(math.pi / 6.0)
         swept += hops * SPEED_AFTER_SHOCK
-    tilt = math.radians(case.angle)
-    before = min(max(math.pi / 6.0 - tilt - swept, 0.0), BEHIND_CREST)
-    return d - _crest_radius(case, law) * math.sin(tilt + before)
+    return min(max(math.pi / 6.0 - math.radians(case.angle) - swept, 0.0), BEHIND_CREST)
 
 
 def _crest_radius(case: Incline, law: SpringLaw) -> float:

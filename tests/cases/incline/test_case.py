@@ -1,5 +1,6 @@
 """The incline as a case: one run, its references, parameters by preset, sections and figures."""
 
+import itertools
 import math
 
 import pytest
@@ -11,12 +12,15 @@ from harness.cases.incline.critical_angles import critical_angle, extrapolated_c
 from harness.cases.incline.engine_angle import EngineAngle, Rules
 from harness.cases.incline.engine_figure import angles_of_engines
 from harness.cases.incline.parameters import Incline
+from harness.cases.incline.passage import most_restitution
 from harness.cases.incline.rigid import TITLE
+from harness.cases.incline.runs import measured
 from harness.cases.incline.sections import contacts_explained, engine_table
 from harness.comparison.findings import Findings
 from harness.comparison.verdicts import Verdict
 from harness.engines.reference.engine import Reference
 from harness.errors import RequestError
+from harness.hard_sphere.critical_angle import critical_angle as rigid_angle
 from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE, Contact
 from harness.report.figures.style import house_style
 from harness.theory.critical_angle import critical_angle as closed_form
@@ -75,13 +79,39 @@ def test_a_rebounding_contact_is_refused_before_any_run_with_what_theory_says(me
     assert engine.jobs == []
 
 
-def test_a_contact_that_may_fly_is_refused_after_one_rung():
+@pytest.mark.parametrize("measure", [critical_angle, extrapolated_critical_angle])
+@pytest.mark.parametrize(
+    "contact",
+    [Contact(restitution=0.35), Contact(restitution=0.25, tail="clipped")],
+    ids=["tail", "clipped"],
+)
+def test_a_contact_whose_hops_last_to_where_a_passage_is_judged_is_refused_before(measure, contact):
     engine = Twin()
-    contact = Contact(restitution=0.37, damping_ratio=None)
-    with pytest.raises(RequestError, match=r"in flight at the crest: use method 'steady'; at e ="):
-        extrapolated_critical_angle(Incline(contact=contact), engine=engine)
-    ladder = {(job.values["stiffness"], job.values["steps_per_contact"]) for job in engine.jobs}
-    assert ladder == {(1e5, 50.0)}
+    with pytest.raises(RequestError, match=r"restitution 0.335 at most at stiffness 1e\+0[67] "):
+        measure(Incline(contact=contact), engine=engine)
+    assert engine.jobs == []
+
+
+def test_a_soft_contact_settles_later_is_judged_later_and_may_rebound_more():
+    contact = Contact(restitution=0.39)
+    soft = Incline(contact=contact, stiffness=1e4)
+    assert most_restitution(soft) == pytest.approx(0.4)
+    found = critical_angle(soft, engine=Reference())
+    steady = critical_angle(soft, method="steady", engine=Reference())
+    assert found.value_deg == pytest.approx(steady.value_deg, abs=steady.uncertainty_deg + 0.01)
+
+
+@pytest.mark.parametrize("stiffness", [1e5, 1e6, 1e8])
+def test_below_the_bound_the_grain_slides_where_it_is_judged_and_above_it_may_fly(stiffness):
+    def touching(e):
+        case = Incline(contact=Contact(restitution=e), stiffness=stiffness, steps_per_contact=100.0)
+        angle = rigid_angle(e)
+        cases = [case.replace(angle=angle, phase=phase / 8) for phase in range(8)]
+        return [run.touching for run in measured(Reference(), cases, "passage")]
+
+    bound = most_restitution(Incline(stiffness=stiffness))
+    assert all(touching(bound - 0.005))
+    assert not all(itertools.chain.from_iterable(touching(bound + by) for by in (0.02, 0.04)))
 
 
 def angle(engine, tail, value, **others):
