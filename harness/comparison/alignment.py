@@ -51,15 +51,13 @@ class Samples(NamedTuple):
 class Aligned(NamedTuple):
     """Two series at common times (M,) [s], values (M, C) each.
 
-    ``error`` (C,) bounds what interpolation adds to the difference, 0 for shared samples;
-    ``left_out`` are samples of the coarser series at whose times nothing is said of the other.
+    ``error`` (C,) bounds what interpolation adds to the difference, 0 for shared samples.
     """
 
     time: Floats
     value: Floats
     reference: Floats
     error: Floats
-    left_out: int
 
 
 def align(run: Samples, reference: Samples, same: float) -> Aligned:
@@ -80,9 +78,7 @@ def align(run: Samples, reference: Samples, same: float) -> Aligned:
     if rows.size >= max(2, ENOUGH_SHARED * coarser):
         rows, others = ours[rows], theirs[others]
         none = np.zeros(run.values.shape[1])
-        return Aligned(
-            run.time[rows], run.values[rows], reference.values[others], none, coarser - rows.size
-        )
+        return Aligned(run.time[rows], run.values[rows], reference.values[others], none)
     if ours.size >= theirs.size:
         return _onto(run, reference, theirs, same)
     found = _onto(reference, run, ours, same)
@@ -173,8 +169,7 @@ def _onto(fine: Samples, coarse: Samples, rows: Rows, same: float) -> Aligned:
         raise RequestError(
             f"time: too few samples between kinks ({fine.time.size} in all) to be interpolated"
         )
-    left_out = int(time.size - told.sum())
-    return Aligned(time[told], values[told], coarse.values[rows][told], error, left_out)
+    return Aligned(time[told], values[told], coarse.values[rows][told], error)
 
 
 def _pieces(series: Samples, same: float) -> list[Rows]:

@@ -31,7 +31,6 @@ class Limit:
     uncertainty: float
     order: float
     order_interval: tuple[float, float]
-    expected_order: float
     h: NDArray[np.float64]
     y: NDArray[np.float64]
     errors: NDArray[np.float64]
@@ -72,7 +71,6 @@ def limit(
         uncertainty=float(spread + abs(free[0] - coefficients[0])),
         order=order,
         order_interval=interval,
-        expected_order=float(powers[0]),
         h=h,
         y=y,
         errors=errors,

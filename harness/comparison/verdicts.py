@@ -165,18 +165,6 @@ def _class(value: float) -> str:
     return Triage.NAN if math.isnan(value) else Triage.OUT_OF_TOLERANCE
 
 
-def judge_within_uncertainty(
-    name: str, kind: Kind, value: float, expected: float, uncertainty: float, unit: str, why: str
-) -> Check:
-    """Return the check that the stated uncertainty holds the expected value."""
-    holds = abs(value - expected) <= uncertainty
-    verdict = Verdict.PASS if holds else Verdict.FAIL
-    triage = "" if holds else _class(value)
-    return Check(
-        name, kind, unit, value, expected, uncertainty, uncertainty, verdict, why, triage=triage
-    )
-
-
 def judge_count(name: str, count: int, expected: int) -> Check:
     """Return the check that a verification left all the rows that its plan has, or more."""
     holds = count >= expected

@@ -42,14 +42,6 @@ def energy_drift(run: TowerRun) -> float:
     return float(np.max(np.abs(run.energy - run.energy[0]))) / scale if scale > 0 else 0.0
 
 
-def momentum_error(run: TowerRun) -> float:
-    """Return the largest momentum that no force accounts for, of a free tower [kg m/s]."""
-    if run.tower.base == "fixed":
-        raise ValueError("momentum of a tower on a fixed base is not conserved")
-    weight = run.tower.gravity * sum(run.tower.each("mass"))
-    return float(np.max(np.abs(run.momentum - run.momentum[0] - weight * run.time)))
-
-
 def contact_changes(run: TowerRun) -> list[tuple[float, int]]:
     """Return (t/t0, contacts in the grain's chain) at the start and whenever they change.
 

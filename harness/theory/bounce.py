@@ -44,22 +44,3 @@ def rebound(omega: float, zeta: float, gravity: float, speed: float) -> Rebound 
         return None
     end = float(brentq(overlap, peak, trough, xtol=1e-16 * trough, rtol=1e-15))
     return Rebound(end, -velocity(end), overlap(peak))
-
-
-def apexes(
-    omega: float, zeta: float, gravity: float, height: float, bounces: int
-) -> tuple[tuple[float, float], ...]:
-    """Return time [s] and height [m] of each apex, above the place where contact begins.
-
-    The first is the start at rest; fewer follow where the sphere stays in contact.
-    """
-    found = [(0.0, height)]
-    time, speed = math.sqrt(2.0 * height / gravity), math.sqrt(2.0 * gravity * height)
-    for _ in range(bounces):
-        one = rebound(omega, zeta, gravity, speed)
-        if one is None:
-            break
-        time, speed = time + one.duration, one.speed
-        found.append((time + speed / gravity, 0.5 * speed**2 / gravity))
-        time += 2.0 * speed / gravity
-    return tuple(found)

@@ -44,25 +44,3 @@ def jkr_overlap(state: State, surface_energy: float, modulus: float, radius: flo
     """Return the overlap [m] of a state: a^2 / R* (1 - 2 / sqrt(s)), negative after pull-off."""
     a = jkr_contact_radius(state, surface_energy, modulus, radius)
     return a * a / radius * (1.0 - 2.0 / math.sqrt(SIZES[state]))
-
-
-def jkr_force(state: State, surface_energy: float, radius: float) -> float:
-    """Return the force [N] of a state, 4/3 pi gamma R* (s - 3 sqrt(s)); negative is tension."""
-    s = SIZES[state]
-    return 4.0 / 3.0 * math.pi * surface_energy * radius * (s - 3.0 * math.sqrt(s))
-
-
-def jkr_loss(end: State, surface_energy: float, modulus: float, radius: float) -> float:
-    """Return the work [J] that parting takes beyond the overlap 0 at which contact forms.
-
-    The integral of F from the overlap of ``end`` to 0, negated: an impact with less kinetic
-    energy than that sticks, another one loses it. In units of E* c^2 a^2 the integral of F is
-    8/15 s - 8/3 sqrt(s) + 2.
-    """
-
-    def work(state: State) -> float:
-        s, a = SIZES[state], jkr_contact_radius(state, surface_energy, modulus, radius)
-        shape = 8.0 / 15.0 * s - 8.0 / 3.0 * math.sqrt(s) + 2.0
-        return math.pi * surface_energy * a * a * shape
-
-    return work(end) - work("contact forms")

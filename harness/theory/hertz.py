@@ -74,8 +74,3 @@ def impact(damping: float, *, clipped: bool) -> Impact:
 def first_order_loss() -> float:
     """Return d(1 - e)/da at a = 0: the work of the dashpot on the undamped motion."""
     return float(beta(0.6, 1.5))
-
-
-def strongly_damped(damping: float) -> float:
-    """Return the restitution of the clipped contact as a -> infinity: (6/5)^(2/3) a^(-5/3)."""
-    return float(1.2 ** (2.0 / 3.0) * damping ** (-5.0 / 3.0))

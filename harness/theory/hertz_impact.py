@@ -9,8 +9,6 @@ import math
 
 from scipy.special import beta
 
-from harness.theory.hertz import first_order_loss
-
 
 def stiffness(modulus: float, radius: float) -> float:
     """Return K = 4/3 E* sqrt(R*) [N/m^(3/2)] of the effective modulus [Pa] and radius [m]."""
@@ -39,13 +37,3 @@ def relaxation(damping_coefficient: float, mass: float, radius: float, coefficie
     ``harness.theory.hertz.impact`` takes A v / overlap and returns the restitution.
     """
     return damping_coefficient * mass * math.sqrt(radius) / coefficient
-
-
-def viscoelastic_series(damping: float) -> float:
-    """Return 1 - c a + 3/5 (c a)^2, the restitution to second order in a = A v / overlap.
-
-    a grows as v^(1/5). Ramirez, Poeschel, Brilliantov and Schwager, Phys. Rev. E 60, 4465
-    (1999): their C2 is 3/5 C1^2; c is :func:`harness.theory.hertz.first_order_loss`.
-    """
-    loss = first_order_loss() * damping
-    return 1.0 - loss + 0.6 * loss**2

@@ -14,7 +14,6 @@ from scipy.special import jn_zeros, jv
 
 DETACHMENT_TAU = float(jn_zeros(2, 1)[0])  # 5.135622
 DETACHMENT_VELOCITY = float(2 * jv(1, DETACHMENT_TAU) / DETACHMENT_TAU)  # -0.1322795
-FIRST_CONTACT_RATIO = (1 - DETACHMENT_VELOCITY) / 2  # 0.5661397 of 2 m v0
 
 
 def grain_velocity(tau: ArrayLike) -> NDArray[np.float64]:

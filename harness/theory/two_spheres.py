@@ -18,13 +18,6 @@ def peak_overlap(mass: float, stiffness: float, speed: float) -> float:
     return speed * math.sqrt(mass / (2 * stiffness))
 
 
-def velocities_after(mass: tuple[float, float], speed: float) -> tuple[float, float]:
-    """Return the velocities after a free elastic collision with a sphere at rest [m/s]."""
-    first, second = mass
-    total = first + second
-    return (first - second) / total * speed, 2 * first / total * speed
-
-
 def contact_time_on_fixed(mass: float, stiffness: float, speed: float, gravity: float) -> float:
     """Return t0, how long a grain under gravity touches one fixed particle [s].
 
@@ -44,12 +37,3 @@ def peak_force_on_fixed(mass: float, stiffness: float, speed: float, gravity: fl
     """Return the largest force of that contact [N], ``m g + sqrt((m g)^2 + k m v0^2)``."""
     weight = mass * gravity
     return weight + math.sqrt(weight**2 + stiffness * mass * speed**2)
-
-
-def displacement_on_fixed(
-    mass: float, stiffness: float, speed: float, gravity: float, time: float
-) -> float:
-    """Return how far the grain has moved after ``time`` [s] of that contact [m]."""
-    omega = math.sqrt(stiffness / mass)
-    rest = gravity / omega**2
-    return rest * (1 - math.cos(omega * time)) + speed / omega * math.sin(omega * time)

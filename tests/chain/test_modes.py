@@ -9,7 +9,7 @@ from harness.chain.arrays import assemble
 from harness.chain.complementarity import factorise
 from harness.chain.modes import decompose
 from harness.parameters.tower import Tower
-from harness.theory import tower
+from tests.theory import closed_forms
 
 
 @pytest.mark.parametrize("height", [1, 2, 7, 30])
@@ -21,6 +21,6 @@ def test_modes_of_the_overlap_tower(height):
     factorise(closed, chain.diagonal, chain.beside, factor)
     shapes, frequency, first = np.zeros((n + 1, n + 1)), np.zeros(n + 1), np.zeros(n + 1)
     highest = decompose(chain, closed, factor, shapes, frequency, first)
-    expected = tower.overlap_modes(height, case.omega)
+    expected = closed_forms.overlap_modes(height, case.omega)
     assert frequency[:n] == pytest.approx(expected, rel=1e-10)
     assert highest == pytest.approx(expected[-1], rel=1e-10)

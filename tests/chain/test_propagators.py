@@ -9,9 +9,10 @@ import pytest
 from harness.chain import exact, rk4
 from harness.errors import RequestError
 from harness.observables.impulse import impulse_until
-from harness.observables.summary import energy_drift, momentum_error
+from harness.observables.summary import energy_drift
 from harness.parameters.tower import Tower
 from harness.theory import free_chain
+from tests.theory.closed_forms import momentum_error
 
 LAWS = ("overlap", "deformable")
 

@@ -11,8 +11,9 @@ from harness.chain import exact, rk4
 from harness.chain.arrays import assemble
 from harness.chain.complementarity import forces_of_overlaps
 from harness.observables.impulse import impulse
-from harness.observables.summary import energy_drift, momentum_error
+from harness.observables.summary import energy_drift
 from harness.parameters.tower import Tower
+from tests.theory.closed_forms import momentum_error
 
 few = settings(max_examples=25, deadline=None)
 laws = st.sampled_from(["overlap", "deformable"])

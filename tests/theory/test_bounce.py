@@ -8,8 +8,9 @@ import pytest
 from harness.pair.integration import integrate
 from harness.parameters.contact_law import ContactLaw
 from harness.parameters.contact_scene import Body, ContactScene, Plane
-from harness.theory import bounce, dashpot, stacked
+from harness.theory import bounce, dashpot
 from tests.pair.scenes import FLOOR, MASS, RADIUS
+from tests.theory import closed_forms
 
 G = 9.81
 LAW = ContactLaw(normal_stiffness=1e5, damping="coeff_restitution", restitution=0.8)
@@ -19,7 +20,7 @@ ZETA = dashpot.damping_ratio(0.8)
 
 def test_every_bounce_of_a_falling_sphere():
     height = 0.05
-    apexes = bounce.apexes(OMEGA, ZETA, G, height, 4)
+    apexes = closed_forms.apexes(OMEGA, ZETA, G, height, 4)
     ball = Body(RADIUS, MASS, (0.0, 0.0, RADIUS + height))
     steps = 1000
     scene = ContactScene(
@@ -41,7 +42,7 @@ def test_without_gravity_it_is_the_dashpot_alone():
 
 
 def test_a_hard_sphere_rises_to_the_square_of_the_restitution():
-    hard = bounce.apexes(1e6, ZETA, G, 0.05, 3)
+    hard = closed_forms.apexes(1e6, ZETA, G, 0.05, 3)
     assert [height for _, height in hard] == pytest.approx(
         [0.05 * 0.64**n for n in range(4)], rel=1e-4
     )
@@ -49,7 +50,7 @@ def test_a_hard_sphere_rises_to_the_square_of_the_restitution():
 
 def test_a_slow_sphere_stays():
     assert bounce.rebound(OMEGA, ZETA, G, 1e-5) is None
-    assert len(bounce.apexes(OMEGA, 0.5, G, 1e-8, 5)) == 1
+    assert len(closed_forms.apexes(OMEGA, 0.5, G, 1e-8, 5)) == 1
 
 
 def test_spheres_pressed_between_plates():
@@ -65,13 +66,15 @@ def test_spheres_pressed_between_plates():
     scene = ContactScene(bodies, planes, law, 1e-5, 2000, every=100, gravity=(0.0, 0.0, -G))
     path = integrate(scene)
     assert not path.of_kind("ends")
-    places, velocities = stacked.motion(
+    places, velocities = closed_forms.stacked_motion(
         path.times, heights, masses, radii, (0.0, top), (1e4, dashpots, G)
     )
     assert path.positions[:, :, 2] == pytest.approx(places, abs=1e-12)
     assert path.velocities[:, :, 2] == pytest.approx(velocities, abs=1e-11)
     # at rest, springs bear the weights; the exponential has a round-off of omega t = 1e3
-    rest, still = stacked.motion([1.5], heights, masses, radii, (0.0, top), (1e4, dashpots, G))
+    rest, still = closed_forms.stacked_motion(
+        [1.5], heights, masses, radii, (0.0, top), (1e4, dashpots, G)
+    )
     overlaps = radii[0] - rest[0, 0], sum(radii) - np.diff(rest[0])[0], rest[0, 1] + radii[1] - top
     assert 1e4 * np.diff(overlaps[::-1]) == pytest.approx([masses[1] * G, masses[0] * G], rel=1e-8)
     assert np.abs(still).max() < 1e-12

