@@ -16,3 +16,12 @@ class Observable:
     unit: str
     shape: str
     meaning: str
+
+
+def numbers(**meanings: str) -> tuple[Observable, ...]:
+    """Return quantities of one number each, declared as ``name="[unit] meaning"``; [-] is 1."""
+    told = {name: text.removeprefix("[").partition("] ") for name, text in meanings.items()}
+    return tuple(
+        Observable(name, "1" if unit == "-" else unit, "", meaning)
+        for name, (unit, _, meaning) in told.items()
+    )

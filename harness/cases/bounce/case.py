@@ -17,7 +17,7 @@ from harness.cases.contact_base.presets import BOUNCE, Told
 from harness.cases.contact_base.scales import meets, met
 from harness.cases.contact_base.scans import NORMALS, Scan
 from harness.cases.contact_base.submodels import NORMAL, NORMAL_BESIDE, OLD_NORMAL
-from harness.observables.declared import Observable
+from harness.observables.declared import numbers
 from harness.parameters.contact_scene import ContactScene
 
 
@@ -46,9 +46,9 @@ class BounceCase(ContactCase[Bounce]):
     name = "bounce"
     summary = "A sphere falls on a floor and bounces under gravity: height and time of the bounce."
     parameters = Bounce
-    quantities = (
-        Observable("rebound_ratio", "1", "", "height of the rebound over that of the fall"),
-        Observable("contact_time_s", "s", "", "of the first contact"),
+    quantities = numbers(
+        rebound_ratio="[-] height of the rebound over that of the fall",
+        contact_time_s="[s] of the first contact",
     )
     submodels = (*NORMAL, *OLD_NORMAL)
     beside = NORMAL_BESIDE

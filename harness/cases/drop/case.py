@@ -19,7 +19,7 @@ from harness.comparison.verdicts import Check, Kind, judge, not_tested
 from harness.engines.contract import Engine, Job, Output
 from harness.engines.traits import Traits
 from harness.errors import EngineError
-from harness.observables.declared import Observable
+from harness.observables.declared import numbers
 from harness.parameters.contact import PLASTIC, SOURCE
 from harness.report.sections import Section
 
@@ -47,12 +47,12 @@ class DropCase(Case[Drop]):
     summary = "A grain meets one fixed sphere: restitution, rest, free fall, oblique contact."
     qualifies = True
     parameters = Drop
-    quantities = (
-        Observable("restitution", "1", "", "speed after the collision over speed before, head-on"),
-        Observable("largest_overlap_m", "m", "", "largest overlap of the samples"),
-        Observable("end_overlap_m", "m", "", "overlap at the end; negative is a gap"),
-        Observable("end_speed_m_per_s", "m/s", "", "speed at the end"),
-        Observable("angular_momentum_ratio", "1", "", "about the sphere's centre, end over start"),
+    quantities = numbers(
+        restitution="[-] speed after the collision over speed before, head-on",
+        largest_overlap_m="[m] largest overlap of the samples",
+        end_overlap_m="[m] overlap at the end; negative is a gap",
+        end_speed_m_per_s="[m/s] speed at the end",
+        angular_momentum_ratio="[-] about the sphere's centre, end over start",
     )
     template = TEMPLATE
     regression = REGRESSION

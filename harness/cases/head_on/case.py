@@ -17,7 +17,7 @@ from harness.cases.contact_base.presets import HEAD_ON, Told
 from harness.cases.contact_base.scales import met
 from harness.cases.contact_base.scans import NORMALS, Scan
 from harness.cases.contact_base.submodels import COHESIVE, NORMAL, NORMAL_BESIDE, OLD_NORMAL
-from harness.observables.declared import Observable
+from harness.observables.declared import numbers
 from harness.parameters.contact_scene import ContactScene
 from harness.report.sections import Drawing
 
@@ -42,11 +42,11 @@ class HeadOnCase(ContactCase[HeadOn]):
     name = "head-on"
     summary = "A sphere meets a wall or a sphere head-on: restitution, contact time, peaks."
     parameters = HeadOn
-    quantities = (
-        Observable("restitution", "1", "", "speed of departure over that of approach"),
-        Observable("contact_time_s", "s", "", "while the surfaces overlap"),
-        Observable("largest_overlap_m", "m", "", "at the turning point"),
-        Observable("largest_force_N", "N", "", "on the sphere, the dashpot's part included"),
+    quantities = numbers(
+        restitution="[-] speed of departure over that of approach",
+        contact_time_s="[s] while the surfaces overlap",
+        largest_overlap_m="[m] at the turning point",
+        largest_force_N="[N] on the sphere, the dashpot's part included",
     )
     sets: ClassVar[Told] = {"elastic": {}, **HEAD_ON}
     submodels = (*NORMAL, *COHESIVE, *OLD_NORMAL)

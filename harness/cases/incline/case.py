@@ -17,7 +17,7 @@ from harness.comparison.findings import Findings
 from harness.comparison.verdicts import Check
 from harness.engines.contract import Engine, Job, Output
 from harness.engines.traits import Traits
-from harness.observables.declared import Observable
+from harness.observables.declared import numbers
 from harness.parameters.contact import CONTACTS
 from harness.report.sections import Section
 
@@ -36,17 +36,15 @@ class InclineCase(Case[Incline]):
     summary = "A grain on a tilted row of fixed spheres without friction: the critical angle."
     by_default = True
     parameters = Incline
-    quantities = (
-        Observable(
-            "margin_over_mgd",
-            "1",
-            "",
-            "energy left after one well, less that of a grain at rest on the next crest, in m g d",
+    quantities = numbers(
+        margin_over_mgd=(
+            "[-] energy left after one well, less that of a grain at rest on the next crest, in "
+            "m g d"
         ),
-        Observable("moves_on", "1", "", "1 where the grain passes the well, 0 where it is trapped"),
-        Observable("touching", "1", "", "1 where the grain is in contact at the end"),
-        Observable("time_s", "s", "", "duration of the motion"),
-        Observable("steps", "1", "", "time steps that were taken"),
+        moves_on="[-] 1 where the grain passes the well, 0 where it is trapped",
+        touching="[-] 1 where the grain is in contact at the end",
+        time_s="[s] duration of the motion",
+        steps="[-] time steps that were taken",
     )
     template = TEMPLATE
     solvers = ("hard-sphere",)

@@ -14,7 +14,7 @@ from harness.cases.contact_base.presets import SLIDING, Told
 from harness.cases.contact_base.resting import Resting, RestingCase, rolling
 from harness.cases.contact_base.scans import FRICTION, Scan
 from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL, TANGENTIAL_BESIDE
-from harness.observables.declared import Observable
+from harness.observables.declared import numbers
 from harness.parameters.contact_scene import Vector
 from harness.theory.rolling import down_an_incline
 
@@ -38,10 +38,10 @@ class InclineRollCase(RestingCase[InclineRoll]):
     name = "incline-roll"
     summary = "A sphere let go on an incline rolls, or slides where the friction does not suffice."
     parameters = InclineRoll
-    quantities = (
-        Observable("acceleration_ratio", "1", "", "mean over the second half, over g sin(angle)"),
-        Observable("spin_ratio", "1", "", "radius times angular acceleration, likewise"),
-        Observable("momentum_ratio", "1", "", "u + 2/5 r omega over g sin(angle) t"),
+    quantities = numbers(
+        acceleration_ratio="[-] mean over the second half, over g sin(angle)",
+        spin_ratio="[-] radius times angular acceleration, likewise",
+        momentum_ratio="[-] u + 2/5 r omega over g sin(angle) t",
     )
     submodels = (*TANGENTIAL, *OLD_TANGENTIAL)
     # a linear spring without a dashpot rings on: what its phase is off hides the limit

@@ -11,29 +11,27 @@ import numpy as np
 from harness.cases.layers.parameters import Layers
 from harness.engines.output import Output
 from harness.errors import EngineLostAtomsError, EngineOutputError
-from harness.observables.declared import Observable
+from harness.observables.declared import numbers
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 STOPPED = "stopped"
 
-QUANTITIES = (
-    Observable("stop_angle_deg", "deg", "", "at which the flow came to rest as it was lowered"),
-    Observable("start_angle_deg", "deg", "", "at which the rest began to flow as it was raised"),
-    Observable(
-        "stop_angle_at_100_times_the_ratio_deg", "deg", "", "by 100 times the ratio of energies"
-    ),
-    Observable("stop_angle_by_speed_deg", "deg", "", "by the mean speed alone"),
-    Observable("mean_speed", "1", "", "at the first angle, in sqrt(g d)"),
-    Observable("kinetic_over_elastic", "1", "", "energies at the first angle"),
-    Observable("coordination", "1", "", "contacts of a grain at the first angle"),
-    Observable("solid_fraction", "1", "", "of the middle half of the grains at the first angle"),
-    Observable("mean_height", "1", "", "of the grains at the first angle, in d above the base"),
-    Observable("rest_coordination", "1", "", "contacts of a grain at rest"),
-    Observable("rest_mean_height", "1", "", "of the grains at rest, in d above the base"),
-    Observable("lowering_time", "1", "", "from the first angle to the rest, in sqrt(d/g)"),
-    Observable("steps", "1", "", "of the whole run"),
+QUANTITIES = numbers(
+    stop_angle_deg="[deg] at which the flow came to rest as it was lowered",
+    start_angle_deg="[deg] at which the rest began to flow as it was raised",
+    stop_angle_at_100_times_the_ratio_deg="[deg] by 100 times the ratio of energies",
+    stop_angle_by_speed_deg="[deg] by the mean speed alone",
+    mean_speed="[-] at the first angle, in sqrt(g d)",
+    kinetic_over_elastic="[-] energies at the first angle",
+    coordination="[-] contacts of a grain at the first angle",
+    solid_fraction="[-] of the middle half of the grains at the first angle",
+    mean_height="[-] of the grains at the first angle, in d above the base",
+    rest_coordination="[-] contacts of a grain at rest",
+    rest_mean_height="[-] of the grains at rest, in d above the base",
+    lowering_time="[-] from the first angle to the rest, in sqrt(d/g)",
+    steps="[-] of the whole run",
 )
 """What a descent measures."""
 

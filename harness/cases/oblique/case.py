@@ -19,7 +19,7 @@ from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL, TANGENTIAL_BESIDE
 from harness.cases.contract import Study
 from harness.comparison.findings import Findings
-from harness.observables.declared import Observable
+from harness.observables.declared import numbers
 from harness.parameters.contact_scene import ContactScene
 from harness.report.sections import Drawing, Plot, Section
 
@@ -59,11 +59,11 @@ class ObliqueCase(ContactCase[Oblique]):
     name = "oblique"
     summary = "A sphere meets a wall or a sphere at an angle: velocity ratios and spin."
     parameters = Oblique
-    quantities = (
-        Observable("normal_restitution", "1", "", "normal speed after over that before"),
-        Observable("tangential_ratio", "1", "", "tangential velocity of the centre, likewise"),
-        Observable("spin_ratio", "1", "", "radius times spin over the tangential velocity before"),
-        Observable("impulse_ratio", "1", "", "tangential over normal impulse, at most mu"),
+    quantities = numbers(
+        normal_restitution="[-] normal speed after over that before",
+        tangential_ratio="[-] tangential velocity of the centre, likewise",
+        spin_ratio="[-] radius times spin over the tangential velocity before",
+        impulse_ratio="[-] tangential over normal impulse, at most mu",
     )
     sets: ClassVar[Told] = {"usual": SLIDING, **OBLIQUE}
     submodels = (*TANGENTIAL, *OLD_TANGENTIAL)

@@ -29,7 +29,7 @@ from harness.cases.contract import Study
 from harness.cases.prescribed_motion.turned import levers, tangential_ratio, turned_pair
 from harness.comparison.findings import Findings
 from harness.engines.contract import Engine
-from harness.observables.declared import Observable
+from harness.observables.declared import numbers
 from harness.parameters.contact_scene import ZERO, ContactScene, Segment, Vector
 
 
@@ -88,13 +88,13 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
     name = "prescribed-motion"
     summary = "Forces along a given motion: pressed, sheared to and fro, lifted, rolled, twisted."
     parameters = PrescribedMotion
-    quantities = (
-        Observable("shear_ratio", "1", "", "tangential over normal force, after the shear"),
-        Observable("reversed_ratio", "1", "", "likewise, after the shear back"),
-        Observable("lifted_ratio", "1", "", "likewise, after the lift"),
-        Observable("rolling_ratio", "1", "", "torque over radius and normal force, after rolling"),
-        Observable("twisting_ratio", "1", "", "likewise about the normal, after twisting"),
-        Observable("turned_ratio", "1", "", "tangential over normal force, both turned"),
+    quantities = numbers(
+        shear_ratio="[-] tangential over normal force, after the shear",
+        reversed_ratio="[-] likewise, after the shear back",
+        lifted_ratio="[-] likewise, after the lift",
+        rolling_ratio="[-] torque over radius and normal force, after rolling",
+        twisting_ratio="[-] likewise about the normal, after twisting",
+        turned_ratio="[-] tangential over normal force, both turned",
     )
     submodels = (*TANGENTIAL, *OLD_TANGENTIAL, *ROLLING, *TWISTING)
     beside = (*TANGENTIAL_BESIDE, *ROLLING_BESIDE)

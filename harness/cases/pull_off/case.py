@@ -22,7 +22,7 @@ from harness.cases.contact_base.presets import Told
 from harness.cases.contact_base.scales import between, overlaps, pressed
 from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import COHESIVE, SYSTEMS
-from harness.observables.declared import Observable
+from harness.observables.declared import numbers
 from harness.parameters.contact_law import COHESIVE as COHESIVE_FORCES
 from harness.parameters.contact_scene import ZERO, ContactScene, Segment
 from harness.theory import cohesion
@@ -56,9 +56,9 @@ class PullOffCase(ContactCase[PullOff]):
     name = "pull-off"
     summary = "A sphere that sticks is pulled off: largest tension, and overlap where it parts."
     parameters = PullOff
-    quantities = (
-        Observable("pull_off_force_N", "N", "", "largest tension"),
-        Observable("parting_ratio", "1", "", "overlap at the last force over that of the start"),
+    quantities = numbers(
+        pull_off_force_N="[N] largest tension",
+        parting_ratio="[-] overlap at the last force over that of the start",
     )
     submodels = tuple(one for one in COHESIVE if "viscoelastic" not in one.name)
     sets: ClassVar[Told] = {one.name: one.law for one in submodels}

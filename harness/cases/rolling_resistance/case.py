@@ -13,7 +13,7 @@ from harness.cases.contact_base.presets import Told
 from harness.cases.contact_base.resting import Resting, RestingCase, rolling
 from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import ROLLING, ROLLING_BESIDE
-from harness.observables.declared import Observable
+from harness.observables.declared import numbers
 from harness.parameters.contact_scene import Vector
 
 
@@ -34,10 +34,10 @@ class RollingResistanceCase(RestingCase[RollingResistance]):
     name = "rolling-resistance"
     summary = "A rolling sphere is slowed down by rolling resistance, and stands in the end."
     parameters = RollingResistance
-    quantities = (
-        Observable("halfway_speed_ratio", "1", "", "speed over that of the start, halfway"),
-        Observable("speed_ratio", "1", "", "speed over that of the start, at the end"),
-        Observable("spin_ratio", "1", "", "radius times spin over the speed of the start"),
+    quantities = numbers(
+        halfway_speed_ratio="[-] speed over that of the start, halfway",
+        speed_ratio="[-] speed over that of the start, at the end",
+        spin_ratio="[-] radius times spin over the speed of the start",
     )
     submodels = ROLLING
     beside = ROLLING_BESIDE

@@ -15,7 +15,7 @@ from harness.cases.contact_base.resting import Resting, RestingCase, rolling
 from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL, TANGENTIAL_BESIDE
 from harness.errors import RequestError
-from harness.observables.declared import Observable
+from harness.observables.declared import numbers
 from harness.parameters.contact_scene import ZERO, Vector
 
 LEAST = 1e-6
@@ -48,11 +48,11 @@ class SlipToRollCase(RestingCase[SlipToRoll]):
     name = "slip-to-roll"
     summary = "A sphere slides on a floor until it rolls, at 5/7 of its speed."
     parameters = SlipToRoll
-    quantities = (
-        Observable("sliding_speed_ratio", "1", "", "speed over that of the start, while it slides"),
-        Observable("speed_ratio", "1", "", "speed over that of the start, at the end"),
-        Observable("spin_ratio", "1", "", "radius times spin over the speed of the start"),
-        Observable("momentum_ratio", "1", "", "u + 2/5 r omega over the speed of the start"),
+    quantities = numbers(
+        sliding_speed_ratio="[-] speed over that of the start, while it slides",
+        speed_ratio="[-] speed over that of the start, at the end",
+        spin_ratio="[-] radius times spin over the speed of the start",
+        momentum_ratio="[-] u + 2/5 r omega over the speed of the start",
     )
     submodels = (*TANGENTIAL, *OLD_TANGENTIAL)
     beside = TANGENTIAL_BESIDE

@@ -15,7 +15,7 @@ from harness.cases.contact_base.presets import SLIDING, SPIN, Told
 from harness.cases.contact_base.scales import met
 from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL, TANGENTIAL_BESIDE
-from harness.observables.declared import Observable
+from harness.observables.declared import numbers
 from harness.parameters.contact_scene import ContactScene
 from harness.report.sections import Line, Plot
 
@@ -52,10 +52,10 @@ class SpinCase(ContactCase[Spin]):
     name = "spin"
     summary = "A spinning sphere meets a wall or a sphere: spin left, velocity gained."
     parameters = Spin
-    quantities = (
-        Observable("normal_restitution", "1", "", "normal speed after over that before"),
-        Observable("spin_ratio", "1", "", "spin after over that before"),
-        Observable("velocity_ratio", "1", "", "tangential velocity gained over radius times spin"),
+    quantities = numbers(
+        normal_restitution="[-] normal speed after over that before",
+        spin_ratio="[-] spin after over that before",
+        velocity_ratio="[-] tangential velocity gained over radius times spin",
     )
     sets: ClassVar[Told] = {"usual": SLIDING, **SPIN}
     submodels = (*TANGENTIAL, *OLD_TANGENTIAL)

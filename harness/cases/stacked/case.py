@@ -25,7 +25,7 @@ from harness.cases.contact_base.scales import (
 )
 from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import NORMAL, NORMAL_BESIDE
-from harness.observables.declared import Observable
+from harness.observables.declared import numbers
 from harness.parameters.contact_scene import Body, ContactScene, Plane, sphere_mass
 
 Offset = Annotated[float, Field(ge=-0.1, le=0.1)]
@@ -80,11 +80,11 @@ class StackedCase(ContactCase[Stacked]):
     name = "stacked"
     summary = "Two stacked spheres oscillate between plates: three contacts at a time."
     parameters = Stacked
-    quantities = (
-        Observable("lower_height_ratio", "1", "", "rise of the lower sphere over the squeeze"),
-        Observable("upper_height_ratio", "1", "", "rise of the upper sphere over the squeeze"),
-        Observable("lower_speed_ratio", "1", "", "velocity over omega times the squeeze"),
-        Observable("upper_speed_ratio", "1", "", "likewise, of the upper sphere"),
+    quantities = numbers(
+        lower_height_ratio="[-] rise of the lower sphere over the squeeze",
+        upper_height_ratio="[-] rise of the upper sphere over the squeeze",
+        lower_speed_ratio="[-] velocity over omega times the squeeze",
+        upper_speed_ratio="[-] likewise, of the upper sphere",
     )
     submodels = tuple(one for one in NORMAL if "clipped" not in one.name)
     beside = tuple(one for one in (*NORMAL, *NORMAL_BESIDE) if "clipped" in one.name)

@@ -19,7 +19,7 @@ from harness.comparison.findings import Findings
 from harness.engines.contract import Engine, Job, Output
 from harness.engines.traits import Traits
 from harness.errors import EngineOutputError, RequestError
-from harness.observables.declared import Observable
+from harness.observables.declared import numbers
 from harness.observables.impulse import impulse
 from harness.observables.interpolation import grain_velocity_at
 from harness.observables.summary import energy_drift, peak_force
@@ -29,12 +29,12 @@ from harness.parameters.tower import Tower
 from harness.report.sections import Section
 from harness.theory import two_spheres
 
-QUANTITIES = (
-    Observable("peak_force_N", "N", "", "largest contact force on the grain"),
-    Observable("impulse_Ns", "N s", "", "impulse on the grain, turnaround window"),
-    Observable("turnaround_s", "s", "", "time at which grain and base are closest"),
-    Observable("energy_drift", "", "", "largest change of the energy, over its largest value"),
-    Observable("final_velocity_m_per_s", "m/s", "", "velocity of the grain after the duration"),
+QUANTITIES = numbers(
+    peak_force_N="[N] largest contact force on the grain",
+    impulse_Ns="[N s] impulse on the grain, turnaround window",
+    turnaround_s="[s] time at which grain and base are closest",
+    energy_drift="[] largest change of the energy, over its largest value",
+    final_velocity_m_per_s="[m/s] velocity of the grain after the duration",
 )
 
 

@@ -15,7 +15,7 @@ from harness.cases.contact_base.resting import Resting, RestingCase
 from harness.cases.contact_base.scales import rest_overlap
 from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import TWISTING, TWISTING_BESIDE
-from harness.observables.declared import Observable
+from harness.observables.declared import numbers
 from harness.parameters.contact_scene import ZERO, Vector
 from harness.theory.rolling import twisting_deceleration
 
@@ -47,10 +47,10 @@ class TwistCase(RestingCase[Twist]):
     name = "twist"
     summary = "A sphere that spins about the line of contact is slowed down by a constant torque."
     parameters = Twist
-    quantities = (
-        Observable("halfway_spin_ratio", "1", "", "spin over that of the start, halfway"),
-        Observable("spin_ratio", "1", "", "spin over that of the start, at the end"),
-        Observable("deceleration_ratio", "1", "", "mean of the second half, over 5/2 mu g / r^2"),
+    quantities = numbers(
+        halfway_spin_ratio="[-] spin over that of the start, halfway",
+        spin_ratio="[-] spin over that of the start, at the end",
+        deceleration_ratio="[-] mean of the second half, over 5/2 mu g / r^2",
     )
     submodels = TWISTING
     beside = TWISTING_BESIDE
