@@ -71,7 +71,7 @@ class CaseStudy(ABC):
     def arms(self, level: Level) -> Sequence[Arm]:
         """Return the runs of a level."""
 
-    def cost(self, level: Level, engine_of: EngineOf) -> StudyCost:  # noqa: ARG002
+    def cost(self, level: Level, engine_of: EngineOf) -> StudyCost:
         """Measure an engine in short runs, and return what a level costs on 1, 16 and 256 cores."""
         raise RequestError(f"--cost: the study {self.title!r} does not tell what it costs")
 

@@ -7,7 +7,7 @@ every engine that has a template for it, or takes scenes, and whose declared rul
 values, runs it.
 
 To add a case, subclass :class:`Case` in ``cases/<name>/case.py`` as ``CASE = MyCase()``, or in a
-package of your own under the entry point ``dem_harness.cases``. ``parameters``, ``quantities``,
+package of your own under the entry point ``dem_harness.cases``. ``quantities``,
 ``template``, ``job``, ``read`` and ``references`` are enough for ``run`` and for a verification
 with ``plans``; override ``verify`` for studies of another shape.
 """
@@ -18,10 +18,12 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, TypeVar, get_args
 
 from harness.cases.once import Once
+from harness.cases.parts import Progress as Progress
 from harness.cases.parts import failed_part as failed_part
+from harness.cases.parts import silent as silent
 from harness.comparison.findings import Findings
 from harness.comparison.tolerances import Tolerance
 from harness.comparison.verdicts import Check, Kind, failed_run, judge, not_tested
@@ -42,14 +44,7 @@ P = TypeVar("P", bound=Parameters)
 LevelName = Literal["quick", "default", "full"]
 LEVELS: tuple[LevelName, ...] = ("quick", "default", "full")
 
-Progress = Callable[[str, int, int], None]
-"""Called with the name of a stage, the parts done, and the parts in all; from any thread."""
-
 ReferenceKind = Literal["closed form", "integrated", "none"]
-
-
-def silent(stage: str, done: int, total: int) -> None:
-    """Report no progress."""
 
 
 @dataclass(frozen=True)
@@ -100,11 +95,13 @@ class Case(ABC, Generic[P]):
     name: ClassVar[str]
     group: ClassVar[str]
     summary: ClassVar[str]
+    """The first line of the class's docstring, unless it says something else."""
     by_default: ClassVar[bool] = False
     """Whether ``verify`` runs it when no case is named."""
     qualifies: ClassVar[bool] = False
     """Whether an engine must pass it before its other results are used."""
     parameters: ClassVar[type[Parameters]]
+    """The class that the case is generic in, as ``Case[MyParameters]``."""
     quantities: ClassVar[tuple[Observable, ...]]
     template: ClassVar[Template]
     solvers: ClassVar[tuple[str, ...]] = ()
@@ -112,6 +109,16 @@ class Case(ABC, Generic[P]):
     regression: ClassVar[Mapping[str, Tolerance]] = {}
     """How far the quantities of its baseline records may move, by their names; ``series`` is the
     band about every series."""
+
+    def __init_subclass__(cls, **more: Any) -> None:
+        super().__init_subclass__(**more)
+        told = vars(cls)
+        if "summary" not in told and cls.__doc__:
+            cls.summary = cls.__doc__.partition("\n")[0]
+        for base in told.get("__orig_bases__", ()):
+            for kind in get_args(base):
+                if "parameters" not in told and isinstance(kind, type):
+                    cls.parameters = kind
 
     @property
     def presets(self) -> Mapping[str, P]:
@@ -136,15 +143,15 @@ class Case(ABC, Generic[P]):
     def read(self, parameters: P, output: Output, traits: Traits) -> Mapping[str, float]:
         """Return the declared quantities of a run; raise EngineOutputError for a bad output."""
 
-    def references(self, parameters: P, traits: Traits) -> Mapping[str, Reference]:  # noqa: ARG002
+    def references(self, parameters: P, traits: Traits) -> Mapping[str, Reference]:
         """Return what quantities are expected to be under an engine's rules; {} where unknown."""
         return {}
 
-    def solve(self, parameters: P, solver: str) -> Measured:  # noqa: ARG002
+    def solve(self, parameters: P, solver: str) -> Measured:
         """Run a solver of this package."""
         raise RequestError(f"--engine {solver!r}: case {self.name!r} has no such solver")
 
-    def seconds(self, parameters: P, rules: Traits | None, solver: str = "") -> float:  # noqa: ARG002
+    def seconds(self, parameters: P, rules: Traits | None, solver: str = "") -> float:
         """Return what a run is expected to take [s], in an engine of these rules or a solver."""
         return 0.0 if rules is None else job_seconds(self.job(parameters), rules)
 
@@ -158,7 +165,7 @@ class Case(ABC, Generic[P]):
             raise output
         return self.measured(parameters, output, engine.traits)
 
-    def plans(self, level: LevelName, traits: Traits) -> Sequence[Plan[P]]:  # noqa: ARG002
+    def plans(self, level: LevelName, traits: Traits) -> Sequence[Plan[P]]:
         """Return the runs of a level that the default :meth:`verify` judges."""
         return ()
 
@@ -186,7 +193,7 @@ class Case(ABC, Generic[P]):
             findings.checks += self._judged(plan, output, engine)
         return findings
 
-    def verify_own(self, study: Study) -> Findings:  # noqa: ARG002
+    def verify_own(self, study: Study) -> Findings:
         """Judge what needs no engine: closed forms and solvers of this package."""
         return Findings(self.name)
 
@@ -194,27 +201,31 @@ class Case(ABC, Generic[P]):
         """Judge an engine beside the main one; as :meth:`verify` unless there is less to do."""
         return self.verify(engine, study)
 
-    def recorded(self, study: Study) -> Mapping[str, Findings]:  # noqa: ARG002
+    def recorded(self, study: Study) -> Mapping[str, Findings]:
         """Return what was recorded with engines of ``study.missing``, by the name to show."""
         return {}
 
-    def across(self, beside: Mapping[str, Findings]) -> Sequence[Check]:  # noqa: ARG002
+    def across(self, beside: Mapping[str, Findings]) -> Sequence[Check]:
         """Hold engines, by name, against one another."""
         return ()
 
     def sections(
-        self,
-        main: Findings | None,  # noqa: ARG002
-        own: Findings,  # noqa: ARG002
-        beside: Mapping[str, Findings],  # noqa: ARG002
+        self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]
     ) -> Sequence[Section]:
         """Return the parts of the report: of the main engine, own solvers, engines beside it."""
         return ()
 
     def measured(self, parameters: P, output: Output, traits: Traits) -> Measured:
-        """Return the declared quantities of an output, checked against their declaration."""
+        """Return the quantities of an output; raise EngineError for one that is not declared."""
         values = dict(self.read(parameters, output, traits))
-        check_declared(self, values)
+        declared = {observable.name for observable in self.quantities}
+        where = f"case {self.name!r} of package {type(self).__module__.partition('.')[0]!r}"
+        for name, value in values.items():
+            if name not in declared:
+                raise EngineError(f"{where} returned {name!r}, which it does not declare")
+            if not isinstance(value, (int, float)):
+                told = " ".join(repr(value).split())[:60]
+                raise EngineError(f"{where} returned {name} = {told}: not one number")
         return Measured(values, output.provenance, output.seconds)
 
     def _judged(self, plan: Plan[P], output: Output | EngineError, engine: Engine) -> list[Check]:
@@ -236,15 +247,3 @@ class Case(ABC, Generic[P]):
             )
             for quantity, tolerance in plan.tolerances.items()
         ]
-
-
-def check_declared(case: Case[Any], values: Mapping[str, Any]) -> None:
-    """Raise EngineError for a quantity that a case did not declare, or that is no number."""
-    declared = {observable.name for observable in case.quantities}
-    where = f"case {case.name!r} of package {type(case).__module__.partition('.')[0]!r}"
-    for name, value in values.items():
-        if name not in declared:
-            raise EngineError(f"{where} returned {name!r}, which it does not declare")
-        if not isinstance(value, (int, float)):
-            told = " ".join(repr(value).split())[:60]
-            raise EngineError(f"{where} returned {name} = {told}: not one number")

@@ -10,6 +10,13 @@ from harness.comparison.triage import Triage
 from harness.comparison.verdicts import Check, Kind, Verdict, failed_run
 from harness.errors import EngineError, EngineOutputError, RequestError
 
+Progress = Callable[[str, int, int], None]
+"""Called with the name of a stage, the parts done, and the parts in all; from any thread."""
+
+
+def silent(stage: str, done: int, total: int) -> None:
+    """Report no progress."""
+
 
 class Part(NamedTuple):
     """A part of a verification: its name, what runs it, and how many rows it leaves at least."""

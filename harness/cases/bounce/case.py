@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import ClassVar, Self
+from typing import ClassVar
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from harness.cases.contact_base.closed_forms import rebound
 from harness.cases.contact_base.contact_case import ContactCase
@@ -32,20 +32,17 @@ class Bounce(ContactSystem):
         """Return the speed at touch [m/s]."""
         return math.sqrt(2.0 * self.gravity * self.height)
 
-    @model_validator(mode="after")
-    def _scaled(self) -> Self:
+    def check(self) -> None:
+        """Raise ValueError for values that have no meaning together."""
         meets(self, "wall", "frozen")
         g = self.gravity
         met(self, "height", "m", self.speed, lambda speed: speed * speed / 2.0 / g, g)
-        return self
 
 
 class BounceCase(ContactCase[Bounce]):
-    """One bounce, from half a step before the contact on: the fall itself has no error."""
+    """A sphere falls on a floor and bounces under gravity: height and time of the bounce."""
 
     name = "bounce"
-    summary = "A sphere falls on a floor and bounces under gravity: height and time of the bounce."
-    parameters = Bounce
     quantities = numbers(
         rebound_ratio="[-] height of the rebound over that of the fall",
         contact_time_s="[s] of the first contact",

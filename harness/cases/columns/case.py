@@ -18,7 +18,7 @@ from harness.report.sections import Section
 
 
 class ColumnsCase(Case[Columns]):
-    """The incline's grain on columns of n particles that give way and pass on what falls on them.
+    """The incline's grain on columns of n particles, the last one fixed: critical angle.
 
     The impulse between grain and column, and the waves below, are what the source explains the
     lower angle of thick layers by. Without friction every impulse on the grain stands normal to
@@ -29,8 +29,6 @@ class ColumnsCase(Case[Columns]):
 
     name = NAME
     group = "incline"
-    summary = "The incline's grain on columns of n particles, the last one fixed: critical angle."
-    parameters = Columns
     quantities = INCLINE.quantities
     template = TEMPLATE
 
@@ -48,7 +46,7 @@ class ColumnsCase(Case[Columns]):
         """Return the job of one passage."""
         return job_of(parameters, "passage")
 
-    def read(self, parameters: Columns, output: Output, traits: Traits) -> Mapping[str, float]:  # noqa: ARG002
+    def read(self, parameters: Columns, output: Output, traits: Traits) -> Mapping[str, float]:
         """Return what became of one passage; raise EngineOutputError for a bad output."""
         return read(parameters, "passage", output).quantities
 
@@ -57,13 +55,13 @@ class ColumnsCase(Case[Columns]):
         rebounds = parameters.n > 1 and parameters.inside == "elastic"
         return {} if rebounds else INCLINE.references(parameters, traits)
 
-    def expected_rows(self, level: LevelName, engine: Engine) -> int:  # noqa: ARG002
+    def expected_rows(self, level: LevelName, engine: Engine) -> int:
         """Return how many rows a level leaves."""
         from harness.cases.columns.checks import engine_parts
 
         return sum(part.rows for part in engine_parts(engine))
 
-    def verify(self, engine: Engine, study: Study) -> Findings:  # noqa: ARG002
+    def verify(self, engine: Engine, study: Study) -> Findings:
         """Hold an engine against the incline for one particle, and against the reference DEM."""
         from harness.cases.columns.checks import engine_parts
 
@@ -81,10 +79,7 @@ class ColumnsCase(Case[Columns]):
         return Findings(self.name, checks=rows, evidence=angles, published=records)
 
     def sections(
-        self,
-        main: Findings | None,  # noqa: ARG002
-        own: Findings,
-        beside: Mapping[str, Findings],  # noqa: ARG002
+        self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]
     ) -> Sequence[Section]:
         """Return the critical angle against the height of the columns."""
         from harness.cases.columns.sections import sections

@@ -83,7 +83,7 @@ class ContactCase(Case[P]):
     def observed(self, parameters: P, motion: Motion) -> Mapping[str, float]:
         """Return the quantities of a motion, whoever computed it."""
 
-    def closed_forms(self, parameters: P) -> Mapping[str, float]:  # noqa: ARG002
+    def closed_forms(self, parameters: P) -> Mapping[str, float]:
         """Return the quantities whose exact value is known, by name."""
         return {}
 
@@ -91,7 +91,7 @@ class ContactCase(Case[P]):
         """Return the job of one run."""
         return job_of(self.scene(parameters), parameters.interface)
 
-    def read(self, parameters: P, output: Output, traits: Traits) -> Mapping[str, float]:  # noqa: ARG002
+    def read(self, parameters: P, output: Output, traits: Traits) -> Mapping[str, float]:
         """Return the quantities of a run; raise EngineOutputError for one that is cut."""
         motion = motion_of(output, self.scene(parameters))
         found = self.observed(parameters, motion)
@@ -119,7 +119,7 @@ class ContactCase(Case[P]):
             **{name: Reference(value, "closed form") for name, value in exact.items()},
         }
 
-    def seconds(self, parameters: P, rules: Traits | None, solver: str = "") -> float:  # noqa: ARG002
+    def seconds(self, parameters: P, rules: Traits | None, solver: str = "") -> float:
         """Return what a run is expected to take an engine of these rules [s]."""
         scene = self.scene(parameters)
         return 0.0 if rules is None else engine_seconds(scene.steps, len(scene.bodies), rules)
@@ -184,7 +184,7 @@ class ContactCase(Case[P]):
 
         return (errors_drawn(self, evidence),)
 
-    def axes(self, parameters: P) -> tuple[str, str]:  # noqa: ARG002
+    def axes(self, parameters: P) -> tuple[str, str]:
         """Return the names of the axes of :meth:`curves`, with units."""
         return "overlap (µm)", "force (N)"
 
@@ -200,10 +200,7 @@ class ContactCase(Case[P]):
         return motion_plot(self, cell, who), errors_plot(self, cell)
 
     def sections(
-        self,
-        main: Findings | None,
-        own: Findings,  # noqa: ARG002
-        beside: Mapping[str, Findings],
+        self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]
     ) -> Sequence[Section]:
         """Return formula, limits and figure of each trial in the main engine."""
         from harness.cases.contact_base.sections import sections_of

@@ -76,7 +76,11 @@ class ContactSystem(ContactLaw):
             if further or self.damping not in dampings or self.tangential not in tangentials:
                 known = "; ".join(f"{n}: {', '.join((*d, *t))}" for n, (d, t) in OLD.items())
                 raise ValueError(f"interface = 'old': states these submodels only: {known}")
+        self.check()
         return self
+
+    def check(self) -> None:
+        """Raise ValueError for values of a case that have no meaning together."""
 
     @property
     def mass(self) -> float:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import ClassVar, Self, TypeVar
+from typing import ClassVar, TypeVar
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.motion import Array, Motion
@@ -32,11 +32,10 @@ class Resting(ContactSystem):
     gravity: Gravity = Field(9.81, description="[m/s2] downward")
     duration: Duration = Field(20.0, description="[-] in half periods of the contact")
 
-    @model_validator(mode="after")
-    def _rests(self) -> Self:
+    def check(self) -> None:
+        """Raise ValueError for values that have no meaning together."""
         meets(self, *self.carried_by)
         rests(self, -self.pull[2])
-        return self
 
     @property
     def pull(self) -> Vector:
@@ -89,7 +88,7 @@ class RestingCase(ContactCase[R]):
         )
         return resolved(parameters, scene, overlap)
 
-    def axes(self, parameters: R) -> tuple[str, str]:  # noqa: ARG002
+    def axes(self, parameters: R) -> tuple[str, str]:
         """Return what is drawn: both speeds."""
         return "time (ms)", "velocity (m/s)"
 

@@ -40,13 +40,11 @@ REGRESSION: dict[str, Tolerance] = {
 
 
 class DropCase(Case[Drop]):
-    """Head-on and oblique collision, free fall and rest of a grain on one fixed sphere."""
+    """A grain meets one fixed sphere: restitution, rest, free fall, oblique contact."""
 
     name = NAME
     group = "contacts"
-    summary = "A grain meets one fixed sphere: restitution, rest, free fall, oblique contact."
     qualifies = True
-    parameters = Drop
     quantities = numbers(
         restitution="[-] speed after the collision over speed before, head-on",
         largest_overlap_m="[m] largest overlap of the samples",
@@ -74,7 +72,7 @@ class DropCase(Case[Drop]):
         """Return the job of one drop."""
         return job_of(parameters)
 
-    def read(self, parameters: Drop, output: Output, traits: Traits) -> Mapping[str, float]:  # noqa: ARG002
+    def read(self, parameters: Drop, output: Output, traits: Traits) -> Mapping[str, float]:
         """Return what the path tells; raise EngineOutputError for one that is cut.
 
         The restitution is that of a head-on collision that is over; the ratio of angular momenta
@@ -98,12 +96,12 @@ class DropCase(Case[Drop]):
         """Return what is expected under an engine's spring."""
         return references_of(parameters, traits.spring)
 
-    def expected_rows(self, level: LevelName, engine: Engine) -> int:  # noqa: ARG002
+    def expected_rows(self, level: LevelName, engine: Engine) -> int:
         """Return a row for each drop, and for each named contact that the engine refuses."""
         refused = [c for c in (SOURCE, PLASTIC) if engine.traits.refuses_contact(c)]
         return len(list(drop_tests(engine.traits))) + len(refused)
 
-    def verify(self, engine: Engine, study: Study) -> Findings:  # noqa: ARG002
+    def verify(self, engine: Engine, study: Study) -> Findings:
         """Run the drops that an engine can state and judge each against what its rules ask for."""
         tests = list(drop_tests(engine.traits))
         found = Findings(self.name, engine.name)
@@ -130,10 +128,7 @@ class DropCase(Case[Drop]):
         return found
 
     def sections(
-        self,
-        main: Findings | None,
-        own: Findings,  # noqa: ARG002
-        beside: Mapping[str, Findings],
+        self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]
     ) -> Sequence[Section]:
         """Return the collisions of the engines, with a figure of the main one's."""
         from harness.cases.drop.sections import sections_of

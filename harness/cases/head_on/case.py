@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from harness.cases.contact_base.closed_forms import head_on
 from harness.cases.contact_base.contact_case import ContactCase
@@ -30,18 +30,15 @@ class HeadOn(ContactSystem):
 
     speed: Speed = Field(1.0, description="[m/s] of the approach")
 
-    @model_validator(mode="after")
-    def _scaled(self) -> Self:
+    def check(self) -> None:
+        """Raise ValueError for values that have no meaning together."""
         met(self, "speed", "m/s", self.speed, lambda speed: speed)
-        return self
 
 
 class HeadOnCase(ContactCase[HeadOn]):
-    """Normal force and damping: a sphere against a wall, and against spheres."""
+    """A sphere meets a wall or a sphere head-on: restitution, contact time, peaks."""
 
     name = "head-on"
-    summary = "A sphere meets a wall or a sphere head-on: restitution, contact time, peaks."
-    parameters = HeadOn
     quantities = numbers(
         restitution="[-] speed of departure over that of approach",
         contact_time_s="[s] while the surfaces overlap",

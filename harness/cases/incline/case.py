@@ -29,13 +29,11 @@ STEPS = {"plastic": 100.0}
 
 
 class InclineCase(Case[Incline]):
-    """One grain on a tilted row of fixed, touching spheres, without friction."""
+    """A grain on a tilted row of fixed spheres without friction: the critical angle."""
 
     name = NAME
     group = "incline"
-    summary = "A grain on a tilted row of fixed spheres without friction: the critical angle."
     by_default = True
-    parameters = Incline
     quantities = numbers(
         margin_over_mgd=(
             "[-] energy left after one well, less that of a grain at rest on the next crest, in "
@@ -66,7 +64,7 @@ class InclineCase(Case[Incline]):
         """Return what became of one passage; raise EngineOutputError for a bad output."""
         return read(parameters, "passage", output, traits.spring).quantities
 
-    def references(self, parameters: Incline, traits: Traits) -> Mapping[str, Reference]:  # noqa: ARG002
+    def references(self, parameters: Incline, traits: Traits) -> Mapping[str, Reference]:
         """Return the margin of rigid spheres; none for a contact that rebounds."""
         from harness.cases.incline.closed_forms import ONE_SHOCK, rebound
         from harness.theory.energy_map import passage_margin
@@ -85,7 +83,7 @@ class InclineCase(Case[Incline]):
             return super().solve(parameters, solver)
         return solve_rigid(parameters)
 
-    def seconds(self, parameters: Incline, rules: Traits | None, solver: str = "") -> float:  # noqa: ARG002
+    def seconds(self, parameters: Incline, rules: Traits | None, solver: str = "") -> float:
         """Return what one passage is expected to take an engine of these rules [s]."""
         return 0.0 if rules is None else run_seconds(parameters, "passage", rules)
 
@@ -152,10 +150,7 @@ class InclineCase(Case[Incline]):
         return across_engines([angle for found in beside.values() for angle in found.evidence])
 
     def sections(
-        self,
-        main: Findings | None,
-        own: Findings,
-        beside: Mapping[str, Findings],
+        self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]
     ) -> Sequence[Section]:
         """Return the contacts with their angles, restitution, the engines beside one another."""
         from harness.cases.incline.rigid import rigid_section

@@ -20,8 +20,8 @@ class Linear:
         """Return F / k."""
         return force / self.case.stiffness
 
-    def change(self, force: float, by: float) -> float:  # noqa: ARG002 - the same at every force
-        """Return dF / k."""
+    def change(self, force: float, by: float) -> float:
+        """Return dF / k, the same at every force."""
         return by / self.case.stiffness
 
     def energy_under(self, force: float) -> float:
@@ -33,7 +33,7 @@ class Linear:
         first, *others = (overlap**2 for overlap in overlaps)
         return 0.5 * self.case.stiffness * sum(others, start=first)
 
-    def small_motion(self, force: float) -> tuple[float, float]:  # noqa: ARG002
+    def small_motion(self, force: float) -> tuple[float, float]:
         """Return sqrt(k/m) and the contact's own damping ratio."""
         omega = math.sqrt(self.case.stiffness / self.case.mass)
         return omega, self.case.contact.zeta_against_full_mass

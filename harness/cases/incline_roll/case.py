@@ -33,11 +33,9 @@ class InclineRoll(Resting):
 
 
 class InclineRollCase(RestingCase[InclineRoll]):
-    """Friction that the law finds by itself, below and beyond Coulomb's limit."""
+    """A sphere let go on an incline rolls, or slides where the friction does not suffice."""
 
     name = "incline-roll"
-    summary = "A sphere let go on an incline rolls, or slides where the friction does not suffice."
-    parameters = InclineRoll
     quantities = numbers(
         acceleration_ratio="[-] mean over the second half, over g sin(angle)",
         spin_ratio="[-] radius times angular acceleration, likewise",

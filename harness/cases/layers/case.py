@@ -29,12 +29,10 @@ STATIC_DEG = 30.0
 
 
 class LayersCase(Case[Layers]):
-    """Frictionless spheres on a rough base: the angle at which they stop, and start again."""
+    """Frictionless layers on a rough base: the angle at which their flow stops, starts."""
 
     name = NAME
     group = "layers"
-    summary = "Frictionless layers on a rough base: the angle at which their flow stops, starts."
-    parameters = Layers
     quantities = QUANTITIES
     template = TEMPLATE
 
@@ -53,11 +51,11 @@ class LayersCase(Case[Layers]):
         """Return the job of one descent."""
         return job_of(parameters)
 
-    def read(self, parameters: Layers, output: Output, traits: Traits) -> Mapping[str, float]:  # noqa: ARG002
+    def read(self, parameters: Layers, output: Output, traits: Traits) -> Mapping[str, float]:
         """Return angles and means; raise EngineOutputError for an undecided descent."""
         return read(parameters, output)
 
-    def references(self, parameters: Layers, traits: Traits) -> Mapping[str, Reference]:  # noqa: ARG002
+    def references(self, parameters: Layers, traits: Traits) -> Mapping[str, Reference]:
         """Return what a single grain on the row does; {} for any other system.
 
         Without rebound: overdamped contacts.
@@ -72,7 +70,7 @@ class LayersCase(Case[Layers]):
             found["stop_angle_deg"] = Reference(critical_angle(), "closed form")
         return found
 
-    def seconds(self, parameters: Layers, rules: Traits | None, solver: str = "") -> float:  # noqa: ARG002
+    def seconds(self, parameters: Layers, rules: Traits | None, solver: str = "") -> float:
         """Return what a descent that covers half its angles is expected to take [s]."""
         if rules is None:
             return 0.0
@@ -81,7 +79,7 @@ class LayersCase(Case[Layers]):
         particles = parameters.grains + parameters.base_spheres
         return engine_seconds(time / parameters.step, particles, rules)
 
-    def plans(self, level: LevelName, traits: Traits) -> Sequence[Plan[Layers]]:  # noqa: ARG002
+    def plans(self, level: LevelName, traits: Traits) -> Sequence[Plan[Layers]]:
         """Return the single grain, lowered; beyond level quick raised as well."""
         found = [Plan("one grain on a row stops", SINGLE, {"stop_angle_deg": STOP})]
         if level != "quick":
@@ -102,10 +100,7 @@ class LayersCase(Case[Layers]):
         return findings
 
     def sections(
-        self,
-        main: Findings | None,
-        own: Findings,  # noqa: ARG002
-        beside: Mapping[str, Findings],  # noqa: ARG002
+        self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]
     ) -> Sequence[Section]:
         """Return the limit in words and the profile of a small flow."""
         from harness.cases.layers.sections import flow_section

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.impact import impact, relative_velocity
@@ -37,14 +37,13 @@ class Oblique(ContactSystem):
     speed: Speed = Field(1.0, description="[m/s] of the approach")
     angle: float = Field(45.0, ge=0.0, lt=90.0, description="[deg] to the normal")
 
-    @model_validator(mode="after")
-    def _scaled(self) -> Self:
+    def check(self) -> None:
+        """Raise ValueError for values that have no meaning together."""
         along, _, down = self.velocity
         met(self, "speed", "m/s", -down, lambda speed: speed * self.speed / -down)
         if along:
             why = "0, or more than what rounding leaves of the velocity along the surface"
             between("angle", self.angle, "deg", (LEAST_ANGLE, 90.0), why)
-        return self
 
     @property
     def velocity(self) -> tuple[float, float, float]:
@@ -54,11 +53,9 @@ class Oblique(ContactSystem):
 
 
 class ObliqueCase(ContactCase[Oblique]):
-    """Tangential force: sticking at small angles, sliding throughout at large ones."""
+    """A sphere meets a wall or a sphere at an angle: velocity ratios and spin."""
 
     name = "oblique"
-    summary = "A sphere meets a wall or a sphere at an angle: velocity ratios and spin."
-    parameters = Oblique
     quantities = numbers(
         normal_restitution="[-] normal speed after over that before",
         tangential_ratio="[-] tangential velocity of the centre, likewise",

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.motion import Array, Motion
@@ -49,18 +49,13 @@ class PrescribedMotion(ContactSystem):
         "follows the shear",
     )
 
-    @model_validator(mode="after")
-    def _turns(self) -> Self:
+    def check(self) -> None:
+        """Raise ValueError for a motion that leaves the contact, or in which it pulls."""
         if self.turned and self.partner != "sphere":
             raise ValueError(
                 f"turned = {self.turned!r}: needs two spheres (partner = sphere), "
                 f"got partner = {self.partner!r}"
             )
-        self._stays()
-        return self
-
-    def _stays(self) -> None:
-        """Raise ValueError for a motion that leaves the contact, or in which it pulls."""
         pressed(self, "overlap", "m", self.overlap)
         (least, most), left = overlaps(self), (1.0 - self.lift) * self.overlap
         if self.partner == "sphere":
@@ -83,11 +78,9 @@ SLACK = 1e-9
 
 
 class PrescribedMotionCase(ContactCase[PrescribedMotion]):
-    """Every submodel beyond its limit and back, whatever the engine's scheme."""
+    """Forces along a given motion: pressed, sheared to and fro, lifted, rolled, twisted."""
 
     name = "prescribed-motion"
-    summary = "Forces along a given motion: pressed, sheared to and fro, lifted, rolled, twisted."
-    parameters = PrescribedMotion
     quantities = numbers(
         shear_ratio="[-] tangential over normal force, after the shear",
         reversed_ratio="[-] likewise, after the shear back",

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.impact import overlap_of
@@ -34,8 +34,8 @@ class PullOff(ContactSystem):
     overlap: float = Field(1e-5, gt=0.0, description="[m] at the start")
     speed: Speed = Field(1e-3, description="[m/s] of the pull")
 
-    @model_validator(mode="after")
-    def _scaled(self) -> Self:
+    def check(self) -> None:
+        """Raise ValueError for values that have no meaning together."""
         if self.normal not in COHESIVE_FORCES:
             raise ValueError(f"normal = {self.normal!r}: attracts nothing (normal = dmt, jkr do)")
         if self.damping != "none":
@@ -47,15 +47,12 @@ class PullOff(ContactSystem):
         limits = overlaps(self)[0], self.steps_per_contact * step
         why = "with these steps_per_contact the elastic force of a step is a tenth of the tension"
         between("overlap", self.overlap, "m", limits, why)
-        return self
 
 
 class PullOffCase(ContactCase[PullOff]):
-    """Attraction at rest: the motion is prescribed, the force is read."""
+    """A sphere that sticks is pulled off: largest tension, and overlap where it parts."""
 
     name = "pull-off"
-    summary = "A sphere that sticks is pulled off: largest tension, and overlap where it parts."
-    parameters = PullOff
     quantities = numbers(
         pull_off_force_N="[N] largest tension",
         parting_ratio="[-] overlap at the last force over that of the start",

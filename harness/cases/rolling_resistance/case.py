@@ -29,11 +29,9 @@ class RollingResistance(Resting):
 
 
 class RollingResistanceCase(RestingCase[RollingResistance]):
-    """The rolling submodel, beside friction that keeps the sphere from slipping."""
+    """A rolling sphere is slowed down by rolling resistance, and stands in the end."""
 
     name = "rolling-resistance"
-    summary = "A rolling sphere is slowed down by rolling resistance, and stands in the end."
-    parameters = RollingResistance
     quantities = numbers(
         halfway_speed_ratio="[-] speed over that of the start, halfway",
         speed_ratio="[-] speed over that of the start, at the end",

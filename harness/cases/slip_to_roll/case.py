@@ -43,11 +43,9 @@ class SlipToRoll(Resting):
 
 
 class SlipToRollCase(RestingCase[SlipToRoll]):
-    """Sliding friction under a constant load, then sticking."""
+    """A sphere slides on a floor until it rolls, at 5/7 of its speed."""
 
     name = "slip-to-roll"
-    summary = "A sphere slides on a floor until it rolls, at 5/7 of its speed."
-    parameters = SlipToRoll
     quantities = numbers(
         sliding_speed_ratio="[-] speed over that of the start, while it slides",
         speed_ratio="[-] speed over that of the start, at the end",
@@ -74,7 +72,7 @@ class SlipToRollCase(RestingCase[SlipToRoll]):
             "momentum_ratio": float(u[-1] + 0.4 * spin[-1]) / parameters.speed,
         }
 
-    def axes(self, parameters: SlipToRoll) -> tuple[str, str]:  # noqa: ARG002
+    def axes(self, parameters: SlipToRoll) -> tuple[str, str]:
         """Return what is drawn: both speeds until it rolls."""
         return "time (ms)", "over the speed of the start"
 
@@ -83,7 +81,7 @@ class SlipToRollCase(RestingCase[SlipToRoll]):
         named = super().curves(parameters, motion)
         return {name: (time, value / parameters.speed) for name, (time, value) in named.items()}
 
-    def closed_forms(self, parameters: SlipToRoll) -> Mapping[str, float]:  # noqa: ARG002
+    def closed_forms(self, parameters: SlipToRoll) -> Mapping[str, float]:
         """Return the momentum about the floor, which no force there changes."""
         return {"momentum_ratio": 1.0}
 

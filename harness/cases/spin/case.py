@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.impact import impact, relative_velocity
@@ -35,23 +35,20 @@ class Spin(ContactSystem):
         0.0, ge=-1e9, le=1e9, description="[rad/s] of the sphere that it meets, about y"
     )
 
-    @model_validator(mode="after")
-    def _spins(self) -> Self:
+    def check(self) -> None:
+        """Raise ValueError for values that have no meaning together."""
         if self.partner_spin and self.partner != "sphere":
             raise ValueError(
                 f"partner_spin = {self.partner_spin!r}: partner = {self.partner!r} has none "
                 "(partner = sphere does)"
             )
         met(self, "speed", "m/s", self.speed, lambda speed: speed)
-        return self
 
 
 class SpinCase(ContactCase[Spin]):
-    """Tangential force from spin: no tangential velocity of the centre before."""
+    """A spinning sphere meets a wall or a sphere: spin left, velocity gained."""
 
     name = "spin"
-    summary = "A spinning sphere meets a wall or a sphere: spin left, velocity gained."
-    parameters = Spin
     quantities = numbers(
         normal_restitution="[-] normal speed after over that before",
         spin_ratio="[-] spin after over that before",

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, ClassVar, Self
+from typing import Annotated, ClassVar
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.motion import Array, Motion
@@ -54,8 +54,8 @@ class Stacked(ContactSystem):
         """Return the mass of the upper sphere [kg]."""
         return sphere_mass(self.second_radius, self.upper_density or self.density)
 
-    @model_validator(mode="after")
-    def _scaled(self) -> Self:
+    def check(self) -> None:
+        """Raise ValueError for values that have no meaning together."""
         meets(self, "sphere")
         third, most = self.squeezed / 3.0, 0.5 * overlaps(self)[1]
         pressed(self, "squeeze", "", third)
@@ -71,15 +71,12 @@ class Stacked(ContactSystem):
         density = self.density if self.upper_density is None else self.upper_density
         least = light / self.upper_mass * density
         between("upper_density", density, "kg/m3", (least, math.inf), "its steps are too long")
-        return self
 
 
 class StackedCase(ContactCase[Stacked]):
-    """Three contacts at once: floor, each other, ceiling."""
+    """Two stacked spheres oscillate between plates: three contacts at a time."""
 
     name = "stacked"
-    summary = "Two stacked spheres oscillate between plates: three contacts at a time."
-    parameters = Stacked
     quantities = numbers(
         lower_height_ratio="[-] rise of the lower sphere over the squeeze",
         upper_height_ratio="[-] rise of the upper sphere over the squeeze",
@@ -139,11 +136,11 @@ class StackedCase(ContactCase[Stacked]):
             "upper_speed_ratio": float(speed[1]),
         }
 
-    def axes(self, parameters: Stacked) -> tuple[str, str]:  # noqa: ARG002
+    def axes(self, parameters: Stacked) -> tuple[str, str]:
         """Return what is drawn: how far each sphere rises."""
         return "time (ms)", "rise (µm)"
 
-    def curves(self, parameters: Stacked, motion: Motion) -> Mapping[str, tuple[Array, Array]]:  # noqa: ARG002
+    def curves(self, parameters: Stacked, motion: Motion) -> Mapping[str, tuple[Array, Array]]:
         """Return the rise of both spheres."""
         rise = 1e6 * (motion.position[:, :, 2] - motion.position[0, :, 2])
         return {name: (1e3 * motion.time, rise[:, i]) for i, name in enumerate(("lower", "upper"))}

@@ -39,13 +39,11 @@ QUANTITIES = numbers(
 
 
 class TowerCase(Case[TowerRunParameters]):
-    """A grain that runs into a row of particles at rest."""
+    """A grain that runs into a row of particles at rest: force, impulse, energy."""
 
     name = NAME
     group = "chains"
-    summary = "A grain that runs into a row of particles at rest: force, impulse, energy."
     by_default = True
-    parameters = TowerRunParameters
     quantities = QUANTITIES
     template = TEMPLATE
     solvers = ("exact", "rk4")
@@ -75,7 +73,7 @@ class TowerCase(Case[TowerRunParameters]):
         except RequestError as error:
             raise EngineOutputError(f"{output.who}: {error}") from error
 
-    def references(self, parameters: TowerRunParameters, traits: Traits) -> Mapping[str, Reference]:  # noqa: ARG002
+    def references(self, parameters: TowerRunParameters, traits: Traits) -> Mapping[str, Reference]:
         """Return the exact propagator's values, in closed form for a grain on one fixed particle.
 
         Energy is conserved: its drift is 0.

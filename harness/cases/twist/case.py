@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import ClassVar, Self
+from typing import ClassVar
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from harness.cases.contact_base.motion import Array, Motion
 from harness.cases.contact_base.parameters import Turning, reduced_shear_modulus
@@ -26,14 +26,14 @@ class Twist(Resting):
     spin: Turning = Field(20.0, description="[rad/s] at the start")
     carried_by = ("wall", "frozen")
 
-    @model_validator(mode="after")
-    def _slows_down(self) -> Self:
+    def check(self) -> None:
+        """Raise ValueError for values that have no meaning together."""
+        super().check()
         name = "friction" if self.twisting_friction is None else "twisting_friction"
         if not getattr(self, name):
             raise ValueError(
                 f"{name} = {getattr(self, name)!r}: must be greater than 0 to slow down"
             )
-        return self
 
     @property
     def start(self) -> tuple[Vector, Vector]:
@@ -42,11 +42,9 @@ class Twist(Resting):
 
 
 class TwistCase(RestingCase[Twist]):
-    """The twisting submodel alone: nothing slides or rolls."""
+    """A sphere that spins about the line of contact is slowed down by a constant torque."""
 
     name = "twist"
-    summary = "A sphere that spins about the line of contact is slowed down by a constant torque."
-    parameters = Twist
     quantities = numbers(
         halfway_spin_ratio="[-] spin over that of the start, halfway",
         spin_ratio="[-] spin over that of the start, at the end",
@@ -82,11 +80,11 @@ class TwistCase(RestingCase[Twist]):
             "deceleration_ratio": lost / self._slipping(parameters),
         }
 
-    def axes(self, parameters: Twist) -> tuple[str, str]:  # noqa: ARG002
+    def axes(self, parameters: Twist) -> tuple[str, str]:
         """Return what is drawn: the spin over the time."""
         return "time (ms)", "spin (rad/s)"
 
-    def curves(self, parameters: Twist, motion: Motion) -> Mapping[str, tuple[Array, Array]]:  # noqa: ARG002
+    def curves(self, parameters: Twist, motion: Motion) -> Mapping[str, tuple[Array, Array]]:
         """Return the spin about the vertical."""
         return {"": (1e3 * motion.time, motion.omega[:, 0, 2])}
 
