@@ -1,5 +1,5 @@
 # Two spheres at rest, pressed together: the force of RotElastic with scaling=False is k overlap.
-# mpirun -np 2 esysparticle in.py    (one worker; ESyS-Particle 2.3.5)
+# mpirun -np 2 esysparticle in.py    (one worker; ESyS-Particle 2.3.4)
 from __future__ import print_function
 
 from esys.lsm import RotElasticPrms, LsmMpi, RotSphere
