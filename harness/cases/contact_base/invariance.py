@@ -12,9 +12,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from harness.cases.contact_base.motion import Motion, motion_of
+from harness.cases.contact_base.motion import FORCES, Motion, motion_of
+from harness.cases.contact_base.reference import followed, rules_of
 from harness.cases.contact_base.scales import rest_overlap
 from harness.cases.contact_base.submodels import Trial
+from harness.cases.contact_base.tolerances import SINGLE
 from harness.cases.contact_base.views import PARTS
 from harness.cases.contact_base.ways import (
     MOVED,
@@ -31,6 +33,7 @@ from harness.cases.contract import LevelName, Study
 from harness.comparison.tolerances import Tolerance
 from harness.comparison.verdicts import Cell, Check, Kind, failed_run, judge, not_tested
 from harness.engines.contract import Engine, Output
+from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineMissingError, EngineNaNError
 from harness.parameters.contact_scene import ContactScene
 
@@ -47,6 +50,9 @@ NO_WIDTH = {
 theta - sin theta cos theta, cos theta = 1 - x, is off by up to 3 eps / (8 x^2) of itself where
 acos(1 - x) and sqrt(2 x - x^2) each round 1 - x; 2 x is the overlap with a flat over the radius.
 """
+
+
+WRITTEN = "written in single precision: its eps of the room of the bodies, and of speeds"
 
 
 def invariances(case: ContactCase[Any], engine: Engine, study: Study) -> list[Check]:
@@ -110,7 +116,7 @@ def _most_ranks(case: ContactCase[Any], trial: Trial, level: LevelName) -> int:
 
 def _run(found: Sequence[Ways], engine: Engine) -> None:
     """Run the ways that have not been run, those of each number of ranks together."""
-    todo = [(one, way) for one in found for way in one.ways.values() if way.name not in one.motions]
+    todo = [(one, w) for one in found for w in one.ways.values() if w.name not in one.motions]
     for ranks in sorted({way.ranks for _, way in todo}):
         here = [(one, way) for one, way in todo if way.ranks == ranks]
         if ranks == 1:
@@ -159,12 +165,12 @@ def _rows(
         return
     for way in one.ways.values():
         if wanted(way) and way.judged:
-            row = _row(f"{head}: {way.name}", way, one)
+            row = _row(f"{head}: {way.name}", way, one, engine.traits)
             yield replace(row, cell=replace(cell, invariance=way.name))
 
 
-def _row(name: str, way: Way, one: Ways) -> Check:
-    """Return the verdict on a way."""
+def _row(name: str, way: Way, one: Ways, traits: Traits) -> Check:
+    """Return the verdict on a way in an engine of these traits."""
     found, expected = one.motions[way.name], one.motion(way.against)
     if isinstance(found, EngineError):
         row = failed_run(name, Kind.INVARIANCE, found, "1")
@@ -176,35 +182,43 @@ def _row(name: str, way: Way, one: Ways) -> Check:
     unknown = "" if way.exact else NO_WIDTH.get(one.trial.parameters.normal, "")
     if unknown:
         return not_tested(name, Kind.INVARIANCE, unknown, "1")
-    sizes = _sizes(one)
+    sizes = _sizes(one, traits)
     apart = difference(way.back(found), one.ways[way.against].back(expected), sizes)
     worst = max(apart, key=lambda part: np.nan_to_num(apart[part], nan=np.inf))
-    width = 0.0 if way.exact else _width(way, one, sizes)
+    single = traits.digits <= SINGLE and not way.exact
+    width = 0.0 if way.exact else _width(way, one, sizes, single=single)
+    tolerance = Tolerance("1", width, 0.0, f"{way.why}; {WRITTEN}" if single else way.why)
     held = f"against the run {way.against or 'as it stands'}; largest difference: {worst}"
-    return judge(
-        name, Kind.INVARIANCE, apart[worst], 0.0, Tolerance("1", width, 0.0, way.why), note=held
-    )
+    return judge(name, Kind.INVARIANCE, apart[worst], 0.0, tolerance, note=held)
 
 
 def difference(one: Motion, other: Motion, sizes: Mapping[str, float]) -> dict[str, float]:
-    """Return the largest difference of each part of two motions, over its size."""
+    """Return the largest difference of each part of two motions, over its size.
+
+    Forces are left out where neither motion tells any.
+    """
+    silent = not one.tells_forces and not other.tells_forces
     return {
         part: float(np.max(np.abs(getattr(one, part) - getattr(other, part)))) / sizes[part]
         for part in PARTS
+        if not (silent and part in FORCES)
     }
 
 
-def _sizes(one: Ways) -> dict[str, float]:
+def _sizes(one: Ways, traits: Traits) -> dict[str, float]:
     """Return what differences are measured in: overlap, speed of the contact, largest force.
 
     The overlap is that of the largest force at rest, the speed at least what moves by it in
-    the time of a contact; both with the radius as the lever.
+    the time of a contact; both with the radius as the lever. A force that a code does not tell is
+    that of the law.
     """
-    motion, law, scene = one.motion(PLAIN), one.trial.parameters, one.ways[PLAIN].scene
+    motion, law, plain = one.motion(PLAIN), one.trial.parameters, one.ways[PLAIN]
     assert motion is not None
-    r = law.radius
+    scene, r, pulled = plain.scene, law.radius, motion.force[:, 0]
+    if not motion.tells_forces:
+        pulled = followed(scene, rules_of(plain.job, traits)).motion.force[:, 0]
     weight = scene.bodies[0].mass * np.array(scene.gravity)
-    force = float(np.linalg.norm(motion.force[:, 0] - weight, axis=1).max())
+    force = float(np.linalg.norm(pulled - weight, axis=1).max())
     overlap = rest_overlap(law, force)
     speed = max(
         float(np.linalg.norm(motion.velocity, axis=2).max()),
@@ -220,11 +234,16 @@ def _sizes(one: Ways) -> dict[str, float]:
     }
 
 
-def _width(way: Way, one: Ways, sizes: Mapping[str, float]) -> float:
-    """Return the part of the sizes that round-off may change."""
+def _width(way: Way, one: Ways, sizes: Mapping[str, float], *, single: bool) -> float:
+    """Return the part of the sizes that round-off may change, ``single`` where it is written."""
     motion, scene = one.motion(PLAIN), one.ways[PLAIN].scene
     assert motion is not None
     far = float(np.abs(motion.position).max()) + way.drift * scene.duration + way.reach
     fast = float(np.abs(motion.velocity).max()) + way.drift
     rounded = far / sizes["position"] + fast / sizes["velocity"]
-    return ROUNDINGS * scene.steps * float(np.finfo(float).eps) * rounded
+    width = ROUNDINGS * scene.steps * float(np.finfo(float).eps) * rounded
+    if single:
+        room = float(one.ways[PLAIN].job.values["room"])
+        shown = room / sizes["position"] + fast / sizes["velocity"]
+        width += ROUNDINGS * float(np.finfo(np.float32).eps) * shown
+    return width

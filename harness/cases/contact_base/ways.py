@@ -138,7 +138,8 @@ def later_ways(one: Ways, engine: Engine, level: LevelName) -> Iterator[Way]:
     plain, motion = one.ways[PLAIN], one.motion(PLAIN)
     if motion is None:
         return
-    if level != "quick" and _reversible(one.trial.parameters, plain.scene):
+    symmetric = 1.0 not in engine.traits.contact_powers  # a scheme that is has no odd power
+    if level != "quick" and symmetric and _reversible(one.trial.parameters, plain.scene):
         back = _way("reversed in time", views.turned_back(plain.scene, motion), one.trial)
         yield replace(back, back=views.run_backwards)
     # spheres alone are seen from a moving frame, in which they cross boundaries

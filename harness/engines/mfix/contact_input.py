@@ -34,6 +34,8 @@ class ContactInput:
     values: Values
 
     def __post_init__(self) -> None:
+        if "walls_as" in self.values:
+            raise RequestError("has horizontal walls at rest")
         wanted = {
             "tangential_stiffness / normal_stiffness": self.tangential_factor,
             "tangential_damping": self._number("tangential_damping") if self.linear else 0.0,
@@ -231,6 +233,8 @@ class ContactInput:
             "factor": self.factor,
             "stop": (self.steps - 0.5) * self.step,
             "interval": self.every * self.step,
+            # MFiX stops at once where a tenth of DT is more than TSTOP, else takes its own step
+            "first": min(1e-4, self.steps * self.step),
         }
 
 

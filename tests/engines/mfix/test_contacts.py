@@ -5,6 +5,8 @@ import math
 import pytest
 
 from harness.cases.contact_base.study import verify_trials
+from harness.cases.contact_base.submodels import Trial
+from harness.cases.contact_base.ways import first_ways
 from harness.cases.contract import Study
 from harness.cases.registry import get_case
 from harness.comparison.verdicts import Verdict
@@ -27,6 +29,7 @@ SOLID = OBLIQUE.default.replace(
     tangential="mindlin",
     tangential_damping=0.5,
 )
+WALL = Trial("linear_history", "wall", SPRINGS)
 UNEQUAL = {"partner": "sphere", "partner_radius": 0.02}
 
 
@@ -106,6 +109,17 @@ def test_spheres_lie_in_the_box_as_they_do_in_the_scene():
 )
 def test_what_mfix_cannot_be_told_is_named(changes, said):
     assert said in stating(CONTACTS, {**OBLIQUE.job(SPRINGS).values, **changes})[1]
+
+
+def test_a_run_that_is_shorter_than_its_usual_first_step_is_told_a_shorter_one(read_keywords):
+    """time_march: a run ends where TSTOP is within a tenth of DT, which MFiX sets afterwards."""
+    keys, _ = told(OBLIQUE.presets["chung-ooi-5"].replace(steps_per_contact=100), read_keywords)
+    assert 0.1 * keys["DT"] < keys["TSTOP"] < 1e-5
+
+
+def test_walls_that_are_not_horizontal_cannot_be_told():
+    (turned,) = (way for way in first_ways(OBLIQUE, WALL, "quick").ways.values() if way.name)
+    assert "has horizontal walls at rest" in stating(CONTACTS, turned.job.values)[1]
 
 
 def test_a_sphere_that_spins_at_the_start_cannot_be_told():
