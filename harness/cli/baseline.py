@@ -144,9 +144,11 @@ def _agreed(compared: BaselineComparison, target: Path) -> bool:
 
 
 def _print_changes(compared: BaselineComparison) -> None:
+    from harness.cli.output import print_line
+
     if not compared.changes:
         print("the baseline is what would be written")
     for change in compared.changes:
-        print(f"{change.kind}: {change.measured.name}")
+        print_line(f"{change.kind}: {change.measured.name}")
         for line in change.lines:
-            print(f"    {line}")
+            print_line(line, indent=4)

@@ -145,16 +145,16 @@ class CostOptions:
 
     force: bool = option(False, "Run also what is expected to take longer than the limit.")
 
-    def agree(self, seconds: float, what: str, most: float | None = None) -> None:
+    def agree(self, seconds: float, what: str, most: float | None = None, *instead: str) -> None:
         """State a long run's expected time; raise RequestError above ``most`` unless forced.
 
-        That is the limit of engines unless given [s].
+        That is the limit of engines unless given [s]; ``instead`` is what could be asked for.
         """
         from harness.engines.cost import STATED_SECONDS, in_words, refuse_endless
         from harness.store.entries import tell_stderr
 
         if not self.force:
-            refuse_endless(seconds, what, most)
+            refuse_endless(seconds, what, most, *instead)
         if seconds > STATED_SECONDS:
             tell_stderr(f"{what}: an estimated {in_words(seconds)} on one core")
 

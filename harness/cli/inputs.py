@@ -24,16 +24,18 @@ class InputsOptions:
 def inputs(asked: InputsOptions, json: Json = False) -> None:
     """Write the generated LAMMPS scripts, or check that the written ones are up to date."""
     from harness.cli.output import print_json
+    from harness.workflows import progress_bars
     from harness.workflows import scripts as verb
 
+    with progress_bars("inputs", quiet=json):
+        written = [] if asked.check else [str(path) for path in verb.inputs(asked.folder)]
+        outdated = verb.outdated_inputs(asked.folder) if asked.check else {}
     if not asked.check:
-        written = [str(path) for path in verb.inputs(asked.folder)]
         if json:
             print_json({"written": written})
         else:
             print("\n".join(written))
         return
-    outdated = verb.outdated_inputs(asked.folder)
     if json:
         print_json({"up_to_date": not outdated, "outdated": outdated})
     elif outdated:

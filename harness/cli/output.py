@@ -8,7 +8,10 @@ import shutil
 import sys
 import textwrap
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 GAP = 2
 """Blanks between two columns."""
@@ -94,6 +97,26 @@ def _print_folded(
     for line in lines:
         table.add_row(*line)
     Console(markup=False, highlight=False, emoji=False).print(table)
+
+
+def print_frame(frame: pd.DataFrame, digits: int) -> None:
+    """Print a table, its numbers to so many digits.
+
+    On a terminal that is narrower, columns go on below; a pipe gets whole lines.
+    """
+    width = terminal_width() if sys.stdout.isatty() else None
+    form = f"{{:.{digits}g}}".format
+    print(frame.to_string(index=False, float_format=form, na_rep="-", line_width=width))
+
+
+def print_line(text: str, *, indent: int = 0) -> None:
+    """Print text after ``indent`` blanks: wrapped on a terminal, on one line in a pipe."""
+    from harness.report.plain import one_line
+
+    if sys.stdout.isatty():
+        print_wrapped(text, indent=indent)
+    else:
+        print(" " * indent + one_line(text))
 
 
 def terminal_width() -> int:

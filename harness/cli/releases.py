@@ -93,16 +93,18 @@ def _record(found: ReleaseMatrix) -> None:
 
 def _print(found: ReleaseMatrix, output: Path | None) -> None:
     """Print a line a release, known defects by name, and every quantity that moved."""
+    from harness.cli.output import print_line
+
     for i, column in enumerate(found.columns):
         counts = ", ".join(f"{n} {change}" for change, n in found.counts(i).items())
-        print(f"{column.title}: {column.error or counts}")
+        print_line(f"{column.title}: {column.error or counts}")
     for name, cells in found.defects.items():
         where = ", ".join(
             f"{column.release}: {count}"
             for column, count in zip(found.columns, cells, strict=True)
             if count
         )
-        print(f"known defect {name}, cells by release: {where}")
+        print_line(f"known defect {name}, cells by release: {where}")
     moved = [
         f"moved in {column.release}: {row.record}: {row.quantity} {cell.value!r} {row.unit} "
         f"({cell.difference:+.2g}) {cell.note}"
@@ -111,8 +113,8 @@ def _print(found: ReleaseMatrix, output: Path | None) -> None:
         if cell.change == "moved"
     ]
     for line in moved[:MOST_MOVED]:
-        print(line.rstrip())
+        print_line(line)
     if len(moved) > MOST_MOVED:
-        print(f"and {len(moved) - MOST_MOVED} more that moved: --output DIR lists them all")
+        print_line(f"and {len(moved) - MOST_MOVED} more that moved: --output DIR lists them all")
     if output is not None:
         print(f"report: {output / 'report.md'}")

@@ -135,11 +135,11 @@ def _counts(ledger: Ledger) -> dict[str, Any]:
 
 
 def _print(record: dict[str, Any]) -> None:
-    from harness.cli.output import print_record
+    from harness.cli.output import print_line, print_record
 
     differences = record.pop("differences", None)
     print_record(record)
     for line in differences or []:
-        typer.echo(line)
+        print_line(line)
     if differences == []:
-        typer.echo("the ledger is what is computed now")
+        print_line("the ledger is what is computed now")

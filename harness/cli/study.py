@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from harness.cli.command import argument, option
-from harness.cli.engine_options import ProgramOptions
+from harness.cli.engine_options import CostOptions, ProgramOptions
 from harness.cli.options import Json
 from harness.cli.slurm_options import ExecutorOptions
 
@@ -31,7 +32,7 @@ SECONDS = 7200
 
 
 @dataclass(frozen=True)
-class StudyOptions(ProgramOptions):
+class StudyOptions(CostOptions, ProgramOptions):
     """Which study, how much of it, and where its report goes."""
 
     case: str = argument("CASE", "A case that has a study: `layers`.")
@@ -73,7 +74,7 @@ def study(options: StudyOptions, where: ExecutorOptions, json: Json = False) -> 
     from harness.cli.recording import recorded
     from harness.workflows import study as run_study
     from harness.workflows.case_run import usual_engine
-    from harness.workflows.study_run import study_of
+    from harness.workflows.study_run import planned, study_of
 
     case, asked = study_of(options.case)
     engine = usual_engine(case)
@@ -82,7 +83,10 @@ def study(options: StudyOptions, where: ExecutorOptions, json: Json = False) -> 
         return
     points = read_reference(options.reference) if options.reference else None
     level, executor_of = options.level, _executors(engine, options, where)
-    _state_cost(case.name, options, where)
+    runs, seconds = planned(case.name, level)
+    what = f"the {runs} runs of study {case.name} (level {level}, what is kept counted as well)"
+    most = MOST_SECONDS if where.executor == "local" else math.inf  # a cluster has its own limits
+    options.agree(seconds, what, most, "--quick, --executor slurm")
     with (
         output_folder(options.output, "-study") as folder,
         _held(options, where),
@@ -116,26 +120,13 @@ def _jobs(output: Path) -> Path:
     return output.with_name(f"{output.name}-jobs")
 
 
-def _state_cost(name: str, options: StudyOptions, where: ExecutorOptions) -> None:
-    """Say on stderr what the runs are expected to take; RequestError beyond the limit."""
-    from harness.engines.cost import in_words, refuse_endless
-    from harness.store.entries import tell_stderr
-    from harness.workflows.study_run import planned
-
-    runs, seconds = planned(name, options.level)
-    what = f"the {runs} runs of study {name}, level {options.level},"
-    if where.executor == "local" and not options.force:  # a cluster has limits of its own
-        refuse_endless(seconds, what, MOST_SECONDS, "--quick, --executor slurm")
-    tell_stderr(f"{what} take an estimated {in_words(seconds)} on one core, less what is kept")
-
-
 def _tell_cost(
     asked: CaseStudy, engine: str, options: StudyOptions, where: ExecutorOptions, json: bool
 ) -> None:
     """Print what a level costs on some numbers of cores, and the model behind it."""
     import pandas as pd
 
-    from harness.cli.output import print_json, print_wrapped
+    from harness.cli.output import print_frame, print_json, print_wrapped
 
     local = replace(where, executor="local")
     found = asked.cost(
@@ -147,8 +138,7 @@ def _tell_cost(
         print_json({"level": options.level, **rows, "model": found.model})
         return
     for table in tables.values():
-        frame = pd.DataFrame(table)
-        print(frame.to_string(index=False, float_format="{:.3g}".format))
+        print_frame(pd.DataFrame(table), 3)
     print_wrapped(f"model: {found.model}")
 
 
@@ -227,12 +217,11 @@ def _print(record: Mapping[str, Any], columns: Sequence[str]) -> None:
     """Print the verdict, some columns of the rows, and where the report is."""
     import pandas as pd
 
-    from harness.cli.output import print_wrapped
+    from harness.cli.output import print_frame, print_wrapped
 
     for sentence in record["verdict"]:
         print_wrapped(f"- {sentence}")
-    table = pd.DataFrame(record["rows"])[list(columns)]
-    print(table.to_string(index=False, float_format="{:.5g}".format, na_rep="-"))
+    print_frame(pd.DataFrame(record["rows"])[list(columns)], 5)
     for name, reason in record["missing"].items():
         print_wrapped(f"{name}: not run: {reason}")
     print(f"report: {record['output']}/report.html")

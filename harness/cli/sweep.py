@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import shutil
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -208,21 +206,15 @@ def _written(folder: Path, found: Sweep) -> list[str]:
 
 
 def _print(found: Sweep, notes: list[str]) -> None:
-    """Print what was swept and measured, a line a run, and what went wrong.
-
-    On a terminal that is narrower, columns go on below; a pipe gets lines as they are.
-    """
+    """Print what was swept and measured, a line a run, and what went wrong."""
+    from harness.cli.output import print_frame
     from harness.report.plain import one_line
     from harness.store.entries import tell_stderr
 
     frame = found.frame()
     measured = [name for name in found.quantities if name in frame and frame[name].notna().any()]
     shown = frame[["engine", *found.over, *measured, "status"]]
-    width = shutil.get_terminal_size().columns if sys.stdout.isatty() else None
-    text = shown.head(MOST_SHOWN).to_string(
-        index=False, float_format="{:.7g}".format, na_rep="-", line_width=width
-    )
-    print(text)
+    print_frame(shown.head(MOST_SHOWN), 7)
     if len(shown) > MOST_SHOWN:
         print(f"... {len(shown) - MOST_SHOWN} more in rows.csv")
     reasons = frame.loc[frame["reason"] != "", "reason"].value_counts()

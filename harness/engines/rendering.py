@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
@@ -21,10 +21,10 @@ def text_in(folders: Sequence[Folder], file: str) -> str | None:
     return None
 
 
-def rendered(
-    folders: Sequence[Folder], file: str, values: Mapping[str, Any], options: Mapping[str, bool]
-) -> str:
-    """Return a template with its values filled in, ended by a line feed."""
+def renderer(
+    folders: Sequence[Folder], file: str, options: Mapping[str, bool]
+) -> Callable[[Mapping[str, Any]], str]:
+    """Return a function from the values of a template to its text, ended by a line feed."""
     from jinja2 import Environment, FunctionLoader, StrictUndefined
 
     environment = Environment(
@@ -35,5 +35,10 @@ def rendered(
         lstrip_blocks=options.get("lstrip_blocks", False),
         keep_trailing_newline=options.get("keep_trailing_newline", True),
     )
-    text = environment.get_template(file).render(version=__version__, **values)
-    return text if text.endswith("\n") else text + "\n"
+    template = environment.get_template(file)
+
+    def rendered(values: Mapping[str, Any]) -> str:
+        text = template.render(version=__version__, **values)
+        return text if text.endswith("\n") else text + "\n"
+
+    return rendered

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from harness.engines.contract import Engine, Job, Template, Value, Values
-from harness.engines.rendering import Folder, rendered, text_in
+from harness.engines.rendering import Folder, renderer, text_in
 from harness.errors import RequestError
 from harness.parameters.allowed import Allowed
 
@@ -187,11 +187,11 @@ class ScriptSource(Engine):
             **cls.context(template, variant),
         }
         folders = [*cls._folders(template), *(folder for _, folder in cls._template_folders())]
-        text = rendered(folders, source, values, cls.jinja)
-        variables = cls.declared(text)
+        render = renderer(folders, source, cls.jinja)
+        variables = cls.declared(render(values))
         allowed = {**template.allowed, **cls.allowed}
         values["allowed"] = {n: one for n, one in allowed.items() if n in variables}
-        return Script(name, rendered(folders, source, values, cls.jinja), variables)
+        return Script(name, render(values), variables)
 
     @classmethod
     def _source(cls, template: Template) -> str | None:

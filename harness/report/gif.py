@@ -82,8 +82,9 @@ def _painted(picture: Image, palette: Image, nearest: NDArray[np.uint8]) -> Pill
     packed = _packed(picture)
     unknown = np.unique(packed[nearest[packed] == _UNKNOWN])
     if unknown.size:
-        apart = _unpacked(unknown)[:, None].astype(int) - palette[None].astype(int)
-        nearest[unknown] = (apart**2).sum(axis=2).argmin(axis=1)
+        entries = palette.astype(float)  # |colour|^2 is the same for all entries, and left out
+        apart = (entries**2).sum(axis=1) - 2.0 * _unpacked(unknown).astype(float) @ entries.T
+        nearest[unknown] = apart.argmin(axis=1)
     image = Pillow.fromarray(nearest[packed])
     image.putpalette(palette.tobytes())
     return image

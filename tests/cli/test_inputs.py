@@ -1,5 +1,10 @@
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
+import pytest
+import typer
+
+from harness.cli.inputs import InputsOptions, inputs
 from harness.workflows.scripts import generated_inputs
 
 COMMITTED = Path(__file__).parents[2] / "inputs"
@@ -32,3 +37,18 @@ def test_bad_folders(harness, tmp_path):
     (tmp_path / "file").write_text("")
     assert "no such folder" in harness("inputs", "--folder", "none", "--check", status=2).stderr
     assert "cannot be written" in harness("inputs", "--folder", "file", status=2).stderr
+
+
+@pytest.mark.parametrize("check", [False, True])
+def test_the_seconds_that_it_takes_are_counted_on_a_terminal(monkeypatch, tmp_path, check):
+    told = []
+
+    @contextmanager
+    def bars(title, *, quiet):
+        told.append((title, quiet))
+        yield
+
+    monkeypatch.setattr("harness.workflows.progress_bars", bars)
+    with suppress(typer.Exit):  # none is there yet
+        inputs(InputsOptions(tmp_path, check=check))
+    assert told == [("inputs", False)]

@@ -10,7 +10,10 @@ import pytest
         (("layers", "--quick", "--full"), "--quick and --full: give one of them only"),
         (("layers", "--reference", "none.csv"), "--reference none.csv: No such file"),
         (("layers", "--ranks", "2"), "--ranks 2: goes with --executor slurm only"),
-        (("layers", "--full"), "runs of study layers, level full, would take an estimated"),
+        (
+            ("layers", "--full"),
+            "runs of study layers (level full, what is kept counted as well) would take",
+        ),
     ],
 )
 def test_what_cannot_be_is_refused_in_one_line(harness, words, told):

@@ -26,7 +26,10 @@ def test_a_tiny_study_runs_there_and_its_folder_is_held(monkeypatch, tmp_path):
         assert "another sweep runs in it" in str(done.exception)
     done = CliRunner().invoke(app, [*words, "--json"])
     assert done.exit_code == 0, done.output
-    assert "runs of study layers, level quick, take an estimated" in done.stderr
+    assert (
+        "runs of study layers (level quick, what is kept counted as well): an estimated"
+        in done.stderr
+    )
     assert "jobs are submitted to SLURM" in done.stderr
     found = json.loads(done.stdout)
     assert found["failed"] == 0

@@ -26,10 +26,11 @@ LINES = {
     "cache": "cache",
     "inputs": "inputs --folder scripts",
 }
-"""By command; what `verify` prints is in test_terminal_layout.py, `baseline` prints as it does."""
+"""By command; what `verify` prints, and `baseline compare` as it does, is in
+test_terminal_layout.py."""
 
 ELSEWHERE = {"verify", "reproduce", "study", "releases"}
-"""Commands that take minutes: their tables and sentences are printed as those of others."""
+"""Commands that take minutes: what they print is in test_long_commands.py."""
 
 
 @pytest.fixture

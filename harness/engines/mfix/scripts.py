@@ -18,7 +18,7 @@ from harness.engines.mfix.contact_input import ContactInput
 from harness.engines.mfix.contacts import CONTACTS
 from harness.engines.mfix.declared import CONTACT
 from harness.engines.mfix.system import System, system_of
-from harness.engines.rendering import rendered
+from harness.engines.rendering import renderer
 from harness.engines.scene import LOOK
 from harness.parameters.contact import contact_values
 
@@ -56,15 +56,13 @@ def keyword_file(system: System, title: str = "") -> str:
     """Return the text of ``mfix.dat``; its title is the system's name unless given."""
     width, height = system.box
     regions = [{"name": GRAIN, "data": "P"}]
-    story = ""
     if system.forces:
         regions.append({"name": FORCE, "data": "F"})
-        story = "\n# FORCE_0000.vtp ...: the contact forces of the step before."
     return _render(
         "mfix.dat.j2",
         title=title or system.name,
         name=system.name,
-        force_story=story,
+        forces=system.forces,
         held=bool(system.held),
         # half a step less: MFiX rounds the number of steps up, in single precision
         stop=_number((system.first + system.steps - 0.5) * system.step),
@@ -172,7 +170,7 @@ def _written(told: Any) -> Any:
 
 
 def _render(template: str, **values: object) -> str:
-    return rendered([_templates()], template, values, {})
+    return renderer([_templates()], template, {})(values)
 
 
 def _templates() -> Traversable:
