@@ -46,50 +46,38 @@ class EngineError(HarnessError, RuntimeError):
     kind = "engine error"
     log = ""
 
+    def __init_subclass__(cls, kind: str = "", **more: object) -> None:
+        super().__init_subclass__(**more)
+        cls.kind = kind or cls.kind
 
-class EngineMissingError(EngineError):
+
+class EngineMissingError(EngineError, kind="not found"):
     """An executable, library or package of the engine is not here."""
 
-    kind = "not found"
 
-
-class EngineCrashError(EngineError):
+class EngineCrashError(EngineError, kind="crashed"):
     """The engine's process died (signal, abort, non-zero exit)."""
 
-    kind = "crashed"
 
-
-class EngineTimeoutError(EngineError):
+class EngineTimeoutError(EngineError, kind="out of time"):
     """The engine did not finish in the time it was given."""
 
-    kind = "out of time"
 
-
-class EngineMemoryError(EngineError):
+class EngineMemoryError(EngineError, kind="out of memory"):
     """The engine asked for more memory than it was given."""
 
-    kind = "out of memory"
 
-
-class EngineInputError(EngineError):
+class EngineInputError(EngineError, kind="refused"):
     """The engine refused its input or lost an atom, and said so."""
 
-    kind = "refused"
 
-
-class EngineOutputError(EngineError):
+class EngineOutputError(EngineError, kind="bad output"):
     """The engine ended without a complete, finite result."""
 
-    kind = "bad output"
 
-
-class EngineLostAtomsError(EngineInputError):
+class EngineLostAtomsError(EngineInputError, kind="lost atoms"):
     """The engine lost an atom: the run left its box."""
 
-    kind = "lost atoms"
 
-
-class EngineNaNError(EngineOutputError):
+class EngineNaNError(EngineOutputError, kind="NaN"):
     """The engine met or returned something that is not a number."""
-
-    kind = "NaN"

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from harness.cli.command import add_command, option
+from harness.cli.command import add_command
 from harness.cli.engine_options import EngineOptions
-from harness.cli.options import CASES, TOLERANCES, Json, Level
+from harness.cli.options import Json, Level
 
 if TYPE_CHECKING:
     from harness.workflows.baseline import BaselineComparison
@@ -27,18 +27,9 @@ baseline = typer.Typer(
 class BaselineOptions:
     """Which cases are run, and which baseline they are held against."""
 
-    level: Level = option("default", "How much of each case: that of `verify`.")
-    cases: str | None = option(
-        None,
-        CASES,
-        metavar="NAME[,NAME...]",
-    )
-    baseline: Path | None = option(
-        None,
-        "Folder of the baseline.  [default: reports/baseline of this project, or the installed "
-        "package's own]",
-        metavar="DIR",
-    )
+    level: Level = "default"
+    cases: str | None = None
+    baseline: Path | None = None
 
     def run(
         self, engine: EngineOptions, tolerances: Path | None, quiet: bool
@@ -66,14 +57,14 @@ class BaselineOptions:
 class CompareOptions(BaselineOptions):
     """As those of both commands, and how far a quantity may move."""
 
-    tolerances: Path | None = option(None, TOLERANCES, metavar="FILE")
+    tolerances: Path | None = None
 
 
 @dataclass(frozen=True)
 class AcceptOptions(BaselineOptions):
     """As those of both commands, and the consent."""
 
-    yes: bool = option(False, "Write without asking.")
+    yes: bool = False
 
 
 def compare(asked: CompareOptions, engine: EngineOptions, json: Json = False) -> None:

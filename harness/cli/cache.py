@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from harness.cli.command import option
 from harness.cli.options import Json
 
 if TYPE_CHECKING:
@@ -20,17 +19,10 @@ DAY = 86_400.0
 class CacheCommandOptions:
     """Which cache, and what of it is removed."""
 
-    cache: Path | None = option(
-        None, "The cache.  [default: DEM_HARNESS_HOME/cache, else ~/.cache/dem-harness]",
-        metavar="DIR",
-    )  # fmt: skip
-    clear: bool = option(False, "Remove what fits the two options below; all without them.")
-    older_than: float | None = option(
-        None, "Only what was not used for so many days.", metavar="DAYS"
-    )
-    case: str | None = option(
-        None, "Only results of a case that `dem-harness cases` lists.", metavar="NAME"
-    )
+    cache: Path | None = None  # fmt: skip
+    clear: bool = False
+    older_than: float | None = None
+    case: str | None = None
 
     def fitting(self, found: list[Kept]) -> list[Kept]:
         """Return what fits the options; raise RequestError for an age that is none."""

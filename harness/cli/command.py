@@ -2,33 +2,24 @@
 
 ``def verify(asked: VerifyOptions, engine: EngineOptions, json: Json = False)`` becomes a command
 with an option for each field of the two: what several commands share is written once, and a
-function takes objects, not twenty parameters.
+function takes objects, not twenty parameters. A field without a default is a required argument.
+Help and metavars stand in ``options.toml``.
 """
 
 from __future__ import annotations
 
 import functools
 import inspect
+import tomllib
 from collections.abc import Callable, Mapping
-from dataclasses import MISSING, Field, field, fields, is_dataclass
+from dataclasses import MISSING, Field, fields, is_dataclass
 from pathlib import Path
 from typing import Annotated, Any, get_type_hints
 
 import typer
 
-
-def option(default: Any, text: str, *names: str, panel: str | None = None, **more: Any) -> Any:
-    """Return a field of a dataclass that is an option; ``text`` is its help.
-
-    It is called ``--field-name`` unless names are given; ``more`` is what typer's options take.
-    """
-    made = {"help": text, "rich_help_panel": panel, **more}
-    return field(default=default, metadata={"names": names, "made": made})
-
-
-def argument(metavar: str, text: str) -> Any:
-    """Return a field of a dataclass that is a required argument, not an option."""
-    return field(kw_only=True, metadata={"made": {"metavar": metavar, "help": text}})
+OPTIONS = tomllib.loads(Path(__file__).with_name("options.toml").read_text("utf-8"))
+"""Help of the options, by module, class and field."""
 
 
 def add_command(
@@ -90,15 +81,22 @@ def _called(parameter: inspect.Parameter) -> str:
 
 def _fields_of(kind: Any) -> list[inspect.Parameter]:
     hints = get_type_hints(kind)
-    return [_parameter(one, hints[one.name]) for one in fields(kind)]
+    return [_parameter(one, hints[one.name], _told(kind, one.name)) for one in fields(kind)]
 
 
-def _parameter(one: Field[Any], kind: Any) -> inspect.Parameter:
+def _told(kind: Any, name: str) -> dict[str, Any]:
+    """Return what ``options.toml`` says of a field, of the class that declares it."""
+    owner = next(base for base in kind.__mro__ if name in vars(base).get("__annotations__", {}))
+    section = OPTIONS.get(owner.__module__.rpartition(".")[2], {}).get(owner.__name__, {})
+    return {"panel": section.get("panel"), **(section.get(name) or OPTIONS["every"][name])}
+
+
+def _parameter(one: Field[Any], kind: Any, told: dict[str, Any]) -> inspect.Parameter:
     """Return the parameter of a field; a flag has one name, without ``--no-``."""
-    made = one.metadata["made"]
+    made = {"rich_help_panel" if key == "panel" else key: value for key, value in told.items()}
+    names = made.pop("names", [f"--{one.name.replace('_', '-')}"])
     if one.default is MISSING:
         return _keyword(one.name, Annotated[kind, typer.Argument(**made)], inspect.Parameter.empty)
-    names = one.metadata["names"] or (f"--{one.name.replace('_', '-')}",)
     return _keyword(one.name, Annotated[kind, typer.Option(*names, **made)], one.default)
 
 

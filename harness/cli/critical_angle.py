@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
-from harness.cli.command import option
 from harness.cli.engine_options import CostOptions, EngineOptions
 from harness.cli.options import ContactName, Json
 
@@ -16,30 +14,15 @@ if TYPE_CHECKING:
     from harness.parameters.contact import Contact
     from harness.workflows.progress import Progress
 
-contact_option = partial(option, panel="Contact")
-system_option = partial(option, panel="System")
-
 
 @dataclass(frozen=True)
 class RouteOptions(CostOptions):
     """How the angle is found."""
 
-    method: Literal["passage", "steady"] = option(
-        "passage",
-        "`passage`: root of the energy margin over one well. `steady`: the smallest angle that "
-        "keeps moving, the source's definition.",
-    )
-    extrapolate: bool = option(
-        False,
-        "Take the step to zero, then the stiffness to infinity (passage route; plastic contact "
-        "unless told otherwise). The ladder spans a factor of 10 about --stiffness.",
-    )
-    tolerance: float | None = option(
-        None, "Resolution of the search, deg.  [default: 0.001 passage, 0.005 steady]"
-    )
-    wells: int | None = option(
-        None, "Wells to pass in steady motion.  [default: 10, below 20 steps per contact 100]"
-    )
+    method: Literal["passage", "steady"] = "passage"
+    extrapolate: bool = False
+    tolerance: float | None = None
+    wells: int | None = None
 
     def check(self, system: SystemOptions, case: Incline) -> None:
         """Raise RequestError for a tolerance out of range and options that exclude one another.
@@ -100,21 +83,12 @@ class RouteOptions(CostOptions):
 class SystemOptions:
     """Stiffness, step and system."""
 
-    stiffness: float = contact_option(1e6, "Normal stiffness k, N/m.")
-    steps_per_contact: float | None = contact_option(
-        None, "Steps per contact time pi sqrt(m/k).  [default: 50]"
-    )
-    engine_step: float | None = contact_option(
-        None,
-        "The step as the engine counts it, in place of --steps-per-contact: of MFiX its "
-        "DTSOLID_FACTOR.",
-        metavar="NUMBER",
-    )
-    diameter: float = system_option(1.0, "Diameter of all spheres, m.")
-    density: float | None = system_option(
-        None, "Density of the grain, kg/m3.  [default: 6/pi, 1 kg at 1 m]"
-    )
-    gravity: float = system_option(9.81, "Gravity, m/s2.")
+    stiffness: float = 1e6
+    steps_per_contact: float | None = None
+    engine_step: float | None = None
+    diameter: float = 1.0
+    density: float | None = None
+    gravity: float = 9.81
 
     def case(self, engine: str, contact: Contact) -> Incline:
         """Return the incline; raise RequestError for values that are not allowed."""
@@ -148,23 +122,11 @@ class SystemOptions:
 class ContactOptions:
     """The contact: a named one, and what is changed in it."""
 
-    contact: ContactName | None = contact_option(
-        None,
-        "`source`: e = 1e-20, tail kept. `clipped`: critical damping, tail clipped. `plastic`: "
-        "damping ratio 5, clipped.  [default: source]",
-    )
-    restitution: float | None = contact_option(
-        None, "Nominal restitution, 0 to 1; 0 is critical damping."
-    )
-    damping_ratio: float | None = contact_option(
-        None, "Damping ratio zeta; overrides --restitution. Plastic contact is 5, clipped."
-    )
-    clip: bool | None = contact_option(
-        None, "Clip the attractive tail of a parting contact, or keep it.", "--clip/--no-clip"
-    )
-    half_mass: bool = contact_option(
-        False, "Effective mass m/2 against a fixed sphere, as in MFiX, instead of m."
-    )
+    contact: ContactName | None = None
+    restitution: float | None = None
+    damping_ratio: float | None = None
+    clip: bool | None = None
+    half_mass: bool = False
 
     def contact_or(self, default: ContactName) -> Contact:
         """Return the named contact with what the other options change in it.

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
-from harness.cli.command import argument, option
 from harness.cli.options import Json
 
 if TYPE_CHECKING:
@@ -23,13 +22,9 @@ SHOWN = 20
 class DiffOptions:
     """Two runs, and where a page of them goes."""
 
-    before: Path = argument("RUN", "A report's folder, or its results.json.")
-    after: Path = argument("RUN", "The run to hold against it.")
-    output: Path | None = option(
-        None,
-        "Folder for a page with both runs side by side; must not hold anything yet.",
-        metavar="DIR",
-    )
+    before: Path = field(kw_only=True)
+    after: Path = field(kw_only=True)
+    output: Path | None = None
 
 
 def diff(asked: DiffOptions, json: Json = False) -> None:

@@ -5,31 +5,20 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-from harness.cli.command import option
 
 if TYPE_CHECKING:
     from harness.engines.contract import Engine
     from harness.store.entries import Entries
-
-engine_option = partial(option, panel="Engine")
-kept_option = partial(option, panel="Kept results")
 
 
 @dataclass(frozen=True)
 class CacheOptions:
     """Where results are kept, and whether they are used."""
 
-    cache: Path | None = kept_option(
-        None,
-        "Where results are kept, up to 2 GiB.  [default: DEM_HARNESS_HOME/cache, else "
-        "~/.cache/dem-harness]",
-        metavar="DIR",
-    )
-    fresh: bool = kept_option(False, "Run everything again, whatever is kept.")
+    cache: Path | None = None
+    fresh: bool = False
 
     def entries(self) -> Entries | None:
         """Return the cache; None, with a note on stderr, where the default place is not writable.
@@ -54,21 +43,9 @@ class CacheOptions:
 class WhereOptions:
     """Where the programs of engines are."""
 
-    lmp: str | None = engine_option(
-        None,
-        "A LAMMPS executable of your own. Without it, LAMMPS runs in-process.",
-        metavar="PATH",
-    )
-    mpirun: str | None = engine_option(
-        None,
-        'An MPI launcher of LAMMPS with its options, as in `--mpirun "mpirun -np 4"`.',
-        metavar="COMMAND",
-    )
-    program: list[str] | None = engine_option(
-        None,
-        "The executable of an engine (of Kratos a Python that has it); repeat it for several.",
-        metavar="NAME=PATH",
-    )
+    lmp: str | None = None
+    mpirun: str | None = None
+    program: list[str] | None = None
 
     @property
     def programs(self) -> dict[str, str]:
@@ -82,12 +59,7 @@ class WhereOptions:
 class ProgramOptions(CacheOptions, WhereOptions):
     """How engines are run: programs, launcher, options of their classes."""
 
-    engine_option: list[str] | None = engine_option(
-        None,
-        "An option of an engine's class, as `lammps.limits=60`, the seconds a run may take (300); "
-        "repeat it for several.",
-        metavar="NAME.KEY=VALUE",
-    )
+    engine_option: list[str] | None = None
 
     def opening(self, name: str, integrator: str | None = None) -> dict[str, Any]:
         """Return what opens an engine, as the functions of the registry take it.
@@ -129,21 +101,14 @@ class ProgramOptions(CacheOptions, WhereOptions):
 class IntegratorOptions(ProgramOptions):
     """How engines are run, the reference engine's integrator among it."""
 
-    integrator: str | None = engine_option(
-        None,
-        "Of the reference engine. `velocity-verlet`: as LAMMPS. `mfix-euler`, "
-        "`mfix-adams-bashforth`: as MFiX-DEM (with --half-mass). `rk4`: fourth order. `adaptive`: "
-        "high order, contact changes located; has no step, --steps-per-contact is ignored.  "
-        "[default: velocity-verlet]",
-        metavar="NAME",
-    )
+    integrator: str | None = None
 
 
 @dataclass(frozen=True)
 class CostOptions:
     """What a long run needs."""
 
-    force: bool = option(False, "Run also what is expected to take longer than the limit.")
+    force: bool = False
 
     def agree(self, seconds: float, what: str, most: float | None = None, *instead: str) -> None:
         """State a long run's expected time; raise RequestError above ``most`` unless forced.
@@ -163,12 +128,7 @@ class CostOptions:
 class EngineOptions(IntegratorOptions):
     """One engine of the user's choice."""
 
-    engine: str = engine_option(
-        "lammps",
-        "The engine to run: a name that `dem-harness engines` lists, or `module:Class` of one of "
-        "your own.",
-        metavar="NAME",
-    )
+    engine: str = "lammps"
 
     def run(self) -> contextlib.AbstractContextManager[Engine]:
         """Return the engine to be entered, after a look at the options that go with it."""

@@ -8,7 +8,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast
 
-from harness.cli.command import option
 from harness.cli.options import Json
 
 if TYPE_CHECKING:
@@ -18,34 +17,19 @@ SHOWN = 30
 LONGEST = 56
 """Characters of a command in the list."""
 
-look_option = partial(option, panel="Look for")
-out_option = partial(option, panel="Draw and export")
-
 
 @dataclass(frozen=True)
 class SearchOptions:
     """Which runs are looked for, and whether their quantities are listed."""
 
-    command: str | None = look_option(None, "Runs of this command.")
-    engine: str | None = look_option(None, "Runs of this engine or solver.")
-    engine_version: str | None = look_option(None, 'A release, or how it begins: "22 Jul 2025".')
-    quantity: str | None = look_option(
-        None,
-        "List these quantities of the runs, as `incline*`; `*` is all of them.",
-        metavar="PATTERN",
-    )
-    since: str | None = look_option(
-        None, "From this date or time on, as 2025-07-22.", metavar="DATE"
-    )
-    verdict: str | None = look_option(
-        None, "`pass`, `fail`, `known defect`, `fixed`, `not tested` or `finding`."
-    )
-    status: str | None = look_option(
-        None, "Exit status, or `unfinished`: still running, or killed."
-    )
-    limit: int | None = look_option(
-        None, f"The newest so many.  [default: {SHOWN} in the list, all elsewhere]"
-    )
+    command: str | None = None
+    engine: str | None = None
+    engine_version: str | None = None
+    quantity: str | None = None
+    since: str | None = None
+    verdict: str | None = None
+    status: str | None = None
+    limit: int | None = None
 
     def find(self, limit: int | None) -> Recorded:
         """Return what the history holds; ``limit`` counts where none was given."""
@@ -65,11 +49,9 @@ class SearchOptions:
 class FileOptions:
     """Where what was found is drawn and written."""
 
-    plot: Path | None = out_option(
-        None, "Draw the one --quantity: .svg, .png or .pdf.", metavar="FILE"
-    )
-    against: Literal["date", "version"] = out_option("date", "What to draw it against.")
-    csv: Path | None = out_option(None, "Write the rows here.", metavar="FILE")
+    plot: Path | None = None
+    against: Literal["date", "version"] = "date"
+    csv: Path | None = None
 
 
 def history(search: SearchOptions, files: FileOptions, json: Json = False) -> None:

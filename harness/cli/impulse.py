@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from harness.cli.command import option
 from harness.cli.engine_options import CostOptions
 from harness.cli.options import Json, Reading
 from harness.cli.solvers import SolverOptions
@@ -34,34 +33,14 @@ MOST_ESTIMATED = 20
 class TableOptions(CostOptions):
     """The rows of the table, and how an impulse ratio becomes an angle."""
 
-    heights: str = option("1-19", "Heights, as `1-19` or `1,2,5`.")
-    stiffness: list[str] | None = option(
-        None,
-        "Normal stiffnesses [N/m], commas or repeated.  [default: 1e5,1e6,1e7]",
-        metavar="NUMBERS",
-    )
-    speed: list[str] | None = option(
-        None,
-        "Speeds of the grain [m/s], commas or repeated.  [default: 2,4]",
-        metavar="NUMBERS",
-    )
-    law: Literal["overlap", "deformable", "both"] = option(
-        "both", "Contact law: what DEM codes do, the source's, or both."
-    )
-    window: Literal["turnaround", "structure", "first-contact", "all"] = option(
-        "turnaround",
-        "Impulse until: `turnaround`, twice the time of closest approach (the source's); "
-        "`structure`, the grain's chain swings from all contacts to one; `first-contact`, the "
-        "grain first detaches.",
-    )
-    gravity: float = option(9.81, "Gravity along the motion [m/s2].")
-    mass: float = option(1.0, "Mass of each particle [kg].")
-    reading: Reading = option(
-        "lost",
-        "Critical angle from alpha: `lost` rescales the velocity lost in the shock, sqrt(shock) = "
-        "1 - alpha/2, and falls with height; `kept` the velocity kept, alpha/2, and rises. The "
-        "source prints both.",
-    )
+    heights: str = "1-19"
+    stiffness: list[str] | None = None
+    speed: list[str] | None = None
+    law: Literal["overlap", "deformable", "both"] = "both"
+    window: Literal["turnaround", "structure", "first-contact", "all"] = "turnaround"
+    gravity: float = 9.81
+    mass: float = 1.0
+    reading: Reading = "lost"
 
     def case(self) -> Tower:
         """Return what the towers have in common."""
@@ -107,15 +86,9 @@ class TableOptions(CostOptions):
 class FileOptions:
     """Files that are read and written."""
 
-    reference: Path | None = option(
-        None,
-        "Measured angles for the figure: CSV with the columns h_over_d and theta_deg.",
-        metavar="FILE",
-    )
-    figure: Path | None = option(
-        None, "Draw critical angle against height: .svg, .png or .pdf.", metavar="FILE"
-    )
-    csv: Path | None = option(None, "Write the table to this file.", metavar="FILE")
+    reference: Path | None = None
+    figure: Path | None = None
+    csv: Path | None = None
 
     def points(self) -> ReferencePoints | None:
         """Return the measured angles, if there are any.

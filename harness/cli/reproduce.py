@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from harness.cli.command import option
 from harness.cli.engine_options import EngineOptions
 from harness.cli.options import Json
 
@@ -26,23 +25,9 @@ COMMITTED = Path("reports") / "reproduction"
 class ReproduceOptions:
     """Where the report goes, or which one is checked."""
 
-    output: Path | None = option(
-        None,
-        "Folder for the report, replaced where it holds an older reproduction.  "
-        "[default: reports/runs/<date>-reproduction; with --check reports/reproduction]",
-        metavar="DIR",
-    )
-    check: bool = option(
-        False,
-        "Write nothing: hold the ledger in the folder against what is computed now. Exit status 1 "
-        "if a status, or a number beyond round-off, has changed.",
-    )
-    reference: Path | None = option(
-        None,
-        "Your measured angles, for the figures in which the source shows those of others: a CSV "
-        "table with h_over_d and theta_deg. Not with --check.",
-        metavar="FILE.csv",
-    )
+    output: Path | None = None
+    check: bool = False
+    reference: Path | None = None
 
     def points(self) -> ReferencePoints | None:
         """Return the measured angles; raise RequestError for a bad file, or with ``--check``."""

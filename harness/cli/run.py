@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from harness.cli.command import argument, option
 from harness.cli.engine_options import CostOptions, IntegratorOptions
 from harness.cli.options import Json
 
@@ -20,26 +19,15 @@ if TYPE_CHECKING:
 class CaseOptions(CostOptions):
     """What is run."""
 
-    case: str = argument("CASE", "A case that `dem-harness cases` lists.")
-    settings: list[str] | None = option(
-        None,
-        "A parameter of the case, in SI units and degrees; repeat it for several.",
-        "--set",
-        metavar="NAME=VALUE",
-    )
+    case: str = field(kw_only=True)
+    settings: list[str] | None = None
 
 
 @dataclass(frozen=True)
 class RunnerOptions(IntegratorOptions):
     """Who runs the case."""
 
-    engine: str | None = option(
-        None,
-        "An engine that `dem-harness engines` lists, `module:Class` of one of your own, or a "
-        "solver that `dem-harness cases` names.  [default: lammps, or a solver where it cannot]",
-        metavar="NAME",
-        panel="Engine",
-    )
+    engine: str | None = None
 
 
 def run(asked: CaseOptions, runner: RunnerOptions, json: Json = False) -> None:

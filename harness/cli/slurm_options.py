@@ -3,43 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from functools import partial
 from typing import TYPE_CHECKING, Literal
-
-from harness.cli.command import option
 
 if TYPE_CHECKING:
     from harness.workflows.slurm_jobs import Settings
-
-where_option = partial(option, panel="Where it runs")
 
 
 @dataclass(frozen=True)
 class ExecutorOptions:
     """Where runs are made, and what SLURM is asked for."""
 
-    executor: Literal["local", "slurm"] = where_option(
-        "local",
-        "`local`: in this machine's workers. `slurm`: in arrays of jobs, with --output in a folder "
-        "that the nodes see.",
-    )
-    partition: str | None = where_option(None, "SLURM's queue.", metavar="NAME")
-    account: str | None = where_option(None, "Who is charged.", metavar="NAME")
-    time: int = where_option(60, "Longest time of a job.", metavar="MINUTES", min=1)
-    cpus: int = where_option(1, "Cores of a job, or of a rank.", metavar="COUNT", min=1)
-    ranks: int = where_option(
-        1,
-        "MPI ranks of each run, started by `srun -n COUNT` unless --mpirun names another launcher, "
-        "as `srun --mpi=pmi2 -n 4`.",
-        metavar="COUNT",
-        min=1,
-    )
-    chunk: int = where_option(50, "Runs of a job.", metavar="COUNT", min=1)
-    sbatch: list[str] | None = where_option(
-        None,
-        "Another option of sbatch, as qos=long; repeat it for several.",
-        metavar="KEY=VALUE",
-    )
+    executor: Literal["local", "slurm"] = "local"
+    partition: str | None = None
+    account: str | None = None
+    time: int = 60
+    cpus: int = 1
+    ranks: int = 1
+    chunk: int = 50
+    sbatch: list[str] | None = None
 
     def settings(self) -> Settings | None:
         """Return what SLURM is asked for, None for this machine.

@@ -7,7 +7,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from harness.cli.command import option
 from harness.cli.engine_options import ProgramOptions
 
 if TYPE_CHECKING:
@@ -21,13 +20,7 @@ OWN = ("rk4", "exact")
 class SolverOptions(ProgramOptions):
     """What runs the towers."""
 
-    solver: str = option(
-        "rk4",
-        "`rk4`: fixed steps of fourth order. `exact`: modes, without a step. Or an engine that "
-        "`dem-harness engines` lists, or `module:Class`: the overlap law; the deformable one in "
-        "LAMMPS in-process.",
-        metavar="NAME",
-    )
+    solver: str = "rk4"
 
     @property
     def own(self) -> str | None:

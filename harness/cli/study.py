@@ -5,13 +5,12 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
-from harness.cli.command import argument, option
 from harness.cli.engine_options import CostOptions, ProgramOptions
 from harness.cli.options import Json
 from harness.cli.slurm_options import ExecutorOptions
@@ -35,23 +34,13 @@ SECONDS = 7200
 class StudyOptions(CostOptions, ProgramOptions):
     """Which study, how much of it, and where its report goes."""
 
-    case: str = argument("CASE", "A case that has a study: `layers`.")
-    quick: bool = option(False, "Minutes on two cores: fewer seeds, smaller boxes.")
-    full: bool = option(False, "More of all; days of a core, for a cluster (`--executor slurm`).")
-    cost: bool = option(
-        False, "Run nothing of it: measure this machine for a minute, and tell what it would cost."
-    )
-    force: bool = option(
-        False, "Run also what is expected to take more than four hours of one core here."
-    )
-    reference: Path | None = option(
-        None,
-        "Measured angles for the figure: CSV with the columns h_over_d and theta_deg.",
-        metavar="FILE",
-    )
-    output: Path | None = option(
-        None, "Folder of the report.  [default: reports/runs/DATE-study]", metavar="DIR"
-    )
+    case: str = field(kw_only=True)
+    quick: bool = False
+    full: bool = False
+    cost: bool = False
+    force: bool = False
+    reference: Path | None = None
+    output: Path | None = None
 
     @property
     def level(self) -> Level:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
-from harness.cli.command import argument, option
 from harness.cli.engine_options import CostOptions, IntegratorOptions
 from harness.cli.options import Json
 from harness.cli.slurm_options import ExecutorOptions
@@ -33,40 +32,12 @@ MOST_SHOWN = 40
 class SweepOptions(IntegratorOptions):
     """What is swept, and in which engines."""
 
-    target: str = argument(
-        "CASE or FILE.toml",
-        "A case that `dem-harness cases` lists, or a file that says what is swept.",
-    )
-    over: list[str] | None = option(
-        None,
-        "A parameter and its values, in SI units and degrees: a list `1,2,5`, a range "
-        "`FIRST:LAST:COUNT` of evenly spaced numbers, both ends among them, a range "
-        "`FIRST:LAST:logCOUNT` evenly spaced in the logarithm, or several with commas between. "
-        "Repeat it for every combination with another parameter.",
-        metavar="NAME=VALUES",
-    )
-    settings: list[str] | None = option(
-        None,
-        "A parameter that is the same in every run; repeat it for several.",
-        "--set",
-        metavar="NAME=VALUE",
-    )
-    engines: str = option(
-        "",
-        "Engines that `dem-harness engines` lists and solvers that `dem-harness cases` names, with "
-        "commas between, or `all`.  [default: as of `run`]",
-        metavar="NAMES",
-        panel="Engine",
-    )
-    quantity: str = option(
-        "", "What the figure shows.  [default: the first measured]", metavar="NAME"
-    )
-    output: Path | None = option(
-        None,
-        "Where table and figure are written; the same sweep goes on there.  [default: "
-        "reports/runs/DATE-sweep]",
-        metavar="DIR",
-    )
+    target: str = field(kw_only=True)
+    over: list[str] | None = None
+    settings: list[str] | None = None
+    engines: str = ""
+    quantity: str = ""
+    output: Path | None = None
 
     def asked(self) -> Asked:
         """Return what is to be run: of a case, or of a file with these options on top."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from harness.cli.command import option
 from harness.cli.options import Json, Reading
 
 
@@ -12,18 +11,10 @@ from harness.cli.options import Json, Reading
 class ShockOptions:
     """What makes the shock, one of three."""
 
-    shock: float | None = option(
-        None, "Energy after over energy before the shock, 0 to 1.  [default: 1/4]"
-    )
-    restitution: float | None = option(None, "Normal restitution e, 0 to 1, that makes the shock.")
-    impulse_ratio: float | None = option(
-        None, "Impulse ratio alpha = J(n)/J(1), 0 to 2, that makes the shock."
-    )
-    reading: Reading | None = option(
-        None,
-        "How e or alpha makes a shock: `kept`, energy after over before (default for e); `lost`, "
-        "from the velocity lost, as the source prints it (default for alpha).",
-    )
+    shock: float | None = None
+    restitution: float | None = None
+    impulse_ratio: float | None = None
+    reading: Reading | None = None
 
 
 def theory(asked: ShockOptions, json: Json = False) -> None:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from harness.cli.command import option
 from harness.cli.engine_options import CostOptions
 from harness.cli.options import Json
 from harness.cli.solvers import SolverOptions
@@ -24,15 +23,13 @@ MOST_SHOWN = 20
 class SystemOptions:
     """The tower and the grain."""
 
-    height: int = option(1, "Contacts; particles - 1.")
-    stiffness: float = option(1e6, "Normal stiffness [N/m].")
-    mass: float = option(1.0, "Mass of each particle [kg].")
-    speed: float = option(2.0, "Speed of the grain at the start [m/s].")
-    gravity: float = option(9.81, "Gravity along the motion [m/s2]; 0 is the air hockey table.")
-    law: Literal["overlap", "deformable"] = option(
-        "deformable", "Contact law: what DEM codes do, or the source's."
-    )
-    base: Literal["fixed", "free"] = option("fixed", "Whether the last particle moves.")
+    height: int = 1
+    stiffness: float = 1e6
+    mass: float = 1.0
+    speed: float = 2.0
+    gravity: float = 9.81
+    law: Literal["overlap", "deformable"] = "deformable"
+    base: Literal["fixed", "free"] = "fixed"
 
     def tower(self) -> Tower:
         """Return the parameters; raise RequestError for values out of range."""
@@ -45,14 +42,10 @@ class SystemOptions:
 class RunOptions(CostOptions):
     """How long, how finely, and what is kept of it."""
 
-    duration: float = option(3.0, "How long, in contact times t0 of grain and one fixed particle.")
-    steps_per_contact: float | None = option(
-        None, "Steps in pi sqrt(m/k).  [default: 4000 rk4, 1000 engines]"
-    )
-    window: Literal["turnaround", "structure", "first-contact"] = option(
-        "turnaround", "What the impulse is summed over."
-    )
-    series: Path | None = option(None, "Write the series to this CSV file.", metavar="FILE")
+    duration: float = 3.0
+    steps_per_contact: float | None = None
+    window: Literal["turnaround", "structure", "first-contact"] = "turnaround"
+    series: Path | None = None
 
     def check_cost(self, case: Tower, solver: str | None, engine: Engine | None) -> None:
         """State what a run costs; raise RequestError for one too long, unless it is forced."""

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from harness.cli.command import option
 from harness.cli.engine_options import EngineOptions
-from harness.cli.options import CASES, TOLERANCES, Json
+from harness.cli.options import Json
 
 if TYPE_CHECKING:
     from harness.store.entries import Entries
@@ -22,33 +21,16 @@ if TYPE_CHECKING:
 class VerifyOptions:
     """What is to be verified: how much, against which baseline, and where the report goes."""
 
-    quick: bool = option(False, "A shorter ladder: under 20 s on two cores.")
-    full: bool = option(False, "Up to 100 times the stiffness, every height: some two minutes.")
-    cases: str | None = option(
-        None,
-        CASES,
-        metavar="NAME[,NAME...]",
-    )
-    engines: str | None = option(
-        None,
-        "Hold other engines against theory and one another as well, or `all`, of which those that "
-        "are missing are not tested. One that is named must be here.",
-        metavar="all|NAME[,NAME...]",
-    )
-    output: Path | None = option(
-        None,
-        "Folder for the report; must not hold anything yet.  [default: reports/runs/ and the date]",
-        metavar="DIR",
-    )
-    baseline: Path | None = option(
-        None,
-        "Baseline to compare with.  [default: the committed one, reports/baseline]",
-        metavar="DIR",
-    )
-    no_baseline: bool = option(False, "Leave the comparison with a baseline out.")
-    tolerances: Path | None = option(None, TOLERANCES, metavar="FILE")
-    strict: bool = option(False, "Exit status 1 also where a check was not tested.")
-    verbose: bool = option(False, "Print every check, not only those that failed.")
+    quick: bool = False
+    full: bool = False
+    cases: str | None = None
+    engines: str | None = None
+    output: Path | None = None
+    baseline: Path | None = None
+    no_baseline: bool = False
+    tolerances: Path | None = None
+    strict: bool = False
+    verbose: bool = False
 
     @property
     def level(self) -> str:

@@ -28,6 +28,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 Values = Mapping[str, str | int | float]
+States = dict[str, tuple[str | int | float, ...]]
 
 LAW = ("normal", "tangential")
 """Values of every job with such a contact, and of no other."""
@@ -39,12 +40,19 @@ RESISTANCES = frozenset(
 )
 """Values of resistance to rolling and twisting: ``unused_values`` of a code that has none."""
 
-NO_RESISTANCE: Mapping[str, tuple[str, ...]] = {
-    "rolling": ("none",),
-    "twisting": ("none",),
-    "interface": ("current",),
-}
-"""``states`` of a model that resists slip alone, in a code with one interface."""
+
+DASHPOTS = "none velocity mass_velocity coeff_restitution"
+"""Dampings of a linear spring."""
+
+
+def takes(normal: str, damping: str, tangential: str, **more: str) -> States:
+    """Return ``states`` of a model from the words that each value may be, with blanks between.
+
+    It resists slip alone, and the code has one interface, unless ``more`` says otherwise.
+    """
+    law = {"normal": normal, "damping": damping, "tangential": tangential}
+    found = {**law, "rolling": "none", "twisting": "none", "interface": "current", **more}
+    return {name: tuple(text.split()) for name, text in found.items()}
 
 
 @dataclass(frozen=True)
@@ -59,7 +67,7 @@ class ContactModel:
     """
 
     name: str
-    states: Mapping[str, tuple[str | int | float, ...]] = field(default_factory=dict)
+    states: States = field(default_factory=dict)
     rules: Mapping[str, Any] = field(default_factory=dict)
     needs: Callable[[Values], str] | None = None
 

@@ -24,6 +24,8 @@ Start = Literal["touching", "preloaded", "gapped"]
 
 Positive = Annotated[float, Field(gt=0)]
 PerParticle = Positive | tuple[Positive, ...]
+Count = Annotated[int, Field(ge=1, le=MOST_CONTACTS, strict=True)]
+Height = Annotated[Count, Field(description="[contacts] of the tower, particles - 1")]
 
 
 class Tower(Parameters):
@@ -39,13 +41,7 @@ class Tower(Parameters):
     The defaults are the source's (Harper, Dufek and Breard, methods section).
     """
 
-    height: int = Field(
-        default=1,
-        ge=1,
-        le=MOST_CONTACTS,
-        strict=True,
-        description="[contacts] of the tower, particles - 1",
-    )
+    height: Height = 1
     stiffness: PerParticle = Field(default=1e6, description="[N/m] normal stiffness")
     mass: PerParticle = Field(default=1.0, description="[kg] mass")
     diameter: PerParticle = Field(default=1.0, description="[m] diameter")

@@ -13,20 +13,7 @@ from harness.cases.incline.evidence import Recursion
 from harness.cases.incline.extrapolation import ExtrapolatedAngle
 from harness.cases.incline.result import InclineRun, Motion
 from harness.observables.trajectory import Trajectory
-from harness.report.figures.style import (
-    BLACK,
-    BLUE,
-    COLOURS,
-    GREEN,
-    MARKERS,
-    ORANGE,
-    SKY,
-    STYLES,
-    Figure,
-    label,
-    legend_below,
-    power,
-)
+from harness.report.figures import style
 
 FATES = {
     Motion.MOVES_ON: "keeps moving",
@@ -35,24 +22,24 @@ FATES = {
 }
 
 
-def speed_against_time(runs: Sequence[InclineRun], who: str) -> Figure:
+def speed_against_time(runs: Sequence[InclineRun], who: str) -> style.Figure:
     """Draw speed against time below and above the critical angle (the source's velocity figure)."""
-    figure = Figure(figsize=(8.0, 3.6))
+    figure = style.Figure(figsize=(8.0, 3.6))
     axes = figure.add_subplot()
-    for run, colour, line in zip(runs, (ORANGE, BLUE), ("--", "-"), strict=False):
+    for run, colour, line in zip(runs, (style.ORANGE, style.BLUE), ("--", "-"), strict=False):
         path = _path(run)
         name = f"{run.case.angle:.2f} deg: {FATES[run.motion]}"
         axes.plot(path.time_s, path.speed_m_per_s, line, color=colour, lw=1.1, label=name)
     axes.set(xlabel="time (s)", ylabel="speed of the grain (m/s)", ylim=(0, None))
     axes.set_title(_conditions(runs[0], who))
     axes.margins(x=0.01)
-    legend_below(figure)
+    style.legend_below(figure)
     return figure
 
 
-def path_over_the_bumps(runs: Sequence[InclineRun], bumps: int = 6) -> Figure:
+def path_over_the_bumps(runs: Sequence[InclineRun], bumps: int = 6) -> style.Figure:
     """Draw the path of the grain's centre over the row of fixed spheres, to scale."""
-    figure = Figure(figsize=(8.0, 3.0))
+    figure = style.Figure(figsize=(8.0, 3.0))
     axes = figure.add_subplot()
     diameter = runs[0].case.diameter
     start = _last_well(runs) - bumps / 2
@@ -60,7 +47,7 @@ def path_over_the_bumps(runs: Sequence[InclineRun], bumps: int = 6) -> Figure:
         axes.add_patch(
             Circle((index, 0), 0.5, facecolor="#e8e8e8", edgecolor="#888888", lw=0.8, zorder=1)
         )
-    styles = zip(reversed(runs), (SKY, BLACK), ("-", "--"), (4.0, 1.3), strict=False)
+    styles = zip(reversed(runs), (style.SKY, style.BLACK), ("-", "--"), (4.0, 1.3), strict=False)
     for run, colour, line, width in styles:
         path = _path(run)
         name = f"{run.case.angle:.2f} deg: {FATES[run.motion]}"
@@ -81,7 +68,7 @@ def path_over_the_bumps(runs: Sequence[InclineRun], bumps: int = 6) -> Figure:
     )
     axes.grid(visible=False)
     axes.set_title("path of the grain's centre; drawn with the row level, gravity tilted")
-    legend_below(figure)
+    style.legend_below(figure)
     return figure
 
 
@@ -92,29 +79,29 @@ def _draw_gravity(axes: Axes, x: float, angle_deg: float) -> None:
         "",
         (x + 0.3 * np.sin(tilt), 1.35 - 0.3 * np.cos(tilt)),
         xytext=(x, 1.35),
-        arrowprops={"arrowstyle": "-|>", "color": BLACK},
+        arrowprops={"arrowstyle": "-|>", "color": style.BLACK},
     )
     axes.text(x - 0.06, 1.2, "g", ha="right", va="center", style="italic")
 
 
-def extrapolation(found: ExtrapolatedAngle, closed_form: float, who: str) -> Figure:
+def extrapolation(found: ExtrapolatedAngle, closed_form: float, who: str) -> style.Figure:
     """Draw the critical angle against the step, and its limits against the stiffness."""
-    figure = Figure(figsize=(8.6, 4.6))
+    figure = style.Figure(figsize=(8.6, 4.6))
     left, right = figure.subplots(1, 2)
     for number, (stiffness, limit) in enumerate(found.at_stiffness.items()):
-        colour, marker = COLOURS[number % 6], MARKERS[number % 6]
-        name = f"k = {power(stiffness)} N/m"
+        colour, marker = style.COLOURS[number % 6], style.MARKERS[number % 6]
+        name = f"k = {style.power(stiffness)} N/m"
         left.errorbar(
             limit.h, limit.y, limit.errors, fmt=marker, color=colour, label=name, capsize=2
         )
         fine = np.linspace(0, limit.h.max(), 50)
         left.plot(fine, limit.curve(fine), color=colour, lw=0.9)
         left.plot(0, limit.value, marker, color=colour, mfc="white", clip_on=False)
-    left.axhline(closed_form, color=BLACK, ls="--", lw=1)
+    left.axhline(closed_form, color=style.BLACK, ls="--", lw=1)
     left.set(xlabel="1 / steps per contact time", ylabel="critical angle (deg)")
     left.set_title("step to zero")
     _stiffness_panel(right, found, closed_form, who)
-    legend_below(figure, 3)
+    style.legend_below(figure, 3)
     return figure
 
 
@@ -125,26 +112,30 @@ def _stiffness_panel(axes: Axes, found: ExtrapolatedAngle, closed_form: float, w
         rigid.y,
         rigid.errors,
         fmt="o",
-        color=BLUE,
+        color=style.BLUE,
         capsize=2,
         label=f"{who}, step to zero",
     )
     fine = np.geomspace(rigid.h.min() / 30, rigid.h.max(), 100)
     order = f"observed order {rigid.order:.2f}"
-    axes.plot(1 / fine, rigid.curve(fine), color=BLUE, lw=0.9, label=f"fit, {order}")
+    axes.plot(1 / fine, rigid.curve(fine), color=style.BLUE, lw=0.9, label=f"fit, {order}")
     axes.axhspan(
         rigid.value - rigid.uncertainty,
         rigid.value + rigid.uncertainty,
-        color=GREEN,
+        color=style.GREEN,
         alpha=0.25,
         label=f"limit {rigid.value:.5f} ± {rigid.uncertainty:.5f} deg",
     )
-    axes.axhline(closed_form, color=BLACK, ls="--", lw=1, label=f"theory {closed_form:.5f} deg")
+    axes.axhline(
+        closed_form, color=style.BLACK, ls="--", lw=1, label=f"theory {closed_form:.5f} deg"
+    )
     axes.set(xscale="log", xlabel="stiffness k (N/m)", ylabel="critical angle (deg)")
     axes.set_title("then stiffness to infinity")
 
 
-def contacts_side_by_side(by_contact: dict[str, list[CriticalAngle]], closed_form: float) -> Figure:
+def contacts_side_by_side(
+    by_contact: dict[str, list[CriticalAngle]], closed_form: float
+) -> style.Figure:
     """Draw the critical angle over step and stiffness, one panel a contact."""
     titles = {
         "source": "source: e = 1e-20, tail kept",
@@ -152,7 +143,7 @@ def contacts_side_by_side(by_contact: dict[str, list[CriticalAngle]], closed_for
         "plastic": "plastic: overdamped, clipped",
     }
     names = [name for name in titles if name in by_contact]
-    figure = Figure(figsize=(9.6, 3.9))
+    figure = style.Figure(figsize=(9.6, 3.9))
     panels = figure.subplots(1, len(names), squeeze=False)[0]
     stiffnesses = sorted({a.case.stiffness for name in names for a in by_contact[name]})
     decades = [k for k in stiffnesses if abs(np.log10(k) - round(np.log10(k))) < 1e-9]
@@ -168,65 +159,67 @@ def contacts_side_by_side(by_contact: dict[str, list[CriticalAngle]], closed_for
                 [a.case.steps_per_contact for a in angles],
                 [a.value_deg for a in angles],
                 [a.uncertainty_deg for a in angles],
-                color=COLOURS[number % 6],
-                marker=MARKERS[number % 6],
-                ls=STYLES[number % 6],
+                color=style.COLOURS[number % 6],
+                marker=style.MARKERS[number % 6],
+                ls=style.STYLES[number % 6],
                 lw=1,
                 capsize=2,
-                label=f"k = {power(stiffness)} N/m",
+                label=f"k = {style.power(stiffness)} N/m",
             )
-        axes.axhline(closed_form, color=BLACK, ls="--", lw=1, label="theory")
+        axes.axhline(closed_form, color=style.BLACK, ls="--", lw=1, label="theory")
         axes.set(xscale="log", xlabel="steps per contact time")
         axes.set_title(titles[name], fontsize=10)
         axes.set_xticks([25, 50, 100, 200, 400], ["25", "50", "100", "200", "400"])
         axes.minorticks_off()
         axes.margins(x=0.12)
     panels[0].set_ylabel("critical angle (deg)")
-    legend_below(figure, 4)
+    style.legend_below(figure, 4)
     return figure
 
 
-def energy_after_each_shock(recursion: Recursion, who: str) -> Figure:
+def energy_after_each_shock(recursion: Recursion, who: str) -> style.Figure:
     """Draw the energy after each shock against the recursion, with the difference below."""
-    figure = Figure(figsize=(6.6, 4.2))
+    figure = style.Figure(figsize=(6.6, 4.2))
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
     shocks = np.arange(1, len(recursion.measured) + 1)
     case = recursion.run.case
-    top.plot(shocks, recursion.predicted, "--", color=BLACK, label="E[j+1] = (E[j] + dE) / 4")
-    top.plot(shocks, recursion.measured, "o", color=BLUE, label=_conditions(recursion.run, who))
+    top.plot(shocks, recursion.predicted, "--", color=style.BLACK, label="E[j+1] = (E[j] + dE) / 4")
+    top.plot(
+        shocks, recursion.measured, "o", color=style.BLUE, label=_conditions(recursion.run, who)
+    )
     top.set_ylabel("energy after the shock\n(m g d)")
     top.set_title(f"{case.angle:g} deg, above the critical angle")
-    bottom.plot(shocks, 1e6 * (recursion.measured - recursion.predicted), "o", color=BLUE)
-    bottom.axhline(0, color=BLACK, ls="--", lw=1)
+    bottom.plot(shocks, 1e6 * (recursion.measured - recursion.predicted), "o", color=style.BLUE)
+    bottom.axhline(0, color=style.BLACK, ls="--", lw=1)
     bottom.set(xlabel="shock", ylabel="difference\n(1e-6 m g d)")
     bottom.set_xticks(shocks)
-    legend_below(figure)
+    style.legend_below(figure)
     return figure
 
 
-def runs_of_an_angle(found: CriticalAngle) -> Figure:
+def runs_of_an_angle(found: CriticalAngle) -> style.Figure:
     """Draw the margin of each run against its angle, or its fate where it has no margin."""
-    figure = Figure(figsize=(6.4, 3.9), layout="constrained")
+    figure = style.Figure(figsize=(6.4, 3.9), layout="constrained")
     axes = figure.add_subplot()
     margins = np.array([sample.margin for sample in found.samples])
     fates = [Motion(sample.motion) for sample in found.samples]
     angles = [sample.angle_deg for sample in found.samples]
     if np.isfinite(margins).all():
-        axes.plot(angles, margins, "o", color=BLUE, mfc="none", label="runs")
+        axes.plot(angles, margins, "o", color=style.BLUE, mfc="none", label="runs")
         axes.axhline(0, color="0.6", lw=0.8)
         y = "energy left over the next crest (m g d)"
     else:
         kinds = [*FATES]
         axes.plot(
-            angles, [kinds.index(f) for f in fates], "o", color=BLUE, mfc="none", label="runs"
+            angles, [kinds.index(f) for f in fates], "o", color=style.BLUE, mfc="none", label="runs"
         )
         axes.set_yticks(range(len(kinds)), [*FATES.values()])
         y = "what became of the grain"
     low, high = found.value_deg - found.uncertainty_deg, found.value_deg + found.uncertainty_deg
-    axes.axvspan(low, high, color=GREEN, alpha=0.25, label="uncertainty")
-    axes.axvline(found.value_deg, color=BLACK, ls="--", lw=1, label="critical angle")
-    label(axes, "angle (deg)", y, f"{found.provenance.told}, {found.method}")
-    legend_below(figure, 3)
+    axes.axvspan(low, high, color=style.GREEN, alpha=0.25, label="uncertainty")
+    axes.axvline(found.value_deg, color=style.BLACK, ls="--", lw=1, label="critical angle")
+    style.label(axes, "angle (deg)", y, f"{found.provenance.told}, {found.method}")
+    style.legend_below(figure, 3)
     return figure
 
 
@@ -245,6 +238,6 @@ def _last_well(runs: Sequence[InclineRun]) -> float:
 def _conditions(run: InclineRun, who: str) -> str:
     case = run.case
     return (
-        f"{who}, {case.contact.name} contact, k = {power(case.stiffness)} N/m, "
+        f"{who}, {case.contact.name} contact, k = {style.power(case.stiffness)} N/m, "
         f"{case.steps_per_contact:g} steps per contact"
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pydantic import Field
 
 from harness.observables.windows import SEARCH
-from harness.parameters.tower import MOST_CONTACTS, Law, Tower
+from harness.parameters.tower import Height, Law, Tower
 
 
 class TowerRunParameters(Tower):
@@ -15,13 +15,7 @@ class TowerRunParameters(Tower):
     has.
     """
 
-    height: int = Field(
-        default=2,
-        ge=1,
-        le=MOST_CONTACTS,
-        strict=True,
-        description="[contacts] of the tower, particles - 1",
-    )
+    height: Height = 2
     law: Law = Field(default="overlap", description="[-] contact law")
     duration: float = Field(
         default=SEARCH,

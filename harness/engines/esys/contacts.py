@@ -7,52 +7,20 @@ is parted as the radii are. Its walls have no friction.
 
 from __future__ import annotations
 
-from harness.engines.contact_model import NO_RESISTANCE, ContactModel, never_attracts
+from harness.engines.contact_model import ContactModel, States, never_attracts, takes
 
 RULES = {"torque_lever": "share", "velocity_lever": "share", "spring_frame": "room"}
 
-_PLAIN: dict[str, tuple[str, ...]] = {
-    **NO_RESISTANCE,
-    "motion_1": ("free",),
-    "motion_2": ("free", "frozen"),
-}
-
+_MOVES: States = {"motion_1": ("free",), "motion_2": ("free", "frozen")}
+_SPHERES: States = {"planes": (0,), **_MOVES}
 
 CONTACTS = (
-    ContactModel(
-        "RotElastic",
-        {"normal": ("hooke",), "damping": ("none",), "tangential": ("none",), **_PLAIN},
-    ),
-    ContactModel(
-        "RotFriction",
-        {
-            "normal": ("hooke",),
-            "damping": ("none",),
-            "tangential": ("linear_history",),
-            "planes": (0,),
-            **_PLAIN,
-        },
-        RULES,
-    ),
-    ContactModel(
-        "HertzianElastic",
-        {
-            "normal": ("hertz",),
-            "damping": ("none",),
-            "tangential": ("none",),
-            "planes": (0,),
-            **_PLAIN,
-        },
-    ),
+    ContactModel("RotElastic", takes("hooke", "none", "none") | _MOVES),
+    ContactModel("RotFriction", takes("hooke", "none", "linear_history") | _SPHERES, RULES),
+    ContactModel("HertzianElastic", takes("hertz", "none", "none") | _SPHERES),
     ContactModel(
         "HertzianViscoElastic",
-        {
-            "normal": ("hertz",),
-            "damping": ("viscoelastic",),
-            "tangential": ("none",),
-            "planes": (0,),
-            **_PLAIN,
-        },
+        takes("hertz", "viscoelastic", "none") | _SPHERES,
         needs=never_attracts,
     ),
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from harness.engines.contact_model import NO_RESISTANCE, ContactModel, Values, never_attracts
+from harness.engines.contact_model import DASHPOTS, ContactModel, Values, never_attracts, takes
 
 RULES = {
     "velocity_lever": "contact_point",
@@ -30,23 +30,13 @@ def springs(values: Values) -> str:
 CONTACTS = (
     ContactModel(
         "DEM_D_Linear_viscous_Coulomb",
-        {
-            "normal": ("hooke",),
-            "damping": ("none", "velocity", "mass_velocity", "coeff_restitution"),
-            "tangential": ("none", "linear_history"),
-            **NO_RESISTANCE,
-        },
+        takes("hooke", DASHPOTS, "none linear_history"),
         RULES,
         springs,
     ),
     ContactModel(
         "DEM_D_Hertz_viscous_Coulomb",
-        {
-            "normal": ("hertz",),
-            "damping": ("none", "coeff_restitution"),
-            "tangential": ("none", "mindlin_rescale/force"),
-            **NO_RESISTANCE,
-        },
+        takes("hertz", "none coeff_restitution", "none mindlin_rescale/force"),
         RULES,
         dashpot,
     ),

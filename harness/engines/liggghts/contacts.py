@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from harness.engines.contact_model import NO_RESISTANCE, ContactModel, Values
+from harness.engines.contact_model import DASHPOTS, ContactModel, Values, takes
 
 SAME = 1e-9
 """Relative difference of coefficients that are tied to one another."""
@@ -51,41 +51,20 @@ def _equal(one: str | float, other: str | float) -> bool:
     return math.isclose(float(one), float(other), rel_tol=SAME)
 
 
-_SPRINGS = ("none", "linear_nohistory", "linear_history", "linear_history_classic")
-_SOLIDS = ("none", "linear_nohistory", "mindlin", "mindlin_classic")
+_SPRINGS = "none linear_nohistory linear_history linear_history_classic"
+_SOLIDS = "none linear_nohistory mindlin mindlin_classic"
 
 CONTACTS = (
     ContactModel(
         "hooke/stiffness",
-        {
-            "normal": ("hooke",),
-            "damping": ("none", "velocity", "mass_velocity", "coeff_restitution"),
-            "tangential": _SPRINGS,
-            "interface": ("current",),
-            "rolling": ("none", "sds"),
-            "twisting": ("none", "sds"),
-        },
+        takes("hooke", DASHPOTS, _SPRINGS, rolling="none sds", twisting="none sds"),
         RULES,
         tied,
     ),
-    ContactModel(
-        "hertz/stiffness",
-        {
-            "normal": ("hertz",),
-            "damping": ("none", "viscoelastic"),
-            "tangential": _SOLIDS,
-            **NO_RESISTANCE,
-        },
-        RULES,
-    ),
+    ContactModel("hertz/stiffness", takes("hertz", "none viscoelastic", _SOLIDS), RULES),
     ContactModel(
         "hertz",
-        {
-            "normal": ("hertz",),
-            "damping": ("coeff_restitution",),
-            "tangential": ("none", "mindlin", "mindlin_classic"),
-            **NO_RESISTANCE,
-        },
+        takes("hertz", "coeff_restitution", "none mindlin mindlin_classic"),
         RULES,
         from_material,
     ),

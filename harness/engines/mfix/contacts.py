@@ -6,7 +6,7 @@ and ``check_solids_dem.f``.
 
 from __future__ import annotations
 
-from harness.engines.contact_model import ContactModel, Values
+from harness.engines.contact_model import DASHPOTS, ContactModel, States, Values, takes
 from harness.engines.mfix.contact_input import ContactInput
 from harness.errors import RequestError
 
@@ -28,35 +28,29 @@ _RULES = {
     "spring_frame": "room",
     "frozen_mass": "own",
 }
-_STATES: dict[str, tuple[str, ...]] = {
-    "interface": ("current",),
-    "rolling": ("none",),
-    "twisting": ("none",),
-    "clipped": ("no",),
-    "motion_1": ("free",),
-    "motion_2": ("free", "frozen"),
-}
+_STATES: States = {"clipped": ("no",), "motion_1": ("free",), "motion_2": ("free", "frozen")}
+
+CONTACTS = (
+    ContactModel("LSD", takes("hooke", DASHPOTS, "none linear_history") | _STATES, _RULES, _needs),
+    ContactModel(
+        "HERTZIAN",
+        takes("hertz", "none coeff_restitution", "none mindlin") | _STATES,
+        {**_RULES, "hertz_restitution": "linear"},
+        _needs,
+    ),
+)
 
 CONTACTS = (
     ContactModel(
         "LSD",
-        {
-            "normal": ("hooke",),
-            "damping": ("none", "velocity", "mass_velocity", "coeff_restitution"),
-            "tangential": ("none", "linear_history"),
-            **_STATES,
-        },
+        takes("hooke", "none velocity mass_velocity coeff_restitution", "none linear_history")
+        | _STATES,
         _RULES,
         _needs,
     ),
     ContactModel(
         "HERTZIAN",
-        {
-            "normal": ("hertz",),
-            "damping": ("none", "coeff_restitution"),
-            "tangential": ("none", "mindlin"),
-            **_STATES,
-        },
+        takes("hertz", "none coeff_restitution", "none mindlin") | _STATES,
         {**_RULES, "hertz_restitution": "linear"},
         _needs,
     ),

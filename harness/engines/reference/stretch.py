@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from harness.engines.reference import mfix_adams_bashforth, mfix_euler, rk4, velocity_verlet
 from harness.engines.reference.compiled import compiled
-from harness.engines.reference.row import Grain, Row
+from harness.engines.reference.row import Grain, Row, acceleration
 
 VELOCITY_VERLET, MFIX_EULER, MFIX_ADAMS_BASHFORTH, RK4 = range(4)
 
@@ -37,11 +37,10 @@ _LAST_STEP, _DECISION, _FULL, _NOT_A_NUMBER = (int(end) for end in End)
 
 @compiled
 def begin(method: int, grain: Grain, row: Row) -> Grain:
-    """Return the grain with what the method has to remember of the step before."""
-    if method == VELOCITY_VERLET:
-        return velocity_verlet.begin(grain, row)
-    if method == MFIX_ADAMS_BASHFORTH:
-        return mfix_adams_bashforth.begin(grain, row)
+    """Return the grain with what the method has to remember: the acceleration of its start."""
+    if method in (VELOCITY_VERLET, MFIX_ADAMS_BASHFORTH):
+        ax, ay = acceleration(grain.x, grain.y, grain.vx, grain.vy, row)
+        return Grain(grain.x, grain.y, grain.vx, grain.vy, ax, ay)
     return grain
 
 

@@ -16,13 +16,6 @@ ORDER = 2
 
 
 @compiled
-def begin(grain: Grain, row: Row) -> Grain:
-    """Return the grain with the acceleration of its position and velocity."""
-    ax, ay = acceleration(grain.x, grain.y, grain.vx, grain.vy, row)
-    return Grain(grain.x, grain.y, grain.vx, grain.vy, ax, ay)
-
-
-@compiled
 def advance(grain: Grain, row: Row, step: float) -> Grain:
     """Return the grain one step [s] later."""
     half = 0.5 * step

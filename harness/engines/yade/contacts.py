@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from harness.engines.contact_model import ContactModel, Values, never_attracts
+from harness.engines.contact_model import DASHPOTS, ContactModel, Values, never_attracts, takes
 
 RULES = {
     "damping_in_cap": "sticking_only",
@@ -27,27 +27,13 @@ def solid(values: Values) -> str:
 CONTACTS = (
     ContactModel(
         "Law2_ScGeom_ViscElPhys_Basic",
-        {
-            "normal": ("hooke",),
-            "damping": ("none", "velocity", "mass_velocity", "coeff_restitution"),
-            "tangential": ("none", "linear_history", "linear_history_classic"),
-            "rolling": ("none",),
-            "twisting": ("none",),
-            "interface": ("current",),
-        },
+        takes("hooke", DASHPOTS, "none linear_history linear_history_classic"),
         RULES,
         never_attracts,
     ),
     ContactModel(
         "Law2_ScGeom_MindlinPhys_Mindlin",
-        {
-            "normal": ("hertz", "dmt"),
-            "damping": ("none", "coeff_restitution"),
-            "tangential": ("none", "mindlin/force"),
-            "rolling": ("none", "sds"),
-            "twisting": ("none",),
-            "interface": ("current",),
-        },
+        takes("hertz dmt", "none coeff_restitution", "none mindlin/force", rolling="none sds"),
         RULES,
         solid,
     ),

@@ -10,15 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from harness.cases.tower.step_convergence import StepConvergence
-from harness.report.figures.style import (
-    COLOURS,
-    MARKERS,
-    STYLES,
-    few_ticks,
-    label,
-    legend_below,
-    power,
-)
+from harness.report.figures import style
 
 
 def tower_error_against_step(convergences: Sequence[StepConvergence]) -> Figure:
@@ -31,9 +23,9 @@ def tower_error_against_step(convergences: Sequence[StepConvergence]) -> Figure:
         axes.loglog(
             found.steps_per_contact,
             found.l2_error,
-            color=COLOURS[i % 7],
-            marker=MARKERS[i % 6],
-            ls=STYLES[i % 6],
+            color=style.COLOURS[i % 7],
+            marker=style.MARKERS[i % 6],
+            ls=style.STYLES[i % 6],
             ms=8 - min(i, 4),
             lw=1.1,
             mfc="none" if i % 2 else None,
@@ -42,10 +34,10 @@ def tower_error_against_step(convergences: Sequence[StepConvergence]) -> Figure:
     steps = np.unique(np.concatenate([found.steps_per_contact for found in convergences]))
     for slope in (1, 2):
         _guide(axes, steps, slope, convergences)
-    label(axes, "steps per contact", "L2 error of the grain's force over its peak")
+    style.label(axes, "steps per contact", "L2 error of the grain's force over its peak")
     axes.set_title(_of_tower(convergences[0]), fontsize="medium")
-    few_ticks(axes, steps.tolist())
-    legend_below(figure, 3)
+    style.few_ticks(axes, steps.tolist())
+    style.legend_below(figure, 3)
     return figure
 
 
@@ -69,4 +61,4 @@ def _guide(
 
 def _of_tower(found: StepConvergence) -> str:
     tower = found.reference.tower
-    return f"tower, n = {tower.height}, {tower.law} law, k = {power(tower.stiffness)} N/m"
+    return f"tower, n = {tower.height}, {tower.law} law, k = {style.power(tower.stiffness)} N/m"

@@ -12,18 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator
 
 from harness.observables.reference import PublishedAngle, ReferencePoints
-from harness.report.figures.style import (
-    BLACK,
-    BLUE,
-    COLOURS,
-    GREEN,
-    MARKERS,
-    ORANGE,
-    RED,
-    STYLES,
-    legend_below,
-    power,
-)
+from harness.report.figures import style
 
 _RUN = ["stiffness_N_per_m", "speed_m_per_s"]
 _HEIGHT, _GAMMA = "height n (contacts)", "Gamma = m g / (v0 sqrt(k m))"
@@ -88,14 +77,18 @@ def collapse_on_gamma(frame: pd.DataFrame, solver: str, heights: Sequence[int]) 
     for (_, part), axes in grid:
         for i, height in enumerate(heights):
             tower = part[part["height"] == height].sort_values("gamma")
-            look: dict[str, Any] = {"color": COLOURS[i % 7], "ls": STYLES[i % 6], "lw": 1.1}
+            look: dict[str, Any] = {
+                "color": style.COLOURS[i % 7],
+                "ls": style.STYLES[i % 6],
+                "lw": 1.1,
+            }
             line = tower.drop_duplicates("gamma")
             axes.plot(line["gamma"], line["impulse_ratio"], label=f"n = {height}", **look)
             for j, (_, way) in enumerate(tower.groupby(ways, sort=False)):
-                symbol: dict[str, Any] = _WAYS[j % 3] | {"color": COLOURS[i % 7]}
+                symbol: dict[str, Any] = _WAYS[j % 3] | {"color": style.COLOURS[i % 7]}
                 axes.plot(way["gamma"], way["impulse_ratio"], **symbol)
         for j, ((k, m, g), _) in enumerate(part.groupby(ways, sort=False)):
-            name = f"k = {power(k)} N/m, m = {m:g} kg, g = {g:g} m/s2"
+            name = f"k = {style.power(k)} N/m, m = {m:g} kg, g = {g:g} m/s2"
             axes.plot([], [], **_WAYS[j % 3] | {"color": "0.3", "label": name})
         axes.axhline(1, color="0.6", lw=0.8, zorder=0)
         axes.set(xscale="log", yscale="log")
@@ -130,7 +123,7 @@ def map_over_gamma(frame: pd.DataFrame, solver: str, marked: Sequence[float] = (
         axes.label_outer()
         axes.grid(visible=False)
     figure.colorbar(mesh, ax=figure.axes, label=_ALPHA, extend="max")
-    legend_below(figure)
+    style.legend_below(figure)
     return figure
 
 
@@ -144,7 +137,7 @@ def energy_scaling(
     """Draw theta_c(n) for alpha = 1/sqrt(n); the source ends it at ``largest`` particles."""
     figure = Figure(figsize=(7.2, 5.2), layout="constrained")
     axes = figure.subplots()
-    for reading, colour, marker in (("lost", BLUE, "o"), ("kept", ORANGE, "s")):
+    for reading, colour, marker in (("lost", style.BLUE, "o"), ("kept", style.ORANGE, "s")):
         heights, angles = scaling["height"], scaling[f"critical_angle_{reading}_deg"]
         inside = heights <= largest
         name = f"alpha = 1/sqrt(n), reading: {READINGS[reading]}"
@@ -155,13 +148,13 @@ def energy_scaling(
         if reading == "lost" and not at_end.empty:
             value = float(at_end.iloc[0])
             name = f"its angle at {largest} particles, {value:.2f} deg (the source's cut-off)"
-            axes.axhline(value, color=BLACK, ls="--", lw=1, label=name)
+            axes.axhline(value, color=style.BLACK, ls="--", lw=1, label=name)
     axes.axvline(largest, color="0.5", ls="-.", lw=1, label=f"{largest} particles")
     draw_others(axes, published, reference)
     axes.set(xlabel=_HEIGHT, ylabel=_ANGLE)
     axes.set_ylim(bottom=0)
     axes.set_xticks(_ticks(scaling, reference))
-    legend_below(figure, 1)
+    style.legend_below(figure, 1)
     return figure
 
 
@@ -190,7 +183,7 @@ def _finish(figure: Figure, grid: Panels, y: str, solver: str, x: str = _HEIGHT)
         axes.label_outer()
         if x == _HEIGHT:
             axes.set_xticks(_ticks(part))
-    legend_below(figure, axes=[grid[0][1]])
+    style.legend_below(figure, axes=[grid[0][1]])
 
 
 def _runs(part: pd.DataFrame) -> list[tuple[dict[str, Any], pd.DataFrame]]:
@@ -202,13 +195,14 @@ def _runs(part: pd.DataFrame) -> list[tuple[dict[str, Any], pd.DataFrame]]:
     runs = []
     for i, ((k, v), run) in enumerate(part.groupby(_RUN, sort=False)):
         kind = stiffnesses.index(k)
+        gamma = run["gamma"].iloc[0]
         look = {
-            "color": (BLUE, GREEN, RED, *COLOURS)[kind % 10],
-            "ls": STYLES[kind % 6],
+            "color": (style.BLUE, style.GREEN, style.RED, *style.COLOURS)[kind % 10],
+            "ls": style.STYLES[kind % 6],
             "lw": 1.1,
-            "marker": MARKERS[speeds.index(v) % 5],
+            "marker": style.MARKERS[speeds.index(v) % 5],
             "ms": max(3.0, 8.5 - i),
-            "label": f"k = {power(k)} N/m, v0 = {v:g} m/s, Gamma = {run['gamma'].iloc[0]:.2g}",
+            "label": f"k = {style.power(k)} N/m, v0 = {v:g} m/s, Gamma = {gamma:.2g}",
         }
         runs.append((look, run))
     return runs
@@ -228,7 +222,7 @@ def draw_others(
     if reference is not None:
         name = reference.name.replace("$", r"\$")  # a file's name is no formula
         axes.plot(
-            reference.heights, reference.angles_deg, "*", color=BLACK, ms=9, mfc="none",
+            reference.heights, reference.angles_deg, "*", color=style.BLACK, ms=9, mfc="none",
             label=f"reference: {name} (h/d)",
         )  # fmt: skip
 
