@@ -31,15 +31,15 @@ def look(
     first, last = np.empty(size), np.empty(size)
     rates(before, system, modes, first)
     rates(after, system, modes, last)
-    seen = np.empty((PLACES + 1, len(system.pairs), KINDS))
+    seen = np.empty((PLACES + 1, len(system.contacts), KINDS))
     moved = after - before
     for place in range(PLACES + 1):
         s = place / PLACES
         y = before + s * moved
         y += s * (1.0 - s) * ((1.0 - s) * (h * first - moved) - s * (h * last - moved))
         seen[place] = endings(y, system, modes)
-    near = np.zeros((len(system.pairs), KINDS))
-    for c in range(len(system.pairs)):
+    near = np.zeros((len(system.contacts), KINDS))
+    for c in range(len(system.contacts)):
         for kind in range(KINDS):
             near[c, kind] = h / PLACES * _peak(seen[:, c, kind])
     return seen[PLACES], near

@@ -26,33 +26,33 @@ def step(
 ) -> tuple[Floats, float]:
     """Return the state after ``h`` and the largest estimated error over ``scale``."""
     size = len(y)
-    first, slope = np.empty(size), np.empty(size)
-    rates(y, system, modes, first)
+    first, slope, moved = np.empty(size), np.empty(size), np.empty(size)
+    before, now, last = np.empty(size), np.empty(size), np.zeros(size)
     table = np.zeros((COLUMNS, size))
-    moved = np.empty(size)
-    last = np.zeros(size)
+    rates(y, system, modes, first)
     for row in range(COLUMNS):
         parts = 2 * (row + 1)
         part = h / parts
-        before = np.zeros(size)
-        now = part * first
+        for k in range(size):
+            before[k], now[k] = 0.0, part * first[k]
+            moved[k] = y[k] + now[k]
         for _ in range(parts - 1):
-            moved[:] = y + now
             rates(moved, system, modes, slope)
-            after = before + 2.0 * part * slope
-            before, now = now, after
-        moved[:] = y + now
+            for k in range(size):
+                before[k], now[k] = now[k], before[k] + 2.0 * part * slope[k]
+                moved[k] = y[k] + now[k]
         rates(moved, system, modes, slope)
-        smooth = 0.5 * (now + before + part * slope)
-        # Aitken and Neville in h^2: each row overwrites the one before, from the left
-        for column in range(row):
-            ratio = ((row + 1.0) / (row - column)) ** 2
-            held = smooth + (smooth - table[column]) / (ratio - 1.0)
-            table[column] = smooth
-            if column == row - 1:
-                last[:] = smooth
-            smooth = held
-        table[row] = smooth
+        for k in range(size):
+            smooth = 0.5 * (now[k] + before[k] + part * slope[k])
+            # Aitken and Neville in h^2: each row overwrites the one before, from the left
+            for column in range(row):
+                ratio = ((row + 1.0) / (row - column)) ** 2
+                held = smooth + (smooth - table[column, k]) / (ratio - 1.0)
+                table[column, k] = smooth
+                if column == row - 1:
+                    last[k] = smooth
+                smooth = held
+            table[row, k] = smooth
     error = 0.0
     for k in range(size):
         size_k = scale[k] + ROUND_OFF * abs(table[COLUMNS - 1, k])

@@ -17,33 +17,33 @@ def next_contact(y: Floats, system: System) -> tuple[float, int]:
 
     A contact that overlaps and closes begins at once.
     """
-    found = [(_time_to(y, system, c), c) for c in range(len(system.pairs))]
+    found = [(_time_to(y, system, c), c) for c in range(len(system.contacts))]
     return min(found, default=(math.inf, -1))
 
 
 def flown(y: Floats, system: System, time: float) -> Floats:
     """Return the state after a flight: parabolas and steady rotation."""
     result = y.copy()
-    for b in range(len(system.radius)):
+    for b in range(len(system.bodies)):
         at = BODY * b
-        velocity, gravity = y[at + 3 : at + 6], system.gravity[b]
+        velocity, gravity = y[at + 3 : at + 6], system.bodies[b]["gravity"]
         result[at : at + 3] += velocity * time + 0.5 * gravity * time**2
         result[at + 3 : at + 6] += gravity * time
     return result
 
 
 def _time_to(y: Floats, system: System, contact: int) -> float:
-    i, j = system.pairs[contact]
+    i, j = system.contacts[contact]["first"], system.contacts[contact]["second"]
     place, velocity = y[BODY * i : BODY * i + 3], y[BODY * i + 3 : BODY * i + 6]
-    gravity = system.gravity[i]
+    gravity = system.bodies[i]["gravity"]
     if j < 0:
-        n = system.normals[-1 - j]
-        gap = (place - system.points[-1 - j]) @ n - system.radius[i]
+        n = system.planes[-1 - j]["normal"]
+        gap = (place - system.planes[-1 - j]["point"]) @ n - system.bodies[i]["radius"]
         return _first_fall([0.5 * gravity @ n, velocity @ n, gap])
     apart = place - y[BODY * j : BODY * j + 3]
     velocity = velocity - y[BODY * j + 3 : BODY * j + 6]
-    gravity = gravity - system.gravity[j]
-    reach = system.radius[i] + system.radius[j]
+    gravity = gravity - system.bodies[j]["gravity"]
+    reach = system.bodies[i]["radius"] + system.bodies[j]["radius"]
     distance = float(np.sqrt(apart @ apart))
     return _first_fall(
         [

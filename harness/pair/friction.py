@@ -24,7 +24,7 @@ from harness.pair.system import (
     ROLLING,
     TANGENTIAL,
     TWIST_MARSHALL,
-    Law,
+    Records,
     System,
 )
 from harness.pair.vectors import Vector, compiled, cross, dot, scaled
@@ -45,12 +45,12 @@ class Normal(NamedTuple):
 def normal_force(g: Geometry, system: System, contact: int, sign: int) -> Normal:
     """Return the normal force; ``sign`` is that of the force, which makes |force| smooth."""
     law = system.law
-    curvature = system.curvature[contact]
+    curvature = system.contacts[contact].curvature
     bare = elastic(law.normal, law.stiffness, law.surface, curvature, g.overlap)
-    if law.normal == MDR and system.pairs[contact, 1] < 0:
+    if law.normal == MDR and system.contacts[contact].second < 0:
         bare = at_flat(law.stiffness, curvature, g.overlap, law.wall_magnified)
     eta, slope = dashpot(
-        law.damping, law.damping_coefficient, system.mass[contact], g.overlap, bare
+        law.damping, law.damping_coefficient, system.contacts[contact].mass, g.overlap, bare
     )
     force = bare.force + eta * g.closing
     pull = pull_off_force(law.normal, law.surface, curvature)
@@ -59,7 +59,7 @@ def normal_force(g: Geometry, system: System, contact: int, sign: int) -> Normal
 
 
 @compiled
-def load_rate(normal: Normal, g: Geometry, closing_rate: float, law: Law, sign: int) -> float:
+def load_rate(normal: Normal, g: Geometry, closing_rate: float, law: Records, sign: int) -> float:
     """Return the rate of the load [N/s]; ``closing_rate`` is the overlap's acceleration."""
     rate = normal.elastic.slope * g.closing
     if law.surface > 0.0:
@@ -78,7 +78,7 @@ def slider_of(
         return _tangential(g, normal, law, opening)
     if kind == ROLLING:
         stiffness, eta, friction = law.rolling_coefficients
-        u = scaled(system.curvature[contact], cross(g.spin, g.normal))
+        u = scaled(system.contacts[contact].curvature, cross(g.spin, g.normal))
         return Slider(stiffness, 0.0, eta, 0.0, friction, 0.0, u, 1.0, 0.0)
     u = scaled(dot(g.spin, g.normal), g.normal)
     if law.twisting != TWIST_MARSHALL:
@@ -88,7 +88,7 @@ def slider_of(
 
 
 @compiled
-def _tangential(g: Geometry, normal: Normal, law: Law, opening: bool) -> Slider:
+def _tangential(g: Geometry, normal: Normal, law: Records, opening: bool) -> Slider:
     stiffness, a = law.tangential_stiffness, normal.elastic.radius
     rate, gain = 0.0, 1.0
     if law.by_radius and law.by_force:
@@ -112,7 +112,7 @@ def _tangential(g: Geometry, normal: Normal, law: Law, opening: bool) -> Slider:
 
 
 @compiled
-def _marshall(normal: Normal, law: Law, g: Geometry, u: Vector) -> Slider:
+def _marshall(normal: Normal, law: Records, g: Geometry, u: Vector) -> Slider:
     a, growth = normal.elastic.radius, normal.growth
     stiffness, powers = 0.5 * law.tangential_stiffness * a * a, 2.0
     if law.marshall_by_radius:
@@ -134,7 +134,7 @@ def _marshall(normal: Normal, law: Law, g: Geometry, u: Vector) -> Slider:
 
 
 @compiled
-def limits(kind: int, law: Law) -> tuple[bool, int]:
+def limits(kind: int, law: Records) -> tuple[bool, int]:
     """Return whether the limit cuts the spring back, and where the dashpot stands.
 
     A force without a spring is its dashpot under the limit, whatever the rules.
@@ -150,7 +150,7 @@ def velocity_rate(kind: int, change: Change, g: Geometry, system: System, contac
     if kind == TANGENTIAL:
         return change.slip
     if kind == ROLLING:
-        return scaled(system.curvature[contact], cross(change.spin, g.normal))
+        return scaled(system.contacts[contact].curvature, cross(change.spin, g.normal))
     return scaled(dot(change.spin, g.normal), g.normal)
 
 

@@ -36,27 +36,27 @@ def normal_and_gap(y: Floats, system: System, contact: int) -> tuple[Vector, flo
 
     At a wall: infinite, for a sphere on a plane does not turn the normal.
     """
-    i, j = system.pairs[contact, 0], system.pairs[contact, 1]
+    i, j = system.contacts[contact].first, system.contacts[contact].second
     place = vector(y, BODY * i)
     if j < 0:
         wall = -1 - j
-        point = system.points[wall]
-        unit = system.normals[wall]
+        point = system.planes[wall].point
+        unit = system.planes[wall].normal
         n = (unit[0], unit[1], unit[2])
         height = dot(plus(place, -1.0, (point[0], point[1], point[2])), n)
-        return n, system.radius[i] - height, float("inf")
+        return n, system.bodies[i].radius - height, float("inf")
     apart = plus(place, -1.0, vector(y, BODY * j))
     distance = length(apart)
-    overlap = system.radius[i] + system.radius[j] - distance
+    overlap = system.bodies[i].radius + system.bodies[j].radius - distance
     return scaled(1.0 / distance, apart), overlap, distance
 
 
 @compiled
 def geometry(y: Floats, system: System, contact: int) -> Geometry:
     """Return how a contact stands and moves; its overlap is the one in the state."""
-    i, j = system.pairs[contact, 0], system.pairs[contact, 1]
+    i, j = system.contacts[contact].first, system.contacts[contact].second
     n, _, distance = normal_and_gap(y, system, contact)
-    overlap = y[BODY * len(system.radius) + CONTACT * contact]
+    overlap = y[BODY * len(system.bodies) + CONTACT * contact]
     relative, spin = vector(y, BODY * i + 3), vector(y, BODY * i + 6)
     spin_j, kind = (0.0, 0.0, 0.0), system.law.velocity_lever
     if j >= 0:
@@ -92,10 +92,10 @@ def levers(
 
     ``kind`` is that between spheres.
     """
-    i, j = system.pairs[contact, 0], system.pairs[contact, 1]
+    i, j = system.contacts[contact].first, system.contacts[contact].second
     if j < 0:
-        return lever(system.law.wall_lever, overlap, system.radius[i], 0.0), (0.0, 0.0)
-    first, second = system.radius[i], system.radius[j]
+        return lever(system.law.wall_lever, overlap, system.bodies[i].radius, 0.0), (0.0, 0.0)
+    first, second = system.bodies[i].radius, system.bodies[j].radius
     return lever(kind, overlap, first, second), lever(kind, overlap, second, first)
 
 
@@ -113,7 +113,7 @@ def change(g: Geometry, y: Floats, system: System, contact: int, accelerations: 
 
     ``accelerations``: (bodies, 6), linear and angular.
     """
-    i, j = system.pairs[contact, 0], system.pairs[contact, 1]
+    i, j = system.contacts[contact].first, system.contacts[contact].second
     relative, spin = _part(accelerations, i, 0), _part(accelerations, i, 3)
     arms = scaled(g.levers[0], spin)
     arms = plus(arms, g.stretching[0], vector(y, BODY * i + 6))
@@ -136,7 +136,7 @@ def change(g: Geometry, y: Floats, system: System, contact: int, accelerations: 
 
 @compiled
 def _arms(g: Geometry, y: Floats, system: System, contact: int) -> Vector:
-    i, j = system.pairs[contact, 0], system.pairs[contact, 1]
+    i, j = system.contacts[contact].first, system.contacts[contact].second
     arms = scaled(g.levers[0], vector(y, BODY * i + 6))
     return plus(arms, g.levers[1], vector(y, BODY * j + 6)) if j >= 0 else arms
 

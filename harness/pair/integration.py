@@ -54,14 +54,14 @@ def integrate(
         torques=acting[:, :, 3:],
         overlaps=overlaps,
         springs=springs,
-        contacts=tuple(motion.name(c) for c in range(len(system.pairs))),
+        contacts=tuple(motion.name(c) for c in range(len(system.contacts))),
         events=tuple(motion.events),
         steps=motion.steps,
     )
 
 
 def _first_state(scene: ContactScene, system: System) -> Floats:
-    y = np.zeros(BODY * len(scene.bodies) + CONTACT * len(system.pairs))
+    y = np.zeros(BODY * len(scene.bodies) + CONTACT * len(system.contacts))
     for b, body in enumerate(scene.bodies):
         y[BODY * b : BODY * b + BODY] = (*body.position, *body.velocity, *body.omega)
     return y
@@ -70,8 +70,8 @@ def _first_state(scene: ContactScene, system: System) -> Floats:
 def _sample(motion: Motion) -> tuple[Floats, ...]:
     """Return time, bodies, forces, overlaps and springs as they are now."""
     y, system, modes = motion.y, motion.system, motion.modes
-    contacts = range(len(system.pairs))
-    bodies = y[: BODY * len(system.radius)].reshape(-1, 3, 3).copy()
+    contacts = range(len(system.contacts))
+    bodies = y[: BODY * len(system.bodies)].reshape(-1, 3, 3).copy()
     overlaps = np.array([normal_and_gap(y, system, c)[1] for c in contacts])
     for c in motion.closed():
         overlaps[c] = geometry(y, system, c).overlap

@@ -3,25 +3,26 @@
 Free flight is a parabola, its end the root of a polynomial. In contact, an extrapolation step of
 order 12 with error control goes on until an ending (:func:`harness.pair.rates.endings`) turns
 positive, at the end of the step or between (:mod:`harness.pair.between`); the ending is located by
-taking the same step shorter, to round-off.
+taking the same step shorter, to round-off (:mod:`harness.pair.locate`).
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
 
 from harness.errors import RequestError
-from harness.pair.between import PLACES, look
-from harness.pair.extrapolation import ORDER, step
+from harness.pair.extrapolation import step
 from harness.pair.flight import flown, next_contact
 from harness.pair.friction import normal_force
 from harness.pair.geometry import geometry
+from harness.pair.locate import first_ending
 from harness.pair.path import Event, EventKind, SliderName
-from harness.pair.rates import LOAD, OPEN, OPENING, SIGN, SLIDERS, STATE, TOUCH, endings
+from harness.pair.proceed import proceed
+from harness.pair.rates import LOAD, OPEN, OPENING, SIGN, SLIDERS, STATE, TOUCH
 from harness.pair.scales import set_size, state_scales
 from harness.pair.slider import OFF, SLIDE
 from harness.pair.switching import begin, settle, stick, switch
@@ -35,8 +36,8 @@ START = 1e-12
 PROBE = 1e-6
 """[overlap / speed] after which a slider shows whether it slides."""
 
-ROUND_OFF = 1e-10
-"""[size of an ending in a step] up to which it is not positive between the ends of the step."""
+LEAST = 1e-18
+"""[overlap / speed] to which the time of an ending is located."""
 
 SLIDER_NAMES: tuple[SliderName, ...] = ("tangential", "rolling", "twisting")
 
@@ -71,15 +72,16 @@ class Motion:
 
     def unit(self) -> float:
         """Return the shortest of the contacts' times overlap / speed [s]."""
-        sizes: list[list[float]] = self.system.sizes.tolist()
-        return min(sizes[c][0] / sizes[c][1] for c in self.closed())
+        sizes = self.system.contacts
+        times: list[float] = (sizes["overlap"] / sizes["speed"]).tolist()
+        return min(times[c] for c in self.closed())
 
     def prescribe(self, segment: Segment) -> None:
         """Give every body the velocities of a segment; springs stay as they are."""
         slid = self._sliding()
         for c, kind in slid:
             stick(self.y, self.system, self.modes, c, kind)
-        bodies = self.y[: BODY * len(self.system.radius)].reshape(-1, BODY)
+        bodies = self.y[: BODY * len(self.system.bodies)].reshape(-1, BODY)
         bodies[:, 3:6], bodies[:, 6:9] = np.array(segment.velocities), np.array(segment.omegas)
         for c in self.closed():
             set_size(self.y, self.system, c)
@@ -133,71 +135,27 @@ class Motion:
         self._rescale()
 
     def _step(self, end: float) -> None:
-        """Take one step that the error allows, or the part of it up to the first ending."""
+        """Take steps up to a time or to the first ending."""
         self._rescale()
-        h, truncated = min(self.h, end - self.time), self.h > end - self.time
-        while True:
-            y, error = step(self.y, h, self.scale, self.system, self.modes)
-            change = 0.8 * (self.tolerance / max(error, 1e-30)) ** (1.0 / ORDER)
-            if error <= self.tolerance:
-                break
-            h, truncated = h * max(0.1, change), False
-            if not h > 1e-17 * self.unit():
-                raise ArithmeticError(f"contact integration: no step at t = {self.time!r} s")
-        self.steps += 1
-        first = self._first_ending(y, h)
-        if first is None:
-            self.y, self.at_once = y, 0
-            self.time = end if h == end - self.time else self.time + h
-            # an error of round-off does not fall with the step and must not hold it
-            change = max(change, 1.5) if error < 0.3 * self.tolerance else change
-            self.h = self.h if truncated else h * min(4.0, change)
-            return
-        self._switch(*first)
-
-    def _first_ending(self, y: Floats, h: float) -> tuple[float, tuple[int, int]] | None:
-        """Return when a step of h to y first ends a piece, and what ends it; None for a whole step.
-
-        Also an ending that is positive only between start and end of the step is found.
-        """
-        last, near = look(self.y, y, h, self.system, self.modes)
-        passed = [(int(c), int(kind)) for c, kind in np.argwhere(last > 0.0)]
-        found = [(self._locate(where, h), where) for where in passed]
-        if found:
-            h = min(found)[0]
-            y, _ = step(self.y, h, self.scale, self.system, self.modes)
-            _, near = look(self.y, y, h, self.system, self.modes)
-        for c, kind in np.argwhere(near > 0.0):
-            where = (int(c), int(kind))
-            highest = self._highest(where, h, float(near[where]))
-            if highest > 0.0:
-                found.append((self._locate(where, highest), where))
-        return min(found, default=None)
-
-    def _ending(self, where: tuple[int, int], part: float) -> float:
-        y, _ = step(self.y, part, self.scale, self.system, self.modes)
-        return float(endings(y, self.system, self.modes)[where])
-
-    def _highest(self, where: tuple[int, int], h: float, near: float) -> float:
-        """Return when an ending is highest about a time within a step, 0 if not positive there."""
-        least = ROUND_OFF * max(abs(self._ending(where, part)) for part in (0.0, h))
-        around = (max(0.0, near - h / PLACES), min(h, near + h / PLACES))
-        found = minimize_scalar(
-            lambda part: -self._ending(where, part), bounds=around, options={"xatol": 1e-5 * h}
+        span = (self.time, end)
+        control = (self.h, 1e-17 * self.unit(), self.tolerance)
+        states, (time, h, following), taken = proceed(
+            self.y, span, control, self.system, self.modes
         )
-        return float(found.x) if -found.fun > least else 0.0
-
-    def _locate(self, where: tuple[int, int], h: float) -> float:
-        """Return the time until an ending turns positive, at most h."""
-
-        def ending(part: float) -> float:
-            return self._ending(where, part)
-
-        # an ending that has just been passed stands at 0, give or take round-off
-        for early in (0.0, 1e-6 * h, 1e-3 * h, 0.1 * h):
-            if ending(early) < 0.0:
-                return float(brentq(ending, early, h, xtol=1e-18 * self.unit(), rtol=1e-15))
-        return 0.0
+        self.y, self.time, self.steps = states[0], time, self.steps + taken
+        self.at_once = 0 if taken else self.at_once
+        if math.isnan(h):
+            raise ArithmeticError(f"contact integration: no step at t = {time!r} s")
+        self.h = following
+        if h == 0.0:
+            return
+        self.steps += 1
+        first = first_ending(states, h, self.system, self.modes, LEAST * self.unit())
+        if first is None:
+            self.y, self.at_once = states[1], 0
+            self.time = end if h == end - time else time + h
+        else:
+            self._switch(*first)
 
     def _switch(self, part: float, where: tuple[int, int]) -> None:
         if part > 0.0:
@@ -239,5 +197,5 @@ class Motion:
 
     def name(self, c: int) -> tuple[int, int]:
         """Return the bodies of a contact, or its body and plane."""
-        i, j = self.system.pairs[c]
-        return int(i), int(j)
+        one = self.system.contacts[c]
+        return int(one["first"]), int(one["second"])

@@ -40,14 +40,14 @@ END = 1e-12
 @compiled
 def place_of(system: System, contact: int) -> int:
     """Return where a contact stands in the state: overlap, then springs."""
-    return int(BODY * len(system.radius) + CONTACT * contact)
+    return int(BODY * len(system.bodies) + CONTACT * contact)
 
 
 @compiled
 def forces(y: Floats, system: System, modes: Integers) -> Floats:
     """Return force [N] and torque [N m] of the contacts on every body, (bodies, 6)."""
-    result = np.zeros((len(system.radius), 6))
-    for c in range(len(system.pairs)):
+    result = np.zeros((len(system.bodies), 6))
+    for c in range(len(system.contacts)):
         if modes[c, STATE] == CLOSED:
             _add_contact(result, y, system, modes, c)
     return result
@@ -55,7 +55,7 @@ def forces(y: Floats, system: System, modes: Integers) -> Floats:
 
 @compiled
 def _add_contact(result: Floats, y: Floats, system: System, modes: Integers, c: int) -> None:
-    i, j = system.pairs[c, 0], system.pairs[c, 1]
+    i, j = system.contacts[c].first, system.contacts[c].second
     g = geometry(y, system, c)
     normal = normal_force(g, system, c, modes[c, SIGN])
     total, couple = scaled(normal.force, g.normal), (0.0, 0.0, 0.0)
@@ -68,7 +68,7 @@ def _add_contact(result: Floats, y: Floats, system: System, modes: Integers, c: 
         if kind == TANGENTIAL:
             total, moment = plus(total, 1.0, f), cross(g.normal, f)
         else:
-            couple = plus(couple, 1.0, torque(kind, f, g, system.curvature[c]))
+            couple = plus(couple, 1.0, torque(kind, f, g, system.contacts[c].curvature))
     _add(result, i, 1.0, total, plus(couple, -first[0], moment))
     if j >= 0:
         _add(result, j, -1.0, total, plus(couple, second[0], moment))
@@ -110,10 +110,11 @@ def _add(result: Floats, body: int, sign: float, f: Vector, moment: Vector) -> N
 def accelerations(y: Floats, system: System, modes: Integers) -> Floats:
     """Return linear [m/s2] and angular [rad/s2] accelerations, (bodies, 6)."""
     result = forces(y, system, modes)
-    for b in range(len(system.radius)):
+    for b in range(len(system.bodies)):
+        body = system.bodies[b]
         for k in range(3):
-            result[b, k] = result[b, k] * system.inverse_mass[b] + system.gravity[b, k]
-            result[b, 3 + k] *= system.inverse_inertia[b]
+            result[b, k] = result[b, k] * body.inverse_mass + body.gravity[k]
+            result[b, 3 + k] *= body.inverse_inertia
     return result
 
 
@@ -121,12 +122,12 @@ def accelerations(y: Floats, system: System, modes: Integers) -> Floats:
 def rates(y: Floats, system: System, modes: Integers, result: Floats) -> None:
     """Set ``result`` to the rate of the state."""
     found = accelerations(y, system, modes)
-    for b in range(len(system.radius)):
+    for b in range(len(system.bodies)):
         for k in range(3):
             result[BODY * b + k] = y[BODY * b + 3 + k]
             result[BODY * b + 3 + k] = found[b, k]
             result[BODY * b + 6 + k] = found[b, 3 + k]
-    for c in range(len(system.pairs)):
+    for c in range(len(system.contacts)):
         at = place_of(system, c)
         result[at : at + CONTACT] = 0.0
         if modes[c, STATE] != OPEN:
@@ -151,7 +152,7 @@ def _contact_rates(
         place = at + 1 + 3 * kind
         q = vector(y, place)
         slider = slider_of(kind, g, normal, system, c, modes[c, OPENING] == 1)
-        size = system.mass[c] * system.sizes[c, 1] ** 2 / system.sizes[c, 0]
+        size = system.contacts[c].mass * system.contacts[c].speed ** 2 / system.contacts[c].overlap
         cap = (slider.friction * normal.load, NEGLIGIBLE * slider.friction * size)
         swing = velocity_rate(kind, rate, g, system, c)
         moved = state_rate(slider, q, mode, cap, limits(kind, system.law), swing)
@@ -164,15 +165,23 @@ def _contact_rates(
 def endings(y: Floats, system: System, modes: Integers) -> Floats:
     """Return (contacts, 6) numbers that turn positive where a piece of the motion ends."""
     found = accelerations(y, system, modes)
-    result = np.full((len(system.pairs), KINDS), -1.0)
-    for c in range(len(system.pairs)):
+    result = np.full((len(system.contacts), KINDS), -1.0)
+    for c in range(len(system.contacts)):
         if modes[c, STATE] == OPEN:
             _, overlap, _ = normal_and_gap(y, system, c)
-            g = geometry(y, system, c)
-            result[c, TOUCH] = overlap if g.closing > 0.0 else -1.0
+            result[c, TOUCH] = _touch(overlap, geometry(y, system, c).closing, system, c)
         else:
             _contact_endings(y, system, modes, found, c, result[c])
     return result
+
+
+@compiled
+def _touch(size: float, rate: float, system: System, c: int) -> float:
+    """Return a size at whose rise through 0 a contact begins or ends; negative as it falls.
+
+    Where a contact has just begun or ended it is positive or 0, and leads nowhere.
+    """
+    return size if rate > 0.0 else min(size, -END * system.contacts[c].overlap)
 
 
 @compiled
@@ -182,16 +191,17 @@ def _contact_endings(
     law = system.law
     g = geometry(y, system, c)
     normal = normal_force(g, system, c, modes[c, SIGN])
-    last = last_overlap(law.normal, law.stiffness, law.surface, system.curvature[c], law.fold)
-    if g.closing < 0.0:
-        result[TOUCH] = last + END * system.sizes[c, 0] - g.overlap
+    curvature = system.contacts[c].curvature
+    last = last_overlap(law.normal, law.stiffness, law.surface, curvature, law.fold)
+    left = last + END * system.contacts[c].overlap - g.overlap
+    result[TOUCH] = _touch(left, -g.closing, system, c)
     if modes[c, STATE] == CLIPPED:
         result[LOAD] = normal.force
         return
     if normal.eta > 0.0 and law.surface == 0.0:
         result[LOAD] = -modes[c, SIGN] * normal.force
     turned = g.closing if modes[c, OPENING] == 1 else -g.closing
-    result[TURN] = turned - NEGLIGIBLE * system.sizes[c, 1]
+    result[TURN] = turned - NEGLIGIBLE * system.contacts[c].speed
     rate = change(g, y, system, c, found)
     grows = load_rate(normal, g, rate.closing, law, modes[c, SIGN])
     for kind in range(3):

@@ -18,12 +18,12 @@ from harness.pair.vectors import compiled, length
 @compiled
 def set_size(y: Floats, system: System, c: int) -> None:
     """Set overlap [m] and speed [m/s] of a contact: those of impact, weight and cohesion."""
-    law, mass, curvature = system.law, system.mass[c], system.curvature[c]
+    law, mass, curvature = system.law, system.contacts[c].mass, system.contacts[c].curvature
     g = geometry(y, system, c)
     speed = abs(g.closing)
     load = pull_off_force(law.normal, law.surface, curvature)
-    for b in range(len(system.radius)):
-        pull = system.gravity[b]
+    for b in range(len(system.bodies)):
+        pull = system.bodies[b].gravity
         load = max(load, mass * length((pull[0], pull[1], pull[2])))
     if law.normal == HOOKE:
         stiffness = law.stiffness
@@ -36,8 +36,8 @@ def set_size(y: Floats, system: System, c: int) -> None:
         overlap = max(overlap, abs(g.overlap), 1e-12 * curvature)
         stiffness = k * math.sqrt(overlap)
     overlap = max(overlap, 1e-12 * curvature)
-    system.sizes[c, 0] = overlap
-    system.sizes[c, 1] = overlap * math.sqrt(stiffness / mass)
+    system.contacts[c].overlap = overlap
+    system.contacts[c].speed = overlap * math.sqrt(stiffness / mass)
 
 
 @compiled
@@ -48,29 +48,32 @@ def state_scales(y: Floats, system: System, modes: Integers) -> Floats:
     """
     result = np.ones_like(y)
     overlap, speed = math.inf, math.inf
-    for c in range(len(system.pairs)):
+    for c in range(len(system.contacts)):
         if modes[c, STATE] != OPEN:
-            if y[place_of(system, c)] > 2.0 * system.sizes[c, 0]:
+            if y[place_of(system, c)] > 2.0 * system.contacts[c].overlap:
                 set_size(y, system, c)
             _contact_scales(y, system, modes, c, result)
-            overlap, speed = min(overlap, system.sizes[c, 0]), min(speed, system.sizes[c, 1])
-    for b in range(len(system.radius)):
+            overlap, speed = (
+                min(overlap, system.contacts[c].overlap),
+                min(speed, system.contacts[c].speed),
+            )
+    for b in range(len(system.bodies)):
         at = BODY * b
         result[at : at + 3] = overlap
         result[at + 3 : at + 6] = speed
-        result[at + 6 : at + 9] = speed / system.radius[b]
+        result[at + 6 : at + 9] = speed / system.bodies[b].radius
     return result
 
 
 @compiled
 def _contact_scales(y: Floats, system: System, modes: Integers, c: int, result: Floats) -> None:
-    overlap, speed = system.sizes[c]
+    overlap, speed = system.contacts[c].overlap, system.contacts[c].speed
     at = place_of(system, c)
     result[at : at + CONTACT] = overlap
     if system.law.by_force:
-        result[at + 1 : at + 4] *= math.sqrt(system.curvature[c] * overlap)
-    result[at + 7 : at + 10] /= system.radius[system.pairs[c, 0]]
-    size = system.mass[c] * speed**2 / overlap
+        result[at + 1 : at + 4] *= math.sqrt(system.contacts[c].curvature * overlap)
+    result[at + 7 : at + 10] /= system.bodies[system.contacts[c].first].radius
+    size = system.contacts[c].mass * speed**2 / overlap
     load = abs(normal_force(geometry(y, system, c), system, c, modes[c, SIGN]).load)
     for kind in range(3):
         if modes[c, SLIDERS + kind] == SLIDE and system.law.cut_back:

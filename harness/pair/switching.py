@@ -35,7 +35,7 @@ def begin(y: Floats, system: System, modes: Integers, c: int, overlap: float) ->
     y[at : at + CONTACT] = 0.0
     y[at] = overlap
     law = system.law
-    active = (law.tangential, law.rolling, law.twisting != TWIST_NONE)
+    active = (law["tangential"], law["rolling"], law["twisting"] != TWIST_NONE)
     modes[c, SLIDERS : SLIDERS + 3] = np.where(active, STICK, OFF)
     modes[c, STATE], modes[c, SIGN] = CLOSED, 1
     modes[c, OPENING] = geometry(y, system, c).closing < 0.0
@@ -43,7 +43,7 @@ def begin(y: Floats, system: System, modes: Integers, c: int, overlap: float) ->
 
 def open_contacts(y: Floats, system: System, modes: Integers) -> None:
     """Close every contact that overlaps at the start."""
-    for c in range(len(system.pairs)):
+    for c in range(len(system.contacts)):
         overlap = normal_and_gap(y, system, c)[1]
         if overlap > 0.0:
             begin(y, system, modes, c, overlap)
@@ -77,13 +77,13 @@ def _switch_load(y: Floats, system: System, modes: Integers, c: int) -> EventKin
     for slider in range(3):
         stick(y, system, modes, c, slider)
     kind: EventKind
-    if system.law.clipped:
+    if system.law["clipped"]:
         modes[c, STATE] = CLOSED if modes[c, STATE] == CLIPPED else CLIPPED
         kind = "clips" if modes[c, STATE] == CLIPPED else "repels"
     else:
         modes[c, SIGN] = -modes[c, SIGN]
         kind = "attracts" if modes[c, SIGN] < 0 else "repels"
-    if kind == "repels" and system.law.clipped:
+    if kind == "repels" and system.law["clipped"]:
         _relax(y, system, modes, c)
     return kind
 
@@ -128,7 +128,7 @@ def settle(y: Floats, system: System, modes: Integers, probe: float) -> None:
     the state after a time ``probe`` tells.
     """
     open_cases = []
-    for c in range(len(system.pairs)):
+    for c in range(len(system.contacts)):
         for kind in range(3) if modes[c, STATE] == CLOSED else ():
             if modes[c, SLIDERS + kind] != STICK:
                 continue

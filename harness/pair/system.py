@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Iterable
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,52 +27,70 @@ TANGENTIAL, ROLLING, TWISTING = range(3)
 TWIST_NONE, TWIST_SDS, TWIST_MARSHALL = range(3)
 
 
-class Law(NamedTuple):
-    """The law and its rules as numbers."""
+LAW = np.dtype(
+    [
+        ("normal", "i8"),
+        ("stiffness", "f8"),
+        ("surface", "f8"),
+        ("fold", "?"),
+        ("wall_magnified", "?"),
+        ("damping", "i8"),
+        ("damping_coefficient", "f8"),
+        ("clipped", "?"),
+        ("tangential", "?"),
+        ("tangential_stiffness", "f8"),
+        ("by_radius", "?"),  # Mindlin: the stiffness is that times the contact radius
+        ("by_force", "?"),  # the state is the force over the coefficient, not a displacement
+        ("rescaled", "?"),
+        ("tangential_damping", "f8"),
+        ("friction", "f8"),
+        ("rolling", "?"),
+        ("rolling_coefficients", "f8", 3),
+        ("twisting", "i8"),
+        ("twisting_coefficients", "f8", 3),
+        ("marshall_by_radius", "?"),
+        ("cut_back", "?"),
+        ("damping_in_cap", "i8"),
+        ("torque_lever", "i8"),
+        ("velocity_lever", "i8"),
+        ("wall_lever", "i8"),
+        ("mean_spin", "?"),
+        ("turns", "?"),  # springs turn with the normal
+    ],
+    align=True,
+)
+"""The law and its rules as numbers."""
 
-    normal: int
-    stiffness: float
-    surface: float
-    fold: bool
-    wall_magnified: bool
-    damping: int
-    damping_coefficient: float
-    clipped: bool
-    tangential: bool
-    tangential_stiffness: float
-    by_radius: bool  # Mindlin: the stiffness is that times the contact radius
-    by_force: bool  # the state is the force over the coefficient, not a displacement
-    rescaled: bool
-    tangential_damping: float
-    friction: float
-    rolling: bool
-    rolling_coefficients: tuple[float, float, float]
-    twisting: int
-    twisting_coefficients: tuple[float, float, float]
-    marshall_by_radius: bool
-    cut_back: bool
-    damping_in_cap: int
-    torque_lever: int
-    velocity_lever: int
-    wall_lever: int
-    mean_spin: bool
-    turns: bool  # springs turn with the normal
+BODIES = np.dtype(
+    [("radius", "f8"), ("inverse_mass", "f8"), ("inverse_inertia", "f8"), ("gravity", "f8", 3)]
+)
+"""Inverse mass and inertia, and gravity, are 0 for a body that forces do not move."""
+
+PLANES = np.dtype([("point", "f8", 3), ("normal", "f8", 3)])
+
+CONTACTS = np.dtype(
+    [
+        ("first", "i8"),
+        ("second", "i8"),
+        ("curvature", "f8"),  # R*
+        ("mass", "f8"),  # m*
+        ("overlap", "f8"),  # of the contact while it lasts, set as it begins
+        ("speed", "f8"),
+    ]
+)
+"""Of two bodies; the second is -1 - p where it is plane p."""
+
+Records = Any
+"""A NumPy record array of one of these types, or a record: compiled code takes a pointer to it."""
 
 
 class System(NamedTuple):
-    """Bodies and contacts. A contact's second body is -1 - p where it is plane p."""
+    """Bodies, planes, contacts and the law between them, as records."""
 
-    radius: Floats
-    inverse_mass: Floats
-    inverse_inertia: Floats
-    gravity: Floats  # (bodies, 3), 0 for those that forces do not move
-    pairs: Integers  # (contacts, 2)
-    points: Floats  # (planes, 3)
-    normals: Floats  # (planes, 3)
-    curvature: Floats  # (contacts,) R*
-    mass: Floats  # (contacts,) m*
-    sizes: Floats  # (contacts, 2) overlap and speed of a contact while it lasts, set as it begins
-    law: Law
+    bodies: Records
+    planes: Records
+    contacts: Records
+    law: Records
 
 
 def system_of(scene: ContactScene, rules: Rules) -> System:
@@ -79,7 +98,8 @@ def system_of(scene: ContactScene, rules: Rules) -> System:
     if any(any(plane.velocity) for plane in scene.planes):
         raise RequestError("planes: the reference integration takes those at rest")
     bodies, moved = scene.bodies, not scene.segments
-    free = np.array([moved and not body.frozen for body in bodies], dtype=float)
+    free = [float(moved and not body.frozen) for body in bodies]
+    gravity = np.array(scene.gravity, dtype=float)
     pairs = [
         (i, j)
         for i in range(len(bodies))
@@ -92,23 +112,31 @@ def system_of(scene: ContactScene, rules: Rules) -> System:
         for p in range(len(scene.planes))
         if not (body.frozen and moved)
     ]
-    contacts = pairs + walls
     return System(
-        radius=np.array([body.radius for body in bodies]),
-        inverse_mass=free / [body.mass for body in bodies],
-        inverse_inertia=free / [body.inertia for body in bodies],
-        gravity=free[:, None] * np.array(scene.gravity, dtype=float),
-        pairs=np.array(contacts, dtype=np.int64).reshape(-1, 2),
-        points=np.array([plane.point for plane in scene.planes], dtype=float).reshape(-1, 3),
-        normals=np.array([plane.direction for plane in scene.planes]).reshape(-1, 3),
-        curvature=np.array([_curvature(scene, i, j) for i, j in contacts]),
-        mass=np.array([_mass(scene, rules, i, j) for i, j in contacts]),
-        sizes=np.ones((len(contacts), 2)),
+        bodies=_records(
+            BODIES,
+            (
+                (body.radius, moves / body.mass, moves / body.inertia, moves * gravity)
+                for body, moves in zip(bodies, free, strict=True)
+            ),
+        ),
+        planes=_records(PLANES, ((plane.point, plane.direction) for plane in scene.planes)),
+        contacts=_records(
+            CONTACTS,
+            (
+                (i, j, _curvature(scene, i, j), _mass(scene, rules, i, j), 1.0, 1.0)
+                for i, j in pairs + walls
+            ),
+        ),
         law=law_of(scene.law, rules),
     )
 
 
-def law_of(law: ContactLaw, rules: Rules) -> Law:
+def _records(kind: np.dtype[Any], rows: Iterable[tuple[Any, ...]]) -> Records:
+    return np.array([*rows], dtype=kind)
+
+
+def law_of(law: ContactLaw, rules: Rules) -> Records:
     """Return the law and its rules as numbers."""
     modulus, shear = effective_moduli(law)
     kinds = {
@@ -121,39 +149,42 @@ def law_of(law: ContactLaw, rules: Rules) -> Law:
     sticky = (law.surface_energy or 0.0) > 0.0
     mindlin = "mindlin" in law.tangential
     factor = 2.0 / 3.0 if rules.mindlin_factor == "2/3" else 1.0
-    return Law(
-        normal=kinds[law.normal] if sticky or law.normal in ("hooke", "mdr") else normal.HERTZ,
-        stiffness=law.normal_stiffness or modulus,
-        surface=law.surface_energy or 0.0,
-        fold=rules.pull_off == "fold",
-        wall_magnified=rules.wall_force == "magnified",
-        damping=damping.KINDS[law.damping],
-        damping_coefficient=damping.coefficient(law, rules),
-        clipped=law.clipped,
-        tangential=bool(law.friction),
-        tangential_stiffness=8.0 * shear * factor if mindlin else law.tangential_stiffness or 0.0,
-        by_radius=mindlin,
-        by_force=law.tangential.endswith("/force"),
-        rescaled="rescale" in law.tangential,
-        tangential_damping=law.tangential_damping or 0.0,
-        friction=law.friction or 0.0,
-        rolling=bool(law.rolling_friction),
-        rolling_coefficients=_three(
+    found = {
+        "normal": kinds[law.normal] if sticky or law.normal in ("hooke", "mdr") else normal.HERTZ,
+        "stiffness": law.normal_stiffness or modulus,
+        "surface": law.surface_energy or 0.0,
+        "fold": rules.pull_off == "fold",
+        "wall_magnified": rules.wall_force == "magnified",
+        "damping": damping.KINDS[law.damping],
+        "damping_coefficient": damping.coefficient(law, rules),
+        "clipped": law.clipped,
+        "tangential": bool(law.friction),
+        "tangential_stiffness": 8.0 * shear * factor
+        if mindlin
+        else law.tangential_stiffness or 0.0,
+        "by_radius": mindlin,
+        "by_force": law.tangential.endswith("/force"),
+        "rescaled": "rescale" in law.tangential,
+        "tangential_damping": law.tangential_damping or 0.0,
+        "friction": law.friction or 0.0,
+        "rolling": bool(law.rolling_friction),
+        "rolling_coefficients": _three(
             law.rolling_stiffness, law.rolling_damping, law.rolling_friction
         ),
-        twisting=_twisting(law),
-        twisting_coefficients=_three(
+        "twisting": _twisting(law),
+        "twisting_coefficients": _three(
             law.twisting_stiffness, law.twisting_damping, law.twisting_friction
         ),
-        marshall_by_radius=mindlin and rules.marshall_stiffness == "spring",
-        cut_back=rules.cap == "cut_back",
-        damping_in_cap=slider.IN_CAP[rules.damping_in_cap],
-        torque_lever=lever.KINDS[rules.torque_lever],
-        velocity_lever=lever.KINDS[rules.velocity_lever],
-        wall_lever=lever.KINDS[rules.wall_lever],
-        mean_spin=rules.spring_spin == "mean",
-        turns=rules.spring_frame == "contact",
-    )
+        "marshall_by_radius": mindlin and rules.marshall_stiffness == "spring",
+        "cut_back": rules.cap == "cut_back",
+        "damping_in_cap": slider.IN_CAP[rules.damping_in_cap],
+        "torque_lever": lever.KINDS[rules.torque_lever],
+        "velocity_lever": lever.KINDS[rules.velocity_lever],
+        "wall_lever": lever.KINDS[rules.wall_lever],
+        "mean_spin": rules.spring_spin == "mean",
+        "turns": rules.spring_frame == "contact",
+    }
+    return _records(LAW, [tuple(found[name] for name in LAW.names or ())])[0]
 
 
 def effective_moduli(law: ContactLaw) -> tuple[float, float]:
@@ -170,7 +201,9 @@ def effective_moduli(law: ContactLaw) -> tuple[float, float]:
 
 def first_modes(system: System) -> Integers:
     """Return the modes of contacts that are open: closed, sign, three sliders, unloading."""
-    return np.tile(np.array([0, 1, slider.OFF, slider.OFF, slider.OFF, 0]), (len(system.pairs), 1))
+    return np.tile(
+        np.array([0, 1, slider.OFF, slider.OFF, slider.OFF, 0]), (len(system.contacts), 1)
+    )
 
 
 def _curvature(scene: ContactScene, i: int, j: int) -> float:

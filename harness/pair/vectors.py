@@ -10,8 +10,11 @@ Vector = tuple[float, float, float]
 
 
 def compiled(function: Function) -> Function:
-    """Compile ``function`` at its first call, in IEEE arithmetic, keeping its Python type."""
-    return jit(function, error_model="numpy")
+    """Compile ``function`` at its first call, in IEEE arithmetic, keeping its Python type.
+
+    Other threads go on meanwhile.
+    """
+    return jit(function, error_model="numpy", nogil=True)
 
 
 @compiled

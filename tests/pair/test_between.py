@@ -7,8 +7,11 @@ from hypothesis import strategies as st
 
 from harness.cases.oblique.case import CASE
 from harness.errors import RequestError
-from harness.pair import motion
+from harness.pair import motion, proceed
+from harness.pair.between import look
+from harness.pair.extrapolation import step
 from harness.pair.integration import integrate
+from harness.pair.locate import first_ending
 from harness.pair.rates import SLIDERS, endings
 from tests.pair.scenes import ELASTIC, HERTZ, LINEAR, impact
 
@@ -37,30 +40,35 @@ def passed_over(scene):
     As the step itself tells that is taken shorter.
     """
     worst = [0.0]
-    plain = motion.Motion._first_ending
 
-    def checked(self, y, h):
-        first = plain(self, y, h)
-        until = h if first is None else first[0]
-        if until == 0.0:  # several events at one time
-            return first
+    def dense(y, h, system, modes):
         seen = np.array(
             [
-                endings(
-                    motion.step(self.y, until * part, self.scale, self.system, self.modes)[0],
-                    self.system,
-                    self.modes,
-                )
+                endings(step(y, h * part, np.ones_like(y), system, modes)[0], system, modes)
                 for part in np.linspace(0.0, 1.0, PARTS + 1)
             ]
         )[:, :, SLIDERS : SLIDERS + 3]
         size = np.abs(seen).max(axis=0)
         # the ends themselves stand at 0 where a piece begins or ends with an event
         worst.append(float((seen[1:-1].max(axis=0) / size).max()))
+
+    def looked(before, after, h, system, modes):
+        last, near = look(before, after, h, system, modes)
+        if not (np.any(last > 0.0) or np.any(near > 0.0)):  # a whole step
+            dense(before, h, system, modes)
+        return last, near
+
+    def located(states, h, system, modes, least):
+        first = first_ending(states, h, system, modes, least)
+        until = h if first is None else first[0]
+        if until > 0.0:  # else several events at one time
+            dense(states[0], until, system, modes)
         return first
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(motion.Motion, "_first_ending", checked)
+        patch.setattr(proceed, "look", looked)
+        patch.setattr(motion, "proceed", proceed.proceed.py_func)
+        patch.setattr(motion, "first_ending", located)
         integrate(scene)
     return max(worst)
 

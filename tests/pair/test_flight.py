@@ -20,7 +20,7 @@ GRAVITY = (0.0, 0.0, -9.81)
 
 def state_of(scene):
     system = system_of(scene, Rules())
-    y = np.zeros(9 * len(scene.bodies) + 10 * len(system.pairs))
+    y = np.zeros(9 * len(scene.bodies) + 10 * len(system.contacts))
     for b, body in enumerate(scene.bodies):
         y[9 * b : 9 * b + 9] = (*body.position, *body.velocity, *body.omega)
     return y, system
@@ -41,7 +41,7 @@ def test_nothing_touches_before_the_next_contact_which_does(velocity, other, fro
     wait, contact = next_contact(y, system)
     for time in np.linspace(0.0, min(wait, 2.0), 200)[:-1]:
         now = flown(y, system, time)
-        assert all(normal_and_gap(now, system, c)[1] < 0.0 for c in range(len(system.pairs)))
+        assert all(normal_and_gap(now, system, c)[1] < 0.0 for c in range(len(system.contacts)))
     if np.isfinite(wait):
         then = flown(y, system, wait)
         assert normal_and_gap(then, system, contact)[1] == pytest.approx(0.0, abs=1e-12)
