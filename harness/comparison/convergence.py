@@ -116,10 +116,15 @@ def _observed_order(
     The errors being bounds, an order is allowed when its fit misses no point by
     more than that point's error (or than the best order does, if that is more).
     """
+    weights = errors**-2 / np.sum(errors**-2)
+    level = weights @ y
 
     def misses(order: float) -> NDArray[np.float64]:
-        (offset, slope), _ = _fit(h, y, errors, np.array([order]))
-        return np.asarray((offset + slope * h**order - y) / errors)
+        # a straight line in h^order, by its centre: hundreds of orders are tried
+        powers = h**order
+        x = powers - weights @ powers
+        slope = weights @ (x * y) / (weights @ (x * x))
+        return np.asarray((level + slope * x - y) / errors)
 
     best = minimize_scalar(
         lambda order: float(np.sum(misses(order) ** 2)),

@@ -136,6 +136,12 @@ def _records(kind: np.dtype[Any], rows: Iterable[tuple[Any, ...]]) -> Records:
     return np.array([*rows], dtype=kind)
 
 
+def same_system(scene: ContactScene, rules: Rules, others: Rules) -> bool:
+    """Return whether a scene is the same system under other rules: its law needs none of them."""
+    first, second = system_of(scene, rules), system_of(scene, others)
+    return all(a.tobytes() == b.tobytes() for a, b in zip(first, second, strict=True))
+
+
 def law_of(law: ContactLaw, rules: Rules) -> Records:
     """Return the law and its rules as numbers."""
     modulus, shear = effective_moduli(law)
@@ -154,7 +160,7 @@ def law_of(law: ContactLaw, rules: Rules) -> Records:
         "stiffness": law.normal_stiffness or modulus,
         "surface": law.surface_energy or 0.0,
         "fold": rules.pull_off == "fold",
-        "wall_magnified": rules.wall_force == "magnified",
+        "wall_magnified": law.normal == "mdr" and rules.wall_force == "magnified",
         "damping": damping.KINDS[law.damping],
         "damping_coefficient": damping.coefficient(law, rules),
         "clipped": law.clipped,

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from harness.parent_process import end_with
-from harness.report.figures.style import house_style
+from harness.report.figures.style import house_style, plain_powers
 from harness.report.plain import one_line, safe_path
 from harness.report.plots import svg
 from harness.report.sections import CellText, Drawing, Film, Plot, Section
@@ -188,6 +188,7 @@ def picture(name: str, title: str, caption: str, draw: Callable[[], Figure]) -> 
 
     with house_style():
         figure = draw()
+        plain_powers(figure)
         engine = figure.get_layout_engine()
         if engine is not None:  # much of the work: once for both formats
             engine.execute(figure)

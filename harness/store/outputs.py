@@ -6,6 +6,7 @@ import io
 import json
 import zipfile
 import zlib
+from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
 
@@ -25,10 +26,14 @@ def pack(output: Output, template: str = "") -> bytes:
     arrays: dict[str, NDArray[Any]] = {}
     tables: dict[str, dict[str, str]] = {}
     for table, columns in output.tables.items():
-        tables[table] = {}
+        alike: dict[tuple[np.dtype[Any], tuple[int, ...]], list[str]] = {}
         for column, values in columns.items():
-            tables[table][column] = f"array {len(arrays)}"
-            arrays[tables[table][column]] = values
+            alike.setdefault((values.dtype, values.shape), []).append(column)
+        tables[table] = dict.fromkeys(columns, "")
+        for names in alike.values():  # one array for all: each has its own cost
+            place = f"array {len(arrays)}"
+            arrays[place] = np.stack([columns[name] for name in names])
+            tables[table] |= {name: f"{place}/{row}" for row, name in enumerate(names)}
     facts = {
         "results": output.results,
         "provenance": {f.name: getattr(output.provenance, f.name) for f in fields(Provenance)},
@@ -57,10 +62,16 @@ def unpack(data: bytes) -> Output:
         results=tuple((name, text) for name, text in facts["results"]),
         provenance=Provenance(**{**who, "packages": tuple(who["packages"])}),
         tables={
-            table: {column: arrays[place] for column, place in columns.items()}
+            table: {column: _array(arrays, place) for column, place in columns.items()}
             for table, columns in facts["tables"].items()
         },
         log=facts["log"],
         seconds=facts["seconds"],
         title=facts["title"],
     )
+
+
+def _array(arrays: Mapping[str, NDArray[Any]], place: str) -> NDArray[Any]:
+    """Return a column: a row of one of the arrays, or all of one in entries of earlier releases."""
+    name, _, row = place.partition("/")
+    return arrays[name][int(row)] if row else arrays[name]

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as AnyFigure
+from matplotlib.ticker import LogFormatterSciNotation
 
 from harness.shown import power as power
 from harness.shown.figure import Figure as Figure
@@ -26,6 +28,7 @@ BLACK, RED, BLUE, GREEN, PURPLE, ORANGE, SKY = (
 )
 COLOURS = (BLACK, RED, BLUE, GREEN, PURPLE, ORANGE, SKY)
 STYLES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 3)))
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 MARKERS = ("o", "s", "^", "D", "v", "x")
 
 
@@ -53,6 +56,30 @@ def few_ticks(axes: Axes, values: Sequence[float], most: int = 6) -> None:
     chosen = list(values)[:: max(1, -(-len(values) // most))]
     axes.set_xticks(chosen, [f"{value:.0f}" for value in chosen])
     axes.minorticks_off()
+
+
+class PowersOfTen(LogFormatterSciNotation):
+    """Numbers on a logarithmic axis in Unicode: mathtext parses each of them for milliseconds."""
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        """Return the text at a place of the axis, 10⁻³ or 2×10⁻³; empty for none."""
+        text = super().__call__(x, pos)
+        found = re.search(r"(?:(\d+)\\times)?(\d+)\^\{(-?\d+)\}", text)
+        if found is None:
+            return text
+        factor, base, exponent = found.groups()
+        return f"{factor + '×' if factor else ''}{base}{exponent.translate(SUPERSCRIPTS)}"
+
+
+def plain_powers(figure: AnyFigure) -> None:
+    """Have the logarithmic axes of a figure write their numbers without mathtext."""
+    for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
+        if getattr(axis.get_transform(), "base", None) != 10.0:
+            continue
+        if type(axis.get_major_formatter()) is LogFormatterSciNotation:
+            axis.set_major_formatter(PowersOfTen())
+        if type(axis.get_minor_formatter()) is LogFormatterSciNotation:
+            axis.set_minor_formatter(PowersOfTen())
 
 
 def named(law: str, solver: str) -> str:
