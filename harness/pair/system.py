@@ -139,7 +139,7 @@ def _records(kind: np.dtype[Any], rows: Iterable[tuple[Any, ...]]) -> Records:
 def same_system(scene: ContactScene, rules: Rules, others: Rules) -> bool:
     """Return whether a scene is the same system under other rules: its law needs none of them."""
     first, second = system_of(scene, rules), system_of(scene, others)
-    return all(a.tobytes() == b.tobytes() for a, b in zip(first, second, strict=True))
+    return all(bool(np.all(a == b)) for a, b in zip(first, second, strict=True))
 
 
 def law_of(law: ContactLaw, rules: Rules) -> Records:

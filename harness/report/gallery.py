@@ -11,7 +11,7 @@ from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from harness.parent_process import end_with
 from harness.report.figures.style import house_style, plain_powers
@@ -186,6 +186,10 @@ def picture(name: str, title: str, caption: str, draw: Callable[[], Figure]) -> 
     """Return what ``draw`` draws in the house style, the same bytes for the same figure."""
     import io
 
+    import matplotlib as mpl
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
     with house_style():
         figure = draw()
         plain_powers(figure)
@@ -194,6 +198,10 @@ def picture(name: str, title: str, caption: str, draw: Callable[[], Figure]) -> 
             engine.execute(figure)
             figure.set_layout_engine("none")
         vector, png = io.StringIO(), io.BytesIO()
-        figure.savefig(vector, format="svg", metadata={"Date": None})
-        figure.savefig(png, format="png", metadata={"Software": None})
+        # savefig would draw each of them twice, the first time for the layout
+        canvas: Any = FigureCanvasSVG(figure)
+        canvas.print_svg(vector, metadata={"Date": None})
+        figure.dpi = mpl.rcParams["savefig.dpi"]
+        canvas = FigureCanvasAgg(figure)
+        canvas.print_png(png, metadata={"Software": None})
     return Picture(name, title, caption, compact(vector.getvalue()), png.getvalue())
