@@ -117,28 +117,23 @@ def _observed_order(
     more than that point's error (or than the best order does, if that is more).
     """
     weights = errors**-2 / np.sum(errors**-2)
-    level = weights @ y
+    level = y @ weights
 
-    def misses(order: float) -> NDArray[np.float64]:
-        # a straight line in h^order, by its centre: hundreds of orders are tried
-        powers = h**order
-        x = powers - weights @ powers
-        slope = weights @ (x * y) / (weights @ (x * x))
-        return np.asarray((level + slope * x - y) / errors)
+    def misses(orders: NDArray[np.float64]) -> NDArray[np.float64]:
+        # straight lines in h^order, by their centre: (orders, points)
+        powers = h ** orders[:, None]
+        x = powers - (powers @ weights)[:, None]
+        slope = ((x * y) @ weights) / ((x * x) @ weights)
+        return np.asarray((level + slope[:, None] * x - y) / errors)
 
     best = minimize_scalar(
-        lambda order: float(np.sum(misses(order) ** 2)),
+        lambda order: float(np.sum(misses(np.array([order])) ** 2)),
         bounds=ORDERS,
         method="bounded",
         options={"xatol": 1e-10},
     )
     order = float(best.x)
-    allowed = max(1.0, float(np.abs(misses(order)).max()))
+    allowed = max(1.0, float(np.abs(misses(np.array([order]))).max()))
     grid = np.linspace(*ORDERS, 400)
-    # all orders of the grid at once: one call where each would cost as much as all
-    powers = h ** grid[:, None]
-    columns = np.stack([np.ones_like(powers), powers], axis=2)
-    found = (np.linalg.pinv(columns / errors[:, None]) / errors) @ y
-    missed = np.abs((found[:, :1] + found[:, 1:] * powers - y) / errors).max(axis=1)
-    inside = [float(p) for p in grid[missed <= allowed]]
+    inside = [float(p) for p in grid[np.abs(misses(grid)).max(axis=1) <= allowed]]
     return order, (min([order, *inside]), max([order, *inside]))

@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 POINTS = 120
 """Of a curve, at least."""
 
+DRAWN = 1e-10
+"""[overlap, speed of the contact] local error of a step, for a line on a page."""
+
 MOST_SAMPLES = 60
 """Of an engine, that are drawn."""
 
@@ -50,7 +53,7 @@ def motion_plot(case: ContactCase[Any], cell: Sequence[Climbed], who: str) -> Pl
     """Return the motion in the first system: the law integrated, and an engine's samples."""
     one = cell[0]
     parameters, scene = one.finest, case.scene(one.finest)
-    law = followed(replace(scene, every=_finer(scene)), one.rules).motion
+    law = followed(replace(scene, every=_finer(scene)), one.rules, DRAWN).motion
     x_name, y_name = case.axes(parameters)
     lines = [
         Line(f"{name}, {told}" if name else told, x[::every], y[::every], marked=told == who)
@@ -98,5 +101,5 @@ def scanned(
         first = replace(base.bodies[0], velocity=velocity, omega=omega)
         steps = 2 * base.steps
         scene = replace(base, bodies=(first, *base.bodies[1:]), steps=steps, every=steps)
-        rows.append(case.observed(changed, followed(scene, one.rules).motion))
+        rows.append(case.observed(changed, followed(scene, one.rules, DRAWN).motion))
     return {quantity: np.array([row[quantity] for row in rows]) for quantity in rows[0]}

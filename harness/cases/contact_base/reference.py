@@ -40,18 +40,23 @@ def rules_of(job: Job, traits: Traits) -> Rules:
     return Rules(**stating(traits.contact_models, job.values)[0].rules)
 
 
-def followed(scene: ContactScene, rules: Rules) -> Followed:
-    """Return the motion that the law asks for under a code's rules."""
+def followed(scene: ContactScene, rules: Rules, tolerance: float | None = None) -> Followed:
+    """Return the motion that the law asks for under a code's rules.
+
+    ``tolerance`` is that of the integration, its own unless given.
+    """
+    from harness.pair.integration import TOLERANCE
     from harness.pair.system import same_system
 
-    return _followed(scene, Rules() if same_system(scene, rules, Rules()) else rules)
+    known = Rules() if same_system(scene, rules, Rules()) else rules
+    return _followed(scene, known, tolerance or TOLERANCE)
 
 
 @lru_cache(maxsize=2048)
-def _followed(scene: ContactScene, rules: Rules) -> Followed:
+def _followed(scene: ContactScene, rules: Rules, tolerance: float) -> Followed:
     from harness.pair.integration import integrate
 
-    path = integrate(scene, rules)
+    path = integrate(scene, rules, tolerance)
     motion = Motion(
         path.times, path.positions, path.velocities, path.omegas, path.forces, path.torques
     )
