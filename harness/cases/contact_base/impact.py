@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -24,6 +25,7 @@ AFTER = 1.1
 """Contact times that are simulated: a contact that a coarse step draws out must be over."""
 
 
+@lru_cache(maxsize=4096)  # job, samples and references of a run each ask for its scene
 def impact(
     parameters: ContactSystem,
     velocity: Vector,
