@@ -30,7 +30,7 @@ class Change:
     """A change, the mean angle with it, and the difference that it makes [deg].
 
     ``own`` is the half width of the interval of the angle without it, ``physical`` says whether it
-    may move the angle.
+    may move the angle, ``approach`` whether it is a smaller box than the two largest.
     """
 
     name: str
@@ -38,6 +38,7 @@ class Change:
     difference: Mean
     own: float
     physical: bool = False
+    approach: bool = False
 
     @property
     def same(self) -> bool:
@@ -95,6 +96,7 @@ def changed_in(rows: Sequence[Row], reference: Sequence[Row]) -> set[str]:
 def _changes(reference: Sequence[Row], arms: Mapping[str, Sequence[Row]]) -> Iterator[Change]:
     stop = seeds_of(reference)
     without = mean_of([*stop.values()])
+    second = sorted({rows[0]["length_d"] for rows in (reference, *arms.values())})[-2:][0]
     for name, rows in arms.items():
         other = seeds_of(rows)
         if len(other) < 2:
@@ -104,7 +106,8 @@ def _changes(reference: Sequence[Row], arms: Mapping[str, Sequence[Row]]) -> Ite
         if changed & BOX:
             words += f", {rows[0]['length_d']} x {rows[0]['width_d']} d"
         own, physical = without.half_width, bool(changed & PHYSICAL)
-        yield Change(words, mean, unpaired(mean, without), own, physical)
+        approach = rows[0]["length_d"] < second
+        yield Change(words, mean, unpaired(mean, without), own, physical, approach)
         start = seeds_of(rows, START)
         if start:
             rises = difference_of(start, other)
@@ -118,21 +121,27 @@ def _changes(reference: Sequence[Row], arms: Mapping[str, Sequence[Row]]) -> Ite
 
 def sentences(found: Found) -> list[str]:
     """Return in how many changes of rate, box, step, ranks and arrest the angle is the same."""
-    every = [(c, one.place) for one in compared(found) for c in one.changes if not c.physical]
+    having = [(c, one.place) for one in compared(found) for c in one.changes if not c.physical]
+    every = [(c, place) for c, place in having if not c.approach]
     if not every:
         return []
-    moved = [
-        f"{c.name} at {place}: {c.difference.value:+.2f} ± {c.difference.half_width:.2f} deg"
-        for c, place in every
-        if not c.same
-    ]
+    moved = [_moved(c, place) for c, place in every if not c.same]
+    narrow = [_moved(c, place) for c, place in having if c.approach]
     widest = max(c.difference.half_width for c, _ in every)
     return [
         f"Another rate, box, step, number of ranks or definition of the arrest: in "
         f"{len(every) - len(moved)} of {len(every)} changes the angle is the same within its 95 % "
         f"interval (that of the difference is ±{widest:.2f} deg at the widest)"
-        + (f"; not in {'; '.join(moved)}." if moved else ".")
+        + (f"; not in {'; '.join(moved)}." if moved else "."),
+        *([f"Smaller boxes than the two compared: {'; '.join(narrow)}."] if narrow else []),
     ]
+
+
+def _moved(one: Change, place: str) -> str:
+    """Return a change with its place and the difference that it makes."""
+    return (
+        f"{one.name} at {place}: {one.difference.value:+.2f} ± {one.difference.half_width:.2f} deg"
+    )
 
 
 def limits(some: Compared) -> Iterator[str]:

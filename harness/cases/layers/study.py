@@ -25,16 +25,15 @@ THICKNESS, LIMIT = "thickness", "single grain"
 class Thicker(NamedTuple):
     """More layers than one at which rate, box and ranks are changed, one at a time.
 
-    At the stiffest or the softest contact. ``seeds`` of each arm of another rate, ``boxed`` of the
-    box that is ``factor`` times as long and wide, ``split`` of two ranks; 0: no such arm.
+    At the stiffest or the softest contact. ``rates`` and ``seeds`` of each, ``boxes`` as factors of
+    length and width, each with its seeds, ``split`` the seeds of two ranks; 0: no such arm.
     """
 
     layers: int
     stiffest: bool
-    rates: tuple[tuple[str, Mapping[str, Any]], ...]
-    seeds: int
-    factor: float = 1.0
-    boxed: int = 0
+    rates: tuple[tuple[str, Mapping[str, Any]], ...] = ()
+    seeds: int = 0
+    boxes: tuple[tuple[float, int], ...] = ()
     split: int = 0
 
 
@@ -54,13 +53,20 @@ class Box(NamedTuple):
 BOXES = {
     1: Box(36, 18, 17.0, 7),
     2: Box(20, 10, 14.0, 8, 14),
-    4: Box(16, 8, 12.0, 12, 14),
-    8: Box(12, 6, 11.0, 7),
+    4: Box(24, 12, 12.0, 4, 6),
+    8: Box(18, 9, 11.0, 4, 6),
 }
-"""Seeds were added until Student's t over them, t s/sqrt(n), was below 0.3 deg at each stiffness: a
+"""Seeds are added until Student's t over them, t s/sqrt(n), is below 0.3 deg at each stiffness: a
 rule that looks at the interval, not at the angle. The scatter s falls faster than the root of the
 area, as a small box may rest by chance: 0.8, 0.5 and 0.2 deg in 16 x 8, 24 x 12 and 36 x 18 d at
-one soft layer."""
+one soft layer, 0.36 and 0.08 in 16 x 8 and 24 x 12 at four.
+
+A box is wide enough where the angle in it is the same, within intervals, as in the other of the
+two largest that were run at that thickness and stiffness: 1.5 times as long and wide where that is
+cheap, at the softest contact, else 2/3 of it. Where it is not the same, the larger one takes its
+place, at both stiffnesses. So 24 x 12 d took the place of 16 x 8 at four layers, where soft ones
+stopped 0.82 +- 0.22 deg lower; 18 x 9 takes that of 12 x 6 at eight before a run in it was made, as
+it is as narrow; 20 x 10 at two layers stays unless 30 x 15 moves the angle."""
 
 WIDER = {
     1: Box(48, 24, 17.0, 12),
@@ -92,14 +98,17 @@ QUARTER = ("a quarter of the rate", {"rate": 0.025})
 LARGEST = ("largest box", {"length": 96, "width": 48})
 
 THICKER = (
-    Thicker(4, False, (TWICE, RATE), 8, 1.5, 6, 4),
-    Thicker(2, True, (TWICE,), 4, 0.7, 4, 4),
-    Thicker(4, True, (TWICE,), 4),
+    Thicker(4, False, (TWICE, RATE), 4, ((2 / 3, 14), (1.5, 4)), 2),
+    Thicker(2, False, boxes=((1.5, 6),)),
+    Thicker(8, False, (TWICE,), 4, ((2 / 3, 7),)),
+    Thicker(4, True, (TWICE,), 3, ((2 / 3, 12),)),
+    Thicker(2, True, (TWICE,), 4, ((0.7, 4),), 2),
+    Thicker(8, True, boxes=((2 / 3, 7),)),
 )
-"""Soft and stiff, the cheapest stiff one of more layers than one among them. Each change was stated
-before one of its runs was made, half the rate and twice the rate at four stiff layers when the
-first runs at twice the rate had stopped lower; seeds are what there was time for. They are held
-against the same thickness and stiffness among the runs over the thickness."""
+"""Soft and stiff, held against the same thickness and stiffness among the runs over the thickness.
+Boxes, rates and this list were stated before one of their runs was made, apart from the smaller
+boxes, which the study ran before, from six soft seeds in 24 x 12 d at four layers, and from what
+two stiff layers have. Seeds are what there was time for."""
 
 
 @dataclass(frozen=True)
@@ -200,16 +209,17 @@ def _at_more_layers(some: Thicker, extent: Extent) -> Iterable[Arm]:
     """Yield the arms of another rate, another box and two ranks at more layers than one."""
     stiffness = (max if some.stiffest else min)(extent.stiffnesses)
     box = extent.boxes[some.layers]
-    runs = tuple(_seeds(box, some.layers, stiffness, max(some.seeds, some.boxed, some.split)))
+    most = max(some.seeds, some.split, *(seeds for _, seeds in some.boxes))
+    runs = tuple(_seeds(box, some.layers, stiffness, most))
     at = place_of(some.layers, stiffness)
     for rate, change in some.rates:
         yield Arm(f"{rate}{at}", tuple(one.replace(**change) for one in runs[: some.seeds]))
     if some.split:
         yield Arm(f"{RANKS} ranks{at}", runs[: some.split], RANKS)
-    if some.boxed:
-        sides = {"length": round(some.factor * box.length), "width": round(some.factor * box.width)}
-        name, _ = LARGE if some.factor > 1.0 else SMALL
-        yield Arm(f"{name}{at}", tuple(one.replace(**sides) for one in runs[: some.boxed]))
+    for factor, seeds in some.boxes:
+        sides = {"length": round(factor * box.length), "width": round(factor * box.width)}
+        name, _ = LARGE if factor > 1.0 else SMALL
+        yield Arm(f"{name}{at}", tuple(one.replace(**sides) for one in runs[:seeds]))
 
 
 def place_of(layers: int, stiffness: float) -> str:
