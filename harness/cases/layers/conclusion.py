@@ -16,7 +16,7 @@ from harness.cases.layers.averages import (
     mean_of,
     unpaired,
 )
-from harness.cases.layers.study import LIMIT, REFERENCE, THICKNESS
+from harness.cases.layers.study import LIMIT, REFERENCE, THICKNESS, grains_in
 from harness.errors import RequestError
 from harness.observables.reference import ReferencePoints
 
@@ -128,7 +128,7 @@ def _row(arm: str, some: Sequence[Row]) -> Row:
         "stop_angle_deg": stop.value,
         # one grain has one well: its angle is known to the rate
         "uncertainty_deg": one["rate_deg"] if single else stop.half_width,
-        "grains": one["layers"] * (one["filled_d"] or one["length_d"]) * one["width_d"],
+        "grains": grains_in(one),
         "seeds": stop.count,
         "scatter_deg": stop.scatter,
         "undecided": len(some) - stop.count,

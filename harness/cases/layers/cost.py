@@ -17,8 +17,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from harness.cases.case_study import Arm, StudyCost
+from harness.cases.case_study import Arm, Row, StudyCost
 from harness.cases.layers.parameters import Layers
+from harness.cases.layers.study import RANKS, grains_in
 from harness.cases.layers.template import job_of
 from harness.engines.contract import Engine
 from harness.engines.output import Output
@@ -145,17 +146,44 @@ def study_cost(
                 f"{engine.title}: of {ranks} ranks that were asked for it took "
                 f"{speeds[ranks][0].ranks}: is the launcher (--mpirun) of the MPI it is built with?"
             )
-    together = [efficiency(one, two) for one, two in zip(speeds[1], speeds[2], strict=True)]
-    durations = durations_of(arms, speeds[1])
+    return _cost(arms, speeds[1], speeds[2])
+
+
+def cost_seen(arms: Sequence[Arm], found: Mapping[str, Sequence[Row]]) -> StudyCost | None:
+    """Return what some arms cost by the wall times of runs that were made; None without any.
+
+    Of runs of one size the least counts: whatever else the machine did only slowed them down.
+    Without runs on two ranks nothing is taken to be gained by them.
+    """
+    least: dict[tuple[int, int], Speed] = {}
+    for name, rows in found.items():
+        ranks = RANKS if name.startswith(f"{RANKS} ranks") else 1
+        for row in rows:
+            if row.get("wall_time_s") and row.get("steps"):
+                grains = grains_in(row)
+                one = Speed(grains, ranks, row["wall_time_s"] / row["steps"] / grains)
+                key = ranks, grains
+                least[key] = min(one, least.get(key, one), key=lambda speed: speed.seconds)
+    speeds = [[least[key] for key in sorted(least) if key[0] == r] for r in (1, RANKS)]
+    return _cost(arms, *speeds) if speeds[0] else None
+
+
+def _cost(arms: Sequence[Arm], ones: Sequence[Speed], twos: Sequence[Speed]) -> StudyCost:
+    """Return what arms cost by speeds on one rank and on two, those of rising sizes."""
+    split = {two.grains: two for two in twos}
+    together = [efficiency(one, split[one.grains]) for one in ones if one.grains in split]
     measured = [
         {
             "grains": one.grains,
             "microseconds_per_grain_and_step": 1e6 * one.seconds,
-            "efficiency_of_2_ranks": e,
+            "efficiency_of_2_ranks": efficiency(one, split[one.grains])
+            if one.grains in split
+            else None,
         }
-        for one, e in zip(speeds[1], together, strict=True)
+        for one in ones
     ]
-    return StudyCost(tuple(measured), tuple(_rows(durations, together[-1])), MODEL)
+    durations = durations_of(arms, ones)
+    return StudyCost(tuple(measured), tuple(_rows(durations, [0.5, *together][-1])), MODEL)
 
 
 def _rows(durations: Sequence[float], together: float) -> Iterable[Mapping[str, float]]:

@@ -221,6 +221,11 @@ def _at_more_layers(some: Thicker, extent: Extent) -> Iterable[Arm]:
         yield Arm(f"{name}{at}", tuple(one.replace(**sides) for one in runs[:seeds]))
 
 
+def grains_in(row: Row) -> int:
+    """Return how many grains move in a run, from its row."""
+    return int(row["layers"] * (row["filled_d"] or row["length_d"]) * row["width_d"])
+
+
 def place_of(layers: int, stiffness: float) -> str:
     """Return what the name of an arm ends with where it is not of one layer."""
     return f", {layers} layers at {stiffness:g} weights"

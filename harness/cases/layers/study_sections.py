@@ -16,7 +16,8 @@ from harness.cases.layers.conclusion import (
     judged,
     seeds_of,
 )
-from harness.cases.layers.study import LIMIT, THICKNESS
+from harness.cases.layers.cost import cost_seen
+from harness.cases.layers.study import LIMIT, THICKNESS, LayersStudy
 from harness.observables.reference import PEYNEAU_ROUX, ReferencePoints
 from harness.report.sections import Drawing, Section, Table
 from harness.theory.critical_angle import critical_angle
@@ -33,7 +34,7 @@ def sections_of(found: Found, points: ReferencePoints | None) -> tuple[Section, 
     changes = compared(found)
     if changes:
         sections.append(_changes(changes))
-    return (*sections, *_limit(found))
+    return (*sections, *_limit(found), *_of_full(found))
 
 
 def _thickness(found: Found, points: ReferencePoints | None) -> Section:
@@ -137,8 +138,8 @@ HELD_AGAINST = (
     "say whether the angle depends on the box; a smaller one shows how it is approached, and is "
     "not counted. Boxes, rates and this rule were stated in the code when a first study had "
     "found that four soft layers stop 0.82 ± 0.22 deg lower in 24 x 12 d (six seeds, kept) than in "
-    "16 x 8 d, and before any other run in a larger box was made; seeds at more layers than one are as many as "
-    "there was time for. "
+    "16 x 8 d, and before any other run in a larger box was made; seeds at more layers than one "
+    "are as many as there was time for. "
     "Trajectories are chaotic: what is split over ranks, or takes another step, is another run of "
     "the same flow, and its angle is the same within intervals, not to the bit. Other definitions "
     "of the arrest are of the same runs, paired. Of twenty independent changes that do nothing, "
@@ -190,3 +191,43 @@ def _limit(found: Found) -> Sequence[Section]:
         "the rate is how well that is resolved."
     )
     return (Section("The limit of a single grain", (text,), items),)
+
+
+def _of_full(found: Found) -> Sequence[Section]:
+    cost = cost_seen(LayersStudy().arms("full"), found.arms)
+    if cost is None:
+        return ()
+    split = [one for one in cost.measured if one["efficiency_of_2_ranks"] is not None]
+    measured = "; ".join(
+        f"{one['microseconds_per_grain_and_step']:.2f} us at {one['grains']:,}"
+        for one in cost.measured
+    )
+    items = [f"A grain and step, by the grains of a run: {measured}."]
+    if split:
+        items.append(
+            f"Efficiency of two ranks: {split[-1]['efficiency_of_2_ranks']:.2f} at "
+            f"{split[-1]['grains']:,} grains."
+        )
+    rows = tuple(
+        (
+            str(row["cores"]),
+            str(row["ranks_per_run"]),
+            f"{row['wall_time_h']:.1f}",
+            f"{row['core_hours']:.0f}",
+            f"{row['efficiency']:.2f}",
+        )
+        for row in cost.rows
+    )
+    first = cost.rows[0]
+    table = Table(
+        "What level full would cost",
+        f"{first['runs']} runs, the longest of {first['longest_run_h']:.1f} hours of a core.",
+        ("cores", "ranks of a run", "hours", "core hours", "efficiency"), rows,
+        frozenset(range(5)),
+    )  # fmt: skip
+    text = (
+        "From the least wall time of each size among the runs of this page, slowed by whatever "
+        "else the machine did; study layers --full --cost measures an idle one in a minute. "
+        f"The model: {cost.model}"
+    )
+    return (Section("What level full would cost", (text,), tuple(items), (table,)),)

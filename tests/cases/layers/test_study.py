@@ -15,7 +15,8 @@ from harness.cases.layers.averages import (
 )
 from harness.cases.layers.case import CASE
 from harness.cases.layers.conclusion import TEST, judged
-from harness.cases.layers.study import LIMIT, RANKS, REFERENCE, THICKNESS, LayersStudy
+from harness.cases.layers.cost import Speed, durations_of
+from harness.cases.layers.study import LIMIT, RANKS, REFERENCE, THICKNESS, LayersStudy, grains_in
 from harness.cases.source_angles import READINGS, source_angles
 from harness.errors import RequestError
 from harness.observables.reference import ReferencePoints
@@ -179,7 +180,7 @@ def test_the_verdict_is_the_one_of_the_world_that_it_was_shown(softness, words):
     assert all(set(one) >= KEYS for one in found.rows)
     assert {one["arm"] for one in found.rows} == {arm.name for arm in STUDY.arms("default")}
     thick = [one for one in found.rows if one["arm"] == THICKNESS]
-    assert {one["seeds"] for one in thick} == {7, 8, 12, 14}
+    assert {one["seeds"] for one in thick} == {4, 6, 7, 8, 14}
     titles = [section.title for section in found.sections]
     assert titles == ["Thickness", "Softness", "What else could move the angle",
                       "The limit of a single grain"]  # fmt: skip
@@ -225,14 +226,52 @@ def test_changes_at_more_layers_are_held_against_the_runs_over_the_thickness():
     (section,) = [one for one in found.sections if "else" in one.title]
     tables = {table.label.partition(", ")[2]: table for table in section.tables}
     assert list(tables) == ["1 layer at 300 weights", "4 layers at 300 weights",
-                            "2 layers at 30000 weights", "4 layers at 30000 weights",
-                            "2 layers at 300 weights"]  # fmt: skip
+                            "2 layers at 300 weights", "8 layers at 300 weights",
+                            "4 layers at 30000 weights", "2 layers at 30000 weights"]  # fmt: skip
     rows = {row[0]: row for row in tables["4 layers at 300 weights"].rows}
     assert rows["twice the rate"][-1] == "no"
-    assert rows["larger box, 24 x 12 d"][1] == "6"
+    assert rows["larger box, 36 x 18 d"][1] == "4"
+    assert rows["smaller box, 16 x 8 d"][1] == "14"
     assert "2 ranks" in {row[0] for row in tables["2 layers at 30000 weights"].rows}
     assert any("4 layers at 300 weights, rate to zero" in item for item in section.items)
     (softness,) = [one for one in found.sections if one.title == "Softness"]
     ((layers, rate, difference, _, pairs),) = softness.tables[1].rows
-    assert (layers, rate, pairs) == ("4", "0.2", "4")
+    assert (layers, rate, pairs) == ("4", "0.2", "3")
     assert float(difference) == pytest.approx(-1.0, abs=0.2)
+
+
+@pytest.mark.parametrize(
+    ("name", "place", "counted"),
+    [
+        # a larger one was run at the soft contact, none at the stiff one
+        ("smaller box", "4 layers at 300 weights", False),
+        ("larger box", "4 layers at 300 weights", True),
+        ("smaller box", "4 layers at 30000 weights", True),
+    ],
+)
+def test_the_two_largest_boxes_say_whether_the_angle_depends_on_the_box(name, place, counted):
+    found = STUDY.conclude(changed(angles(0.0), f"{name}, {place}", 1.5), None)
+    (told,) = [one for one in found.verdict if "definition of the arrest" in one]
+    (narrow,) = [one for one in found.verdict if "Smaller boxes" in one]
+    assert (f"{place}: +1." in told, f"{place}: +1." in narrow) == (counted, not counted)
+
+
+def test_what_level_full_costs_follows_from_the_wall_times_of_the_runs():
+    rows = angles(0.0)
+    assert all("full" not in one.title for one in STUDY.conclude(rows, None).sections)
+    timed = {
+        name: [
+            {**one, "steps": 1000, "wall_time_s": 1e-3 * grains_in(one) * (1 + one["seed"]) / split}
+            for one in some
+        ]
+        for name, some in rows.items()
+        for split in [1.6 if name.startswith("2 ranks") else 1.0]
+    }
+    section = STUDY.conclude(timed, None).sections[-1]
+    assert section.title == "What level full would cost"
+    # the least is that of seed 1: 2e-3 s for 1000 steps; two ranks lose 20 %
+    assert "2.00 us at 288" in section.items[0]
+    assert "Efficiency of two ranks: 0.80 at 1,152" in section.items[1]
+    runs = durations_of(STUDY.arms("full"), [Speed(288, 1, 2e-6), Speed(1152, 1, 2e-6)])
+    (table,) = section.tables
+    assert table.rows[0][:4] == ("1", "1", f"{sum(runs) / 3600:.1f}", f"{sum(runs) / 3600:.0f}")
