@@ -31,10 +31,10 @@ PREPARED = 20.0
 """[sqrt(d/g)] before which the grains come to rest on the base."""
 
 MOST_FRAMES = 100
-SIZE, DPI = (8.2, 4.4), 90
+SIZE, DPI = (8.2, 5.6), 90
 
-FASTEST = 1.5
-"""[sqrt(g d)] of the scale of colours."""
+FASTEST, COLOURS = 1.6, 8
+"""[sqrt(g d)] of the scale, and its colours, each for 0.2: a GIF has few."""
 
 
 def film_job() -> Job:
@@ -70,24 +70,24 @@ class Flow:
         with house_style():
             figure = Figure(figsize=SIZE, dpi=DPI)
             canvas: Any = FigureCanvasAgg(figure)  # Any: matplotlib does not type it
-            axes, below = figure.subplots(2, 1, height_ratios=(3.0, 1.0))
+            axes, below = figure.subplots(2, 1, height_ratios=(4.2, 1.0))
             axes.grid(False)
-            axes.set(xlim=(0.0, FILMED.length), ylim=(-0.6, FILMED.layers + 1.4), aspect="equal")
-            axes.set(xlabel="along the base (d)", ylabel="above it (d)")
+            axes.set(xlim=(0.0, FILMED.length), ylim=(-1.0, FILMED.layers + 1.4), aspect="equal")
+            axes.set(xlabel="along the base (d)", ylabel="height (d)")
             discs = EllipseCollection(
                 self.width, self.width, np.zeros_like(self.width), units="xy",
                 offsets=np.zeros((self.width.size, 2)), transOffset=axes.transData,
                 edgecolors="#333333", linewidths=0.4, antialiaseds=False,
-                cmap=mpl.colormaps["viridis"].resampled(9),  # few colours: a GIF has few
+                cmap=mpl.colormaps["viridis"].resampled(COLOURS),
             )  # fmt: skip
             discs.set_clim(0.0, FASTEST)
             axes.add_collection(discs)
             scale = figure.colorbar(discs, ax=axes, orientation="horizontal", aspect=60)
-            scale.set_label("speed of a grain (sqrt(g d))")
+            scale.set_label("speed of a grain along the base (sqrt(g d))")
             below.plot(self.time, self.speed, color="0.6", lw=1.0)
             (cursor,) = below.plot([], [], "o", color="#D55E00")
-            below.set(xlabel="time (sqrt(d/g))", ylabel="mean speed")
-            below.set_xlim(0.0, float(self.time[-1]))
+            below.set(xlabel="time (sqrt(d/g))", ylabel="mean speed\n(sqrt(g d))")
+            below.set(xlim=(0.0, float(self.time[-1])), ylim=(0.0, None))
             title = axes.set_title("time")
             figure.set_layout_engine("constrained")
             canvas.draw()

@@ -25,7 +25,9 @@ def flow_section(who: str, profile: Profile, film: Film | None = None) -> Sectio
     drawing = Drawing(
         "layers-profile",
         "Profile of a small flow of layers",
-        "Mean speed and solid fraction over the height, four layers at 16 deg.",
+        "Mean speed of the grains and solid fraction, in slices of a quarter of a diameter, four "
+        "layers at 16 deg. Each grain counts whole in the slice of its centre, so that the "
+        "fraction rises and falls with the layers and may exceed that of a packing.",
         lambda: profile_drawn(who, profile),
     )
     films = () if film is None else (film,)
@@ -40,9 +42,9 @@ def profile_drawn(who: str, profile: Profile) -> Figure:
 
     figure = Figure(figsize=(7.0, 3.6), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True)
-    left.plot(profile.speed, profile.height, "o-", color=COLOURS[0], label=who)
+    left.plot(profile.speed, profile.height, "o-", color=COLOURS[0])
     left.set(xlabel="mean speed (sqrt(g d))", ylabel="height above the base (d)")
     right.plot(profile.solid_fraction, profile.height, "s-", color=COLOURS[1])
-    right.set(xlabel="solid fraction of centres in the slice")
+    right.set(xlabel="solid fraction, grains by their centres")
     figure.suptitle(f"Four layers at 16 deg, {who}")
     return figure

@@ -98,7 +98,8 @@ def test_the_single_grain_stops_at_the_critical_angle_of_the_incline(engine):
     assert np.ptp(film.picture(film.poster).astype(int) - film.picture(0)) > 0
     assert who == engine.title
     assert np.all(np.diff(profile.height) > 0)
-    assert profile.speed[0] < profile.speed[-3]
+    # a slice that holds a grain now and then has the speed of its grains: the surface is fastest
+    assert profile.speed[0] < profile.speed[-3] < 1.5 * profile.speed[-1]
     # between a loose flow and close packing
     assert 0.4 < profile.middle_fraction < 0.74
 
