@@ -10,6 +10,7 @@ import contextlib
 import fcntl
 import hashlib
 import os
+import secrets
 import shutil
 import sys
 import tempfile
@@ -106,12 +107,16 @@ class Entries:
         return self.folder / key[:2] / key
 
     def _write(self, path: Path, data: bytes) -> None:
-        path.parent.mkdir(exist_ok=True)
-        handle, aside = tempfile.mkstemp(dir=self.folder / ASIDE)
+        # plain names and calls: paths, and a name by tempfile, cost as much as the write
+        aside, place = f"{self.folder}/{ASIDE}/{secrets.token_hex(16)}", str(path)
         try:
-            with os.fdopen(handle, "wb") as stream:
+            with open(os.open(aside, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as stream:  # noqa: PTH123
                 stream.write(data)
-            os.replace(aside, path)  # noqa: PTH105 - a Path for each is a tenth of the write
+            try:
+                os.replace(aside, place)  # noqa: PTH105
+            except FileNotFoundError:
+                path.parent.mkdir(exist_ok=True)
+                os.replace(aside, place)  # noqa: PTH105
         except BaseException:
             Path(aside).unlink(missing_ok=True)
             raise
