@@ -72,11 +72,20 @@ def extrapolated(x: Sequence[float], means: Sequence[Mean]) -> Mean:
 
     Raise RequestError for fewer than three: two would always lie on a line.
     """
+    return line_through(x, means)[1]
+
+
+def line_through(x: Sequence[float], means: Sequence[Mean]) -> tuple[float, Mean]:
+    """Return the slope of the weighted line through means, and its value at x = 0.
+
+    Raise RequestError for fewer than three.
+    """
     if len(means) < 3:
         raise RequestError(f"an extrapolation needs three values, {len(means)} are there")
     weights = [1.0 / max(one.half_width, 1e-4) for one in means]
     line, covariance = np.polyfit(x, [one.value for one in means], 1, w=weights, cov="unscaled")
-    return Mean(float(line[1]), math.sqrt(covariance[1, 1]), min(one.count for one in means))
+    least = min(one.count for one in means)
+    return float(line[0]), Mean(float(line[1]), math.sqrt(covariance[1, 1]), least)
 
 
 @dataclass(frozen=True)

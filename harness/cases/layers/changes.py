@@ -144,23 +144,28 @@ def _moved(one: Change, place: str) -> str:
     )
 
 
+def over_box(some: Compared) -> dict[float, Mean]:
+    """Return the angle of stop by 1/length of the box [1/d], of arms that differ in it alone."""
+    return {1.0 / row["length_d"]: mean for row, mean in _along(some, BOX)}
+
+
+def _along(some: Compared, columns: set[str]) -> Iterator[tuple[Row, Mean]]:
+    """Yield a row and the mean angle of each arm that differs in some columns alone."""
+    for name, rows in {"": some.reference, **some.arms}.items():
+        changed = changed_in(rows, some.reference)
+        if len(seeds_of(rows)) > 1 and (not name or (changed and changed <= columns)):
+            yield rows[0], mean_of([*seeds_of(rows).values()])
+
+
 def limits(some: Compared) -> Iterator[str]:
     """Yield the limits of a slow descent and of a large box, where there are three values."""
-    known = {
-        name: (rows, changed_in(rows, some.reference))
-        for name, rows in {"": some.reference, **some.arms}.items()
-        if len(seeds_of(rows)) > 1
-    }
-    for limit, columns in (("rate to zero", {"rate_deg"}), ("box", BOX)):
-        values = {}
-        for name, (rows, changed) in known.items():
-            if not name or (changed and changed <= columns):
-                x = rows[0]["rate_deg"] if limit != "box" else 1.0 / rows[0]["length_d"]
-                values[x] = mean_of([*seeds_of(rows).values()])
+    rates = {row["rate_deg"]: mean for row, mean in _along(some, {"rate_deg"})}
+    told = {"rate to zero": rates, "length of the box to infinity, linear in 1/length":
+            over_box(some)}  # fmt: skip
+    for limit, values in told.items():
         if len(values) > 2:
-            told = "length of the box to infinity, linear in 1/length" if limit == "box" else limit
             value = extrapolated([*values], [*values.values()])
-            yield f"Extrapolated, {some.place}, {told}: {interval(value)} deg."
+            yield f"Extrapolated, {some.place}, {limit}: {interval(value)} deg."
 
 
 def softness_at_rates(found: Found) -> dict[tuple[int, float], Mean]:

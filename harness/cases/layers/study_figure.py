@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from harness.cases.layers.averages import line_through
+from harness.cases.layers.changes import Compared, over_box
 from harness.cases.layers.conclusion import Found
 from harness.cases.source_angles import READINGS, source_angles
 from harness.observables.reference import PEYNEAU_ROUX, ReferencePoints
@@ -71,5 +74,28 @@ def angle_over_thickness(found: Found, points: ReferencePoints | None) -> Figure
     axes.set_xticks(ticks, [str(tick) for tick in ticks])
     axes.minorticks_off()
     axes.set_ylim(bottom=0.0)
+    legend_below(figure, 2)
+    return figure
+
+
+def angle_over_box(places: Sequence[Compared]) -> Figure:
+    """Draw the angle of stop against 1/length of the box, with a line through three or more."""
+    figure = Figure(figsize=(7.4, 4.6), layout="constrained")
+    axes = figure.add_subplot()
+    for number, some in enumerate(places):
+        values = dict(sorted(over_box(some).items()))
+        look: dict[str, Any] = {"color": COLOURS[number % len(COLOURS)]}
+        axes.errorbar(
+            [*values], [one.value for one in values.values()],
+            [one.half_width for one in values.values()],
+            marker=MARKERS[number % len(MARKERS)], ls="none", capsize=3, label=some.place, **look,
+        )  # fmt: skip
+        if len(values) > 2:
+            slope, limit = line_through([*values], [*values.values()])
+            end = max(values)
+            axes.plot([0.0, end], [limit.value, limit.value + slope * end], lw=1.0, **look)
+            axes.errorbar(0.0, limit.value, limit.half_width, capsize=3, **look)
+    axes.set(xlabel="1 / length of the box (1/d)", ylabel="angle of stop (deg)")
+    axes.set_xlim(left=-0.002)
     legend_below(figure, 2)
     return figure

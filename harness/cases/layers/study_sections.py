@@ -6,7 +6,13 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from harness.cases.layers.averages import mean_of
-from harness.cases.layers.changes import Compared, compared, limits, softness_at_rates
+from harness.cases.layers.changes import (
+    Compared,
+    compared,
+    limits,
+    over_box,
+    softness_at_rates,
+)
 from harness.cases.layers.conclusion import (
     STOP,
     TEST,
@@ -16,8 +22,8 @@ from harness.cases.layers.conclusion import (
     judged,
     seeds_of,
 )
-from harness.cases.layers.cost import cost_seen
-from harness.cases.layers.study import LIMIT, THICKNESS, LayersStudy
+from harness.cases.layers.cost_section import cost_section
+from harness.cases.layers.study import LIMIT, THICKNESS
 from harness.observables.reference import PEYNEAU_ROUX, ReferencePoints
 from harness.report.sections import Drawing, Section, Table
 from harness.theory.critical_angle import critical_angle
@@ -34,7 +40,7 @@ def sections_of(found: Found, points: ReferencePoints | None) -> tuple[Section, 
     changes = compared(found)
     if changes:
         sections.append(_changes(changes))
-    return (*sections, *_limit(found), *_of_full(found))
+    return (*sections, *_limit(found), *cost_section(found))
 
 
 def _thickness(found: Found, points: ReferencePoints | None) -> Section:
@@ -127,7 +133,22 @@ def _changes(changes: Sequence[Compared]) -> Section:
         (HELD_AGAINST,),
         tuple(told for one in changes for told in limits(one)),
         tuple(_of_changes(one) for one in changes),
+        _of_boxes([one for one in changes if len(over_box(one)) > 1]),
     )
+
+
+def _of_boxes(places: Sequence[Compared]) -> tuple[Drawing, ...]:
+    def draw() -> Figure:
+        from harness.cases.layers.study_figure import angle_over_box
+
+        return angle_over_box(places)
+
+    caption = (
+        "Mean angle over seeds with its 95 % interval, in boxes twice as long as wide; where there "
+        "are three or more, the line through them, weighted by their intervals, and its limit."
+    )
+    drawing = Drawing("angle-over-box", "Angle of stop against the box", caption, draw)
+    return (drawing,) if places else ()
 
 
 HELD_AGAINST = (
@@ -191,43 +212,3 @@ def _limit(found: Found) -> Sequence[Section]:
         "the rate is how well that is resolved."
     )
     return (Section("The limit of a single grain", (text,), items),)
-
-
-def _of_full(found: Found) -> Sequence[Section]:
-    cost = cost_seen(LayersStudy().arms("full"), found.arms)
-    if cost is None:
-        return ()
-    split = [one for one in cost.measured if one["efficiency_of_2_ranks"] is not None]
-    measured = "; ".join(
-        f"{one['microseconds_per_grain_and_step']:.2f} us at {one['grains']:,}"
-        for one in cost.measured
-    )
-    items = [f"A grain and step, by the grains of a run: {measured}."]
-    if split:
-        items.append(
-            f"Efficiency of two ranks: {split[-1]['efficiency_of_2_ranks']:.2f} at "
-            f"{split[-1]['grains']:,} grains."
-        )
-    rows = tuple(
-        (
-            str(row["cores"]),
-            str(row["ranks_per_run"]),
-            f"{row['wall_time_h']:.1f}",
-            f"{row['core_hours']:.0f}",
-            f"{row['efficiency']:.2f}",
-        )
-        for row in cost.rows
-    )
-    first = cost.rows[0]
-    table = Table(
-        "What level full would cost",
-        f"{first['runs']} runs, the longest of {first['longest_run_h']:.1f} hours of a core.",
-        ("cores", "ranks of a run", "hours", "core hours", "efficiency"), rows,
-        frozenset(range(5)),
-    )  # fmt: skip
-    text = (
-        "From the least wall time of each size among the runs of this page, slowed by whatever "
-        "else the machine did; study layers --full --cost measures an idle one in a minute. "
-        f"The model: {cost.model}"
-    )
-    return (Section("What level full would cost", (text,), tuple(items), (table,)),)
