@@ -93,30 +93,57 @@ def changed_in(rows: Sequence[Row], reference: Sequence[Row]) -> set[str]:
     return {name for name in SAME if rows[0][name] != reference[0][name]}
 
 
+def _held_against(
+    rows: Sequence[Row], reference: Sequence[Row], boxes: Sequence[Sequence[Row]]
+) -> Sequence[Row]:
+    """Return the runs that an arm differs from in one thing: of larger boxes, the next smaller."""
+    length = rows[0]["length_d"]
+    others = [reference, *(box for box in boxes if box is not rows)]
+    smaller = [one for one in others if one[0]["length_d"] < length]
+    if _in_box_alone(rows, reference) and smaller:
+        return max(smaller, key=lambda one: one[0]["length_d"])
+    return min(others, key=lambda one: len(changed_in(rows, one)))
+
+
+def _in_box_alone(rows: Sequence[Row], reference: Sequence[Row]) -> bool:
+    changed = changed_in(rows, reference)
+    return bool(changed) and changed <= BOX
+
+
 def _changes(reference: Sequence[Row], arms: Mapping[str, Sequence[Row]]) -> Iterator[Change]:
-    stop = seeds_of(reference)
-    without = mean_of([*stop.values()])
-    second = sorted({rows[0]["length_d"] for rows in (reference, *arms.values())})[-2:][0]
+    boxes = [
+        rows for rows in arms.values()
+        if _in_box_alone(rows, reference) and len(seeds_of(rows)) > 1
+    ]  # fmt: skip
+    lengths = sorted({rows[0]["length_d"] for rows in (reference, *boxes)})
     for name, rows in arms.items():
         other = seeds_of(rows)
         if len(other) < 2:
             continue
-        changed, mean = changed_in(rows, reference), mean_of([*other.values()])
-        words = name.partition(", ")[0]
+        base = _held_against(rows, reference, boxes)
+        without, mean = mean_of([*seeds_of(base).values()]), mean_of([*other.values()])
+        changed, words = changed_in(rows, base), name.partition(", ")[0]
         if changed & BOX:
-            words += f", {rows[0]['length_d']} x {rows[0]['width_d']} d"
+            words += f", {_box(rows)} for {_box(base)} d"
+        pair = sorted({rows[0]["length_d"], base[0]["length_d"]})
         own, physical = without.half_width, bool(changed & PHYSICAL)
-        approach = rows[0]["length_d"] < second
+        approach = bool(changed & BOX) and pair != lengths[-2:]
         yield Change(words, mean, unpaired(mean, without), own, physical, approach)
         start = seeds_of(rows, START)
         if start:
             rises = difference_of(start, other)
             yield Change("angle of start", mean_of([*start.values()]), rises, own, physical=True)
+    stop = seeds_of(reference)
+    without = mean_of([*stop.values()])
     for name, quantity in DEFINITIONS.items():
         other = seeds_of(reference, quantity)
         if len(other) > 1:
             difference = difference_of(other, stop)
             yield Change(name, mean_of([*other.values()]), difference, without.half_width)
+
+
+def _box(rows: Sequence[Row]) -> str:
+    return f"{rows[0]['length_d']} x {rows[0]['width_d']}"
 
 
 def sentences(found: Found) -> list[str]:
@@ -126,15 +153,21 @@ def sentences(found: Found) -> list[str]:
     if not every:
         return []
     moved = [_moved(c, place) for c, place in every if not c.same]
-    narrow = [_moved(c, place) for c, place in having if c.approach]
+    narrow = [_moved(c, place) for c, place in having if c.approach and not c.same]
     widest = max(c.difference.half_width for c, _ in every)
-    return [
+    told = [
         f"Another rate, box, step, number of ranks or definition of the arrest: in "
         f"{len(every) - len(moved)} of {len(every)} changes the angle is the same within its 95 % "
         f"interval (that of the difference is ±{widest:.2f} deg at the widest)"
-        + (f"; not in {'; '.join(moved)}." if moved else "."),
-        *([f"Smaller boxes than the two compared: {'; '.join(narrow)}."] if narrow else []),
+        + (f"; not in {'; '.join(moved)}." if moved else ".")
     ]
+    if narrow:
+        told.append(
+            "In boxes smaller than the two largest of a thickness and stiffness it still depends "
+            f"on the box: {'; '.join(narrow)}. There the angles over the thickness are those of "
+            "their boxes."
+        )
+    return told
 
 
 def _moved(one: Change, place: str) -> str:

@@ -23,10 +23,10 @@ THICKNESS, LIMIT = "thickness", "single grain"
 
 
 class Thicker(NamedTuple):
-    """More layers than one at which rate, box and ranks are changed, one at a time.
+    """Rate, box and ranks changed one at a time, at more layers than one.
 
-    At the stiffest or the softest contact. ``rates`` and ``seeds`` of each, ``boxes`` as factors of
-    length and width, each with its seeds, ``split`` the seeds of two ranks; 0: no such arm.
+    ``rates`` and ``seeds`` of each, ``boxes`` as factors of length and width, each with its seeds,
+    ``wide`` seeds of the first rate in the first of these, ``split`` those of two ranks.
     """
 
     layers: int
@@ -34,6 +34,7 @@ class Thicker(NamedTuple):
     rates: tuple[tuple[str, Mapping[str, Any]], ...] = ()
     seeds: int = 0
     boxes: tuple[tuple[float, int], ...] = ()
+    wide: int = 0
     split: int = 0
 
 
@@ -53,20 +54,16 @@ class Box(NamedTuple):
 BOXES = {
     1: Box(36, 18, 17.0, 7),
     2: Box(20, 10, 14.0, 8, 14),
-    4: Box(24, 12, 12.0, 4, 6),
+    4: Box(16, 8, 12.0, 12, 14),
     8: Box(12, 6, 11.0, 7),
 }
-"""Seeds are added until Student's t over them, t s/sqrt(n), is below 0.3 deg at each stiffness: a
+"""Seeds were added until Student's t over them, t s/sqrt(n), was below 0.3 deg at each stiffness: a
 rule that looks at the interval, not at the angle. The scatter s falls faster than the root of the
 area, as a small box may rest by chance: 0.8, 0.5 and 0.2 deg in 16 x 8, 24 x 12 and 36 x 18 d at
 one soft layer, 0.36 and 0.08 in 16 x 8 and 24 x 12 at four.
 
-A box is wide enough where the angle in it is the same, within intervals, as in the other of the
-two largest that were run at that thickness and stiffness: 1.5 times as long and wide where that is
-cheap, at the softest contact, else 2/3 of it. Where it is not the same, the larger one takes its
-place, at both stiffnesses. So 24 x 12 d took the place of 16 x 8 at four layers, where soft ones
-stopped 0.82 +- 0.22 deg lower; 20 x 10 at two layers and 12 x 6 at eight stay unless 30 x 15 and
-18 x 9 move the angle."""
+A box is wide enough where one 1.5 times as long and wide gives the same angle within intervals;
+where it does not, a still larger one is run, at the softest contact, where that is cheap."""
 
 WIDER = {
     1: Box(48, 24, 17.0, 12),
@@ -98,16 +95,16 @@ QUARTER = ("a quarter of the rate", {"rate": 0.025})
 LARGEST = ("largest box", {"length": 96, "width": 48})
 
 THICKER = (
-    Thicker(4, False, (TWICE, RATE), 4, ((2 / 3, 14), (1.5, 4)), 2),
+    Thicker(4, False, (TWICE, RATE), 8, ((1.5, 6), (2.25, 3)), 4, 2),
     Thicker(2, False, boxes=((1.5, 6),)),
-    Thicker(8, False, boxes=((1.5, 6),)),
-    Thicker(4, True, (TWICE,), 3, ((2 / 3, 12),)),
-    Thicker(2, True, (TWICE,), 4, ((0.7, 4),), 2),
+    Thicker(8, False, boxes=((1.5, 6), (2.25, 3))),
+    Thicker(2, True, (TWICE,), 4, ((0.7, 4),), 0, 2),
+    Thicker(4, True, (TWICE,), 4),
 )
 """Soft and stiff, held against the same thickness and stiffness among the runs over the thickness.
-Boxes, rates and this list were stated before one of their runs was made, apart from the smaller
-boxes, which the study ran before, from six soft seeds in 24 x 12 d at four layers, and from what
-two stiff layers have. Seeds are what there was time for."""
+Each was stated before one of its runs was made, half the rate at four soft layers and twice the
+rate at four stiff ones after first results, the largest boxes after those in the larger ones. Seeds
+are what there was time for."""
 
 
 @dataclass(frozen=True)
@@ -139,11 +136,8 @@ EXTENTS: Mapping[Level, Extent] = {
     ),
 }  # fmt: skip
 
-RANKS = 2
-"""Of MPI in the arms that split a run."""
-
-REFERENCE = "as it is"
-"""The arm that the changed ones are held against."""
+RANKS, REFERENCE = 2, "as it is"
+"""Of MPI in the arms that split a run; the arm that the changed ones are held against."""
 
 
 class LayersStudy(CaseStudy):
@@ -208,17 +202,21 @@ def _at_more_layers(some: Thicker, extent: Extent) -> Iterable[Arm]:
     """Yield the arms of another rate, another box and two ranks at more layers than one."""
     stiffness = (max if some.stiffest else min)(extent.stiffnesses)
     box = extent.boxes[some.layers]
-    most = max(some.seeds, some.split, *(seeds for _, seeds in some.boxes))
-    runs = tuple(_seeds(box, some.layers, stiffness, most))
+    most = (some.seeds, some.split, *(seeds for _, seeds in some.boxes))
+    runs = tuple(_seeds(box, some.layers, stiffness, max(most)))
     at = place_of(some.layers, stiffness)
     for rate, change in some.rates:
         yield Arm(f"{rate}{at}", tuple(one.replace(**change) for one in runs[: some.seeds]))
     if some.split:
         yield Arm(f"{RANKS} ranks{at}", runs[: some.split], RANKS)
-    for factor, seeds in some.boxes:
+    for place, (factor, seeds) in enumerate(some.boxes):
         sides = {"length": round(factor * box.length), "width": round(factor * box.width)}
-        name, _ = LARGE if factor > 1.0 else SMALL
-        yield Arm(f"{name}{at}", tuple(one.replace(**sides) for one in runs[:seeds]))
+        boxed = tuple(one.replace(**sides) for one in runs[:seeds])
+        name, _ = SMALL if factor < 1.0 else (LARGE, LARGEST)[place]
+        yield Arm(f"{name}{at}", boxed)
+        if some.wide and place == 0:
+            wide = tuple(one.replace(**some.rates[0][1]) for one in boxed[: some.wide])
+            yield Arm(f"{some.rates[0][0]} in the {name}{at}", wide)
 
 
 def grains_in(row: Row) -> int:
