@@ -86,10 +86,10 @@ def _thickness(found: Found, points: ReferencePoints | None) -> Section:
     drawing = Drawing(
         "angle-over-thickness",
         "Angle of stop against thickness",
-        "Layers of frictionless spheres on a disordered base, by stiffness, with the fit over the "
-        "thickness (points of one thickness are set apart by 4 % so that all are seen); the "
-        "paper's two readings of a column of n deformable particles, the "
-        "critical angle of the single grain, and the bulk.",
+        "Layers of frictionless spheres on a disordered base, by stiffness (points of one "
+        "thickness are set apart by 4 % so that all are seen), with the fit over the thickness "
+        "where there are four; the paper's two readings of a column of n deformable particles, "
+        "the critical angle of the single grain, and the bulk.",
         draw,
     )
     return Section("Thickness", (), (*fits, bulk), (table,), (drawing,))
@@ -157,11 +157,12 @@ HELD_AGAINST = (
     "angle itself, a second half of the rule that was added when paired differences of 0.01 to "
     "0.03 deg had excluded zero. A larger box is held against the next smaller one, and of several "
     "boxes at a thickness and stiffness the two largest say whether the angle depends on the box; "
-    "what smaller ones differ by is told apart. Each change and this rule were stated in the code "
-    "before one of its runs was made, half the rate at four soft layers and twice the rate at four "
-    "stiff ones after the first results at twice the rate, that the two largest boxes decide after "
-    "four soft layers had stopped lower in 24 x 12 than in 16 x 8 d; seeds at more layers than one "
-    "are as many as there was time for. "
+    "what smaller ones differ by is told apart. Each change was stated in the code before one of "
+    "its runs was made, half the rate at four soft layers and twice the rate at four stiff ones "
+    "after the first results at twice the rate; seeds at more layers than one are as many as there "
+    "was time for. By the rule a larger box that moves the angle takes the place of the one over "
+    "the thickness, at both stiffnesses. That was not done: stiff runs in it take more than ten "
+    "minutes each. The angles there, and their differences by softness, are those of their boxes. "
     "Trajectories are chaotic: what is split over ranks, or takes another step, is another run of "
     "the same flow, and its angle is the same within intervals, not to the bit. Other definitions "
     "of the arrest are of the same runs, paired. Of twenty independent changes that do nothing, "

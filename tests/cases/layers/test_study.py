@@ -194,11 +194,7 @@ def test_the_verdict_is_the_one_of_the_world_that_it_was_shown(softness, words):
     ]  # fmt: skip
     # a line to an endless box where there are three
     ends = [list(line.get_xdata()) for line in over_box.lines]
-    assert [one for one in ends if len(one) == 2 and one[0] == 0.0] == [
-        [0.0, 1 / 16],
-        [0.0, 1 / 16],
-        [0.0, 1 / 12],
-    ]
+    assert [one for one in ends if len(one) == 2 and one[0] == 0.0] == [[0.0, 1 / 16]]
     labels = " ".join(axes.get_legend_handles_labels()[1])
     assert all(word in labels for word in ("lost", "kept", "10.2078", "Peyneau", "mine.csv"))
 
@@ -242,8 +238,7 @@ def test_changes_at_more_layers_are_held_against_the_runs_over_the_thickness():
     rows = {row[0]: row for row in tables["4 layers at 300 weights"].rows}
     assert rows["twice the rate"][-1] == "no"
     assert rows["larger box, 24 x 12 for 16 x 8 d"][1] == "6"
-    # the next smaller box, and the same box at the usual rate, are what these are held against
-    assert float(rows["largest box, 36 x 18 for 24 x 12 d"][3]) == pytest.approx(0.0, abs=0.2)
+    # the same box at the usual rate is what this is held against
     assert float(rows["twice the rate in the larger box"][3]) == pytest.approx(0.0, abs=0.2)
     assert "2 ranks" in {row[0] for row in tables["2 layers at 30000 weights"].rows}
     assert any("4 layers at 300 weights, rate to zero" in item for item in section.items)
@@ -254,16 +249,12 @@ def test_changes_at_more_layers_are_held_against_the_runs_over_the_thickness():
 
 
 def test_the_two_largest_boxes_say_whether_the_angle_depends_on_the_box():
-    place = "4 layers at 300 weights"
-    larger, largest = (f"{name} box, {place}" for name in ("larger", "largest"))
-    rows = changed(angles(0.0), largest, 1.5)
-    words = f"largest box, 36 x 18 for 24 x 12 d at {place}: +1."
-    assert (words in counted(rows), words in narrow(rows)) == (True, False)
-    # both as much higher: the two agree, and the smallest is not wide enough
-    rows = changed(rows, larger, 1.5)
-    words = f"larger box, 24 x 12 for 16 x 8 d at {place}: +1."
-    assert (words in counted(rows), words in narrow(rows)) == (False, True)
-    assert f"36 x 18 for 24 x 12 d at {place}: +1." not in counted(rows)
+    smallest = changed(angles(0.0), "smaller box", 1.5)
+    assert "smaller box, 16 x 8 for 24 x 12 d at 1 layer at 300 weights: +1." in narrow(smallest)
+    assert "at 1 layer" not in counted(smallest)
+    largest = changed(angles(0.0), "larger box", 1.5)
+    assert "larger box, 36 x 18 for 24 x 12 d at 1 layer at 300 weights: +1." in counted(largest)
+    assert "at 1 layer" not in narrow(largest)
 
 
 def counted(rows):
@@ -291,7 +282,7 @@ def test_what_level_full_costs_follows_from_the_wall_times_of_the_runs():
     assert section.title == "What level full would cost"
     # the least is that of seed 1: 2e-3 s for 1000 steps; two ranks lose 20 %
     assert "2.00 us at 288" in section.items[0]
-    assert "Efficiency of two ranks: 0.80 at 1,152" in section.items[1]
+    assert "Efficiency of two ranks: 0.80 at 512" in section.items[1]
     runs = durations_of(STUDY.arms("full"), [Speed(288, 1, 2e-6), Speed(1152, 1, 2e-6)])
     (table,) = section.tables
     assert table.rows[0][:4] == ("1", "1", f"{sum(runs) / 3600:.1f}", f"{sum(runs) / 3600:.0f}")
