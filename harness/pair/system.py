@@ -61,6 +61,10 @@ LAW = np.dtype(
 )
 """The law and its rules as numbers."""
 
+OF_FRICTION = ("cut_back", "damping_in_cap", "torque_lever", "velocity_lever", "wall_lever",
+               "mean_spin", "turns")  # fmt: skip
+"""Fields that nothing asks for without friction."""
+
 BODIES = np.dtype(
     [("radius", "f8"), ("inverse_mass", "f8"), ("inverse_inertia", "f8"), ("gravity", "f8", 3)]
 )
@@ -190,6 +194,8 @@ def law_of(law: ContactLaw, rules: Rules) -> Records:
         "mean_spin": rules.spring_spin == "mean",
         "turns": rules.spring_frame == "contact",
     }
+    if not (found["tangential"] or found["rolling"] or found["twisting"]):
+        found |= dict.fromkeys(OF_FRICTION, 0)
     return _records(LAW, [tuple(found[name] for name in LAW.names or ())])[0]
 
 

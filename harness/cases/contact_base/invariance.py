@@ -188,7 +188,8 @@ def _row(name: str, way: Way, one: Ways, traits: Traits) -> Check:
     single = traits.digits <= SINGLE and not way.exact
     width = 0.0 if way.exact else _width(way, one, sizes, single=single)
     tolerance = Tolerance("1", width, 0.0, f"{way.why}; {WRITTEN}" if single else way.why)
-    held = f"against the run {way.against or 'as it stands'}; largest difference: {worst}"
+    against = repr(way.against) if way.against else "the run as it stands"
+    held = f"against {against}; largest difference: {worst}"
     return judge(name, Kind.INVARIANCE, apart[worst], 0.0, tolerance, note=held)
 
 

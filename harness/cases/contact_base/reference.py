@@ -40,16 +40,24 @@ def rules_of(job: Job, traits: Traits) -> Rules:
     return Rules(**stating(traits.contact_models, job.values)[0].rules)
 
 
+def asked_for(scene: ContactScene, rules: Rules) -> Rules:
+    """Return rules without those that change nothing in a scene."""
+    from harness.pair.system import same_system
+
+    for name in rules.model_dump(exclude_defaults=True):
+        without = rules.model_copy(update={name: Rules.model_fields[name].default})
+        rules = without if same_system(scene, without, rules) else rules
+    return rules
+
+
 def followed(scene: ContactScene, rules: Rules, tolerance: float | None = None) -> Followed:
     """Return the motion that the law asks for under a code's rules.
 
     ``tolerance`` is that of the integration, its own unless given.
     """
     from harness.pair.integration import TOLERANCE
-    from harness.pair.system import same_system
 
-    known = Rules() if same_system(scene, rules, Rules()) else rules
-    return _followed(scene, known, tolerance or TOLERANCE)
+    return _followed(scene, asked_for(scene, rules), tolerance or TOLERANCE)
 
 
 @lru_cache(maxsize=2048)

@@ -7,6 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from harness.cases.contact_base.formulas import formulas
+from harness.cases.contact_base.reference import asked_for
 from harness.cases.contact_base.scans import STEPS, Scanned
 from harness.cases.contact_base.study import Climbed, Evidence
 from harness.comparison.findings import Findings
@@ -73,7 +74,7 @@ def _cells(case: ContactCase[Any], found: Findings) -> Iterator[CellText]:
             "The law",
             "n points to the first sphere, m* and R* are the reduced mass and radius.",
             ("part", "formula"),
-            (*formulas(law), *_rules(cell)),
+            (*formulas(law), *_rules(case, cell)),
             prose=frozenset({1}),
         )
         yield CellText(
@@ -88,11 +89,12 @@ def _cells(case: ContactCase[Any], found: Findings) -> Iterator[CellText]:
         )
 
 
-def _rules(cell: Sequence[Climbed]) -> Iterator[tuple[str, str]]:
-    """Yield the rules of the engine that are not the default ones, in any system."""
+def _rules(case: ContactCase[Any], cell: Sequence[Climbed]) -> Iterator[tuple[str, str]]:
+    """Yield the rules of the engine that are not the default ones and matter, in any system."""
     told: dict[str, Any] = {}
     for one in cell:
-        told |= one.rules.model_dump(exclude_defaults=True)
+        rules = asked_for(case.scene(one.finest), one.rules)
+        told |= rules.model_dump(exclude_defaults=True)
     for name, value in told.items():
         meaning = (Rules.model_fields[name].description or "").partition("] ")[2]
         yield f"rule: {in_words(name)}", f"{in_words(str(value))} ({meaning})"

@@ -98,7 +98,7 @@ def test_a_sphere_on_a_wall_goes_through_all_that_concerns_it(lammps):
     for exact in ("newton on", "restarted", "run on"):
         assert found[exact].tolerance == found[exact].value == 0.0
     assert found["mirrored"].value == 0.0  # LAMMPS rounds signs alike
-    assert found["restarted"].note.startswith("against the run run again")
+    assert found["restarted"].note.startswith("against 'run again'")
 
 
 def test_two_spheres_are_renumbered_and_elastic_ones_go_back_in_time(lammps):
