@@ -24,13 +24,8 @@ class RouteOptions(CostOptions):
     tolerance: float | None = None
     wells: int | None = None
 
-    def check(self, system: SystemOptions, case: Incline) -> None:
-        """Raise RequestError for a tolerance out of range and options that exclude one another.
-
-        A contact is among them that a passage cannot measure.
-        """
-        from harness.cases.incline.levels import Ladder
-        from harness.cases.incline.passage import check_passage
+    def check(self, system: SystemOptions) -> None:
+        """Raise RequestError for a tolerance out of range and options that exclude one another."""
         from harness.errors import RequestError
 
         if self.tolerance is not None and not 1e-9 <= self.tolerance <= 1.0:
@@ -49,7 +44,13 @@ class RouteOptions(CostOptions):
             if self.extrapolate and value is not None:
                 text = f"{name} cannot go with --extrapolate, which runs a ladder of steps"
                 raise RequestError(text)
-        if not steady:
+
+    def check_contact(self, case: Incline) -> None:
+        """Raise RequestError for a contact that a passage cannot measure."""
+        from harness.cases.incline.levels import Ladder
+        from harness.cases.incline.passage import check_passage
+
+        if self.method == "passage":
             check_passage(*(Ladder().cases(case) if self.extrapolate else [case]))
 
     def check_cost(self, case: Incline, engine: Engine) -> None:
@@ -171,8 +172,9 @@ def critical_angle(
     from harness.cli.recording import recorded
 
     touching = contact.contact_or("plastic" if route.extrapolate else "source")
+    route.check(system)
     case = system.case(engine.engine, touching)
-    route.check(system, case)
+    route.check_contact(case)
     with recorded("critical-angle", quiet=json) as told, engine.run() as opened:
         route.check_cost(case, opened)
         found = route.measure(case, opened, told.progress)
