@@ -47,6 +47,7 @@ class Climbed:
     """What a trial left: limits of its quantities, what is expected, and its finest motion.
 
     Expected under the engine's ``rules``, and ``plain`` under the default ones.
+    A force jumps where an impact ``slides``, or a contact ``ends``, within a step.
     ``finest`` are the parameters of the last rung, ``command`` is what runs it again by hand.
     """
 
@@ -57,7 +58,8 @@ class Climbed:
     rules: Rules
     motion: Motion
     kinked: bool
-    jumps: bool
+    slides: bool
+    ends: bool
     finest: Any
     command: str
 
@@ -126,13 +128,16 @@ def _climbed(
     rules = rules_of(case.job(finest), engine.traits)
     told = followed(case.scene(finest), rules)
     terms = case.powers or powers(trial.parameters, engine.traits.contact_powers)
-    jumps = told.jumps or jumps_at_the_end(case.scene(finest), rules)
+    ends = jumps_at_the_end(case.scene(finest), rules)
+    jumps = told.jumps or ends
     kinked = told.kinked or jumps
+    slides = told.jumps and math.isfinite(told.ended)
     limits = climb(terms, steps, rungs, kinked=kinked, jumps=jumps)
     references, plain = case.expected(finest, rules), case.expected(finest, Rules())
     # an output's log begins with the command that runs the same again
     command = output.log.partition("\n")[0].removeprefix("# ")
-    return Climbed(trial, limits, references, plain, rules, motion, kinked, jumps, finest, command)
+    where = kinked, slides, ends
+    return Climbed(trial, limits, references, plain, rules, motion, *where, finest, command)
 
 
 def _judged(case: ContactCase[Any], found: Climbed, engine: Engine) -> list[Check]:
@@ -149,8 +154,8 @@ def _judged(case: ContactCase[Any], found: Climbed, engine: Engine) -> list[Chec
             rows.append(replace(told, cell=_cell(case, trial, engine)))
             continue
         digits = engine.traits.digits
-        law = found.finest.law
-        jump = jump_of(law, found.finest.steps_per_contact, name) if found.jumps else 0.0
+        finest, where = found.finest, {"slides": found.slides, "ends": found.ends}
+        jump = jump_of(finest.law, finest.steps_per_contact, name, **where)
         tolerance = width_of(units[name], kinked=found.kinked, jump=jump, digits=digits)
         row = judge(
             f"{_name(case, trial, engine)}: {name}",

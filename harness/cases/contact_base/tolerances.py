@@ -43,28 +43,32 @@ AGAIN = Tolerance(
 SPINS = {"spin_ratio", "halfway_spin_ratio"}
 """Quantities of a spin times the radius: 5/2, m r^2 / I, of what a force leaves of a velocity."""
 
+NORMAL = "normal_restitution"
 
-def jump_of(law: ContactLaw, steps: float, quantity: str) -> float:
+
+def jump_of(law: ContactLaw, steps: float, quantity: str, *, slides: bool, ends: bool) -> float:
     """Return what a force that jumps within a step leaves of a ratio, for the steps of a contact.
 
-    A dashpot within Coulomb's limit passes on mu F_n too much or too little for a step at most: of
-    an impulse (1 + e) m v_n, a half sine, pi/2 over the steps; 5/2 of that in a spin, for impacts
-    at 45 degrees. Where the end of the contact takes a dashpot off it is one step's share.
+    A dashpot within Coulomb's limit, taken off as an impact ``slides``, passes on mu F_n too much
+    or too little for a step at most: of an impulse (1 + e) m v_n, a half sine, pi/2 over the
+    steps; 5/2 of that in a spin, for impacts at 45 degrees; nothing along the normal. Where the
+    contact ``ends`` with a dashpot it is one step's share. In a contact that lasts throughout, a
+    step is less than a 10,000th of the run: the width of a kink has room for its share.
     """
     lever = 2.5 if quantity in SPINS else 1.0
     slip = lever * 0.5 * math.pi * (law.friction or 0.0) * (1.0 + (law.restitution or 1.0))
-    return max(1.0, slip) / steps
+    along = slip if slides and quantity != NORMAL else 0.0
+    return max(1.0 if ends else 0.0, along) / steps
 
 
 def width_of(unit: str, *, kinked: bool, jump: float = 0.0, digits: int = 15) -> Tolerance:
     """Return the tolerance about an expected limit; ratios are of the size of 1.
 
-    ``jump`` is that of :func:`jump_of` where the force jumps, else 0. ``digits`` are those of the
-    code's output.
+    ``jump`` is that of :func:`jump_of`. ``digits`` are those of the code's output.
     """
     part, why = (KINKED, WHY_KINKED) if kinked else (SMOOTH, WHY_SMOOTH)
     if digits <= SINGLE:
         part, why = KINKED, WHY_SINGLE
-    if jump:
+    if jump > part:
         part, why = jump, WHY_JUMPS
     return Tolerance("", part, 0.0, why) if unit == "1" else Tolerance(unit, 0.0, part, why)

@@ -104,10 +104,12 @@ def test_a_pair_that_turns_as_one_body_keeps_its_forces_with_levers_to_the_conta
 
 
 def test_a_jump_is_worth_what_friction_passes_on_in_a_step():
-    sliding = ContactLaw(damping="coeff_restitution", restitution=1.0, friction=0.4, **SPRING)
-    assert jump_of(sliding, 1000, "spin_ratio") == pytest.approx(np.pi / 1000)
-    assert jump_of(sliding, 1000, "tangential_velocity_ratio") == pytest.approx(np.pi / 2500)
-    assert jump_of(ContactLaw(), 1000, "spin_ratio") == 1e-3
+    law = ContactLaw(damping="coeff_restitution", restitution=1.0, friction=0.4, **SPRING)
+    sliding = {"slides": True, "ends": False}
+    assert jump_of(law, 1000, "spin_ratio", **sliding) == pytest.approx(np.pi / 1000)
+    assert jump_of(law, 1000, "tangential_velocity_ratio", **sliding) == pytest.approx(np.pi / 2500)
+    assert jump_of(law, 1000, "normal_restitution", **sliding) == 0.0
+    assert jump_of(ContactLaw(), 1000, "spin_ratio", slides=False, ends=True) == 1e-3
 
 
 def test_only_two_free_spheres_turn_as_one_body():
