@@ -2,12 +2,17 @@
 
 import math
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import harness
+from harness.cases.contact_base.ladder import STEPS
+from harness.cases.contact_base.study import verify_trials
+from harness.cases.contact_base.submodels import PULLS_LITTLE
+from harness.cases.contact_base.tolerances import KINKED
 from harness.cases.contract import Study
 from harness.cases.registry import get_case
 from harness.comparison.findings import Findings
@@ -17,6 +22,7 @@ from harness.engines.lammps.engine import Lammps
 from harness.observables.provenance import Provenance
 from harness.observables.release import release_of
 from harness.store.known_defects import known_defects
+from harness.theory.dashpot import damping_ratio
 from harness.workflows.case_run import run
 
 GONE = {
@@ -53,6 +59,28 @@ def few(case, names, systems=("wall",)):
     found.submodels = [one for one in case.submodels if one.name in names]
     found.systems = {name: case.systems[name] for name in systems}
     return found
+
+
+@pytest.mark.parametrize(
+    ("friction", "restitution", "converges"),
+    [(0.45, 0.9, False), (0.6, 0.9, True), (0.6, 0.8, True), (0.8, 0.5, True)],
+)
+def test_mindlin_with_a_dashpot_has_a_limit_where_it_sticks_at_touch(
+    lammps, friction, restitution, converges
+):
+    case, name = get_case("oblique"), "mindlin, coeff_restitution"
+    submodels = [one for one in case.beside if one.name == name]
+    (trial,) = (one for one in case.trials("default", submodels) if one.system == "wall")
+    assert trial.parameters.tangential_damping == 0.5
+    changed = trial.parameters.replace(friction=friction, restitution=restitution)
+    found = verify_trials(case, lammps, Study("default"), [replace(trial, parameters=changed)])
+    (row,) = (check for check in found.checks if check.name.endswith(": tangential_ratio"))
+    zeta = damping_ratio(restitution)
+    left = 2.0 * zeta * restitution * friction * math.pi / 2.0 * (1.0 + restitution)
+    width = left / STEPS["default"][-1]
+    assert (width < KINKED) == (restitution == PULLS_LITTLE)
+    apart = abs(row.value - row.expected)
+    assert apart < width if converges else apart > 50.0 * width
 
 
 @pytest.mark.parametrize(
