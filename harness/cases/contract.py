@@ -1,15 +1,15 @@
 """The contract of a case: what is simulated, how an output is read, and how it is judged.
 
-A case is one object and one folder: ``parameters.py`` (frozen, validated, SI), ``template.py``
-(the values that scripts are told, the same system as a scene), reading into declared quantities,
-``checks.py`` with tolerances and their reasons, ``sections.py`` with figures. It names no engine:
-every engine that has a template for it, or takes scenes, and whose declared rules accept the
-values, runs it.
+A case is one object and one folder: ``parameters.py`` (frozen, validated, SI), ``case.toml`` (its
+quantities, as ``name = "[unit] meaning"``), ``template.py`` (the values that scripts are told, the
+same system as a scene), reading, ``checks.py`` with tolerances and their reasons, ``sections.py``
+with figures. It names no engine: every engine that has a template for it, or takes scenes, and
+whose declared rules accept the values, runs it.
 
 To add a case, subclass :class:`Case` in ``cases/<name>/case.py`` as ``CASE = MyCase()``, or in a
-package of your own under the entry point ``dem_harness.cases``. ``quantities``,
-``template``, ``job``, ``read`` and ``references`` are enough for ``run`` and for a verification
-with ``plans``; override ``verify`` for studies of another shape.
+package of your own under the entry point ``dem_harness.cases``. ``quantities``, ``template``,
+``job``, ``read`` and ``references`` are enough for ``run`` and for a verification with ``plans``;
+override ``verify`` for studies of another shape.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, TypeVar, get_args
 
+from harness.cases.case_text import text_of
 from harness.cases.once import Once
 from harness.cases.parts import Progress as Progress
-from harness.cases.parts import failed_part as failed_part
 from harness.cases.parts import silent as silent
 from harness.comparison.findings import Findings
 from harness.comparison.tolerances import Tolerance
@@ -31,7 +31,7 @@ from harness.engines.contract import Engine, Job, Output, Template
 from harness.engines.cost import job_seconds
 from harness.engines.traits import Traits
 from harness.errors import EngineError, RequestError
-from harness.observables.declared import Observable
+from harness.observables.declared import Observable, numbers
 from harness.observables.provenance import Provenance
 from harness.parameters.base import Parameters
 from harness.report.sections import Section
@@ -103,6 +103,7 @@ class Case(ABC, Generic[P]):
     parameters: ClassVar[type[Parameters]]
     """The class that the case is generic in, as ``Case[MyParameters]``."""
     quantities: ClassVar[tuple[Observable, ...]]
+    """Those of ``case.toml`` beside the class's module, unless it names others."""
     template: ClassVar[Template]
     solvers: ClassVar[tuple[str, ...]] = ()
     """Solvers of this package that run it beside engines."""
@@ -115,10 +116,11 @@ class Case(ABC, Generic[P]):
         told = vars(cls)
         if "summary" not in told and cls.__doc__:
             cls.summary = cls.__doc__.partition("\n")[0]
-        for base in told.get("__orig_bases__", ()):
-            for kind in get_args(base):
-                if "parameters" not in told and isinstance(kind, type):
-                    cls.parameters = kind
+        if "quantities" not in told and (text := text_of(cls)):
+            cls.quantities = numbers(**text["quantities"])
+        kinds = [kind for base in told.get("__orig_bases__", ()) for kind in get_args(base)]
+        if "parameters" not in told and kinds and isinstance(kinds[0], type):
+            cls.parameters = kinds[0]
 
     @property
     def presets(self) -> Mapping[str, P]:
@@ -179,8 +181,7 @@ class Case(ABC, Generic[P]):
     def verify(self, engine: Engine, study: Study) -> Findings:
         """Run the plans of a level in an engine and judge each quantity against its reference."""
         plans = self.plans(study.level, engine.traits)
-        findings = Findings(self.name, engine.name)
-        runnable = []
+        findings, runnable = Findings(self.name, engine.name), []
         for plan in plans:
             reason = engine.refuses(self.job(plan.parameters))
             if reason:

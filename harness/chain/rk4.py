@@ -46,7 +46,7 @@ def run(
     """
     if longest_chain is not None and longest_chain < 1:
         raise RequestError(f"longest_chain = {longest_chain}: must be at least 1")
-    steps = step_count(tower, duration, step, steps_per_contact, longest_chain)
+    steps = step_count(duration, chosen_step(tower, step, steps_per_contact, longest_chain))
     wanted = wanted_samples(samples, duration / tower.contact_time)
     h = duration / steps
     every = max(1, steps // wanted)
@@ -59,17 +59,10 @@ def run(
     return as_run(tower, "rk4", h, record, rows, chain)
 
 
-def step_count(
-    tower: Tower,
-    duration: float,
-    step: float | None = None,
-    steps_per_contact: float | None = None,
-    longest_chain: int | None = None,
-) -> int:
-    """Return how many steps :func:`run` takes; errors as there."""
+def step_count(duration: float, h: float) -> int:
+    """Return how many steps of about ``h`` [s] :func:`run` takes; errors as there."""
     if not (math.isfinite(duration) and duration > 0):
         raise RequestError(f"duration = {duration} s: must be finite and greater than 0")
-    h = chosen_step(tower, step, steps_per_contact, longest_chain)
     if not (h > 0 and duration / h <= _STEPS_AT_MOST):
         raise RequestError(f"duration = {duration} s: more than 1e12 steps of {h:.6g} s")
     return max(1, math.ceil(duration / h * (1 - 1e-12)))

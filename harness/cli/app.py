@@ -59,79 +59,9 @@ def root(
     """
 
 
-add_command(
-    app,
-    verify,
-    "dem-harness verify --quick --output mine",
-    "dem-harness verify --engines all --cases incline,tower",
-)
-add_command(
-    app,
-    reproduce,
-    "dem-harness reproduce --output mine",
-    "dem-harness reproduce --check",
-)
-add_command(
-    app, theory, "dem-harness theory --restitution 0.5", "dem-harness theory --shock 0.1 --json"
-)
-add_command(
-    app,
-    critical_angle,
-    "dem-harness critical-angle --extrapolate",
-    "dem-harness critical-angle --engine yade --program yade=/opt/yade/bin/yade --contact clipped",
-)
-add_command(
-    app,
-    tower,
-    "dem-harness tower --height 4 --law overlap --solver lammps",
-    "dem-harness tower --height 2 --window first-contact --series tower.csv",
-)
-add_command(
-    app,
-    impulse,
-    "dem-harness impulse --heights 1-4 --stiffness 1e6 --speed 2",
-    "dem-harness impulse --law overlap --figure angles.svg --reference measured.csv",
-)
-add_command(app, cases, "dem-harness cases", "dem-harness cases --json")
-add_command(
-    app,
-    run,
-    "dem-harness run tower --set height=2 --set speed=4",
-    "dem-harness run incline --engine reference --json",
-)
-add_command(
-    app,
-    sweep,
-    "dem-harness sweep incline --over angle=9:11:5 --over stiffness=1e5:1e7:log3",
-    "dem-harness sweep tower --over height=1,2,5:20:4 --engines exact,lammps --output mine",
-)
-add_command(
-    app,
-    study,
-    "dem-harness study layers --quick",
-    "dem-harness study layers --reference measured.csv --output mine",
-)
-add_command(app, inputs, "dem-harness inputs --check", "dem-harness inputs --folder mine")
-add_command(
-    app, engines, "dem-harness engines", "dem-harness engines --program yade=/opt/yade/bin/yade"
-)
-add_command(
-    app,
-    releases,
-    "dem-harness releases 2024.8.29.3.0 2025.7.22.4.0",
-    "dem-harness releases ./lmp-old ./lmp-new --level default --output mine",
-)
-add_command(
-    app,
-    diff,
-    "dem-harness diff reports/runs/monday reports/runs/tuesday",
-    "dem-harness diff before after --output page",
-)
-add_command(
-    app,
-    history,
-    "dem-harness history --command verify --limit 5",
-    "dem-harness history --quantity 'critical angle*' --plot angle.svg --against version",
-)
-add_command(app, cache, "dem-harness cache --json", "dem-harness cache --clear --older-than 30")
+for command in (
+    verify, reproduce, theory, critical_angle, tower, impulse, cases, run, sweep, study, inputs,
+    engines, releases, diff, history, cache,
+):  # fmt: skip
+    add_command(app, command)
 app.add_typer(baseline)

@@ -111,18 +111,8 @@ def accept(asked: AcceptOptions, engine: EngineOptions, json: Json = False) -> N
         print(f"{target}: nothing written; --yes writes it")
 
 
-add_command(
-    baseline,
-    compare,
-    "dem-harness baseline compare --level quick",
-    "dem-harness baseline compare --baseline mine --json",
-)
-add_command(
-    baseline,
-    accept,
-    "dem-harness baseline accept --baseline mine",
-    "dem-harness baseline accept --cases contacts --level full --yes",
-)
+add_command(baseline, compare)
+add_command(baseline, accept)
 
 
 def _agreed(compared: BaselineComparison, target: Path) -> bool:

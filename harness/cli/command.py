@@ -19,15 +19,13 @@ from typing import Annotated, Any, get_type_hints
 import typer
 
 OPTIONS = tomllib.loads(Path(__file__).with_name("options.toml").read_text("utf-8"))
-"""Help of the options, by module, class and field."""
+"""Examples of the commands, and help of the options by module, class and field."""
 
 
-def add_command(
-    app: typer.Typer, function: Callable[..., None], *examples: str, name: str | None = None
-) -> None:
-    """Add a function to an app; ``examples`` are lines of a shell, shown below its options."""
-    shown = "\n\n".join(f"`{example}`" for example in examples)
-    app.command(name, epilog=f"Examples:\n\n{shown}")(expanded(function))
+def add_command(app: typer.Typer, function: Callable[..., None]) -> None:
+    """Add a function to an app, with its examples below its options."""
+    shown = "\n\n".join(f"`{example}`" for example in OPTIONS["examples"][function.__name__])
+    app.command(epilog=f"Examples:\n\n{shown}")(expanded(function))
 
 
 def expanded(function: Callable[..., None]) -> Callable[..., None]:

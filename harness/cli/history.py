@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 from harness.cli.options import Json
 
 if TYPE_CHECKING:
-    from harness.workflows.history_search import Recorded, Wanted
+    from harness.store.history_query import HistoryQuery
+    from harness.workflows.history_search import Recorded
 
 SHOWN = 30
 LONGEST = 56
@@ -40,9 +41,9 @@ class SearchOptions:
         return ask(**wanted)
 
     @property
-    def wanted(self) -> Wanted:
+    def wanted(self) -> HistoryQuery:
         """Return what was asked for."""
-        return cast("Wanted", {k: v for k, v in vars(self).items() if v is not None})
+        return cast("HistoryQuery", {k: v for k, v in vars(self).items() if v is not None})
 
 
 @dataclass(frozen=True)

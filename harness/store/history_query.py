@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import Any
+from typing import Any, TypedDict
 
 from harness.store.history import History
 
@@ -16,23 +15,23 @@ RUN_COLUMNS = (
 QUANTITY_COLUMNS = "name, kind, unit, value, uncertainty, expected, tolerance, verdict, triage"
 
 
-@dataclass(frozen=True)
-class HistoryQuery:
-    """What to look for; None asks for nothing. ``limit`` keeps the newest.
+class HistoryQuery(TypedDict, total=False):
+    """What is asked of the history; None asks for nothing.
 
-    ``quantity`` is a pattern as in file names (``angle*``), ``engine_version``
-    the beginning of one, ``since`` a time with its zone, ``status`` an exit
-    status or ``unfinished``.
+    ``quantity`` is a pattern as in file names (``*``, ``?``), ``engine_version``
+    the beginning of a release, ``since`` a date or time (ISO 8601, local unless
+    it has a zone), ``status`` an exit status or ``unfinished``. ``limit`` keeps
+    the newest.
     """
 
-    command: str | None = None
-    engine: str | None = None
-    engine_version: str | None = None
-    quantity: str | None = None
-    since: datetime | None = None
-    verdict: str | None = None
-    status: str | None = None
-    limit: int | None = None
+    command: str | None
+    engine: str | None
+    engine_version: str | None
+    quantity: str | None
+    since: datetime | str | None
+    verdict: str | None
+    status: int | str | None
+    limit: int | None
 
 
 def runs(history: History, question: HistoryQuery) -> Iterator[dict[str, Any]]:
@@ -70,34 +69,34 @@ def names(history: History) -> list[str]:
 
 
 def _of_run(question: HistoryQuery) -> tuple[list[str], list[Any]]:
-    where, values = [], []
+    where: list[str] = []
+    values: list[Any] = []
     for column in ("command", "engine"):
-        if getattr(question, column) is not None:
+        if question.get(column) is not None:
             where.append(f"{column} = ?")
-            values.append(getattr(question, column))
-    if question.engine_version is not None:
+            values.append(question[column])
+    if (version := question.get("engine_version")) is not None:
         where.append("substr(engine_version, 1, length(?)) = ?")
-        values += [question.engine_version] * 2
-    if question.since is not None:
+        values += [version] * 2
+    if (since := question.get("since")) is not None:
+        assert isinstance(since, datetime)
         where.append("started >= ?")
-        values.append(question.since.astimezone(UTC).isoformat(timespec="milliseconds"))
-    if question.status == "unfinished":
+        values.append(since.astimezone(UTC).isoformat(timespec="milliseconds"))
+    if (status := question.get("status")) == "unfinished":
         where.append("status IS NULL")
-    elif question.status is not None:
+    elif status is not None:
         where.append("status = ?")
-        values.append(int(question.status))
+        values.append(int(status))
     return where, values
 
 
 def _of_quantity(question: HistoryQuery) -> tuple[list[str], list[Any]]:
-    where, values = [], []
-    if question.quantity is not None:
-        where.append("quantity.name GLOB ?")
-        values.append(question.quantity)
-    if question.verdict is not None:
-        where.append("verdict = ?")
-        values.append(question.verdict)
-    return where, values
+    asked = {
+        "quantity.name GLOB ?": question.get("quantity"),
+        "verdict = ?": question.get("verdict"),
+    }
+    given = {condition: value for condition, value in asked.items() if value is not None}
+    return list(given), list(given.values())
 
 
 def _where(conditions: list[str]) -> str:
@@ -105,4 +104,5 @@ def _where(conditions: list[str]) -> str:
 
 
 def _limit(question: HistoryQuery) -> str:
-    return f" LIMIT {int(question.limit)}" if question.limit is not None else ""
+    limit = question.get("limit")
+    return "" if limit is None else f" LIMIT {int(limit)}"

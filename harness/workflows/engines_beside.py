@@ -7,7 +7,8 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from harness.cases.contract import Case, Study, failed_part
+from harness.cases.contract import Case, Study
+from harness.cases.parts import failed_part
 from harness.cases.qualification import qualify
 from harness.cases.registry import all_cases
 from harness.comparison.baseline_record import BaselineRecord

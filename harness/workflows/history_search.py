@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from itertools import chain, islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypedDict, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
 from harness.errors import RequestError
 from harness.home import history_place
@@ -109,31 +109,12 @@ def table(rows: Iterable[Mapping[str, Any]], *, quantities: bool) -> pd.DataFram
     return frame.astype(types)
 
 
-class Wanted(TypedDict, total=False):
-    """What is asked of the history.
-
-    ``quantity`` is a pattern as in file names (``*``, ``?``), ``engine_version``
-    the beginning of a release, ``since`` a date or time (ISO 8601, local unless
-    it has a zone), ``status`` an exit status or ``unfinished``. ``limit`` keeps
-    the newest.
-    """
-
-    command: str | None
-    engine: str | None
-    engine_version: str | None
-    quantity: str | None
-    since: datetime | str | None
-    verdict: str | None
-    status: int | str | None
-    limit: int | None
-
-
-def history(file: Path | None = None, **wanted: Unpack[Wanted]) -> Recorded:
+def history(file: Path | None = None, **wanted: Unpack[HistoryQuery]) -> Recorded:
     """Return the recorded runs that fit, or with ``quantity`` those quantities of them.
 
-    :class:`Wanted` says what may be asked. Nothing recorded yet is an empty answer. Raise
-    RequestError for what is not allowed, and for a quantity that was never recorded, with the
-    names nearest to it.
+    :class:`~harness.store.history_query.HistoryQuery` says what may be asked. Nothing recorded yet
+    is an empty answer. Raise RequestError for what is not allowed, and for a quantity that was
+    never recorded, with the names nearest to it.
     """
     with open_history(file, **wanted) as (path, rows):
         found = tuple(rows)
@@ -144,20 +125,17 @@ def history(file: Path | None = None, **wanted: Unpack[Wanted]) -> Recorded:
 
 @contextmanager
 def open_history(
-    file: Path | None = None, **wanted: Unpack[Wanted]
+    file: Path | None = None, **wanted: Unpack[HistoryQuery]
 ) -> Iterator[tuple[Path, Iterator[dict[str, Any]]]]:
     """Yield the file and the rows of :func:`history`, read one by one; raise as it does."""
     path, quantity = file or history_place().path, wanted.get("quantity")
-    question = HistoryQuery(
-        command=wanted.get("command"),
-        engine=wanted.get("engine"),
-        engine_version=wanted.get("engine_version"),
-        quantity=quantity,
-        since=_time(wanted.get("since")),
-        verdict=_one_of("verdict", wanted.get("verdict"), VERDICTS),
-        status=_status(wanted.get("status")),
-        limit=_count(wanted.get("limit")),
-    )
+    question: HistoryQuery = {
+        **wanted,
+        "since": _time(wanted.get("since")),
+        "verdict": _one_of("verdict", wanted.get("verdict"), VERDICTS),
+        "status": _status(wanted.get("status")),
+        "limit": _count(wanted.get("limit")),
+    }
     if not path.is_file():
         yield path, iter(())
         return
@@ -173,7 +151,7 @@ def open_history(
         raise RequestError(f"history {path}: cannot be read ({error})") from None
 
 
-def write_csv(file: Path, **wanted: Unpack[Wanted]) -> None:
+def write_csv(file: Path, **wanted: Unpack[HistoryQuery]) -> None:
     """Write the rows that :func:`history` returns into a file, a block at a time.
 
     There may be millions. Raise RequestError as it does, OSError where none can be written.

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
-from harness.cases.contract import Case, Study, failed_part
+from harness.cases.contract import Case, Study
+from harness.cases.parts import failed_part
 from harness.cases.registry import get_case
 from harness.comparison.findings import Findings
 from harness.comparison.verdicts import Check, judge_count

@@ -17,7 +17,6 @@ from harness.cases.contact_base.presets import BOUNCE, Told
 from harness.cases.contact_base.scales import meets, met
 from harness.cases.contact_base.scans import NORMALS, Scan
 from harness.cases.contact_base.submodels import NORMAL, NORMAL_BESIDE, OLD_NORMAL
-from harness.observables.declared import numbers
 from harness.parameters.contact_scene import ContactScene
 
 
@@ -43,19 +42,11 @@ class BounceCase(ContactCase[Bounce]):
     """A sphere falls on a floor and bounces under gravity: height and time of the bounce."""
 
     name = "bounce"
-    quantities = numbers(
-        rebound_ratio="[-] height of the rebound over that of the fall",
-        contact_time_s="[s] of the first contact",
-    )
     submodels = (*NORMAL, *OLD_NORMAL)
     beside = NORMAL_BESIDE
     systems: ClassVar[Told] = {"wall": {}}
     sets: ClassVar[Told] = {"usual": NORMAL[1].law, **BOUNCE}
     scan = Scan("rebound_ratio", "height", (0.01, 0.02, 0.05, 0.1, 0.2), NORMALS)
-    formula: ClassVar[str] = (
-        "m x'' = m g - F during the contact, free flight after it: height u^2 / 2 g. Piece by "
-        "piece on a linear spring; without dissipation the height of the fall; else integrated."
-    )
 
     def scene(self, parameters: Bounce) -> ContactScene:
         """Return the contact with gravity, from half a step before it on."""

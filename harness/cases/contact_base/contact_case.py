@@ -7,6 +7,7 @@ from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
+from harness.cases.case_text import text_of
 from harness.cases.contact_base.impact import overlap_of
 from harness.cases.contact_base.ladder import STEPS
 from harness.cases.contact_base.motion import Array, Motion, motion_of
@@ -14,7 +15,15 @@ from harness.cases.contact_base.parameters import ContactSystem
 from harness.cases.contact_base.presets import Told
 from harness.cases.contact_base.reference import followed, rules_of
 from harness.cases.contact_base.scans import Scan, scanned
-from harness.cases.contact_base.submodels import PLAIN, SYSTEMS, Submodel, Trial
+from harness.cases.contact_base.submodels import (
+    OLD_TANGENTIAL,
+    PLAIN,
+    SYSTEMS,
+    TANGENTIAL,
+    TANGENTIAL_BESIDE,
+    Submodel,
+    Trial,
+)
 from harness.cases.contact_base.template import TEMPLATE, job_of
 from harness.cases.contact_base.tolerances import AGAIN
 from harness.cases.contract import Case, LevelName, Reference, Study
@@ -43,7 +52,7 @@ class ContactCase(Case[P]):
     """The part that every contact case shares.
 
     ``submodels`` are gone through in each of ``systems``, which change the default parameters;
-    ``formula`` says in a sentence what is expected.
+    ``formula``, of ``case.toml``, says in a sentence what is expected.
     """
 
     group: ClassVar[str] = "contacts"
@@ -68,6 +77,7 @@ class ContactCase(Case[P]):
 
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)
+        cls.formula = text_of(cls).get("formula", "")
         cls.regression = {quantity.name: AGAIN for quantity in getattr(cls, "quantities", ())}
 
     @property
@@ -208,3 +218,10 @@ class ContactCase(Case[P]):
         if main is None or not main.evidence:
             return ()
         return sections_of(self, main, tuple(beside.values()))
+
+
+class Friction:
+    """What cases with friction along the surface go through; stands before ``ContactCase``."""
+
+    submodels: ClassVar[Sequence[Submodel]] = (*TANGENTIAL, *OLD_TANGENTIAL)
+    beside: ClassVar[Sequence[Submodel]] = TANGENTIAL_BESIDE

@@ -101,3 +101,12 @@ class RestingCase(ContactCase[R]):
 def rolling(parameters: Resting, motion: Motion) -> tuple[Array, Array]:
     """Return the speed along x, and radius times the spin about y, each (M,) [m/s]."""
     return motion.velocity[:, 0, 0], parameters.radius * motion.omega[:, 0, 1]
+
+
+def speed_ratios(
+    halfway: str, parameters: Resting, motion: Motion, speed: float
+) -> dict[str, float]:
+    """Return the speed halfway, by a name, speed and spin at the end, over a speed [m/s]."""
+    u, spin = rolling(parameters, motion)
+    found = {halfway: u[len(u) // 2], "speed_ratio": u[-1], "spin_ratio": spin[-1]}
+    return {name: float(value) / speed for name, value in found.items()}

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from harness.cases.contract import Case, LevelName, Reference, Study, failed_part
+from harness.cases.contract import Case, LevelName, Reference, Study
 from harness.cases.drop.checks import DropEvidence, DropTest, angular_momentum_ratio, drop_tests
 from harness.cases.drop.expected import references_of
 from harness.cases.drop.parameters import Drop
 from harness.cases.drop.runs import DropRun, read, run_drops
 from harness.cases.drop.template import HEAD_ON, NAME, TEMPLATE, job_of
+from harness.cases.parts import failed_part
 from harness.cases.runs import whole
 from harness.comparison.baseline_record import BaselineRecord, Quantity, made_by, record_name
 from harness.comparison.findings import Findings
@@ -19,7 +20,6 @@ from harness.comparison.verdicts import Check, Kind, judge, not_tested
 from harness.engines.contract import Engine, Job, Output
 from harness.engines.traits import Traits
 from harness.errors import EngineError
-from harness.observables.declared import numbers
 from harness.parameters.contact import PLASTIC, SOURCE
 from harness.report.sections import Section
 
@@ -45,13 +45,6 @@ class DropCase(Case[Drop]):
     name = NAME
     group = "contacts"
     qualifies = True
-    quantities = numbers(
-        restitution="[-] speed after the collision over speed before, head-on",
-        largest_overlap_m="[m] largest overlap of the samples",
-        end_overlap_m="[m] overlap at the end; negative is a gap",
-        end_speed_m_per_s="[m/s] speed at the end",
-        angular_momentum_ratio="[-] about the sphere's centre, end over start",
-    )
     template = TEMPLATE
     regression = REGRESSION
 

@@ -17,7 +17,6 @@ from harness.cases.contact_base.presets import HEAD_ON, Told
 from harness.cases.contact_base.scales import met
 from harness.cases.contact_base.scans import NORMALS, Scan
 from harness.cases.contact_base.submodels import COHESIVE, NORMAL, NORMAL_BESIDE, OLD_NORMAL
-from harness.observables.declared import numbers
 from harness.parameters.contact_scene import ContactScene
 from harness.report.sections import Drawing
 
@@ -39,23 +38,12 @@ class HeadOnCase(ContactCase[HeadOn]):
     """A sphere meets a wall or a sphere head-on: restitution, contact time, peaks."""
 
     name = "head-on"
-    quantities = numbers(
-        restitution="[-] speed of departure over that of approach",
-        contact_time_s="[s] while the surfaces overlap",
-        largest_overlap_m="[m] at the turning point",
-        largest_force_N="[N] on the sphere, the dashpot's part included",
-    )
     sets: ClassVar[Told] = {"elastic": {}, **HEAD_ON}
     submodels = (*NORMAL, *COHESIVE, *OLD_NORMAL)
     beside = NORMAL_BESIDE
     invariant = submodels
     over_ranks = ("jkr",)
     scan = Scan("largest_force_N", "speed", (0.1, 0.2, 0.5, 1.0, 2.0, 3.0), NORMALS)
-    formula: ClassVar[str] = (
-        "Linear spring: e = exp(-pi zeta / sqrt(1 - zeta^2)), contact time pi / (omega sqrt(1 - "
-        "zeta^2)); Hertz: largest overlap (15 m* v^2 / (16 E* sqrt(R*)))^(2/5); constant "
-        "restitution at every speed; the rest is integrated."
-    )
 
     def scene(self, parameters: HeadOn) -> ContactScene:
         """Return the impact, sampled over the contact."""

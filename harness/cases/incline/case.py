@@ -17,7 +17,6 @@ from harness.comparison.findings import Findings
 from harness.comparison.verdicts import Check
 from harness.engines.contract import Engine, Job, Output
 from harness.engines.traits import Traits
-from harness.observables.declared import numbers
 from harness.parameters.contact import CONTACTS
 from harness.report.sections import Section
 
@@ -34,16 +33,6 @@ class InclineCase(Case[Incline]):
     name = NAME
     group = "incline"
     by_default = True
-    quantities = numbers(
-        margin_over_mgd=(
-            "[-] energy left after one well, less that of a grain at rest on the next crest, in "
-            "m g d"
-        ),
-        moves_on="[-] 1 where the grain passes the well, 0 where it is trapped",
-        touching="[-] 1 where the grain is in contact at the end",
-        time_s="[s] duration of the motion",
-        steps="[-] time steps that were taken",
-    )
     template = TEMPLATE
     solvers = ("hard-sphere",)
     regression = REGRESSION

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from harness.cases.contract import LevelName, failed_part
+from harness.cases.contract import LevelName
 from harness.cases.incline.critical_angle import CriticalAngle
 from harness.cases.incline.critical_angles import critical_angle
 from harness.cases.incline.engine_angle import SOURCE_ROLE, EngineAngle, Rules
@@ -19,6 +19,7 @@ from harness.cases.incline.routes import start_in_well
 from harness.cases.incline.runs import steady_runs
 from harness.cases.incline.steady import COARSE_WELLS, critical_angle_by_steady_motion
 from harness.cases.incline.tolerances import RECORDED
+from harness.cases.parts import failed_part
 from harness.cases.runs import recorded_text
 from harness.comparison.verdicts import Check, Kind, finding, judge, not_tested
 from harness.engines.mfix.step import steps_per_contact

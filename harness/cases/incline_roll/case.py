@@ -8,13 +8,12 @@ from typing import ClassVar
 
 from pydantic import Field
 
+from harness.cases.contact_base.contact_case import Friction
 from harness.cases.contact_base.motion import Motion
 from harness.cases.contact_base.parameters import Gravity
 from harness.cases.contact_base.presets import SLIDING, Told
 from harness.cases.contact_base.resting import Resting, RestingCase, rolling
 from harness.cases.contact_base.scans import FRICTION, Scan
-from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL, TANGENTIAL_BESIDE
-from harness.observables.declared import numbers
 from harness.parameters.contact_scene import Vector
 from harness.theory.rolling import down_an_incline
 
@@ -32,18 +31,12 @@ class InclineRoll(Resting):
         return (self.gravity * math.sin(angle), 0.0, -self.gravity * math.cos(angle))
 
 
-class InclineRollCase(RestingCase[InclineRoll]):
+class InclineRollCase(Friction, RestingCase[InclineRoll]):
     """A sphere let go on an incline rolls, or slides where the friction does not suffice."""
 
     name = "incline-roll"
-    quantities = numbers(
-        acceleration_ratio="[-] mean over the second half, over g sin(angle)",
-        spin_ratio="[-] radius times angular acceleration, likewise",
-        momentum_ratio="[-] u + 2/5 r omega over g sin(angle) t",
-    )
-    submodels = (*TANGENTIAL, *OLD_TANGENTIAL)
     # a linear spring without a dashpot rings on: what its phase is off hides the limit
-    beside = tuple(one for one in TANGENTIAL_BESIDE if one.name != "linear_history, elastic")
+    beside = tuple(one for one in Friction.beside if one.name != "linear_history, elastic")
     sets: ClassVar[Told] = {"rolls": SLIDING}
     systems: ClassVar[Told] = {
         "wall, rolls": {"angle": 20.0},
@@ -54,11 +47,6 @@ class InclineRollCase(RestingCase[InclineRoll]):
         "angle",
         (10.0, 20.0, 30.0, 40.0, 45.0, 50.0, 60.0, 70.0, 80.0),
         (("linear_history", "linear_history, clipped"), FRICTION[1]),
-    )
-    formula: ClassVar[str] = (
-        "u + 2/5 r omega = g sin(angle) t. Sliding, from tan(angle) = 7/2 mu on: acceleration "
-        "g (sin - mu cos), r times the angular one 5/2 mu g cos. Rolling: 5/7 g sin(angle), with "
-        "what the tangential spring makes of it: integrated."
     )
 
     def observed(self, parameters: InclineRoll, motion: Motion) -> Mapping[str, float]:

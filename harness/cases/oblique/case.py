@@ -9,17 +9,15 @@ from typing import TYPE_CHECKING, ClassVar
 
 from pydantic import Field
 
-from harness.cases.contact_base.contact_case import ContactCase
+from harness.cases.contact_base.contact_case import ContactCase, Friction
 from harness.cases.contact_base.impact import impact, relative_velocity
 from harness.cases.contact_base.motion import Motion
 from harness.cases.contact_base.parameters import ContactSystem, Speed
 from harness.cases.contact_base.presets import OBLIQUE, SLIDING, Told
 from harness.cases.contact_base.scales import between, met
 from harness.cases.contact_base.scans import Scan
-from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL, TANGENTIAL_BESIDE
 from harness.cases.contract import Study
 from harness.comparison.findings import Findings
-from harness.observables.declared import numbers
 from harness.parameters.contact_scene import ContactScene
 from harness.report.sections import Drawing, Plot, Section
 
@@ -52,27 +50,15 @@ class Oblique(ContactSystem):
         return (self.speed * math.sin(angle), 0.0, -self.speed * math.cos(angle))
 
 
-class ObliqueCase(ContactCase[Oblique]):
+class ObliqueCase(Friction, ContactCase[Oblique]):
     """A sphere meets a wall or a sphere at an angle: velocity ratios and spin."""
 
     name = "oblique"
-    quantities = numbers(
-        normal_restitution="[-] normal speed after over that before",
-        tangential_ratio="[-] tangential velocity of the centre, likewise",
-        spin_ratio="[-] radius times spin over the tangential velocity before",
-        impulse_ratio="[-] tangential over normal impulse, at most mu",
-    )
     sets: ClassVar[Told] = {"usual": SLIDING, **OBLIQUE}
-    submodels = (*TANGENTIAL, *OLD_TANGENTIAL)
-    beside = TANGENTIAL_BESIDE
     shown = "tangential_ratio"
-    invariant = submodels
+    invariant = Friction.submodels
     over_ranks = ("mindlin_rescale/force", "old hooke/history")
     scan = Scan("tangential_ratio", "angle", (5.0, 15.0, 25.0, 35.0, 45.0, 55.0, 65.0, 75.0, 85.0))
-    formula: ClassVar[str] = (
-        "Sliding throughout: vx'/vx = 1 - mu (1 + e) vn/vx, r omega' = 5/2 mu (1 + e) vn; else "
-        "integrated."
-    )
 
     def drawings(self, evidence: Evidence) -> Sequence[Drawing]:
         """Return the velocity ratio over the angle, and the errors."""

@@ -29,7 +29,6 @@ from harness.cases.contract import Study
 from harness.cases.prescribed_motion.turned import levers, tangential_ratio, turned_pair
 from harness.comparison.findings import Findings
 from harness.engines.contract import Engine
-from harness.observables.declared import numbers
 from harness.parameters.contact_scene import ZERO, ContactScene, Segment, Vector
 
 
@@ -81,14 +80,6 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
     """Forces along a given motion: pressed, sheared to and fro, lifted, rolled, twisted."""
 
     name = "prescribed-motion"
-    quantities = numbers(
-        shear_ratio="[-] tangential over normal force, after the shear",
-        reversed_ratio="[-] likewise, after the shear back",
-        lifted_ratio="[-] likewise, after the lift",
-        rolling_ratio="[-] torque over radius and normal force, after rolling",
-        twisting_ratio="[-] likewise about the normal, after twisting",
-        turned_ratio="[-] tangential over normal force, both turned",
-    )
     submodels = (*TANGENTIAL, *OLD_TANGENTIAL, *ROLLING, *TWISTING)
     beside = (*TANGENTIAL_BESIDE, *ROLLING_BESIDE)
     invariant = (*ROLLING, *TWISTING)
@@ -100,11 +91,6 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
         TURNED: {"partner": "sphere", "turned": 0.08, "shear": 5e-6},
     }
     scan = Scan("reversed_ratio", "shear", (1e-6, 3e-6, 1e-5, 2e-5, 4e-5))
-    formula: ClassVar[str] = (
-        "The law integrated along the same motion, limits located. A pair that turns as one body "
-        "keeps its forces, which turn with it, where the lever of the slip reaches to the contact; "
-        "the lever r strains the spring by the turn times the overlap."
-    )
 
     def scene(self, parameters: PrescribedMotion) -> ContactScene:
         """Return the pieces of the motion, the sphere at touch before."""

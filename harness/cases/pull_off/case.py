@@ -22,7 +22,6 @@ from harness.cases.contact_base.presets import Told
 from harness.cases.contact_base.scales import between, overlaps, pressed
 from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import COHESIVE, SYSTEMS
-from harness.observables.declared import numbers
 from harness.parameters.contact_law import COHESIVE as COHESIVE_FORCES
 from harness.parameters.contact_scene import ZERO, ContactScene, Segment
 from harness.theory import cohesion
@@ -53,10 +52,6 @@ class PullOffCase(ContactCase[PullOff]):
     """A sphere that sticks is pulled off: largest tension, and overlap where it parts."""
 
     name = "pull-off"
-    quantities = numbers(
-        pull_off_force_N="[N] largest tension",
-        parting_ratio="[-] overlap at the last force over that of the start",
-    )
     submodels = tuple(one for one in COHESIVE if "viscoelastic" not in one.name)
     sets: ClassVar[Told] = {one.name: one.law for one in submodels}
     systems: ClassVar[Told] = {
@@ -65,10 +60,6 @@ class PullOffCase(ContactCase[PullOff]):
     powers: ClassVar[tuple[float, ...]] = (1.0, 1.5, 2.0)
     scan = Scan(
         "pull_off_force_N", "surface_energy", (0.05, 0.1, 0.2, 0.5, 1.0), (("dmt",), ("jkr",))
-    )
-    formula: ClassVar[str] = (
-        "DMT: 4 pi gamma R*, at touch. JKR: 3 pi gamma R*, at -a^2 / (3 R*) with a^3 = 9 pi gamma "
-        "R*^2 / (4 E*); gamma is the energy of each surface."
     )
 
     def scene(self, parameters: PullOff) -> ContactScene:

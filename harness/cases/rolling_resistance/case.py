@@ -10,10 +10,9 @@ from pydantic import Field
 from harness.cases.contact_base.motion import Motion
 from harness.cases.contact_base.parameters import Speed
 from harness.cases.contact_base.presets import Told
-from harness.cases.contact_base.resting import Resting, RestingCase, rolling
+from harness.cases.contact_base.resting import Resting, RestingCase, speed_ratios
 from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import ROLLING, ROLLING_BESIDE
-from harness.observables.declared import numbers
 from harness.parameters.contact_scene import Vector
 
 
@@ -32,37 +31,20 @@ class RollingResistanceCase(RestingCase[RollingResistance]):
     """A rolling sphere is slowed down by rolling resistance, and stands in the end."""
 
     name = "rolling-resistance"
-    quantities = numbers(
-        halfway_speed_ratio="[-] speed over that of the start, halfway",
-        speed_ratio="[-] speed over that of the start, at the end",
-        spin_ratio="[-] radius times spin over the speed of the start",
-    )
     submodels = ROLLING
     beside = ROLLING_BESIDE
     sets: ClassVar[Told] = {"rolls": {"friction": 0.3, **ROLLING[0].law}}
-    systems: ClassVar[Told] = {
-        "wall, rolls": {},
-        "wall, stands": {"speed": 2e-3},
-    }
+    systems: ClassVar[Told] = {"wall, rolls": {}, "wall, stands": {"speed": 2e-3}}
     scan = Scan(
         "speed_ratio",
         "speed",
         (0.002, 0.005, 0.01, 0.02, 0.03),
         (("rolling sds, linear_history, tied",), ("rolling sds, mindlin/force, elastic",)),
     )
-    formula: ClassVar[str] = (
-        "The torque is at most mu_r R* F_n, R* = r on a floor: rolling slows down by 5/7 mu_r g, "
-        "with what the springs make of it as it begins and when it stands: integrated."
-    )
 
     def observed(self, parameters: RollingResistance, motion: Motion) -> Mapping[str, float]:
         """Return the speed halfway, speed and spin at the end."""
-        u, spin = rolling(parameters, motion)
-        return {
-            "halfway_speed_ratio": float(u[len(u) // 2]) / parameters.speed,
-            "speed_ratio": float(u[-1]) / parameters.speed,
-            "spin_ratio": float(spin[-1]) / parameters.speed,
-        }
+        return speed_ratios("halfway_speed_ratio", parameters, motion, parameters.speed)
 
 
 CASE = RollingResistanceCase()

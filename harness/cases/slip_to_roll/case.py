@@ -7,15 +7,14 @@ from typing import ClassVar
 
 from pydantic import Field
 
+from harness.cases.contact_base.contact_case import Friction
 from harness.cases.contact_base.motion import Array, Motion
 from harness.cases.contact_base.parameters import Duration, Speed
 from harness.cases.contact_base.presets import SLIDING, Told
 from harness.cases.contact_base.presets import SLIP_TO_ROLL as MFIX
-from harness.cases.contact_base.resting import Resting, RestingCase, rolling
+from harness.cases.contact_base.resting import Resting, RestingCase, rolling, speed_ratios
 from harness.cases.contact_base.scans import Scan
-from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL, TANGENTIAL_BESIDE
 from harness.errors import RequestError
-from harness.observables.declared import numbers
 from harness.parameters.contact_scene import ZERO, Vector
 
 LEAST = 1e-6
@@ -42,35 +41,19 @@ class SlipToRoll(Resting):
         return self.duration * (2.0 * self.speed / 7.0 / friction / self.gravity)
 
 
-class SlipToRollCase(RestingCase[SlipToRoll]):
+class SlipToRollCase(Friction, RestingCase[SlipToRoll]):
     """A sphere slides on a floor until it rolls, at 5/7 of its speed."""
 
     name = "slip-to-roll"
-    quantities = numbers(
-        sliding_speed_ratio="[-] speed over that of the start, while it slides",
-        speed_ratio="[-] speed over that of the start, at the end",
-        spin_ratio="[-] radius times spin over the speed of the start",
-        momentum_ratio="[-] u + 2/5 r omega over the speed of the start",
-    )
-    submodels = (*TANGENTIAL, *OLD_TANGENTIAL)
-    beside = TANGENTIAL_BESIDE
     sets: ClassVar[Told] = {"usual": SLIDING, **MFIX}
     systems: ClassVar[Told] = {"wall": {}}
     scan = Scan("speed_ratio", "duration", (0.1, 0.3, 0.5, 0.7, 0.9, 1.1, 1.3, 1.5))
-    formula: ClassVar[str] = (
-        "u + 2/5 r omega stays u0, whatever the friction. It rolls from t = 2 u0 / (7 mu g) on, "
-        "about 5/7 u0, with what the tangential spring makes of it: integrated."
-    )
 
     def observed(self, parameters: SlipToRoll, motion: Motion) -> Mapping[str, float]:
         """Return speeds after the second quarter and at the end, spin at the end."""
         u, spin = rolling(parameters, motion)
-        return {
-            "sliding_speed_ratio": float(u[len(u) // 2]) / parameters.speed,
-            "speed_ratio": float(u[-1]) / parameters.speed,
-            "spin_ratio": float(spin[-1]) / parameters.speed,
-            "momentum_ratio": float(u[-1] + 0.4 * spin[-1]) / parameters.speed,
-        }
+        found = speed_ratios("sliding_speed_ratio", parameters, motion, parameters.speed)
+        return {**found, "momentum_ratio": float(u[-1] + 0.4 * spin[-1]) / parameters.speed}
 
     def axes(self, parameters: SlipToRoll) -> tuple[str, str]:
         """Return what is drawn: both speeds until it rolls."""

@@ -7,15 +7,13 @@ from typing import TYPE_CHECKING, ClassVar
 
 from pydantic import Field
 
-from harness.cases.contact_base.contact_case import ContactCase
+from harness.cases.contact_base.contact_case import ContactCase, Friction
 from harness.cases.contact_base.impact import impact, relative_velocity
 from harness.cases.contact_base.motion import Motion
 from harness.cases.contact_base.parameters import ContactSystem, Speed, Turning
 from harness.cases.contact_base.presets import SLIDING, SPIN, Told
 from harness.cases.contact_base.scales import met
 from harness.cases.contact_base.scans import Scan
-from harness.cases.contact_base.submodels import OLD_TANGENTIAL, TANGENTIAL, TANGENTIAL_BESIDE
-from harness.observables.declared import numbers
 from harness.parameters.contact_scene import ContactScene
 from harness.report.sections import Line, Plot
 
@@ -45,24 +43,13 @@ class Spin(ContactSystem):
         met(self, "speed", "m/s", self.speed, lambda speed: speed)
 
 
-class SpinCase(ContactCase[Spin]):
+class SpinCase(Friction, ContactCase[Spin]):
     """A spinning sphere meets a wall or a sphere: spin left, velocity gained."""
 
     name = "spin"
-    quantities = numbers(
-        normal_restitution="[-] normal speed after over that before",
-        spin_ratio="[-] spin after over that before",
-        velocity_ratio="[-] tangential velocity gained over radius times spin",
-    )
     sets: ClassVar[Told] = {"usual": SLIDING, **SPIN}
-    submodels = (*TANGENTIAL, *OLD_TANGENTIAL)
-    beside = TANGENTIAL_BESIDE
     shown = "spin_ratio"
     scan = Scan("spin_ratio", "spin", (25.0, 50.0, 100.0, 150.0, 200.0, 300.0, 400.0))
-    formula: ClassVar[str] = (
-        "Sliding throughout: vx' = -mu (1 + e) vn against the surface's motion, omega' = omega - "
-        "5/2 mu (1 + e) vn / r; else integrated."
-    )
 
     def plots(self, cell: Sequence[Climbed], who: str) -> Sequence[Plot]:
         """Return the spin that is left over that before, and the errors."""

@@ -25,7 +25,6 @@ from harness.cases.contact_base.scales import (
 )
 from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import NORMAL, NORMAL_BESIDE
-from harness.observables.declared import numbers
 from harness.parameters.contact_scene import Body, ContactScene, Plane, sphere_mass
 
 Offset = Annotated[float, Field(ge=-0.1, le=0.1)]
@@ -77,12 +76,6 @@ class StackedCase(ContactCase[Stacked]):
     """Two stacked spheres oscillate between plates: three contacts at a time."""
 
     name = "stacked"
-    quantities = numbers(
-        lower_height_ratio="[-] rise of the lower sphere over the squeeze",
-        upper_height_ratio="[-] rise of the upper sphere over the squeeze",
-        lower_speed_ratio="[-] velocity over omega times the squeeze",
-        upper_speed_ratio="[-] likewise, of the upper sphere",
-    )
     submodels = tuple(one for one in NORMAL if "clipped" not in one.name)
     beside = tuple(one for one in (*NORMAL, *NORMAL_BESIDE) if "clipped" in one.name)
     sets: ClassVar[Told] = {"usual": {"partner": "sphere", **NORMAL[1].law}, **MFIX}
@@ -91,14 +84,7 @@ class StackedCase(ContactCase[Stacked]):
         "unequal, between plates": {"partner": "sphere", "partner_radius": 0.012},
     }
     scan = Scan(
-        "lower_height_ratio",
-        "duration",
-        (1.0, 2.0, 3.0, 4.0, 5.0, 6.0),
-        (("hooke",), ("hertz",)),
-    )
-    formula: ClassVar[str] = (
-        "m1 x1'' = F(floor) - F(between) - m1 g, m2 x2'' = F(between) - F(ceiling) - m2 g, "
-        "integrated; with linear springs a linear system of two oscillators."
+        "lower_height_ratio", "duration", (1.0, 2.0, 3.0, 4.0, 5.0, 6.0), (("hooke",), ("hertz",))
     )
 
     def scene(self, parameters: Stacked) -> ContactScene:

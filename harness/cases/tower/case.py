@@ -19,7 +19,6 @@ from harness.comparison.findings import Findings
 from harness.engines.contract import Engine, Job, Output
 from harness.engines.traits import Traits
 from harness.errors import EngineOutputError, RequestError
-from harness.observables.declared import numbers
 from harness.observables.impulse import impulse
 from harness.observables.interpolation import grain_velocity_at
 from harness.observables.summary import energy_drift, peak_force
@@ -29,14 +28,6 @@ from harness.parameters.tower import Tower
 from harness.report.sections import Section
 from harness.theory import two_spheres
 
-QUANTITIES = numbers(
-    peak_force_N="[N] largest contact force on the grain",
-    impulse_Ns="[N s] impulse on the grain, turnaround window",
-    turnaround_s="[s] time at which grain and base are closest",
-    energy_drift="[] largest change of the energy, over its largest value",
-    final_velocity_m_per_s="[m/s] velocity of the grain after the duration",
-)
-
 
 class TowerCase(Case[TowerRunParameters]):
     """A grain that runs into a row of particles at rest: force, impulse, energy."""
@@ -44,7 +35,6 @@ class TowerCase(Case[TowerRunParameters]):
     name = NAME
     group = "chains"
     by_default = True
-    quantities = QUANTITIES
     template = TEMPLATE
     solvers = ("exact", "rk4")
     regression = REGRESSION

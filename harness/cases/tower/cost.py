@@ -5,6 +5,7 @@ from __future__ import annotations
 from harness.cases.tower.timing import check_duration, timing_of
 from harness.chain import rk4
 from harness.chain.slices import exact_seconds, rk4_step_seconds
+from harness.chain.stability import chosen_step
 from harness.engines.cost import engine_seconds
 from harness.engines.traits import Traits
 from harness.observables.windows import SEARCH
@@ -33,5 +34,5 @@ def tower_seconds(
     if solver == "exact":
         return exact_seconds(case.particles, duration, SAMPLES_PER_T0 * duration)
     seconds = duration * case.contact_time
-    steps = rk4.step_count(case, seconds, steps_per_contact=steps_per_contact)
+    steps = rk4.step_count(seconds, chosen_step(case, None, steps_per_contact))
     return steps * rk4_step_seconds(case.law, case.particles)

@@ -15,7 +15,6 @@ from harness.cases.contact_base.resting import Resting, RestingCase
 from harness.cases.contact_base.scales import rest_overlap
 from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import TWISTING, TWISTING_BESIDE
-from harness.observables.declared import numbers
 from harness.parameters.contact_scene import ZERO, Vector
 from harness.theory.rolling import twisting_deceleration
 
@@ -45,11 +44,6 @@ class TwistCase(RestingCase[Twist]):
     """A sphere that spins about the line of contact is slowed down by a constant torque."""
 
     name = "twist"
-    quantities = numbers(
-        halfway_spin_ratio="[-] spin over that of the start, halfway",
-        spin_ratio="[-] spin over that of the start, at the end",
-        deceleration_ratio="[-] mean of the second half, over 5/2 mu g / r^2",
-    )
     submodels = TWISTING
     beside = TWISTING_BESIDE
     sets: ClassVar[Told] = {"spins": {"friction": 0.3, **TWISTING[0].law}}
@@ -63,10 +57,6 @@ class TwistCase(RestingCase[Twist]):
         "spin",
         (2.0, 5.0, 10.0, 15.0, 20.0, 30.0),
         (("twisting sds, linear_history, tied",), ("twisting marshall, mindlin",)),
-    )
-    formula: ClassVar[str] = (
-        "The torque is at most mu_t F_n, for Marshall's submodel with mu_t = 2/3 a mu: while it "
-        "slips the spin falls by 5/2 mu_t g / r^2; the rest is integrated."
     )
 
     def observed(self, parameters: Twist, motion: Motion) -> Mapping[str, float]:
