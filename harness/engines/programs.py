@@ -39,10 +39,7 @@ class ProgramEngine(ScriptSource):
     self_contained: ClassVar[bool] = False
 
     def __init__(
-        self,
-        program: str | None = None,
-        workers: int | None = None,
-        limits: Limits | None = None,
+        self, program: str | None = None, workers: int | None = None, limits: Limits | None = None
     ) -> None:
         if workers is not None and workers < 1:
             raise RequestError(f"workers = {workers!r}: must be at least 1")

@@ -9,14 +9,7 @@ from operator import mul
 from harness.engines.contract import Job, Template, Value
 from harness.errors import RequestError
 from harness.parameters.contact_law import ContactLaw
-from harness.parameters.contact_scene import (
-    ZERO,
-    Body,
-    ContactScene,
-    Plane,
-    Segment,
-    Vector,
-)
+from harness.parameters.contact_scene import ZERO, Body, ContactScene, Plane, Segment, Vector
 
 COMPONENTS = ("x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz")
 MOST_SEGMENTS = 6

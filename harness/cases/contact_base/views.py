@@ -13,14 +13,7 @@ import numpy as np
 
 from harness.cases.contact_base.motion import Array, Motion
 from harness.parameters.contact_law import ContactLaw
-from harness.parameters.contact_scene import (
-    ZERO,
-    Body,
-    ContactScene,
-    Plane,
-    Segment,
-    Vector,
-)
+from harness.parameters.contact_scene import ZERO, Body, ContactScene, Plane, Segment, Vector
 
 Axes = tuple[Vector, Vector, Vector]
 

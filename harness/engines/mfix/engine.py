@@ -46,10 +46,7 @@ class Mfix(Engine):
     traits = TRAITS
 
     def __init__(
-        self,
-        program: str | None = None,
-        workers: int | None = None,
-        limits: Limits | None = None,
+        self, program: str | None = None, workers: int | None = None, limits: Limits | None = None
     ) -> None:
         if program is None:
             raise EngineMissingError(f"MFiX was not found: {OBTAIN}")
