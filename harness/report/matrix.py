@@ -102,14 +102,25 @@ def _matrix(
         row = rows.setdefault(name, {})
         row[column] = (*row.get(column, ()), mark)
     columns = tuple(sorted({column for row in rows.values() for column in row}))
-    return Matrix(title, head, columns, rows)
+    told = {name: {column: _once(row[column]) for column in row} for name, row in rows.items()}
+    return Matrix(title, head, columns, told)
 
 
-def _severity(mark: Mark) -> tuple[int, float]:
-    """Return the place in the order of reading: worse verdicts, then larger errors, first."""
+def _once(marks: tuple[Mark, ...]) -> tuple[Mark, ...]:
+    """Return marks, one for all systems where none was tested."""
+    untested = all(mark.check.verdict is Verdict.NOT_TESTED for mark in marks)
+    return marks[:1] if untested else marks
+
+
+def _severity(mark: Mark) -> tuple[bool, int, float]:
+    """Return the place in the order of reading: worse verdicts, then larger errors, first.
+
+    What was not tested comes last: a quantity that a code does not tell hides no other.
+    """
     check = mark.check
     used = abs(check.difference) / check.tolerance if check.tolerance > 0.0 else 0.0
-    return SEVERITY.index(check.verdict), -used if math.isfinite(used) else 0.0
+    untested = check.verdict is Verdict.NOT_TESTED
+    return untested, SEVERITY.index(check.verdict), -used if math.isfinite(used) else 0.0
 
 
 def matrix_markdown(

@@ -42,6 +42,15 @@ def test_a_mark_is_the_worst_check_of_its_system():
     assert "slide" not in matrix.rows["<old>"]
 
 
+def test_a_quantity_that_was_not_tested_hides_no_other_and_untested_systems_are_one_mark():
+    untold = check("slide", "spring", "wall", 0.0, Verdict.NOT_TESTED)
+    other = check("slide", "spring", "two spheres", 0.0, Verdict.NOT_TESTED)
+    (matrix,) = matrices([(row, "") for row in (untold, CHECKS[1], other)])
+    assert [m.text for m in matrix.rows["spring"]["slide"]] == ["not tested", "3e-08"]
+    (matrix,) = matrices([(row, "") for row in (untold, other)])
+    assert [m.text for m in matrix.rows["spring"]["slide"]] == ["not tested"]
+
+
 def test_invariances_share_the_mark_of_their_system():
     turned = check("slide", "spring", "wall", 1e-3)
     turned = replace(turned, cell=replace(turned.cell, invariance="turned"))
