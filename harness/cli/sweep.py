@@ -66,9 +66,8 @@ def sweep(
     """
     from harness.cli.output import print_json
     from harness.cli.recording import recorded
-    from harness.workflows.sweep_plan import plan
 
-    chosen = plan(options.asked())
+    chosen = _planned(options)
     settings = where.settings()
     if settings is None:  # a cluster has limits of its own
         cost.agree(chosen.seconds(), f"{chosen.runs} runs of case {chosen.case.name!r}")
@@ -91,6 +90,18 @@ def sweep(
         raise typer.Exit(told.status)
 
 
+def _planned(options: SweepOptions) -> Plan:
+    """Return what is asked for; raise RequestError, which names the file where there is one."""
+    from harness.errors import RequestError
+    from harness.workflows.sweep_plan import plan
+
+    try:
+        return plan(options.asked())
+    except RequestError as error:
+        of_file = options.target.endswith(".toml") and not str(error).startswith(options.target)
+        raise RequestError(f"{options.target}: {error}" if of_file else str(error)) from None
+
+
 def _run(
     options: SweepOptions, chosen: Plan, counts: dict[str, int], told: Recording
 ) -> tuple[Sweep, dict[str, str]]:
@@ -106,8 +117,11 @@ def _run(
     def open_one(name: str) -> Iterator[Engine]:
         with options.open(name, options.integrator) as engine:
             yield engine
-            for key, value in runs_made(engine).items():
+            made = runs_made(engine)
+            for key, value in made.items():
                 counts[key] = counts.get(key, 0) + value
+            if made and not any(made.values()):  # it states none of them: nothing to qualify for
+                return
             reason = qualification(engine, told).get("qualification_failures")
             if reason:
                 unqualified[name] = reason

@@ -75,6 +75,7 @@ def test_without_pyarrow_the_sweep_says_so(answer, tmp_path, monkeypatch):
     [
         (["nowhere", "--over", "angle=9,10"], "case 'nowhere' is not known"),
         (["nowhere.toml"], "nowhere.toml: No such file"),
+        (["slides.toml"], "slides.toml: --over friction=-0.1: friction = '-0.1': must be greater"),
         (["incline"], "--over: must be given"),
         (["incline", "--over", "angle=9:99:3"], "--over angle=54: angle = '54' deg: must be"),
         (["incline", "--over", "angle=9", "--quantity", "mass"], "--quantity 'mass'"),
@@ -83,6 +84,7 @@ def test_without_pyarrow_the_sweep_says_so(answer, tmp_path, monkeypatch):
 )
 def test_a_bad_request_is_an_error_of_a_line(arguments, said, harness, tmp_path):
     (tmp_path / "file").touch()
+    (tmp_path / "slides.toml").write_text('case = "oblique"\n[over]\nfriction = [0.3, -0.1]\n')
     done = harness("sweep", *arguments, status=2)
     assert said in done.stderr
     assert done.stderr.count("\n") == 1
@@ -93,6 +95,8 @@ def test_what_an_engine_refuses_is_a_row_and_the_rest_goes_on(answer):
     found = answer("sweep", "tower", "--over", "height=1,2", "--engines", "reference,exact")
     assert [row["status"] for row in found["rows"]] == ["not tested"] * 2 + ["done"] * 2
     assert found["rows"][0]["reason"] == "it writes no forces"
+    # an engine that runs nothing is not held against theory first
+    assert found["notes"] == []
 
 
 RUNS = 200
