@@ -95,10 +95,7 @@ class SystemOptions:
         """Return the incline; raise RequestError for values that are not allowed."""
         from harness.cases.incline.parameters import Incline
 
-        given = {
-            "steps_per_contact": self._steps(engine, contact),
-            "density": self.density,
-        }
+        given = {"steps_per_contact": self._steps(engine, contact), "density": self.density}
         return Incline(
             contact=contact,
             stiffness=self.stiffness,

@@ -25,10 +25,7 @@ def completed(record: Mapping[str, Any], engine: Engine | None, told: Recording)
 
 
 def answer(
-    record: Mapping[str, Any],
-    engine: str,
-    json: bool,
-    show: Callable[[Mapping[str, Any]], None],
+    record: Mapping[str, Any], engine: str, json: bool, show: Callable[[Mapping[str, Any]], None]
 ) -> None:
     """Print a record, and end with status 3 and the reason where its engine did not qualify."""
     import typer

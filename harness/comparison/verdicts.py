@@ -41,11 +41,7 @@ class Verdict(StrEnum):
     FIXED = "fixed"
 
 
-RANK = dict.fromkeys(Verdict, 2) | {
-    Verdict.FAIL: 0,
-    Verdict.KNOWN_DEFECT: 1,
-    Verdict.NOT_TESTED: 1,
-}
+RANK = dict.fromkeys(Verdict, 2) | {Verdict.FAIL: 0, Verdict.KNOWN_DEFECT: 1, Verdict.NOT_TESTED: 1}
 """From bad to good. What is not tested is worse than what holds: it may fail unseen."""
 
 

@@ -18,13 +18,7 @@ from harness.comparison.release_changes import ROUND_OFF
 from harness.errors import RequestError
 from harness.store.baseline import in_checkout
 from harness.store.baseline_reader import read_tables
-from harness.store.baseline_tables import (
-    SERIES,
-    TABLE,
-    same_series,
-    same_text,
-    table_texts,
-)
+from harness.store.baseline_tables import SERIES, TABLE, same_series, same_text, table_texts
 
 METADATA = ("engine_version", "how", "platform", "script_sha256", "levels", "label", "family")
 
@@ -48,11 +42,7 @@ class Change:
 
     def record(self) -> dict[str, object]:
         """Return it as a JSON-ready mapping."""
-        return {
-            "case": self.measured.name,
-            "kind": str(self.kind),
-            "changes": list(self.lines),
-        }
+        return {"case": self.measured.name, "kind": str(self.kind), "changes": list(self.lines)}
 
 
 def changes(measured: Sequence[BaselineRecord], baseline: Baseline) -> list[Change]:

@@ -106,10 +106,7 @@ def start_of(case: Columns, route: str) -> Start:
 def start_load(case: Columns) -> tuple[float, float]:
     """Return the force [N] of the grain on the first top where a passage starts, and its beta."""
     phi = _start_angle(case)
-    return (
-        case.mass * case.gravity * (3.0 * math.cos(phi) - 2.0),
-        phi - math.radians(case.angle),
-    )
+    return (case.mass * case.gravity * (3.0 * math.cos(phi) - 2.0), phi - math.radians(case.angle))
 
 
 def _start_angle(case: Columns) -> float:

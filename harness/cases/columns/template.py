@@ -82,9 +82,7 @@ def scene_of(values: Mapping[str, Any], spring: Spring) -> Scene:
 
 TEMPLATE = Template(
     name=NAME,
-    variants={
-        "": values_of(Columns(contact=PLASTIC, steps_per_contact=100.0), "passage"),
-    },
+    variants={"": values_of(Columns(contact=PLASTIC, steps_per_contact=100.0), "passage")},
     scene=scene_of,
     allowed={**INCLINE.allowed, **allowed_in(Columns)},
 )

@@ -14,10 +14,7 @@ TWO_CODES = Tolerance(
     "the same steps in two codes: round-off, which the rattling of elastic columns magnifies",
 )
 RIGID = Tolerance(
-    "deg",
-    3e-4,
-    0.0,
-    "step to zero, then stiffness to infinity: as of the incline's own ladder",
+    "deg", 3e-4, 0.0, "step to zero, then stiffness to infinity: as of the incline's own ladder"
 )
 FIRST_ORDER = Tolerance(
     "1", 0.5, 0.0, "order 1: dashpots see the velocity of the half step; jitter blurs the fit"

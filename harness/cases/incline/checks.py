@@ -18,11 +18,7 @@ from harness.cases.incline.extrapolation import extrapolate
 from harness.cases.incline.levels import SOURCE_CASE, SOURCE_CLIPPED
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.passage import PHASES
-from harness.cases.incline.reference_checks import (
-    MOTIONS,
-    against_the_reference,
-    reference_parts,
-)
+from harness.cases.incline.reference_checks import MOTIONS, against_the_reference, reference_parts
 from harness.cases.incline.reference_paths import MOTION_EVERY
 from harness.cases.incline.runs import run_inclines
 from harness.cases.incline.single_runs import (

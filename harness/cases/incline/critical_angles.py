@@ -14,12 +14,7 @@ from harness.cases.incline.critical_angle import CriticalAngle
 from harness.cases.incline.extrapolation import ExtrapolatedAngle, extrapolate
 from harness.cases.incline.levels import Ladder
 from harness.cases.incline.parameters import Incline
-from harness.cases.incline.passage import (
-    PHASES,
-    Measure,
-    check_passage,
-    critical_angle_by_passage,
-)
+from harness.cases.incline.passage import PHASES, Measure, check_passage, critical_angle_by_passage
 from harness.cases.incline.result import InclineRun
 from harness.cases.incline.runs import measured
 from harness.cases.incline.steady import COARSE, COARSE_WELLS, critical_angle_by_steady_motion

@@ -20,10 +20,7 @@ from harness.cases.incline.engine_angle import (
 from harness.cases.incline.levels import LEVELS, STATED
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.runs import measured
-from harness.cases.incline.tolerances import (
-    ENGINES_PLASTIC,
-    REFERENCE_ANGLE,
-)
+from harness.cases.incline.tolerances import ENGINES_PLASTIC, REFERENCE_ANGLE
 from harness.comparison.tolerances import Tolerance
 from harness.comparison.verdicts import Check, Kind, failed_run, finding, judge, not_tested
 from harness.engines.contract import Engine
@@ -72,11 +69,7 @@ def lineage_note(traits: Traits) -> str:
 
 
 def _cell(
-    engine: Engine,
-    stated: Stated,
-    case: Incline,
-    study: Study,
-    angles: list[EngineAngle],
+    engine: Engine, stated: Stated, case: Incline, study: Study, angles: list[EngineAngle]
 ) -> list[Check]:
     traits = engine.traits
     name = f"{engine.name}: critical angle, {where(case)}"

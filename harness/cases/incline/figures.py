@@ -15,11 +15,7 @@ from harness.cases.incline.result import InclineRun, Motion
 from harness.observables.trajectory import Trajectory
 from harness.report.figures import style
 
-FATES = {
-    Motion.MOVES_ON: "keeps moving",
-    Motion.TRAPPED: "trapped",
-    Motion.UNDECIDED: "undecided",
-}
+FATES = {Motion.MOVES_ON: "keeps moving", Motion.TRAPPED: "trapped", Motion.UNDECIDED: "undecided"}
 
 
 def speed_against_time(runs: Sequence[InclineRun], who: str) -> style.Figure:

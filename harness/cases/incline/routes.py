@@ -65,10 +65,7 @@ def start_in_well(case: Incline, speed: float | None = None) -> Start:
     if speed is None:
         speed = STEADY_SPEED * math.sqrt(case.gravity * case.diameter)
     return Start(
-        0.5 * case.diameter,
-        math.sqrt(0.75) * case.diameter,
-        speed * math.sqrt(0.75),
-        0.5 * speed,
+        0.5 * case.diameter, math.sqrt(0.75) * case.diameter, speed * math.sqrt(0.75), 0.5 * speed
     )
 
 

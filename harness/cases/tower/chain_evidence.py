@@ -75,10 +75,7 @@ def _at_the_peak(case: Tower, steps_per_contact: float) -> tuple[float, float]:
     """Return omega h and the relative error after half the contact, at the largest overlap."""
     half = contact_time(_one(case, "mass"), _one(case, "stiffness")) / 2
     run = tower(
-        case,
-        solver="rk4",
-        duration=half / case.contact_time,
-        steps_per_contact=steps_per_contact,
+        case, solver="rk4", duration=half / case.contact_time, steps_per_contact=steps_per_contact
     )
     return _omega_h(run), abs(float(run.compression[-1]) / _peak(case) - 1.0)
 
@@ -86,11 +83,7 @@ def _at_the_peak(case: Tower, steps_per_contact: float) -> tuple[float, float]:
 def _largest_sample(case: Tower, steps_per_contact: float) -> tuple[float, float]:
     """Return omega h and the relative error of the largest of all steps."""
     run = tower(
-        case,
-        solver="rk4",
-        duration=1.0,
-        steps_per_contact=steps_per_contact,
-        samples=100_000,
+        case, solver="rk4", duration=1.0, steps_per_contact=steps_per_contact, samples=100_000
     )
     return _omega_h(run), abs(float(run.compression.max()) / _peak(case) - 1.0)
 

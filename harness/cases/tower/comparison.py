@@ -68,11 +68,7 @@ class SeriesComparison:
 
 
 def compare(
-    run: TowerRun,
-    reference: TowerRun,
-    *,
-    across_laws: bool = False,
-    least_force: float = 0.0,
+    run: TowerRun, reference: TowerRun, *, across_laws: bool = False, least_force: float = 0.0
 ) -> SeriesComparison:
     """Return how ``run`` differs from ``reference``, over all of the reference.
 

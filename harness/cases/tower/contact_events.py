@@ -190,8 +190,7 @@ def _aligned(
         j -= decision != "ours"
         pairs.append(
             EventPair(
-                None if decision == "theirs" else ours[i],
-                None if decision == "ours" else theirs[j],
+                None if decision == "theirs" else ours[i], None if decision == "ours" else theirs[j]
             )
         )
     return pairs

@@ -136,8 +136,7 @@ def _order(engine: Engine, found: Findings) -> Check:
     case = CASE.replace(height=ORDER_HEIGHT)
     exact = tower(case, solver="exact", samples=12_000)
     convergence = replace(
-        step_convergence(lambda steps: _one(engine, case, steps), exact, LADDER),
-        solver=engine.name,
+        step_convergence(lambda steps: _one(engine, case, steps), exact, LADDER), solver=engine.name
     )
     found.evidence.convergence.append(convergence)
     name = f"{engine.name}: tower, n = {case.height}: order of the force error in the step"

@@ -96,13 +96,7 @@ def read(
     )
 
 
-def _same_motion(
-    x: Floats,
-    v: Floats,
-    interval: Floats,
-    digits: int,
-    who: str,
-) -> None:
+def _same_motion(x: Floats, v: Floats, interval: Floats, digits: int, who: str) -> None:
     """Raise EngineOutputError for positions that do not move with the velocities.
 
     From sample to sample a particle goes by the mean of its velocities, to within what they

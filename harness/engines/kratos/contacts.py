@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from harness.engines.contact_model import DASHPOTS, ContactModel, Values, never_attracts, takes
 
-RULES = {
-    "velocity_lever": "contact_point",
-    "wall_lever": "height",
-}
+RULES = {"velocity_lever": "contact_point", "wall_lever": "height"}
 """spheric_particle.cpp: arms end at half the overlap of two spheres, at a wall in its plane."""
 
 

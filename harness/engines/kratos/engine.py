@@ -19,12 +19,7 @@ from harness.engines.process import Ended, Limits, last_words
 from harness.engines.script import Task
 from harness.engines.scripted import ScriptedEngine
 from harness.engines.traits import Traits
-from harness.errors import (
-    EngineError,
-    EngineInputError,
-    EngineMissingError,
-    EngineNaNError,
-)
+from harness.errors import EngineError, EngineInputError, EngineMissingError, EngineNaNError
 from harness.observables.provenance import Provenance
 from harness.parameters.allowed import Allowed
 

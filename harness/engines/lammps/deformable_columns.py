@@ -73,13 +73,7 @@ class DeformableColumns:
         return np.vstack([on_columns.reshape(-1, 2), force[:, 0] @ normal])
 
     def __call__(
-        self,
-        lammps: Any,
-        _step: int,
-        count: int,
-        tags: NDArray[np.int32],
-        x: Floats,
-        f: Floats,
+        self, lammps: Any, _step: int, count: int, tags: NDArray[np.int32], x: Floats, f: Floats
     ) -> None:
         """Set the forces on the particles that LAMMPS hands over; failures as for one chain."""
         place = np.asarray(tags[:count]) - 1

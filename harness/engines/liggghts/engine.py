@@ -22,11 +22,7 @@ from harness.observables.provenance import Provenance
 MODEL = "hooke/stiffness"
 """The one normal model whose spring and dashpot can be stated."""
 
-ALONE = {
-    "OMPI_MCA_ess_singleton_isolated": "1",
-    "OMPI_MCA_pml": "ob1",
-    "OMPI_MCA_btl": "self",
-}
+ALONE = {"OMPI_MCA_ess_singleton_isolated": "1", "OMPI_MCA_pml": "ob1", "OMPI_MCA_btl": "self"}
 """Open MPI for one process: no daemon that outlives it, no search for networks (0.3 s a start)."""
 
 _STRETCH = re.compile(r"\n? +Step \n +\d+ \n +\d+ \nLoop time of .*\n")

@@ -110,10 +110,7 @@ class Reference(Engine):
     def identify(self) -> Provenance:
         """Return the version, which is the harness's own, and the integrator."""
         return Provenance(
-            engine=self.name,
-            engine_version=__version__,
-            how="compiled",
-            integrator=self.integrator,
+            engine=self.name, engine_version=__version__, how="compiled", integrator=self.integrator
         )
 
     def refuses(self, job: Job) -> str:

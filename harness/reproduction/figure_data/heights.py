@@ -31,12 +31,7 @@ def thin_layers(reference: ReferencePoints | None) -> Statement:
     if reference is None:
         return untestable("fig-1", computed=f"Nothing was measured here: drawn is {published}")
     angles = np.array(reference.angles_deg)[np.argsort(reference.heights)]
-    return claim_of_facts(
-        "fig-1",
-        name=reference.name,
-        angles=angles,
-        published=published,
-    )
+    return claim_of_facts("fig-1", name=reference.name, angles=angles, published=published)
 
 
 def impulse_ratio(frame: pd.DataFrame) -> Statement:

@@ -154,8 +154,4 @@ def _first_order() -> Statement:
         slope_order(1 / steps, [symplectic_euler_error(int(n), shifted) for n in steps])[0]
         for shifted in (False, True)
     )
-    return claim(
-        "beyond-7",
-        first=first,
-        second=second,
-    )
+    return claim("beyond-7", first=first, second=second)

@@ -114,8 +114,5 @@ def _conclusion(printed: Printed) -> Iterator[Statement]:
     )
     least = {law: min(min(a.values()) for a in ratios(law).values()) for law in LAWS}
     yield compare(
-        "text-halved",
-        printed=printed.halved,
-        found=least["deformable"],
-        overlap=least["overlap"],
+        "text-halved", printed=printed.halved, found=least["deformable"], overlap=least["overlap"]
     )

@@ -22,11 +22,7 @@ def statements(_: Printed) -> Iterator[Statement]:
 
     def ratio(stiffness: float, case: Tower | None = None) -> float:
         return impulse_table(
-            heights=(10,),
-            stiffnesses=(stiffness,),
-            speeds=(2.0,),
-            laws=("deformable",),
-            case=case,
+            heights=(10,), stiffnesses=(stiffness,), speeds=(2.0,), laws=("deformable",), case=case
         )[0].ratio
 
     ratios = {k: ratio(k) for k in (1e6, 1e9, 1e12)}
