@@ -56,11 +56,12 @@ class RouteOptions(CostOptions):
     def check_cost(self, case: Incline, engine: Engine) -> None:
         """State what a search costs; raise RequestError for one too long, unless it is forced."""
         from harness.cases.incline.cost import angle_seconds, extrapolation_seconds
+        from harness.cases.incline.critical_angles import passing
 
         if self.extrapolate:
             seconds = extrapolation_seconds(case, engine.traits)
         else:
-            changed = case if self.wells is None else case.replace(wells=self.wells)
+            changed = passing(case, self.wells) if self.method == "steady" else case
             seconds = angle_seconds(changed, self.method, engine.traits)
         self.agree(seconds, f"a critical angle at --stiffness {case.stiffness:g} in {engine.name}")
 

@@ -6,6 +6,7 @@ import math
 
 from harness.cases.incline.levels import Ladder
 from harness.cases.incline.parameters import Incline
+from harness.cases.incline.steady import COARSE
 from harness.cases.incline.template import Route
 from harness.engines.cost import engine_seconds
 from harness.engines.traits import Traits
@@ -14,8 +15,9 @@ PASSAGE, WELL = 2.1, 4.5
 """[sqrt(d/g)] that a run takes by the passage route, and for each well by the steady route: the
 mean over the runs of an angle, the same at k = 1e5, 1e6 and 1e8 N/m in the reference DEM."""
 
-PASSAGES, STEADY_RUNS = 12, 16
-"""Runs behind an angle, likewise."""
+PASSAGES, STEADY_RUNS, COARSE_RUNS = 12, 16, 70
+"""Runs behind an angle, likewise; the last at steps so coarse that fates are probed, 60 to 71 at
+4.8 steps per contact and k = 1e5 to 1e7 N/m."""
 
 
 def run_seconds(case: Incline, route: Route, rules: Traits) -> float:
@@ -26,8 +28,10 @@ def run_seconds(case: Incline, route: Route, rules: Traits) -> float:
 
 
 def angle_seconds(case: Incline, route: Route, rules: Traits) -> float:
-    """Return what a critical angle is expected to take [s]."""
-    runs = PASSAGES if route == "passage" else STEADY_RUNS
+    """Return what a critical angle is expected to take [s], by a case with the wells to pass."""
+    runs = PASSAGES
+    if route == "steady":
+        runs = COARSE_RUNS if case.steps_per_contact < COARSE else STEADY_RUNS
     return runs * run_seconds(case, route, rules)
 
 

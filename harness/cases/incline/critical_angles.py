@@ -64,8 +64,8 @@ def critical_angle(
     with nullcontext(engine) if engine is not None else open_engine() as opened:
         if method == "steady":
             measure = _counted(opened, method, STEADY_RUNS, progress)
-            passing = _passing(case, wells)
-            return critical_angle_by_steady_motion(measure, passing, tolerance_deg=tolerance)
+            asked = passing(case, wells)
+            return critical_angle_by_steady_motion(measure, asked, tolerance_deg=tolerance)
         measure = _counted(opened, method, PASSAGES, progress)
         return critical_angle_by_passage(measure, case, tolerance_deg=tolerance, phases=phases)
 
@@ -102,7 +102,7 @@ def _counted(engine: Engine, route: Route, expected: int, progress: Progress) ->
     return measure
 
 
-def _passing(case: Incline, wells: int | None) -> Incline:
+def passing(case: Incline, wells: int | None) -> Incline:
     """Return a case with the wells to pass in steady motion, and the time for them."""
     if wells is None:
         wells = max(case.wells, COARSE_WELLS if case.steps_per_contact < COARSE else 0)

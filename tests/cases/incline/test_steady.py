@@ -2,6 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from harness.cases.incline.cost import COARSE_RUNS
 from harness.cases.incline.critical_angles import critical_angle
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.passage import critical_angle_by_passage
@@ -191,6 +192,7 @@ def test_coarse_steps_as_mfix_takes_them_give_what_mfix_gave(stiffness, recorded
         few = critical_angle(case, method="steady", tolerance_deg=1e-3, wells=10, engine=engine)
     assert found.case.wells == 100
     assert found.record()["wells"] == 100
+    assert 0.5 * COARSE_RUNS < len(found.samples) < 2 * COARSE_RUNS  # what it costs is told
     assert abs(found.value_deg - recorded_deg) <= found.uncertainty_deg + 0.002
     assert found.uncertainty_deg <= 0.008
     assert few.case.wells == 10
