@@ -95,8 +95,9 @@ def test_the_folder_has_page_rows_and_figures_and_is_not_written_over(found, tmp
         assert sentence in html
     assert "Stated in the code" in text
     assert "- command: study it" in text
-    (figure,) = (folder / "figures").glob("*.svg")
-    assert f"figures/{figure.name}" in text
+    figures = sorted((folder / "figures").glob("*.svg"))
+    assert [figure.stem for figure in figures] == ["angle-over-box", "angle-over-thickness"]
+    assert all(f"figures/{figure.name}" in text for figure in figures)
     record = json.loads((folder / "study.json").read_text())
     rows = pd.read_csv(folder / "rows.csv")
     assert len(rows) == len(record["rows"]) == len(found.conclusion.rows)

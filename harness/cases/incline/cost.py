@@ -6,7 +6,6 @@ import math
 
 from harness.cases.incline.levels import Ladder
 from harness.cases.incline.parameters import Incline
-from harness.cases.incline.steady import COARSE
 from harness.cases.incline.template import Route
 from harness.engines.cost import engine_seconds
 from harness.engines.traits import Traits
@@ -29,6 +28,8 @@ def run_seconds(case: Incline, route: Route, rules: Traits) -> float:
 
 def angle_seconds(case: Incline, route: Route, rules: Traits) -> float:
     """Return what a critical angle is expected to take [s], by a case with the wells to pass."""
+    from harness.cases.incline.steady import COARSE
+
     runs = PASSAGES
     if route == "steady":
         runs = COARSE_RUNS if case.steps_per_contact < COARSE else STEADY_RUNS
