@@ -54,7 +54,6 @@ class Motion:
     h: float = 0.0
     steps: int = 0
     at_once: int = 0
-    scale: Floats = field(default_factory=lambda: np.ones(0))
     events: list[Event] = field(default_factory=list)
 
     def start(self) -> None:
@@ -115,7 +114,7 @@ class Motion:
         self._note("begins", c, "")
         self._rescale()
         start = START * self.unit()
-        self.y, _ = step(self.y, start, self.scale, self.system, self.modes)
+        self.y, _ = step(self.y, start, np.ones_like(self.y), self.system, self.modes)
         self.time += start
         self._settle(slid)
         self.h = start
@@ -159,7 +158,7 @@ class Motion:
 
     def _switch(self, part: float, where: tuple[int, int]) -> None:
         if part > 0.0:
-            self.y, _ = step(self.y, part, self.scale, self.system, self.modes)
+            self.y, _ = step(self.y, part, np.ones_like(self.y), self.system, self.modes)
             self.time += part
         self.at_once = 0 if part > 1e-12 * self.unit() else self.at_once + 1
         if self.at_once > MOST_EVENTS_AT_ONCE:
@@ -185,7 +184,7 @@ class Motion:
 
     def _rescale(self) -> None:
         if self.closed():
-            self.scale = state_scales(self.y, self.system, self.modes)
+            state_scales(self.y, self.system, self.modes)  # a contact that outgrew its size
             self.h = self.h or 1e-3 * self.unit()
 
     def _event_values(self, c: int) -> tuple[float, float]:
