@@ -13,6 +13,7 @@ from harness.cases.incline.result import Crests, InclineRun, Motion
 from harness.home import cache_place
 from harness.observables.provenance import Provenance
 from harness.theory.energy_map import after_next_shock, passage_margin, well_depth
+from tests.command_server import CommandServer
 
 INPUTS = Path(__file__).parent.parent / "inputs"
 RECORDED = Path(__file__).parent / "engines" / "lammps" / "recorded"
@@ -44,6 +45,14 @@ def home(tmp_path_factory, monkeypatch):
     folder = tmp_path_factory.mktemp("home")
     monkeypatch.setenv("DEM_HARNESS_HOME", str(folder))
     return folder
+
+
+@pytest.fixture(scope="session")
+def commands(_nothing_in_the_home_of_the_user, _ctrl_c_is_heard):
+    """Run command lines without importing everything anew for each, see ``CommandServer``."""
+    server = CommandServer()
+    yield server
+    server.close()
 
 
 class SyntheticIncline:

@@ -1,23 +1,14 @@
 import json
-import subprocess
-import sys
 
 import pytest
 
 
 @pytest.fixture
-def harness(tmp_path):
+def harness(tmp_path, commands):
     """Run the command line in a process of its own, in an empty folder."""
 
     def run(*arguments, status=0, timeout=120):
-        done = subprocess.run(
-            [sys.executable, "-m", "harness", *arguments],
-            capture_output=True,
-            text=True,
-            timeout=timeout,
-            cwd=tmp_path,
-            check=False,
-        )
+        done = commands.run(arguments, tmp_path, timeout)
         assert done.returncode == status, done.stderr
         assert "Traceback" not in done.stderr
         return done
