@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -55,6 +56,15 @@ class SweepOptions(IntegratorOptions):
         }
         return with_options(base, more.items())
 
+    def named(self, error: str) -> str:
+        """Return an error with the file that it is of, and the file's words for its tables."""
+        if not self.target.endswith(".toml") or error.startswith(self.target):
+            return error
+        for table, given in (("set", self.settings), ("over", self.over)):
+            if not given:
+                error = re.sub(rf"^--{table}:? ", f"[{table}] ", error)
+        return f"{self.target}: {error}"
+
 
 def sweep(
     options: SweepOptions, where: ExecutorOptions, cost: CostOptions, json: Json = False
@@ -98,8 +108,7 @@ def _planned(options: SweepOptions) -> Plan:
     try:
         return plan(options.asked())
     except RequestError as error:
-        of_file = options.target.endswith(".toml") and not str(error).startswith(options.target)
-        raise RequestError(f"{options.target}: {error}" if of_file else str(error)) from None
+        raise RequestError(options.named(str(error))) from None
 
 
 def _run(

@@ -130,8 +130,19 @@ def _parameters(case: Case[Any], fixed: Mapping[str, str], swept: Mapping[str, s
     try:
         return parameters_of(case, {**fixed, **swept})
     except RequestError as error:
+        if str(error) == _fault(case, fixed):  # not of what is swept
+            raise
         where = ", ".join(f"{name}={value}" for name, value in swept.items())
         raise RequestError(f"--over {where}: {str(error).removeprefix('--set: ')}") from None
+
+
+def _fault(case: Case[Any], fixed: Mapping[str, str]) -> str:
+    """Return what is wrong with settings by themselves; empty where nothing is."""
+    try:
+        parameters_of(case, fixed)
+    except RequestError as error:
+        return str(error)
+    return ""
 
 
 def _engines(case: Case[Any], text: str) -> tuple[str, ...]:

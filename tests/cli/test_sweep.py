@@ -75,7 +75,9 @@ def test_without_pyarrow_the_sweep_says_so(answer, tmp_path, monkeypatch):
     [
         (["nowhere", "--over", "angle=9,10"], "case 'nowhere' is not known"),
         (["nowhere.toml"], "nowhere.toml: No such file"),
-        (["slides.toml"], "slides.toml: --over friction=-0.1: friction = '-0.1': must be greater"),
+        (["slides.toml"], "slides.toml: [over] friction=-0.1: friction = '-0.1': must be greater"),
+        (["rough.toml"], "rough.toml: [set] friction = '-0.1': must be greater"),
+        (["rough.toml", "--set", "radius=1"], "rough.toml: --set: friction = '-0.1': must be"),
         (["incline"], "--over: must be given"),
         (["incline", "--over", "angle=9:99:3"], "--over angle=54: angle = '54' deg: must be"),
         (["incline", "--over", "angle=9", "--quantity", "mass"], "--quantity 'mass'"),
@@ -85,6 +87,9 @@ def test_without_pyarrow_the_sweep_says_so(answer, tmp_path, monkeypatch):
 def test_a_bad_request_is_an_error_of_a_line(arguments, said, harness, tmp_path):
     (tmp_path / "file").touch()
     (tmp_path / "slides.toml").write_text('case = "oblique"\n[over]\nfriction = [0.3, -0.1]\n')
+    (tmp_path / "rough.toml").write_text(
+        'case = "oblique"\n[set]\nfriction = -0.1\n[over]\nangle = [10, 20]\n'
+    )
     done = harness("sweep", *arguments, status=2)
     assert said in done.stderr
     assert done.stderr.count("\n") == 1

@@ -99,6 +99,8 @@ def test_presets_are_swept_as_well():
         ({}, {}, "toy", "--over: must be given"),
         ({"slop": "1,2"}, {}, "toy", "--over slop=1: slop: no such parameter"),
         ({"slope": "1,-2"}, {}, "toy", "--over slope=-2: slope = '-2': must be greater than 0"),
+        ({"end.x": "1,2"}, {"slope": "-2"}, "toy", "^--set: slope = '-2': must be greater than 0"),
+        ({"end.x": "1,2"}, {"preset": "flat"}, "toy", "^--set preset=flat: case 'line' has"),
         ({"slope": "1,2"}, {"slope": "3"}, "toy", "is set by --set slope=3 already"),
         ({"slope": "1,2"}, {}, "pen", "--engines 'pen' is not known: must be all, or"),
         ({"slope": "1,2"}, {}, ",", "names no engine"),
