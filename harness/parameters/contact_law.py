@@ -182,9 +182,6 @@ class ContactLaw(Parameters):
     def _part_has_its_own(self, part: str, models: dict[str, tuple[str, ...]]) -> None:
         chosen = getattr(self, part)
         mine = models.get(chosen, ())
-        for name in mine:
-            if getattr(self, name) is None:
-                raise ValueError(f"{part} = {chosen!r}: needs {name}")
         others = {name for names in models.values() for name in names} - set(mine)
         for name in sorted(others):
             if getattr(self, name) is not None:
@@ -193,6 +190,9 @@ class ContactLaw(Parameters):
                     f"{name} = {getattr(self, name)!r}: {part} = {chosen!r} takes none "
                     f"({part} = {allowed} does)"
                 )
+        for name in mine:
+            if getattr(self, name) is None:
+                raise ValueError(f"{part} = {chosen!r}: needs {name}")
 
     def _damping_fits(self) -> None:
         """Raise ValueError for a damping or a clipping that the normal force has no meaning for."""

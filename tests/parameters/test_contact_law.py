@@ -71,6 +71,10 @@ def test_a_case_changes_a_submodel_and_its_default_goes_with_it():
             {"damping": "velocity", "damping_coefficient": 1.0, "restitution": 0.5},
             "restitution = 0.5: damping = 'velocity' takes none",
         ),
+        (
+            {"damping": "viscoelastic", "restitution": 0.5},
+            "restitution = 0.5: damping = 'viscoelastic' takes none",
+        ),
         ({"damping": "velocity"}, "damping = 'velocity': needs damping_coefficient"),
         ({"rolling": "sds"}, "rolling = 'sds': needs rolling_stiffness"),
         ({"youngs_modulus": 1e9}, "youngs_modulus = 1000000000.0: normal = 'hooke' takes none"),
