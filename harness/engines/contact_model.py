@@ -41,6 +41,9 @@ RESISTANCES = frozenset(
 """Values of resistance to rolling and twisting: ``unused_values`` of a code that has none."""
 
 
+PLANES = "planes"
+"""How many walls there are."""
+
 DASHPOTS = "none velocity mass_velocity coeff_restitution"
 """Dampings of a linear spring."""
 
@@ -75,6 +78,8 @@ class ContactModel:
         """Return how many values fit before the first that does not, and why that one does not."""
         for number, (name, known) in enumerate(self.states.items()):
             if name in values and values[name] not in known:
+                if name == PLANES and known == (0,):
+                    return number, f"its {self.name} takes two spheres, and no wall"
                 told = ", ".join(map(str, known))
                 return number, f"its {self.name} takes {name} = {told}, not {values[name]}"
         reason = self.needs(values) if self.needs else ""

@@ -7,12 +7,12 @@ is parted as the radii are. Its walls have no friction.
 
 from __future__ import annotations
 
-from harness.engines.contact_model import ContactModel, States, never_attracts, takes
+from harness.engines.contact_model import PLANES, ContactModel, States, never_attracts, takes
 
 RULES = {"torque_lever": "share", "velocity_lever": "share", "spring_frame": "room"}
 
 _MOVES: States = {"motion_1": ("free",), "motion_2": ("free", "frozen")}
-_SPHERES: States = {"planes": (0,), **_MOVES}
+_SPHERES: States = {PLANES: (0,), **_MOVES}
 
 CONTACTS = (
     ContactModel("RotElastic", takes("hooke", "none", "none") | _MOVES),

@@ -18,7 +18,7 @@ PAIR = OBLIQUE.default.replace(partner="sphere")
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"planes": 1}, "its RotFriction takes planes = 0, not 1"),
+        ({"planes": 1}, "its RotFriction takes two spheres, and no wall"),
         ({"damping": "velocity"}, "takes damping = none, not velocity"),
         ({"normal": "hertz", "tangential": "mindlin"}, "takes tangential = none, not mindlin"),
         (
