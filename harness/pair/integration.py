@@ -6,10 +6,9 @@ from itertools import accumulate
 
 import numpy as np
 
-from harness.pair.geometry import geometry, normal_and_gap
 from harness.pair.motion import Motion
 from harness.pair.path import ContactPath
-from harness.pair.rates import forces, slider_spring
+from harness.pair.sample import sampled
 from harness.pair.switching import open_contacts
 from harness.pair.system import BODY, CONTACT, Floats, System, first_modes, system_of
 from harness.parameters.contact_rules import Rules
@@ -69,13 +68,6 @@ def _first_state(scene: ContactScene, system: System) -> Floats:
 
 def _sample(motion: Motion) -> tuple[Floats, ...]:
     """Return time, bodies, forces, overlaps and springs as they are now."""
-    y, system, modes = motion.y, motion.system, motion.modes
-    contacts = range(len(system.contacts))
+    y, system = motion.y, motion.system
     bodies = y[: BODY * len(system.bodies)].reshape(-1, 3, 3).copy()
-    overlaps = np.array([normal_and_gap(y, system, c)[1] for c in contacts])
-    for c in motion.closed():
-        overlaps[c] = geometry(y, system, c).overlap
-    springs = np.array(
-        [[slider_spring(y, system, modes, c, kind) for kind in range(3)] for c in contacts]
-    )
-    return np.array(motion.time), bodies, forces(y, system, modes), overlaps, springs
+    return np.array(motion.time), bodies, *sampled(y, system, motion.modes)

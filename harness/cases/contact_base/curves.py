@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from harness.cases.contact_base.contact_case import ContactCase
     from harness.cases.contact_base.study import Climbed
 
-POINTS = 120
+POINTS = 60
 """Of a curve, at least."""
 
 DRAWN = 1e-10

@@ -45,7 +45,7 @@ def sections_of(
         prose=frozenset({2, 3}),
     )
     title = f"Contact: {case.name}"
-    drawings = tuple(case.drawings(evidence)) if evidence.climbed else ()
+    drawings = tuple(case.drawings(evidence)) if evidence.climbed and evidence.drawn else ()
     scans = [(one.evidence.who, one.evidence.scans) for one in beside if one.evidence]
     if any(found for _, found in scans):
         drawings = (codes_drawn(case, scans), *drawings)

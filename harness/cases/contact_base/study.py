@@ -66,11 +66,15 @@ class Climbed:
 
 @dataclass(frozen=True)
 class Evidence:
-    """The trials of a case in an engine, by its title, and its part of the figure of all codes."""
+    """The trials of a case in an engine, by its title, and its part of the figure of all codes.
+
+    ``drawn``: with figures of all submodels, which take longer than the runs of level quick.
+    """
 
     who: str
     climbed: tuple[Climbed, ...]
     scans: tuple[Scanned, ...] = ()
+    drawn: bool = True
 
 
 def verify_trials(
@@ -106,7 +110,8 @@ def verify_trials(
             climbed.append(found)
             findings.records.append(_record(case, trial, runs[steps.index(RECORDED)], engine))
         study.progress(case.name, number + 1, len(runnable))
-    findings.evidence = Evidence(engine.title, tuple(climbed))
+    drawn = study.level != "quick"
+    findings.evidence = Evidence(engine.title, tuple(climbed), drawn=drawn)
     return findings
 
 

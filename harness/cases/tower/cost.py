@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 from harness.cases.tower.timing import check_duration, timing_of
-from harness.chain import rk4
-from harness.chain.slices import exact_seconds, rk4_step_seconds
-from harness.chain.stability import chosen_step
 from harness.engines.cost import engine_seconds
 from harness.engines.traits import Traits
 from harness.observables.windows import SEARCH
@@ -31,6 +28,10 @@ def tower_seconds(
     if rules is not None:
         steps = timing_of(case, duration, steps_per_contact, 1).steps
         return engine_seconds(steps, case.particles, rules)
+    from harness.chain import rk4  # kernels, which other cases do without
+    from harness.chain.slices import exact_seconds, rk4_step_seconds
+    from harness.chain.stability import chosen_step
+
     if solver == "exact":
         return exact_seconds(case.particles, duration, SAMPLES_PER_T0 * duration)
     seconds = duration * case.contact_time

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from harness.cases.contact_base.contact_case import LONGER
 from harness.cases.contact_base.parameters import ContactSystem
 from harness.cases.registry import get_case
 from harness.engines.registry import open_engine
@@ -85,8 +86,9 @@ NAMES = (
 TRIALS = [
     (name, trial)
     for name in NAMES
-    for trial in get_case(name).trials("quick")
-    if trial.parameters.interface == "current"
+    for trial in get_case(name).trials("default")
+    if trial.system not in LONGER
+    and trial.parameters.interface == "current"
     and not any(word in trial.submodel for word in NOT_SO)
 ]
 

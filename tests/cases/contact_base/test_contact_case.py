@@ -1,0 +1,42 @@
+"""What the levels of a contact case go through."""
+
+import pytest
+
+from harness.cases.contact_base.contact_case import LONGER, ContactCase
+from harness.cases.contact_base.ways import SYSTEMS, chosen
+from harness.cases.registry import all_cases
+
+CASES = [case for case in all_cases().values() if isinstance(case, ContactCase)]
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_at_the_shortest_level_submodels_take_turns_in_the_systems(case):
+    trials = [*case.trials("quick")]
+    assert {trial.submodel for trial in trials} == {one.name for one in case.submodels}
+    short = [system for system in case.systems if system not in LONGER]
+    assert {trial.system for trial in trials} == {*short}
+    for submodel in case.submodels:
+        systems = [trial.system for trial in trials if trial.submodel == submodel.name]
+        # walls and pairs of the earlier interface share no code
+        old = submodel.law.get("interface") == "old"
+        assert systems == short if old else len(systems) == 1, submodel.name
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_what_a_level_runs_a_longer_one_runs_as_well(case):
+    levels = [
+        {(trial.submodel, trial.system) for trial in case.trials(level)}
+        for level in ("quick", "default", "full")
+    ]
+    assert levels[0] <= levels[1] <= levels[2]
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_the_shortest_level_turns_each_named_submodel_in_each_of_its_systems(case):
+    told = [(trial.submodel, trial.system) for trial in chosen(case, "quick")]
+    assert told == [
+        (submodel.name, system)
+        for submodel in case.submodels
+        for system in case.systems
+        if submodel in case.invariant and system in SYSTEMS["quick"]
+    ]
