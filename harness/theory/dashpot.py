@@ -10,6 +10,17 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
+PHASES = 400
+"""Places within a step at which a contact is taken to begin."""
+
+MOST_STEPS = 1000.0
+"""Steps per contact time above which the restitution is that of the closed form, to 0.2 %."""
+
+LONGEST = 10.0
+"""Contact times pi / omega after which a grain that has not left creeps, and does not rebound."""
+
 
 def damping_ratio(restitution: float) -> float:
     """Return zeta = |ln e| / sqrt(pi^2 + ln^2 e), the inverse of the unclipped restitution.
@@ -61,3 +72,29 @@ def largest_overlap(zeta: float) -> float:
     tan(root omega t) = root / zeta, half the time of :func:`duration_clipped`.
     """
     return math.exp(-0.5 * zeta * duration_clipped(zeta))
+
+
+def restitution_in_steps(zeta: float, steps: float, *, clipped: bool) -> float:
+    """Return the greatest restitution that the contact has at so many steps per pi / omega.
+
+    v+ = v + h a(x, v), x+ = x + h v+, the recurrence of velocity Verlet in the velocities of half
+    steps and of semi-implicit Euler. A step sees the contact only where there is overlap, so the
+    restitution depends on where within a step the contact begins: this is the greatest over
+    ``PHASES`` places, and not less than that of the closed form.
+    """
+    exact = (restitution_clipped if clipped else restitution_unclipped)(zeta)
+    if steps > MOST_STEPS:
+        return exact
+    h = math.pi / steps
+    x = h * (np.arange(PHASES) + 0.5) / PHASES  # the overlap in the first step that sees it
+    v = np.ones(PHASES)
+    touching = x > 0.0
+    for _ in range(math.ceil(LONGEST * steps)):
+        force = x + 2.0 * zeta * v
+        force = np.maximum(force, 0.0) if clipped else force
+        v = np.where(touching, v - h * force, v)
+        x = np.where(touching, x + h * v, x)
+        touching = touching & (x > 0.0)
+        if not touching.any():
+            break
+    return max(exact, float(-v[~touching].min(initial=0.0)))

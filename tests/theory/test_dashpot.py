@@ -6,12 +6,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+from harness.cases.drop.parameters import Drop
+from harness.cases.drop.runs import run_drops
+from harness.engines.reference.engine import Reference
+from harness.parameters.contact import Contact
 from harness.theory.dashpot import (
     damping_ratio,
     duration_clipped,
     duration_unclipped,
     largest_overlap,
     restitution_clipped,
+    restitution_in_steps,
     restitution_unclipped,
 )
 
@@ -92,3 +97,33 @@ def test_the_largest_overlap_is_that_of_the_integrated_motion(zeta):
     x = np.exp(-zeta * t) * np.sin(root * t) / root
     assert largest_overlap(zeta) == pytest.approx(x.max(), rel=1e-9)
     assert abs(x[-1]) < 1e-12
+
+
+@pytest.mark.parametrize("tail", ["attractive", "clipped"])
+@pytest.mark.parametrize("integrator", ["velocity-verlet", "mfix-euler"])
+@pytest.mark.parametrize("steps", [8.0, 15.0, 20.0, 50.0])
+def test_the_restitution_in_steps_is_the_greatest_of_the_reference_dem(steps, integrator, tail):
+    contact = Contact(restitution=0.3, tail=tail)
+    way = math.pi / steps * Drop(contact=contact).contact_time / math.pi  # of a step, at 1 m/s
+    drops = [
+        Drop(contact=contact, steps_per_contact=steps, gap=1e-3 + way * phase / 60, speed=1.0)
+        for phase in range(60)
+    ]
+    drops = [drop.replace(duration=3.0 + drop.gap / drop.contact_time) for drop in drops]
+    found = [run.path.vy_m_per_s[-1] for run in run_drops(Reference(integrator, workers=1), drops)]
+    zeta, clipped = contact.zeta, tail == "clipped"
+    exact = (restitution_clipped if clipped else restitution_unclipped)(zeta)
+    greatest = restitution_in_steps(zeta, steps, clipped=clipped)
+    assert greatest >= exact
+    assert max(*found, exact) == pytest.approx(greatest, abs=0.006)
+    assert max(found) <= greatest + 1e-6
+
+
+@given(st.floats(0.05, 0.9), st.floats(20.0, 1e6), st.booleans())
+def test_the_restitution_in_steps_tends_to_the_closed_form(zeta, steps, clipped):
+    exact = (restitution_clipped if clipped else restitution_unclipped)(zeta)
+    assert 0.0 <= restitution_in_steps(zeta, steps, clipped=clipped) - exact < 4.0 / steps
+
+
+def test_a_grain_that_creeps_out_of_an_attractive_contact_has_no_rebound():
+    assert restitution_in_steps(5.0, 100.0, clipped=False) == 0.0

@@ -9,7 +9,11 @@ from harness.errors import RequestError
 from harness.parameters.contact import Contact
 from harness.shown import Shown
 from harness.theory.critical_angle import STATIC_ANGLE_DEG, critical_angle, no_flight_bound
-from harness.theory.dashpot import restitution_clipped, restitution_unclipped
+from harness.theory.dashpot import (
+    restitution_clipped,
+    restitution_in_steps,
+    restitution_unclipped,
+)
 from harness.theory.energy_map import gain_per_crest, steady_energy, well_depth
 from harness.theory.shock import (
     SHOCK_WITHOUT_REBOUND,
@@ -133,6 +137,12 @@ def rebound(contact: Contact) -> float:
     """Return the restitution of the grain on a fixed sphere, with its own effective mass."""
     law = restitution_clipped if contact.tail == "clipped" else restitution_unclipped
     return law(contact.zeta_against_full_mass)
+
+
+def rebound_in_steps(contact: Contact, steps: float) -> float:
+    """Return the greatest restitution on a fixed sphere at so many steps per contact time."""
+    zeta, clipped = contact.zeta_against_full_mass, contact.tail == "clipped"
+    return restitution_in_steps(zeta, steps, clipped=clipped)
 
 
 def closed_forms(contact: Contact) -> dict[Reading, float]:

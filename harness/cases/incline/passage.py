@@ -15,11 +15,17 @@ from itertools import pairwise
 import numpy as np
 from scipy.optimize import brentq, root_scalar
 
-from harness.cases.incline.closed_forms import ONE_SHOCK, PASSAGES, rebound, theory_in_words
+from harness.cases.incline.closed_forms import (
+    ONE_SHOCK,
+    PASSAGES,
+    rebound,
+    rebound_in_steps,
+    theory_in_words,
+)
 from harness.cases.incline.critical_angle import CriticalAngle
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import InclineRun
-from harness.cases.incline.routes import settled_before
+from harness.cases.incline.routes import SPEED_AFTER_SHOCK, settled_before
 from harness.errors import EngineOutputError, RequestError
 from harness.theory.critical_angle import critical_angle
 
@@ -33,29 +39,40 @@ MOST_SECANTS = 12
 
 
 def check_passage(*cases: Incline) -> None:
-    """Raise RequestError for a contact whose rebounds go on where a passage is judged."""
+    """Raise RequestError for a contact whose rebounds go on where a passage is judged.
+
+    What counts is the restitution that the contact has in the steps of the case.
+    """
     for case in cases:
-        e = rebound(case.contact)
-        if e > ONE_SHOCK and e > (most := most_restitution(case)):
+        e, steps = rebound(case.contact), case.steps_per_contact
+        if e <= ONE_SHOCK:
+            continue
+        found = rebound_in_steps(case.contact, steps)
+        if found > (most := most_restitution(case)):
+            up_to = f", up to {found:.3g} at {steps:g} steps per contact" if found > e else ""
             raise RequestError(
                 "method = 'passage' needs a contact that ends the rebounds within one well, one of "
-                f"restitution {most:.3g} at most at stiffness {case.stiffness:g} (here {e:.3g}): "
-                f"use method 'steady'; {theory_in_words(case.contact)}"
+                f"restitution {most:.3g} at most at stiffness {case.stiffness:g} (here {e:.3g}"
+                f"{up_to}): use method 'steady'; {theory_in_words(case.contact)}"
             )
 
 
 def most_restitution(case: Incline) -> float:
     """Return the restitution up to which a passage of a contact so stiff is measured.
 
-    The hops of rigid spheres end there where the passage is judged. In a DEM of k >= 1e5 N/m
-    (k d / m g >= 1e4) the grain is in flight then above it: at e = 0.335, 10 deg before the crest.
+    The hops of rigid spheres end a contact time before the passage is judged: those of a
+    spring end up to half a contact time later or earlier (found in the reference DEM at
+    k d / m g of 1e4 to 1e6). In a DEM of k >= 1e5 N/m (k d / m g >= 1e4) it is judged 10 deg
+    before the crest.
     """
     from harness.hard_sphere.critical_angle import hops_end
 
-    judged = math.degrees(settled_before(case.replace(angle=critical_angle())))
+    upright = case.replace(angle=critical_angle())
+    contact_way = SPEED_AFTER_SHOCK * case.contact_time * math.sqrt(case.gravity / case.diameter)
+    judged = math.degrees(settled_before(upright) + contact_way)
     if hops_end(PASSAGES) >= judged:
         return PASSAGES
-    return float(brentq(lambda e: hops_end(e) - judged, ONE_SHOCK, PASSAGES, xtol=1e-4))
+    return float(brentq(lambda e: hops_end(e) - judged, 0.0, PASSAGES, xtol=1e-4))
 
 
 def critical_angle_by_passage(

@@ -3,6 +3,7 @@
 import itertools
 import math
 
+import numpy as np
 import pytest
 
 from harness.cases.contract import Study
@@ -12,7 +13,11 @@ from harness.cases.incline.critical_angles import critical_angle, extrapolated_c
 from harness.cases.incline.engine_angle import EngineAngle, Rules
 from harness.cases.incline.engine_figure import angles_of_engines
 from harness.cases.incline.parameters import Incline
-from harness.cases.incline.passage import most_restitution
+from harness.cases.incline.passage import (
+    check_passage,
+    critical_angle_by_passage,
+    most_restitution,
+)
 from harness.cases.incline.rigid import TITLE
 from harness.cases.incline.runs import measured
 from harness.cases.incline.sections import contacts_explained, engine_table
@@ -87,9 +92,47 @@ def test_a_rebounding_contact_is_refused_before_any_run_with_what_theory_says(me
 )
 def test_a_contact_whose_hops_last_to_where_a_passage_is_judged_is_refused_before(measure, contact):
     engine = Twin()
-    with pytest.raises(RequestError, match=r"restitution 0.335 at most at stiffness 1e\+0[67] "):
+    with pytest.raises(
+        RequestError, match=r"restitution 0.3[23]\d* at most at stiffness 1e\+0"
+    ):
         measure(Incline(contact=contact), engine=engine)
     assert engine.jobs == []
+
+
+@pytest.mark.parametrize(
+    ("restitution", "steps", "stiffness"),
+    [(0.325, 20.0, 1e7), (0.33, 20.0, 1e7), (0.335, 50.0, 1e7), (0.335, 100.0, 1e7)],
+)
+def test_a_contact_that_rebounds_more_in_its_steps_is_refused_before_any_run(
+    restitution, steps, stiffness
+):
+    engine, contact = Twin(), Contact(restitution=restitution)
+    case = Incline(contact=contact, steps_per_contact=steps, stiffness=stiffness)
+    with pytest.raises(RequestError, match=f"at most at stiffness .* \\(here {restitution:.3g}"):
+        critical_angle(case, engine=engine)
+    assert engine.jobs == []
+    # where it is run all the same, the grain is in flight where it is judged
+    with pytest.raises(RequestError, match="in flight"):
+        critical_angle_by_passage(lambda cases: measured(Reference(), cases, "passage"), case)
+
+
+@pytest.mark.parametrize("tail", ["attractive", "clipped"])
+@pytest.mark.parametrize("stiffness", [1e5, 1e6, 1e7, 1e8])
+@pytest.mark.parametrize("steps", [12.0, 15.0, 20.0, 30.0, 50.0, 100.0])
+def test_what_is_not_refused_before_is_not_refused_after(tail, stiffness, steps):
+    def allowed(by):
+        contact = Contact(damping_ratio=by, tail=tail)
+        case = Incline(contact=contact, steps_per_contact=steps, stiffness=stiffness)
+        try:
+            check_passage(case)
+        except RequestError:
+            return None
+        return case
+
+    most = next(filter(None, map(allowed, np.arange(0.3, 0.9, 0.002))))  # rebounds the most
+    assert 0.28 < rebound(most.contact) < 0.336
+    found = critical_angle(most, engine=Reference(workers=1))
+    assert found.value_deg > closed_form()
 
 
 def test_a_soft_contact_settles_later_is_judged_later_and_may_rebound_more():
@@ -111,7 +154,7 @@ def test_below_the_bound_the_grain_slides_where_it_is_judged_and_above_it_may_fl
 
     bound = most_restitution(Incline(stiffness=stiffness))
     assert all(touching(bound - 0.005))
-    assert not all(itertools.chain.from_iterable(touching(bound + by) for by in (0.02, 0.04)))
+    assert not all(itertools.chain.from_iterable(touching(bound + by) for by in (0.02, 0.03, 0.04)))
 
 
 def angle(engine, tail, value, **others):
