@@ -65,7 +65,7 @@ def test_a_rebounding_contact_stands_beside_both_readings_not_beside_e_0(answer)
     assert "closed_form_deg" not in record
     assert record["closed_form_kept_deg"] == pytest.approx(6.251, abs=1e-3)
     assert record["closed_form_lost_deg"] == pytest.approx(15.08, abs=1e-2)
-    assert "describes neither" in record["theory"]
+    assert "neither describes" in record["theory"]
     assert "report's section on the contacts" in record["theory"]
 
 

@@ -170,6 +170,6 @@ def theory_in_words(contact: Contact) -> str:
     kept, lost = closed_forms(contact).values()
     return (
         f"at e = {rebound(contact):.3g} the theory of one shock gives {kept:.4g} deg (energy kept) "
-        f"or {lost:.4g} deg (velocity lost), and describes neither the many rebounds within a "
-        "well: see `dem-harness theory --restitution` and the report's section on the contacts"
+        f"or {lost:.4g} deg (velocity lost), and neither describes the many rebounds within "
+        "a well: see `dem-harness theory --restitution` and the report's section on the contacts"
     )

@@ -49,7 +49,7 @@ def check_passage(*cases: Incline) -> None:
             continue
         found = rebound_in_steps(case.contact, steps)
         if found > (most := most_restitution(case)):
-            up_to = f", up to {found:.3g} at {steps:g} steps per contact" if found > e else ""
+            up_to = f", up to {found:.3g} at {steps:g} steps per contact" if e <= most else ""
             raise RequestError(
                 "method = 'passage' needs a contact that ends the rebounds within one well, one of "
                 f"restitution {most:.3g} at most at stiffness {case.stiffness:g} (here {e:.3g}"

@@ -92,9 +92,7 @@ def test_a_rebounding_contact_is_refused_before_any_run_with_what_theory_says(me
 )
 def test_a_contact_whose_hops_last_to_where_a_passage_is_judged_is_refused_before(measure, contact):
     engine = Twin()
-    with pytest.raises(
-        RequestError, match=r"restitution 0.3[23]\d* at most at stiffness 1e\+0"
-    ):
+    with pytest.raises(RequestError, match=r"restitution 0.3[23]\d* at most at stiffness 1e\+0"):
         measure(Incline(contact=contact), engine=engine)
     assert engine.jobs == []
 
