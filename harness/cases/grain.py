@@ -16,10 +16,12 @@ from harness.observables.trajectory import Trajectory
 from harness.parameters.base import Parameters
 from harness.parameters.contact import SOURCE, NamedContact
 from harness.parameters.hertz import Hertz, hertz
-from harness.parameters.material import UNIT_MASS_DENSITY
 
 COLUMNS = ("time_s", "x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
 """Of a path in a table."""
+
+UNIT_MASS_DENSITY = 6.0 / math.pi
+"""[kg/m3] gives a sphere of 1 m the mass of 1 kg, as in the source."""
 
 
 class Grain(Parameters):

@@ -10,7 +10,9 @@ import typer
 
 from harness.cli.command import add_command
 from harness.cli.engine_options import EngineOptions
+from harness.cli.files import check_source
 from harness.cli.options import Json, Level
+from harness.cli.output import print_json, print_line
 
 if TYPE_CHECKING:
     from harness.workflows.baseline import BaselineComparison
@@ -73,8 +75,6 @@ def compare(asked: CompareOptions, engine: EngineOptions, json: Json = False) ->
     A failed row says of what class it is: diverged from the first step, diverged
     late (and when), wrong input, engine error, NaN, out of time, out of memory.
     """
-    from harness.cli.files import check_source
-    from harness.cli.output import print_json
     from harness.cli.verdicts import print_regression
 
     check_source(asked.baseline, "--baseline", folder=True)
@@ -93,7 +93,6 @@ def accept(asked: AcceptOptions, engine: EngineOptions, json: Json = False) -> N
 
     Asks on a terminal; without one, and without --yes, nothing is written.
     """
-    from harness.cli.output import print_json
     from harness.workflows.baseline import accept_baseline, where_to_accept
 
     target = where_to_accept(asked.baseline)
@@ -125,8 +124,6 @@ def _agreed(compared: BaselineComparison, target: Path) -> bool:
 
 
 def _print_changes(compared: BaselineComparison) -> None:
-    from harness.cli.output import print_line
-
     if not compared.changes:
         print("the baseline is what would be written")
     for change in compared.changes:

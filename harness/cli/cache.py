@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from harness.cli.options import Json
+from harness.cli.output import print_json
+from harness.errors import RequestError
 
 if TYPE_CHECKING:
     from harness.store.cache_contents import Kept
@@ -27,7 +29,6 @@ class CacheCommandOptions:
     def fitting(self, found: list[Kept]) -> list[Kept]:
         """Return what fits the options; raise RequestError for an age that is none."""
         from harness.cases.registry import get_case
-        from harness.errors import RequestError
 
         if self.older_than is not None and not self.older_than >= 0.0:
             raise RequestError(f"--older-than {self.older_than}: must be 0 days or more")
@@ -46,7 +47,6 @@ def cache(asked: CacheCommandOptions, json: Json = False) -> None:
     Besides results the cache holds environments of `releases` and compiled kernels. What is
     cleared is computed, installed or compiled again when it is asked for.
     """
-    from harness.cli.output import print_json
     from harness.home import cache_place
     from harness.store.cache_contents import clear, contents
 

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from harness.cli.options import Json
+from harness.cli.output import print_json, print_wrapped
 
 
 def cases(json: Json = False) -> None:
     """List the cases: what each simulates, its quantities, and the engines that state it."""
-    from harness.cli.output import print_json, print_wrapped
+    from harness.cases.registry import faults
+    from harness.store.entries import tell_stderr
     from harness.workflows import cases as ask
 
+    for fault in faults():
+        tell_stderr(fault)
     found = [case.record() for case in ask()]
     if json:
         print_json({"cases": found})

@@ -18,6 +18,8 @@ from typing import Annotated, Any, get_type_hints
 
 import typer
 
+from harness.errors import RequestError
+
 OPTIONS = tomllib.loads(Path(__file__).with_name("options.toml").read_text("utf-8"))
 """Examples of the commands, and help of the options by module, class and field."""
 
@@ -66,8 +68,6 @@ def _check_paths(values: Mapping[str, Any]) -> None:
             except (FileNotFoundError, NotADirectoryError):
                 pass
             except OSError as error:
-                from harness.errors import RequestError
-
                 raise RequestError(f"{name} {path}: {error.strerror}") from None
 
 

@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from harness.cli.engine_options import CostOptions, EngineOptions
 from harness.cli.options import ContactName, Json
+from harness.cli.output import print_record
+from harness.cli.qualified import answer, completed
+from harness.errors import RequestError
 
 if TYPE_CHECKING:
     from harness.cases.incline.parameters import Incline
@@ -26,8 +29,6 @@ class RouteOptions(CostOptions):
 
     def check(self, system: SystemOptions) -> None:
         """Raise RequestError for a tolerance out of range and options that exclude one another."""
-        from harness.errors import RequestError
-
         if self.tolerance is not None and not 1e-9 <= self.tolerance <= 1.0:
             raise RequestError(
                 f"--tolerance {self.tolerance!r} is not allowed: must be from 1e-9 to 1 deg"
@@ -108,7 +109,6 @@ class SystemOptions:
     def _steps(self, engine: str, contact: Contact) -> float | None:
         """Return the steps per contact that are asked for, in either way; None where none are."""
         from harness.engines.registry import engine_class
-        from harness.errors import RequestError
 
         if self.engine_step is None:
             return self.steps_per_contact
@@ -165,8 +165,6 @@ def critical_angle(
     """
     from harness.cases.incline.closed_forms import angles_beside
     from harness.cli.history_records import angle_quantities
-    from harness.cli.output import print_record
-    from harness.cli.qualified import answer, completed
     from harness.cli.recording import recorded
 
     touching = contact.contact_or("plastic" if route.extrapolate else "source")

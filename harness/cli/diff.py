@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 import typer
 
 from harness.cli.options import Json
+from harness.cli.output import print_json
+from harness.report.plain import one_line
 
 if TYPE_CHECKING:
     from harness.comparison.run_diff import RowDiff, RunDiff
@@ -37,7 +39,6 @@ def diff(asked: DiffOptions, json: Json = False) -> None:
     fails or is not tested, a new one fails, or one is gone at the same level);
     2 a folder is not a run.
     """
-    from harness.cli.output import print_json
     from harness.workflows import diff as hold
 
     before, after, output = asked.before, asked.after, asked.output
@@ -89,8 +90,6 @@ def _print(found: RunDiff) -> None:
 
 def _what(row: RowDiff) -> str:
     """Return what became of a row, its name and kind, and its verdicts."""
-    from harness.report.plain import one_line
-
     ends = (str(end.verdict) if end else "none" for end in (row.before, row.after))
     verdict = " -> ".join(dict.fromkeys(ends))
     return one_line(f"{row.change}: {row.row.name} ({row.row.kind}): {verdict}")

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from harness.cli.engine_options import WhereOptions
 from harness.cli.options import Json
+from harness.cli.output import print_columns, print_json
 
 
 def engines(where: WhereOptions, json: Json = False) -> None:
     """Which engines are here, in which version, how they are run, and why one is missing."""
-    from harness.cli.output import print_columns, print_json
+    from harness.engines.registry import refused_plugins
+    from harness.store.entries import tell_stderr
     from harness.workflows import engines as ask
     from harness.workflows import progress_bars
 
@@ -16,6 +18,8 @@ def engines(where: WhereOptions, json: Json = False) -> None:
         found = ask(
             lmp=where.lmp, launcher=where.mpirun, programs=where.programs, progress=progress
         )
+    for fault in refused_plugins():
+        tell_stderr(fault)
     if json:
         print_json({"engines": [status.record() for status in found]})
         return

@@ -11,6 +11,8 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from harness.errors import RequestError, cannot_write
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
@@ -25,8 +27,6 @@ LARGEST_REFERENCE = 10_000_000
 
 def check_target(path: Path | None, option: str, suffixes: tuple[str, ...] = ()) -> None:
     """Raise RequestError, before any work is done, for a file that cannot be written."""
-    from harness.errors import RequestError
-
     if path is None:
         return
     if suffixes and path.suffix.lower() not in suffixes:
@@ -40,8 +40,6 @@ def check_target(path: Path | None, option: str, suffixes: tuple[str, ...] = ())
 
 def check_source(path: Path | None, option: str, *, folder: bool = False) -> None:
     """Raise RequestError for a file, or a folder, that is not there or may not be read."""
-    from harness.errors import RequestError
-
     if path is None:
         return
     try:
@@ -82,8 +80,6 @@ def output_folder(given: Path | None, kind: str = "") -> Iterator[Path]:
 
 def _new_folder(parent: Path, name: str) -> tuple[Path, list[Path]]:
     """Return a new folder of this name or a numbered one, and the parents made for it."""
-    from harness.errors import RequestError
-
     made = [path for path in (parent, *parent.parents) if not path.exists()]
     try:
         parent.mkdir(parents=True, exist_ok=True)
@@ -106,7 +102,6 @@ def write_all(files: Mapping[tuple[str, Path], Writer]) -> None:
     FullDiskError where there is no space.
     """
     from harness.atomic_write import held_folder
-    from harness.errors import cannot_write
 
     target = ("", Path())
     with contextlib.ExitStack() as stack:
@@ -141,7 +136,6 @@ def save_figure(draw: Callable[[], Figure], suffix: str) -> Writer:
 
 def read_reference(path: Path) -> ReferencePoints:
     """Return the points of ``--reference``; raise RequestError in one line for a bad file."""
-    from harness.errors import RequestError
     from harness.observables.reference import parse_reference
 
     name = f"--reference {path}"

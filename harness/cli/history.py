@@ -8,7 +8,10 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast
 
+from harness.cli.files import FORMATS, check_target, save_figure, write_all
 from harness.cli.options import Json
+from harness.cli.output import print_columns, print_json_rows
+from harness.errors import RequestError
 
 if TYPE_CHECKING:
     from harness.store.history_query import HistoryQuery
@@ -62,9 +65,6 @@ def history(search: SearchOptions, files: FileOptions, json: Json = False) -> No
     and when it ends, in DEM_HARNESS_HOME/history.sqlite, else
     ~/.local/share/dem-harness/history.sqlite.
     """
-    from harness.cli.files import FORMATS, check_target, save_figure, write_all
-    from harness.cli.output import print_json_rows
-    from harness.errors import RequestError
     from harness.workflows.history_search import open_history, write_csv
 
     plot, csv, quantity = files.plot, files.csv, search.quantity
@@ -90,8 +90,6 @@ def history(search: SearchOptions, files: FileOptions, json: Json = False) -> No
 
 def _print(found: Recorded) -> None:
     """Print one line a row, newest last, as a log."""
-    from harness.cli.output import print_columns
-
     if not found.rows:
         none = (
             f"no run is recorded yet: {found.file} is written by the first verify, tower and so on"

@@ -9,8 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from harness.cli.engine_options import CostOptions
+from harness.cli.files import FORMATS, Writer, check_target, read_reference, save_figure, write_all
+from harness.cli.lists import heights, numbers
 from harness.cli.options import Json, Reading
+from harness.cli.output import print_wrapped
+from harness.cli.qualified import answer, completed
 from harness.cli.solvers import SolverOptions
+from harness.errors import RequestError
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -50,7 +55,6 @@ class TableOptions(CostOptions):
 
     def over(self) -> Over:
         """Return what the table runs over; raise RequestError for lists that cannot be read."""
-        from harness.cli.lists import heights, numbers
         from harness.observables.windows import WINDOWS
 
         found: Over = {"heights": heights(self.heights)}
@@ -95,9 +99,6 @@ class FileOptions:
 
         Raise RequestError for files that cannot be read or written, and points that nothing shows.
         """
-        from harness.cli.files import FORMATS, check_target, read_reference
-        from harness.errors import RequestError
-
         check_target(self.figure, "--figure", FORMATS)
         check_target(self.csv, "--csv")
         if self.figure and self.csv and self.figure.resolve() == self.csv.resolve():
@@ -114,7 +115,6 @@ class FileOptions:
         self, found: pd.DataFrame, points: ReferencePoints | None, reading: Reading, solver: str
     ) -> None:
         """Write the table and the figure, where they are asked for."""
-        from harness.cli.files import Writer, save_figure, write_all
 
         def draw() -> Figure:
             from harness.cases.tower.figures.impulse import critical_angle_against_height
@@ -143,7 +143,6 @@ def impulse(
     """
     from harness.cases.tower.impulse_angles import impulse_angles
     from harness.cli.history_records import impulse_quantities
-    from harness.cli.qualified import answer, completed
     from harness.cli.recording import recorded
 
     points, name, case = files.points(), solver.solver, table.case()
@@ -172,8 +171,6 @@ def impulse(
 def _print_tables(found: pd.DataFrame, record: Mapping[str, Any]) -> None:
     """Print a table for each law and window, of as many runs as a terminal is wide for."""
     from rich.console import Console
-
-    from harness.cli.output import print_wrapped
 
     console = Console(width=None if Console().is_terminal else 120, markup=False)
     for (law, window), part in found.groupby(["law", "window"], sort=False):

@@ -8,6 +8,7 @@ from pathlib import Path
 import typer
 
 from harness.cli.options import Json
+from harness.cli.output import print_json
 
 
 @dataclass(frozen=True)
@@ -20,7 +21,6 @@ class InputsOptions:
 
 def inputs(asked: InputsOptions, json: Json = False) -> None:
     """Write the generated LAMMPS scripts, or check that the written ones are up to date."""
-    from harness.cli.output import print_json
     from harness.workflows import progress_bars
     from harness.workflows import scripts as verb
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
+from harness.errors import RequestError
+
 _MOST = 10_000
 
 
@@ -13,8 +15,6 @@ def heights(text: str) -> list[int]:
 
     Raise RequestError for what is not one, and for heights outside 1 to 10000.
     """
-    from harness.errors import RequestError
-
     found: dict[int, None] = {}
     for part in text.split(","):
         ends = re.fullmatch(r"(\d{1,9})(?:-(\d{1,9}))?", part.strip(), re.ASCII)
@@ -34,8 +34,6 @@ def numbers(texts: Iterable[str], option: str) -> list[float]:
 
     Raise RequestError for what is not one; its range is for the parameters to judge.
     """
-    from harness.errors import RequestError
-
     found: dict[float, None] = {}
     for text in texts:
         for part in text.split(","):

@@ -10,6 +10,9 @@ import textwrap
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
+from harness.report.finite import finite
+from harness.report.plain import one_line
+
 if TYPE_CHECKING:
     import pandas as pd
 
@@ -19,8 +22,6 @@ GAP = 2
 
 def print_json(record: Mapping[str, Any]) -> None:
     """Print one JSON object, strict JSON: what is not finite becomes null."""
-    from harness.report.finite import finite
-
     print(json.dumps(finite(record), indent=2, ensure_ascii=False))
 
 
@@ -29,8 +30,6 @@ def print_json_rows(head: Mapping[str, Any], name: str, rows: Iterable[Mapping[s
 
     Each row is printed as it comes: the memory that this takes is that of one row.
     """
-    from harness.report.finite import finite
-
     text = json.dumps(finite({**head, name: []}), indent=2, ensure_ascii=False)
     before, _, after = text.rpartition("]")
     end = ""
@@ -71,8 +70,6 @@ def print_columns(lines: Sequence[Sequence[str]], right: Collection[str] = ()) -
     On a terminal that is narrower, cells but the first of a line go on below; a pipe gets whole
     lines.
     """
-    from harness.report.plain import one_line
-
     lines = [[one_line(cell) for cell in line] for line in lines]
     turns: list[Literal["left", "right"]] = ["right" if n in right else "left" for n in lines[0]]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
@@ -111,8 +108,6 @@ def print_frame(frame: pd.DataFrame, digits: int) -> None:
 
 def print_line(text: str, *, indent: int = 0) -> None:
     """Print text after ``indent`` blanks: wrapped on a terminal, on one line in a pipe."""
-    from harness.report.plain import one_line
-
     if sys.stdout.isatty():
         print_wrapped(text, indent=indent)
     else:
@@ -126,8 +121,6 @@ def terminal_width() -> int:
 
 def print_wrapped(text: str, *, indent: int = 0) -> None:
     """Print printable text on lines that fit the terminal, the first after ``indent`` blanks."""
-    from harness.report.plain import one_line
-
     width = min(terminal_width(), 120)
     lines = textwrap.wrap(
         one_line(text),

@@ -5,6 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from harness.cli.output import print_json
+from harness.errors import EngineError, HarnessError
+from harness.report.plain import printable
+
 if TYPE_CHECKING:
     from harness.cli.recording import Recording
     from harness.engines.contract import Engine
@@ -30,9 +34,6 @@ def answer(
     """Print a record, and end with status 3 and the reason where its engine did not qualify."""
     import typer
 
-    from harness.cli.output import print_json
-    from harness.errors import HarnessError
-    from harness.report.plain import printable
     from harness.store.entries import tell_stderr
 
     (print_json if json else show)(record)
@@ -49,7 +50,6 @@ def qualification(engine: Engine | None, told: Recording) -> dict[str, Any]:
     """
     from harness.cases.qualification import qualify
     from harness.engines.registry import ALWAYS
-    from harness.errors import EngineError, HarnessError
 
     if engine is None or engine.name in ALWAYS:
         return {}

@@ -9,10 +9,12 @@ import sqlite3
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from harness.errors import HarnessError
 
 if TYPE_CHECKING:
     from harness.store.history import History, Quantity
@@ -44,7 +46,6 @@ def recorded(command: str, *, quiet: bool = False) -> Iterator[Recording]:
     command: RequestError.
     """
     from harness.cli import interrupted_status
-    from harness.errors import HarnessError
     from harness.workflows import progress_bars
 
     told, clock = Recording(), time.monotonic()
@@ -68,14 +69,11 @@ def verdicts(checks: Sequence[Mapping[str, Any]]) -> list[Quantity]:
     """Return the checks of a verification's record as quantities."""
     from harness.store.history import Quantity
 
-    texts = ("name", "kind", "unit", "verdict")
-    numbers = ("value", "uncertainty", "expected", "tolerance")
     found = []
     for check in checks:
-        given: dict[str, Any] = {name: check[name] for name in texts}
-        for name in numbers:
-            given[name] = math.nan if check[name] is None else float(check[name])
-        found.append(Quantity(triage=check.get("triage", ""), **given))
+        told: dict[str, Any] = {one.name: check.get(one.name, "") for one in fields(Quantity)}
+        told |= {name: math.nan for name, value in told.items() if value is None}
+        found.append(Quantity(**told))
     return found
 
 

@@ -11,6 +11,7 @@ import typer
 
 from harness.cli.engine_options import CacheOptions
 from harness.cli.options import Json, Level
+from harness.cli.output import print_json, print_line
 
 MOST_MOVED = 20
 """Values that moved of which a terminal is told."""
@@ -38,7 +39,6 @@ def releases(asked: ReleasesOptions, kept: CacheOptions, json: Json = False) -> 
     to the last bit, within round-off, within tolerance, moved, engine error.
     """
     from harness.cli.engine_options import cached
-    from harness.cli.output import print_json
     from harness.cli.recording import recorded
     from harness.report.target import check_folder
     from harness.workflows import releases as compare
@@ -83,8 +83,6 @@ def _record(found: ReleaseMatrix) -> None:
 
 def _print(found: ReleaseMatrix, output: Path | None) -> None:
     """Print a line a release, known defects by name, and every quantity that moved."""
-    from harness.cli.output import print_line
-
     for i, column in enumerate(found.columns):
         counts = ", ".join(f"{n} {change}" for change, n in found.counts(i).items())
         print_line(f"{column.title}: {column.error or counts}")

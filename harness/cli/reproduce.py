@@ -9,7 +9,10 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from harness.cli.engine_options import EngineOptions
+from harness.cli.files import output_folder, read_reference
 from harness.cli.options import Json
+from harness.cli.output import print_json, print_line, print_record
+from harness.errors import RequestError
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -31,9 +34,6 @@ class ReproduceOptions:
 
     def points(self) -> ReferencePoints | None:
         """Return the measured angles; raise RequestError for a bad file, or with ``--check``."""
-        from harness.cli.files import read_reference
-        from harness.errors import RequestError
-
         if self.reference is None:
             return None
         if self.check:
@@ -48,8 +48,6 @@ def reproduce(asked: ReproduceOptions, engine: EngineOptions, json: Json = False
     source from our own runs, movies, and dump files for OVITO. A statement that
     does not hold is a finding, not a failure: exit status 0.
     """
-    from harness.cli.files import output_folder
-    from harness.cli.output import print_json
     from harness.reproduction.ledger_differences import ledger_differences
 
     points = asked.points()
@@ -99,8 +97,6 @@ def _committed(folder: Path) -> pd.DataFrame:
     """Return the ledger of a folder; raise RequestError if there is none that can be read."""
     import pandas as pd
 
-    from harness.errors import RequestError
-
     path = folder / "ledger.csv"
     try:
         frame = pd.read_csv(path)
@@ -120,8 +116,6 @@ def _counts(ledger: Ledger) -> dict[str, Any]:
 
 
 def _print(record: dict[str, Any]) -> None:
-    from harness.cli.output import print_line, print_record
-
     differences = record.pop("differences", None)
     print_record(record)
     for line in differences or []:

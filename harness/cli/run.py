@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from harness.cli.engine_options import CostOptions, IntegratorOptions
 from harness.cli.options import Json
+from harness.cli.output import print_wrapped
+from harness.cli.qualified import answer, completed
 
 if TYPE_CHECKING:
     from harness.engines.contract import Engine
@@ -33,7 +35,6 @@ class RunnerOptions(IntegratorOptions):
 def run(asked: CaseOptions, runner: RunnerOptions, json: Json = False) -> None:
     """One run of any case: its parameters, what it measures, and what is expected."""
     from harness.cli.history_records import run_quantities
-    from harness.cli.qualified import answer, completed
     from harness.cli.recording import recorded
     from harness.engines.cost import MOST_SECONDS
     from harness.engines.typed import named_values
@@ -65,8 +66,6 @@ def run(asked: CaseOptions, runner: RunnerOptions, json: Json = False) -> None:
 
 def _print(record: Mapping[str, Any]) -> None:
     """Print who ran, the parameters, and a line for each quantity."""
-    from harness.cli.output import print_wrapped
-
     print(f"{record['case']} in {record['engine']} {record['engine_version']}")
     given = (f"{name} = {_short(value)}" for name, value in _flat(record["parameters"]))
     print_wrapped(", ".join(given), indent=2)

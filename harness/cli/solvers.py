@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from harness.cli.engine_options import ProgramOptions
+from harness.errors import RequestError
 
 if TYPE_CHECKING:
     from harness.engines.contract import Engine
@@ -34,7 +35,6 @@ class SolverOptions(ProgramOptions):
         Raise RequestError for a name that is not known, and for options of another engine.
         """
         from harness.engines.registry import engine_class
-        from harness.errors import RequestError
 
         for name, value in (("--lmp", self.lmp), ("--mpirun", self.mpirun)):
             if value is not None and self.solver != "lammps":

@@ -12,8 +12,11 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from harness.cli.engine_options import CostOptions, ProgramOptions
+from harness.cli.files import output_folder, read_reference
 from harness.cli.options import Json
-from harness.cli.slurm_options import ExecutorOptions
+from harness.cli.output import print_frame, print_json, print_wrapped
+from harness.errors import RequestError
+from harness.workflows.slurm_queue import ExecutorOptions
 
 if TYPE_CHECKING:
     from harness.cases.case_study import CaseStudy, Level
@@ -45,8 +48,6 @@ class StudyOptions(CostOptions, ProgramOptions):
     @property
     def level(self) -> Level:
         """Return how much is run; raise RequestError for both options."""
-        from harness.errors import RequestError
-
         if self.quick and self.full:
             raise RequestError("--quick and --full: give one of them only")
         return "quick" if self.quick else "full" if self.full else "default"
@@ -58,8 +59,6 @@ def study(options: StudyOptions, where: ExecutorOptions, json: Json = False) -> 
     Runs that were made before are not made again, and a study that was killed goes on. The verdict
     follows from the numbers by a test that the report states.
     """
-    from harness.cli.files import output_folder, read_reference
-    from harness.cli.output import print_json
     from harness.cli.recording import recorded
     from harness.workflows import study as run_study
     from harness.workflows.case_run import usual_engine
@@ -115,8 +114,6 @@ def _tell_cost(
     """Print what a level costs on some numbers of cores, and the model behind it."""
     import pandas as pd
 
-    from harness.cli.output import print_frame, print_json, print_wrapped
-
     local = replace(where, executor="local")
     found = asked.cost(
         options.level, lambda ranks: _with_ranks(engine, options, local, ranks).open(engine)
@@ -135,7 +132,6 @@ def _executors(
     engine: str, options: StudyOptions, where: ExecutorOptions
 ) -> Callable[[int], Executor]:
     """Return a function from the ranks of a run to what makes such runs."""
-    from harness.errors import RequestError
     from harness.home import cache_place
     from harness.workflows.slurm import Slurm
     from harness.workflows.sweep_local import Local
@@ -205,8 +201,6 @@ def _facts(found: StudyResult) -> Mapping[str, str]:
 def _print(record: Mapping[str, Any], columns: Sequence[str]) -> None:
     """Print the verdict, some columns of the rows, and where the report is."""
     import pandas as pd
-
-    from harness.cli.output import print_frame, print_wrapped
 
     for sentence in record["verdict"]:
         print_wrapped(f"- {sentence}")

@@ -12,13 +12,17 @@ from typing import TYPE_CHECKING
 import typer
 
 from harness.cli.engine_options import CostOptions, IntegratorOptions
+from harness.cli.files import Writer, output_folder, save_figure, write_all
 from harness.cli.options import Json
-from harness.cli.slurm_options import ExecutorOptions
+from harness.cli.output import print_frame, print_json
+from harness.cli.qualified import qualification
+from harness.errors import RequestError
+from harness.report.plain import one_line
+from harness.workflows.slurm_queue import ExecutorOptions
 
 if TYPE_CHECKING:
     from harness.cli.recording import Recording
     from harness.engines.contract import Engine
-    from harness.workflows.slurm_jobs import Settings
     from harness.workflows.sweep_plan import Asked, Plan
     from harness.workflows.sweep_run import Sweep
 
@@ -74,7 +78,6 @@ def sweep(
     Runs that were made before are not made again, and one that was killed goes on: every run is
     kept as soon as it is over. A run that fails is a row with the reason.
     """
-    from harness.cli.output import print_json
     from harness.cli.recording import recorded
 
     chosen = _planned(options)
@@ -102,7 +105,6 @@ def sweep(
 
 def _planned(options: SweepOptions) -> Plan:
     """Return what is asked for; raise RequestError, which names the file where there is one."""
-    from harness.errors import RequestError
     from harness.workflows.sweep_plan import plan
 
     try:
@@ -116,7 +118,6 @@ def _run(
 ) -> tuple[Sweep, dict[str, str]]:
     """Return the sweep, and why engines did not qualify, by their names."""
     from harness.cli.engine_options import runs_made
-    from harness.cli.qualified import qualification
     from harness.workflows.sweep_local import Local
     from harness.workflows.sweep_run import run_plan
 
@@ -140,7 +141,7 @@ def _run(
 
 
 def _run_on_cluster(
-    options: SweepOptions, chosen: Plan, settings: Settings, folder: Path, told: Recording
+    options: SweepOptions, chosen: Plan, settings: ExecutorOptions, folder: Path, told: Recording
 ) -> Sweep:
     """Return the sweep, run under SLURM; engines are opened here to look up what is kept."""
     from functools import partial
@@ -164,7 +165,6 @@ def _run_on_cluster(
 @contextlib.contextmanager
 def _folder(options: SweepOptions, asked: Asked) -> Iterator[Path]:
     """Yield the folder of the sweep, held until the end of the block."""
-    from harness.cli.files import output_folder
     from harness.workflows.sweep_folder import held_sweep
 
     own = (
@@ -178,8 +178,6 @@ def _written(folder: Path, found: Sweep) -> list[str]:
     """Write table and figure, all whole; return notes on what is not written, and why."""
     from functools import partial
     from importlib.util import find_spec
-
-    from harness.cli.files import Writer, save_figure, write_all
 
     frame, figure, notes = found.frame(), found.figure(), []
     files: dict[tuple[str, Path], Writer] = {
@@ -201,8 +199,6 @@ def _written(folder: Path, found: Sweep) -> list[str]:
 
 def _print(found: Sweep, notes: list[str]) -> None:
     """Print what was swept and measured, a line a run, and what went wrong."""
-    from harness.cli.output import print_frame
-    from harness.report.plain import one_line
     from harness.store.entries import tell_stderr
 
     frame = found.frame()

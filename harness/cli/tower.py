@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from harness.cli.engine_options import CostOptions
+from harness.cli.files import check_target, write_all
 from harness.cli.options import Json
+from harness.cli.qualified import answer, completed
 from harness.cli.solvers import SolverOptions
 
 if TYPE_CHECKING:
@@ -74,9 +76,7 @@ def tower(
     """
     from harness.cases.tower.run import covering
     from harness.cases.tower.run import tower as run_tower
-    from harness.cli.files import check_target, write_all
     from harness.cli.history_records import tower_quantities
-    from harness.cli.qualified import answer, completed
     from harness.cli.recording import recorded
     from harness.observables.summary import summary
 

@@ -8,6 +8,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from harness.report.plain import one_line
+
 if TYPE_CHECKING:
     from rich.table import Table
 
@@ -68,8 +70,6 @@ class Printer:
 
     def line(self, text: str, style: str = "", *, indent: int = 0, wrap: bool = True) -> None:
         """Print text on lines that fit, those after the first two characters further in."""
-        from harness.report.plain import one_line
-
         text = one_line(text).replace("±", "+-")
         lines = textwrap.wrap(
             text,

@@ -10,7 +10,10 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from harness.cli.engine_options import EngineOptions
+from harness.cli.files import check_source, output_folder
 from harness.cli.options import Json
+from harness.cli.output import closed_pipe_allowed, print_json
+from harness.errors import RequestError
 
 if TYPE_CHECKING:
     from harness.store.entries import Entries
@@ -39,9 +42,6 @@ class VerifyOptions:
 
     def check(self) -> None:
         """Raise RequestError for options that contradict one another or name no such file."""
-        from harness.cli.files import check_source
-        from harness.errors import RequestError
-
         if self.quick and self.full:
             raise RequestError("--quick and --full: give one of them only")
         if self.baseline is not None and self.no_baseline:
@@ -60,8 +60,6 @@ def verify(asked: VerifyOptions, engine: EngineOptions, json: Json = False) -> N
     again: the report kept of it is handed out, and said to be so. An interrupted
     verify goes on where it stopped.
     """
-    from harness.cli.files import output_folder
-    from harness.cli.output import closed_pipe_allowed, print_json
     from harness.cli.recording import recorded, verdicts
     from harness.cli.verdicts import print_verification
 

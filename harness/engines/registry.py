@@ -48,9 +48,9 @@ def engine_names() -> list[str]:
     return [*ENGINES, *sorted(_plugins()[0])]
 
 
-def refused_plugins() -> dict[str, str]:
-    """Return why engines of other packages are not listed, a line each, by package and name."""
-    return dict(_plugins()[1])
+def refused_plugins() -> tuple[str, ...]:
+    """Return one line for each engine of another package that is not listed."""
+    return tuple(_plugins()[1])
 
 
 def engine_class(name: str) -> type[Engine]:
@@ -147,17 +147,17 @@ def input_files(templates: Iterable[Template], *engines: str) -> dict[str, str]:
 
 
 @cache
-def _plugins() -> tuple[dict[str, EntryPoint], dict[str, str]]:
-    """Return the engines of other packages by name, and those refused with the reason."""
+def _plugins() -> tuple[dict[str, EntryPoint], list[str]]:
+    """Return the engines of other packages by name, and why others are refused."""
     found: dict[str, EntryPoint] = {}
-    refused: dict[str, str] = {}
+    refused: list[str] = []
     for point in entry_points(group=GROUP):
         package = _package(point)
         other = "this package" if point.name in ENGINES else ""
         if point.name in found:
             other = f"package {_package(found[point.name])!r}"
         if other:
-            refused[f"{package}: {point.name}"] = (
+            refused.append(
                 f"engine {point.name!r} of package {package!r} is left out: {other} has one of "
                 "that name"
             )

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from harness.hard_sphere.compiled import compiled
+from harness.compiled import compiled
 from harness.hard_sphere.roots import NEVER, roots_within, value
 
 LOWEST = 0.8

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from harness.hard_sphere.compiled import compiled
+from harness.compiled import compiled
 from harness.hard_sphere.motion import LEAVES, SHOCK, flight, slide
 
 COLLAPSED = 1e-8

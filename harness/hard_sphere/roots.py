@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.hard_sphere.compiled import compiled
+from harness.compiled import compiled
 
 NEVER = np.inf
 MOST_STEPS = 200

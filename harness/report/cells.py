@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
-from harness.comparison.verdicts import Cell
 from harness.comparison.verification import Verification
 from harness.report.gallery import Drawn, DrawnCell
+from harness.report.matrix import Mark
 from harness.report.page import Row, look, rows_of
 from harness.report.plain import safe_path
 from harness.report.sections import CellText
@@ -31,35 +29,6 @@ HEAD = (
 NUMERIC = frozenset({2, 3, 6, 7, 8, 9})
 
 Place = tuple[str, str, str]
-
-
-@dataclass(frozen=True)
-class Judged(Row):
-    """A row of the cell, as it stands in the report."""
-
-    @property
-    def cell(self) -> Cell:
-        """Return its place in the matrix."""
-        assert self.check.cell is not None
-        return self.check.cell
-
-    @property
-    def quantity(self) -> str:
-        """Return what was measured; empty for a row that says that nothing was."""
-        words = self.check.name.rpartition(": ")
-        return words[2] if math.isfinite(self.check.expected) else ""
-
-    @property
-    def order(self) -> str:
-        """Return the observed order; a dash where there is none to be told."""
-        return "-" if math.isnan(self.cell.order) else f"{self.cell.order:.2f}"
-
-    @property
-    def interval(self) -> str:
-        """Return the interval of the order."""
-        if math.isnan(self.cell.order):
-            return "-"
-        return f"{self.cell.order_low:.2f} to {self.cell.order_high:.2f}"
 
 
 def addresses(drawn: Sequence[Drawn]) -> dict[Place, str]:
@@ -104,15 +73,15 @@ def _who(text: CellText, found: Verification) -> str:
     return " ".join(filter(None, (text.who, versions.get(text.engine, ""))))
 
 
-def _by_place(rows: Sequence[Row]) -> dict[Place, list[Judged]]:
-    found: dict[Place, list[Judged]] = {}
+def _by_place(rows: Sequence[Row]) -> dict[Place, list[Mark]]:
+    found: dict[Place, list[Mark]] = {}
     for row in rows:
         cell = row.check.cell
         if cell is not None:
             place = (cell.case, cell.submodel, cell.engine)
-            found.setdefault(place, []).append(Judged(row.check, row.id))
-    for judged in found.values():
-        judged.sort(key=lambda one: one.cell.system)
+            found.setdefault(place, []).append(Mark(row.check, row.id))
+    for marks in found.values():
+        marks.sort(key=lambda one: one.cell.system)
     return found
 
 

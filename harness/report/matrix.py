@@ -14,7 +14,7 @@ from harness.report.verdict_summary import SEVERITY
 
 @dataclass(frozen=True)
 class Mark:
-    """What became of a cell in one system: its worst check, told by the place of its row."""
+    """A check that stands in a cell of the matrix, and the place of its row in the report."""
 
     check: Check
     place: str
@@ -33,13 +33,31 @@ class Mark:
         return str(self.check.verdict).removeprefix("known ")
 
     @property
+    def quantity(self) -> str:
+        """Return what was measured; empty for a row that says that nothing was."""
+        return _quantity(self.check) if math.isfinite(self.check.expected) else ""
+
+    @property
+    def order(self) -> str:
+        """Return the observed order; a dash where there is none to be told."""
+        return "-" if math.isnan(self.cell.order) else f"{self.cell.order:.2f}"
+
+    @property
+    def interval(self) -> str:
+        """Return the interval of the order."""
+        low, high = self.cell.order_low, self.cell.order_high
+        return "-" if math.isnan(self.cell.order) else f"{low:.2f} to {high:.2f}"
+
+    @property
     def title(self) -> str:
         """Return system, value, reference, error and order in a line."""
-        quantity = self.check.name.rpartition(": ")[2]
-        cell = self.cell
-        order = f", order {cell.order:.2f} ({cell.order_low:.2f} to {cell.order_high:.2f})"
-        told = f"{cell.system}, {cell.invariance or quantity}: {happened(self.check)}"
-        return told + ("" if math.isnan(cell.order) else order)
+        what = self.cell.invariance or _quantity(self.check)
+        told = f"{self.cell.system}, {what}: {happened(self.check)}"
+        return told if self.order == "-" else f"{told}, order {self.order} ({self.interval})"
+
+
+def _quantity(check: Check) -> str:
+    return check.name.rpartition(": ")[2]
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,8 @@ from harness.errors import EngineCrashError
 from harness.parameters.base import Parameters
 from harness.store.entries import tell_stderr
 from harness.store.keys import key_of, source_digest
-from harness.workflows.slurm_jobs import Order, Settings, last_line, submit, told_of
-from harness.workflows.slurm_queue import USUAL, check_slurm, end_of, queued
+from harness.workflows.slurm_jobs import Order, last_line, submit, told_of
+from harness.workflows.slurm_queue import USUAL, ExecutorOptions, check_slurm, end_of, queued
 from harness.workflows.sweep_local import Local, Ran, Work
 
 MOST_JOBS = 1000
@@ -44,7 +44,7 @@ class Slurm:
     """
 
     folder: Path
-    settings: Settings
+    settings: ExecutorOptions
     local: Local
     opening: Callable[[str], Mapping[str, Any]] = lambda _: {}
     cache: Path | None = None

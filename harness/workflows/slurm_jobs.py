@@ -5,9 +5,8 @@ from __future__ import annotations
 import contextlib
 import io
 import json
-import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,42 +18,8 @@ from harness.observables.provenance import Provenance
 from harness.parameters.base import Parameters
 from harness.store.cached_engine import CachedEngine
 from harness.store.entries import Entries
+from harness.workflows.slurm_queue import ExecutorOptions
 from harness.workflows.sweep_local import Local, Ran, Work
-
-
-@dataclass(frozen=True)
-class Settings:
-    """What SLURM is asked for: the queue, minutes and cores of a job, runs in a job.
-
-    ``ranks`` are those of one MPI run; ``sbatch`` are further options of sbatch by their names.
-    """
-
-    partition: str | None = None
-    account: str | None = None
-    minutes: int = 60
-    cpus: int = 1
-    ranks: int = 1
-    chunk: int = 50
-    sbatch: Mapping[str, str] = field(default_factory=dict)
-
-    def parameters(self, known: Sequence[str]) -> dict[str, Any]:
-        """Return them as submitit takes them; ``known`` are the names that it has."""
-        more = {n: int(text) if text.isdecimal() else text for n, text in self.sbatch.items()}
-        named = {name: value for name, value in more.items() if name in known}
-        beyond = {name: value for name, value in more.items() if name not in known}
-        nodes = int(named.get("nodes", 1))
-        return {
-            "job_name": "dem-harness",
-            "partition": self.partition,
-            "account": self.account,
-            "time": self.minutes,
-            "cpus_per_task": self.cpus,
-            "ntasks_per_node": math.ceil(self.ranks / nodes),
-            "stderr_to_stdout": True,
-            "use_srun": False,  # one Python a job; the ranks of a run are started by its launcher
-            "additional_parameters": beyond,
-            **named,
-        }
 
 
 @dataclass(frozen=True)
@@ -116,7 +81,7 @@ def told_of(told: Mapping[str, Any]) -> Ran:
     return Measured(told["values"], who, told["seconds"])
 
 
-def submit(orders: Sequence[Order], group: Path, settings: Settings) -> list[str]:
+def submit(orders: Sequence[Order], group: Path, settings: ExecutorOptions) -> list[str]:
     """Submit a job for each order, as one array; raise RequestError where sbatch refuses."""
     import submitit
     from submitit.core.utils import FailedJobError

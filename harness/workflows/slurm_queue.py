@@ -1,12 +1,15 @@
-"""What SLURM says of jobs: which are in its queue, and how one ended."""
+"""What SLURM is asked for, and what it says of jobs: which are in its queue, how one ended."""
 
 from __future__ import annotations
 
 import getpass
+import math
 import re
 import shutil
 import subprocess
 from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any, Literal
 
 from harness.errors import RequestError
 
@@ -17,6 +20,69 @@ MISSING = (
 
 USUAL = ("None", "Priority", "Resources", "BeginTime", "Prolog", "JobArrayTaskLimit")
 """Why a job waits that will run."""
+
+
+@dataclass(frozen=True)
+class ExecutorOptions:
+    """Where runs are made, and what SLURM is asked for.
+
+    That is the queue, minutes and cores of a job, and runs in a job. ``ranks`` are those of one
+    MPI run; ``sbatch`` are further options of sbatch as NAME=VALUE.
+    """
+
+    executor: Literal["local", "slurm"] = "local"
+    partition: str | None = None
+    account: str | None = None
+    time: int = 60
+    cpus: int = 1
+    ranks: int = 1
+    chunk: int = 50
+    sbatch: list[str] | None = None
+
+    @property
+    def further(self) -> dict[str, Any]:
+        """Return the further options by name; raise RequestError for what is no pair."""
+        from harness.engines.typed import named_values
+
+        texts = named_values(self.sbatch or (), "--sbatch")
+        return {name: int(text) if text.isdecimal() else text for name, text in texts.items()}
+
+    def settings(self) -> ExecutorOptions | None:
+        """Return what SLURM is asked for, None for this machine.
+
+        Raise RequestError for an option of SLURM without it, and where it is not here.
+        """
+        if self.executor == "slurm":
+            check_slurm()
+            _ = self.further
+            return self
+        for one in fields(self):
+            value = getattr(self, one.name)
+            if value not in (one.default, []):
+                raise RequestError(f"--{one.name} {value}: goes with --executor slurm only")
+        return None
+
+    def launcher(self, named: str | None) -> str | None:
+        """Return the launcher of an MPI run: the one that is named, or the scheduler's."""
+        return f"srun -n {self.ranks}" if named is None and self.ranks > 1 else named
+
+    def parameters(self, known: Sequence[str]) -> dict[str, Any]:
+        """Return them as submitit takes them; ``known`` are the names that it has."""
+        named = {name: value for name, value in self.further.items() if name in known}
+        beyond = {name: value for name, value in self.further.items() if name not in known}
+        nodes = int(named.get("nodes", 1))
+        return {
+            "job_name": "dem-harness",
+            "partition": self.partition,
+            "account": self.account,
+            "time": self.time,
+            "cpus_per_task": self.cpus,
+            "ntasks_per_node": math.ceil(self.ranks / nodes),
+            "stderr_to_stdout": True,
+            "use_srun": False,  # one Python a job; the ranks of a run are started by its launcher
+            "additional_parameters": beyond,
+            **named,
+        }
 
 
 def check_slurm() -> None:

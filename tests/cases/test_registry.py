@@ -11,6 +11,7 @@ from harness.cases.contract import Case
 from harness.cases.drop.parameters import Drop
 from harness.cases.drop.template import TEMPLATE
 from harness.cases.incline.case import InclineCase
+from harness.cli.cases import cases
 from harness.errors import RequestError
 from harness.observables.declared import Observable
 
@@ -134,3 +135,10 @@ def test_a_text_without_a_name_and_an_unknown_case_are_refused():
         registry.cases_named(", ")
     with pytest.raises(RequestError, match="case 'nobody' is not known: must be one of"):
         registry.get_case("nobody")
+
+
+def test_the_list_of_cases_names_those_that_cannot_be_used(plugged, capsys):  # noqa: ARG001
+    cases(json=True)
+    told = capsys.readouterr().err.splitlines()
+    assert told == [f"dem-harness: {fault}" for fault in registry.faults()]
+    assert len(told) == 5

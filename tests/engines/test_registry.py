@@ -3,6 +3,9 @@ from importlib.metadata import EntryPoint
 
 import pytest
 
+from harness import workflows
+from harness.cli.engine_options import WhereOptions
+from harness.cli.engines import engines
 from harness.engines import registry
 from harness.engines.contract import Engine, Template
 from harness.engines.lammps.engine import Lammps
@@ -176,10 +179,17 @@ def test_an_engine_with_the_name_of_another_is_left_out_and_named(plugins):
         Point("mine", "mine:Mine", "second"),
     )
     assert engine_names() == [*ENGINES, "mine"]
-    assert [package.partition(":")[0] for package in refused_plugins()] == ["thief", "second"]
-    for text in refused_plugins().values():
-        assert "is left out" in text
-        assert "\n" not in text
+    texts = refused_plugins()
+    assert ["'thief' is left out" in texts[0], "'second' is left out" in texts[1]] == [True, True]
+    assert not any("\n" in text for text in texts)
+
+
+def test_the_list_of_engines_names_those_that_are_left_out(plugins, monkeypatch, capsys):
+    plugins(Point("yade", "mine:Mine", "thief"))
+    monkeypatch.setattr(workflows, "engines", lambda **_: [])
+    engines(WhereOptions(), json=True)
+    (fault,) = refused_plugins()
+    assert capsys.readouterr().err == f"dem-harness: {fault}\n"
 
 
 def test_a_class_is_an_engine_for_a_try(plugins, tmp_path, monkeypatch):

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.engines.reference.compiled import compiled
+from harness.compiled import compiled
 from harness.engines.reference.contact import normal_force
 from harness.engines.reference.row import ROUNDING, Grain, Row
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from harness.engines.reference.compiled import compiled
+from harness.compiled import compiled
 from harness.engines.reference.row import Grain, Row, acceleration
 
 ORDER = 1

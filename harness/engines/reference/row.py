@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from harness.engines.reference.compiled import compiled
+from harness.compiled import compiled
 from harness.engines.reference.contact import hertz_force, normal_force
 from harness.engines.scene import Scene
 from harness.parameters.contact import Contact

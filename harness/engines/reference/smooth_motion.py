@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.engines.reference.compiled import compiled
+from harness.compiled import compiled
 from harness.engines.reference.row import Row, contact_force
 
 State = NDArray[np.float64]

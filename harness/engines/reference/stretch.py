@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from harness.compiled import compiled
 from harness.engines.reference import mfix_adams_bashforth, mfix_euler, rk4, velocity_verlet
-from harness.engines.reference.compiled import compiled
 from harness.engines.reference.row import Grain, Row, acceleration
 
 VELOCITY_VERLET, MFIX_EULER, MFIX_ADAMS_BASHFORTH, RK4 = range(4)

@@ -8,8 +8,8 @@ whole step's velocity.
 
 from __future__ import annotations
 
+from harness.compiled import compiled
 from harness.engines.reference import mfix_euler
-from harness.engines.reference.compiled import compiled
 from harness.engines.reference.row import Grain, Row, acceleration
 
 ORDER = 2
