@@ -1,10 +1,10 @@
 """The contract of a case: what is simulated, how an output is read, and how it is judged.
 
 A case is one object and one folder: ``parameters.py`` (frozen, validated, SI), ``case.toml`` (its
-quantities, as ``name = "[unit] meaning"``), ``template.py`` (the values that scripts are told, the
-same system as a scene), reading, ``checks.py`` with tolerances and their reasons, ``sections.py``
-with figures. It names no engine: every engine that has a template for it, or takes scenes, and
-whose declared rules accept the values, runs it.
+quantities, as ``name = "[unit] meaning"``, and the prose of its report), ``template.py`` (the
+values that scripts are told, the same system as a scene), reading, ``checks.py`` with tolerances
+and their reasons, ``sections.py`` with figures. It names no engine: every engine that has a
+template for it, or takes scenes, and whose declared rules accept the values, runs it.
 
 To add a case, subclass :class:`Case` in ``cases/<name>/case.py`` as ``CASE = MyCase()``, or in a
 package of your own under the entry point ``dem_harness.cases``. ``quantities``, ``template``,
@@ -116,7 +116,7 @@ class Case(ABC, Generic[P]):
         told = vars(cls)
         if "summary" not in told and cls.__doc__:
             cls.summary = cls.__doc__.partition("\n")[0]
-        if "quantities" not in told and (text := text_of(cls)):
+        if "quantities" not in told and "quantities" in (text := text_of(cls)):
             cls.quantities = numbers(**text["quantities"])
         kinds = [kind for base in told.get("__orig_bases__", ()) for kind in get_args(base)]
         if "parameters" not in told and kinds and isinstance(kinds[0], type):

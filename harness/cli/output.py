@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import shutil
 import sys
 import textwrap
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
-from harness.report.finite import finite
-from harness.report.plain import one_line
+from harness.report.plain import json_text, one_line
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -22,7 +20,7 @@ GAP = 2
 
 def print_json(record: Mapping[str, Any]) -> None:
     """Print one JSON object, strict JSON: what is not finite becomes null."""
-    print(json.dumps(finite(record), indent=2, ensure_ascii=False))
+    print(json_text(record), end="")
 
 
 def print_json_rows(head: Mapping[str, Any], name: str, rows: Iterable[Mapping[str, Any]]) -> None:
@@ -30,12 +28,12 @@ def print_json_rows(head: Mapping[str, Any], name: str, rows: Iterable[Mapping[s
 
     Each row is printed as it comes: the memory that this takes is that of one row.
     """
-    text = json.dumps(finite({**head, name: []}), indent=2, ensure_ascii=False)
+    text = json_text({**head, name: []}).rstrip("\n")
     before, _, after = text.rpartition("]")
     end = ""
     print(before, end="")
     for row in rows:
-        one = json.dumps(finite(row), indent=2, ensure_ascii=False).replace("\n", "\n    ")
+        one = json_text(row).rstrip("\n").replace("\n", "\n    ")
         print(f"{end and ','}\n    {one}", end="")
         end = "\n  "
     print(f"{end}]{after}")

@@ -3,17 +3,80 @@
 from __future__ import annotations
 
 import difflib
-import json
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from harness.atomic_write import whole_folder
-from harness.comparison.run_diff import RunDiff
-from harness.report.diff_page import Pair, diff_page
-from harness.report.finite import finite
-from harness.report.page import Shown
+from harness.comparison.results import Results
+from harness.comparison.run_diff import Change, RunDiff
+from harness.report.page import WIDE, Shown
+from harness.report.plain import json_text
 from harness.report.target import check_folder
+from harness.report.templating import environment
 from harness.report.vector import data_uri, size
+
+NUMERIC = ("before", "after", "moved by", "in tolerances", "in uncertainties")
+COLUMNS = ("change", "check", "kind", "verdict", *NUMERIC, "unit")
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A figure in both runs; one drawing where it is the same, None where there is none."""
+
+    title: str
+    same: bool
+    drawings: Sequence[Shown | None]
+
+    @property
+    def stacked(self) -> bool:
+        """Return whether it stands one above the other: words side by side would be too small."""
+        return self.same or any(one is not None and one.width > WIDE for one in self.drawings)
+
+
+def diff_page(
+    found: RunDiff, names: tuple[str, str], pairs: Sequence[Pair], scripts: Mapping[str, str]
+) -> str:
+    """Return the page; figures and style are inside it, so that it can be sent alone."""
+    changes = [change for change in Change if found.count(change)]
+    return (
+        environment()
+        .get_template("diff.html.j2")
+        .render(
+            found=found,
+            headline=headline(found),
+            runs=[
+                (name, _who(run))
+                for name, run in zip(names, (found.before, found.after), strict=True)
+            ],
+            counts=[(change, found.count(change)) for change in changes],
+            changes=changes,
+            order=list(Change),
+            names=COLUMNS,
+            numeric=NUMERIC,
+            kinds=list(dict.fromkeys(row.row.kind for row in found.rows)),
+            pairs=pairs,
+            scripts=scripts,
+        )
+    )
+
+
+def headline(found: RunDiff) -> str:
+    """Return the outcome in a few words; what got worse is counted kind by kind."""
+    worse = Counter(str(row.row.kind) for row in found.rows if row.worsens)
+    if worse:
+        return "Worse: " + ", ".join(f"{number} {kind}" for kind, number in worse.items())
+    if found.count(Change.SAME) == len(found.rows):
+        return "Nothing moved"
+    return "No verdict changed for the worse"
+
+
+def _who(run: Results) -> str:
+    engine = run.engine
+    name = engine.told if engine else "no engine"
+    return f"{name} · {run.started[:16].replace('T', ' ')} · {run.level}"
+
 
 LONGEST = 400
 """Lines of one script's difference that are shown."""
@@ -32,8 +95,7 @@ def write_diff(found: RunDiff, before: Path, after: Path, folder: Path) -> None:
         aside.mkdir()
         page = diff_page(found, (str(before), str(after)), list(_pairs(*runs)), _scripts(*runs))
         (aside / "diff.html").write_text(page, encoding="utf-8")
-        record = json.dumps(finite(found.record()), indent=2, ensure_ascii=False)
-        (aside / "diff.json").write_text(record + "\n", encoding="utf-8")
+        (aside / "diff.json").write_text(json_text(found.record()), encoding="utf-8")
         found.frame().to_csv(aside / "diff.csv", index=False)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -11,12 +10,11 @@ from harness.comparison.verification import Verification
 from harness.report.cells import FOLDER, addresses, cell_pages
 from harness.report.divergences import divergence_section
 from harness.report.engines import engines_section
-from harness.report.finite import finite
 from harness.report.gallery import draw_sections, write_drawn
 from harness.report.junit import junit
 from harness.report.markdown import report_markdown
 from harness.report.page import html_page
-from harness.report.plain import safe_path
+from harness.report.plain import json_text, safe_path
 from harness.report.schema import NAME, published
 from harness.report.sections import Section
 from harness.report.summary import short_markdown
@@ -53,10 +51,9 @@ def _fill(found: Verification, folder: Path, sections: Sequence[Section]) -> Non
     logs |= {check.log_name: check.log for check in found.checks if check.log}
     _write_texts(folder / "scripts", {safe_path(n): text for n, text in found.scripts.items()})
     _write_texts(folder / "logs", logs)
-    record = json.dumps(finite(found.record()), indent=2, ensure_ascii=False)
     found.frame().to_csv(folder / "results.csv", index=False, errors="replace")
     texts = {
-        "results.json": record + "\n",
+        "results.json": json_text(found.record()),
         NAME: published(),
         "junit.xml": junit(found),
         "summary.md": short_markdown(found),

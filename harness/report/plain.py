@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import json
+import math
 import re
+from collections.abc import Mapping
+from typing import Any
 
 _ESCAPES = re.compile(
     r"\x1b\[[0-?]*[ -/]*[@-~]"  # colours, moves of the cursor
@@ -39,3 +43,19 @@ def safe_path(name: str) -> str:
     """Return a relative path of plain names: below its folder whatever the name says."""
     parts = (_NAME.sub("-", part).strip(".-")[:LONGEST_NAME] for part in name.split("/"))
     return "/".join(part for part in parts if part) or "unnamed"
+
+
+def json_text(record: Any) -> str:
+    """Return a record as the text of a JSON file, strict JSON: what is not finite becomes null."""
+    return json.dumps(finite(record), indent=2, ensure_ascii=False) + "\n"
+
+
+def finite(value: Any) -> Any:
+    """Return a JSON value with NaN and infinities as None."""
+    if isinstance(value, Mapping):
+        return {key: finite(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [finite(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

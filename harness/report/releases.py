@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,8 +9,8 @@ from harness.atomic_write import whole_folder
 from harness.comparison.release_changes import Change
 from harness.comparison.releases import ReleaseMatrix
 from harness.report.figures.releases import changes as draw_changes
-from harness.report.finite import finite
 from harness.report.gallery import picture
+from harness.report.plain import json_text
 from harness.report.target import check_folder
 
 CHANGES = "Largest change of each case"
@@ -35,8 +34,7 @@ def write_releases(found: ReleaseMatrix, folder: Path) -> None:
         aside.mkdir()
         (aside / "report.md").write_text(markdown(found), encoding="utf-8")
         found.frame().to_csv(aside / "results.csv", index=False)
-        record = json.dumps(finite(found.record()), indent=2, ensure_ascii=False)
-        (aside / "results.json").write_text(record + "\n", encoding="utf-8")
+        (aside / "results.json").write_text(json_text(found.record()), encoding="utf-8")
         drawn = picture("changes", CHANGES, "", lambda: draw_changes(found))
         (aside / "changes.svg").write_text(drawn.svg, encoding="utf-8")
 

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from harness.atomic_write import whole_folder
-from harness.report.finite import finite
 from harness.report.gallery import draw_sections, write_drawn
 from harness.report.markdown import section_markdown
 from harness.report.page import look, parts_of
-from harness.report.plain import markdown_text
+from harness.report.plain import json_text, markdown_text
 from harness.report.sections import Section
 from harness.report.target import check_folder
 from harness.report.templating import environment
@@ -58,7 +56,6 @@ def write_study(
         write_drawn(drawn, aside)
         for name, table in tables.items():
             table.to_csv(aside / name, index=False)
-        text = json.dumps(finite(record), indent=2, ensure_ascii=False)
-        (aside / "study.json").write_text(text + "\n", encoding="utf-8")
+        (aside / "study.json").write_text(json_text(record), encoding="utf-8")
         (aside / "report.md").write_text("\n".join([*lines, ""]), encoding="utf-8")
         (aside / "report.html").write_text(html, encoding="utf-8")

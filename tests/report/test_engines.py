@@ -7,7 +7,7 @@ import jsonschema
 
 from harness.comparison.results import read_published
 from harness.report.engines import TITLE, engines_section
-from harness.report.finite import finite
+from harness.report.plain import finite
 from harness.report.schema import published
 
 

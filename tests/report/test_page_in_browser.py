@@ -13,9 +13,9 @@ from harness.comparison.results import read_published
 from harness.comparison.run_diff import diff_runs
 from harness.report.diff_folder import write_diff
 from harness.report.engines import engines_section
-from harness.report.finite import finite
 from harness.report.gallery import draw_sections
 from harness.report.page import html_page
+from harness.report.plain import finite
 from harness.report.study_page import Page, write_study
 
 DESK, PHONE = (1280, 800), (390, 844)

@@ -4,7 +4,7 @@ import jsonschema
 import pytest
 
 from harness.comparison.results import read_published
-from harness.report.finite import finite
+from harness.report.plain import finite
 from harness.report.schema import generated, published
 
 

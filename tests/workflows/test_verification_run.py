@@ -8,7 +8,7 @@ from harness.comparison.triage import Triage
 from harness.comparison.verdicts import Kind, Verdict
 from harness.engines import registry as engine_registry
 from harness.errors import EngineCrashError, RequestError
-from harness.report.finite import finite
+from harness.report.plain import finite
 from harness.workflows import sections, verify
 from harness.workflows.engine_selection import EngineSelection, asked_engines
 from tests.workflows import fakes

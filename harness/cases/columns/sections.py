@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from harness.cases.case_text import Words
 from harness.cases.columns.evidence import Angle, Angles
 from harness.cases.source_angles import READINGS
 from harness.parameters.tower import LAWS
@@ -19,41 +20,20 @@ from harness.report.figures.style import (
     panels,
     power,
 )
-from harness.report.sections import Drawing, Section, Table
+from harness.report.sections import Section, Table
 from harness.theory.critical_angle import critical_angle as closed_form
 
-TITLE = "Columns: the grain on particles that give way"
-
-WHY = (
-    "The source explains the lower angle of thick layers by deformation: of the impulse on a grain "
-    "that falls on a column of n particles, a part alpha(n) is left, and with it the shock. Here "
-    "the column is taken literally: each sphere of the incline's row is the top of a column, whose "
-    "particles move along it and whose last one is fixed."
-)
-DERIVED = (
-    "What to expect of stiff columns: all impulses on the grain during a shock are normal to the "
-    "sphere ahead, so the half of its velocity along that sphere survives, as on fixed ones. "
-    "The base being fixed, the rest is stopped: at once, in parts, or with a rebound. Columns that "
-    "damp as the grain's contact does give nothing back and leave 10.2078 deg at every n; elastic "
-    "ones give a part back, the grain hops, and the angle can only be higher, as with restitution."
-)
+WORDS = Words(__file__)
 
 
 def sections(angles: Angles) -> Sequence[Section]:
     """Return the section of the angles that were found; none without angles."""
     if not angles.found:
         return ()
-    drawing = Drawing(
-        "critical-angle-columns",
-        "Critical angle against the height of columns",
-        "Reference DEM, plastic contact; the source's theory in both readings of its impulse ratio "
-        "(turnaround window, k = 1e6 N/m, 2 m/s), and the closed form of one fixed sphere.",
-        lambda: figure(angles),
-    )
+    drawing = WORDS.drawing("critical-angle-columns", lambda: figure(angles))
+    told = finding_in_words(angles)
     return (
-        Section(
-            TITLE, (WHY, DERIVED, *finding_in_words(angles)), (), (_table(angles),), (drawing,)
-        ),
+        WORDS.section("columns", paragraphs=told, tables=(_table(angles),), drawings=(drawing,)),
     )
 
 

@@ -5,19 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from harness.report.sections import Drawing, Section, Table
+from harness.cases.case_text import Words
+from harness.report.sections import Drawing, Section
 
 if TYPE_CHECKING:
     from harness.cases.drop.checks import DropEvidence
 
-TITLE = "Drops on one fixed sphere"
 
-EXPLAINED = (
-    "An engine's results are used after it has qualified by drops on one fixed sphere. Each drop "
-    "shows one fault: a dashpot that is missing or takes another effective mass (restitution), a "
-    "contact that is found late (onset), a force along the tangent (oblique contact), a wrong "
-    "spring (rest), a wrong clock (free fall)."
-)
+WORDS = Words(__file__)
 
 
 def sections_of(evidence: Sequence[DropEvidence]) -> Sequence[Section]:
@@ -30,26 +25,13 @@ def sections_of(evidence: Sequence[DropEvidence]) -> Sequence[Section]:
         for one in shown
         for test, run in one.made
     ]
-    first = shown[0]
-    table = Table(
-        "Drops",
-        "What each drop measures, and what closed form or quadrature give under the rules that the "
-        "engine declares.",
-        ("engine", "drop", "measured", "expected"),
-        tuple(dict.fromkeys(rows)),
-        frozenset({2, 3}),
-        frozenset({1}),
-    )
-    return (Section(TITLE, (EXPLAINED,), tables=(table,), drawings=(_drawing(first),)),)
+    table = WORDS.table("Drops", tuple(dict.fromkeys(rows)), (2, 3), (1,))
+    return (WORDS.section("drops", tables=(table,), drawings=(_drawing(shown[0]),)),)
 
 
 def _drawing(evidence: DropEvidence) -> Drawing:
     from harness.cases.drop.figures import speeds_of_collisions
 
-    return Drawing(
-        "drop-collisions",
-        "Head-on collisions",
-        "Normal speed of a grain over time, before and after it meets a fixed sphere, by contact. "
-        "The bars at the right are the expected speeds of the rebound.",
-        lambda: speeds_of_collisions(evidence.made, evidence.who),
+    return WORDS.drawing(
+        "drop-collisions", lambda: speeds_of_collisions(evidence.made, evidence.who)
     )

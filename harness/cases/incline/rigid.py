@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from harness.cases.case_text import Words
 from harness.cases.contract import Measured
 from harness.cases.incline.closed_forms import PASSAGES, rebound
 from harness.cases.incline.critical_angles import critical_angle as critical_angle_in
@@ -22,9 +23,11 @@ from harness.hard_sphere.critical_angle import critical_angle, passage
 from harness.hard_sphere.passage import MOVES_ON
 from harness.parameters.contact import Contact
 from harness.report.figures.style import BLUE, GREEN, ORANGE, RED, Figure, label, legend_below
-from harness.report.sections import Drawing, Section, Table
+from harness.report.sections import Section, Table
 from harness.theory.critical_angle import critical_angle as of_shock
 from harness.theory.shock import Reading, shock_from_restitution
+
+WORDS = Words(__file__)
 
 SOLVER = "hard-sphere"
 TITLE = "Restitution: rigid spheres by events"
@@ -38,13 +41,6 @@ EXPONENTS = (0.5, 1.0)
 """Of 1/k: a contact lasts as k^(-1/2)."""
 
 READINGS: dict[Reading, str] = {"kept": "energy kept", "lost": "velocity lost"}
-
-WHY = (
-    "Neither reading of the theory of one shock is what a DEM does: after a shock the grain hops "
-    "on the sphere ahead until its normal velocity has died, and only then slides up to the crest. "
-    "Rigid spheres followed from event to event (parabola against circle, collision with "
-    "restitution, sliding once the hops have collapsed) do the same without step or stiffness."
-)
 
 
 @dataclass(frozen=True)
@@ -117,14 +113,8 @@ def rigid_section(found: Sequence[Stiffening]) -> Section:
         *(f"one shock, {words} (deg)" for words in READINGS.values()),
     )
     table = Table("restitution", "", columns, tuple(rows), frozenset(range(len(columns))))
-    drawing = Drawing(
-        "critical-angle-restitution",
-        "Critical angle against restitution",
-        "Rigid spheres by events, both readings of the theory of one shock, and the reference DEM "
-        "extrapolated in the stiffness where it was run (level full).",
-        lambda: restitution_figure(found),
-    )
-    return Section(TITLE, (WHY,), tables=(table,), drawings=(drawing,))
+    drawing = WORDS.drawing("critical-angle-restitution", lambda: restitution_figure(found))
+    return WORDS.section("rigid", tables=(table,), drawings=(drawing,))
 
 
 def restitution_figure(found: Sequence[Stiffening]) -> Figure:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
+from harness.cases.case_text import Words
 from harness.cases.incline import figures
 from harness.cases.incline.closed_forms import rebound
 from harness.cases.incline.engine_angle import OWN, EngineAngle
@@ -15,8 +16,7 @@ from harness.report.sections import Drawing, Section, Table
 from harness.theory.critical_angle import critical_angle
 from harness.theory.shock import shock_from_restitution
 
-CONTACTS_TITLE = "The contacts"
-ENGINES_TITLE = "Critical angles of the engines"
+WORDS = Words(__file__)
 
 REBOUNDS = (0.1, 0.5)
 """Restitutions for which the report gives the closed form."""
@@ -24,8 +24,8 @@ REBOUNDS = (0.1, 0.5)
 
 def contact_sections(evidence: InclineEvidence) -> Iterator[Section]:
     """Yield what the main engine's runs show."""
-    yield Section(
-        CONTACTS_TITLE,
+    yield WORDS.section(
+        "contacts",
         items=contacts_explained(),
         tables=tuple(table for table in (angle_table(evidence),) if table.rows),
         drawings=tuple(_drawings(evidence)),
@@ -36,19 +36,11 @@ def engine_sections(angles: Sequence[EngineAngle]) -> Iterator[Section]:
     """Yield the section on engines beside one another; none without an angle."""
     if angles:
         closed = angles[0].closed_form_deg
-        yield Section(
-            ENGINES_TITLE,
+        yield WORDS.section(
+            "engines",
             tables=(engine_table(angles),),
             drawings=(
-                Drawing(
-                    "engines-critical-angle",
-                    "Every engine's critical angle",
-                    "One row for each engine and contact, with the range over where in a step a "
-                    "contact begins. Filled: the engine; open: the reference DEM under the same "
-                    "rules. The closed form belongs to the plastic contact; a kept tail lies "
-                    "above it by its own law.",
-                    lambda: angles_of_engines(angles, closed),
-                ),
+                WORDS.drawing("engines-critical-angle", lambda: angles_of_engines(angles, closed)),
             ),
         )
 
@@ -115,27 +107,8 @@ def engine_table(angles: Sequence[EngineAngle]) -> Table:
         )
         for angle in angles
     ]
-    return Table(
-        "Critical angles",
-        f"Critical angle by passage, less the closed form ({angles[0].closed_form_deg:.5f} deg), "
-        "and less that of the reference DEM under the same rules. The class is tail, effective "
-        "mass against a fixed sphere, spring. The cost of a step leaves out what starting a "
-        "run costs.",
-        (
-            "engine",
-            "contact",
-            "k (N/m)",
-            "steps",
-            "angle (deg)",
-            "less theory",
-            "less reference",
-            "µs per step",
-            "class",
-            "evidence",
-        ),
-        tuple(rows),
-        frozenset(range(2, 8)),
-    )
+    closed = angles[0].closed_form_deg
+    return WORDS.table("Critical angles", rows, range(2, 8), closed=closed)
 
 
 def _drawings(evidence: InclineEvidence) -> Iterator[Drawing]:
@@ -143,43 +116,25 @@ def _drawings(evidence: InclineEvidence) -> Iterator[Drawing]:
     closed, who = evidence.closed_form_deg, evidence.who
     if evidence.extrapolated is not None:
         extrapolated = evidence.extrapolated
-        yield Drawing(
-            "critical-angle-extrapolation",
-            "Critical angle, extrapolated",
-            "Plastic contact, passage route. Left: first order in the step; open symbols are the "
-            "limits. Right: those limits against the stiffness. Dashed: the closed form.",
-            lambda: figures.extrapolation(extrapolated, closed, who),
+        yield WORDS.drawing(
+            "critical-angle-extrapolation", lambda: figures.extrapolation(extrapolated, closed, who)
         )
     if evidence.by_contact:
-        yield Drawing(
+        yield WORDS.drawing(
             "contacts-side-by-side",
-            "The contacts side by side",
-            "Bars are the range over where in a step a contact begins. The source's contact "
-            "crosses the closed form on its way to a higher angle: agreement at 50 steps is a "
-            "cancellation.",
             lambda: figures.contacts_side_by_side(evidence.by_contact, closed),
         )
     if evidence.motions:
-        yield Drawing(
-            "speed-against-time",
-            "Speed below and above the critical angle",
-            f"The source's velocity figure, from {who} with the source's contact.",
-            lambda: figures.speed_against_time(evidence.motions, who),
+        yield WORDS.drawing(
+            "speed-against-time", lambda: figures.speed_against_time(evidence.motions, who), who=who
         )
-        yield Drawing(
-            "path-over-the-bumps",
-            "Path over the bumps",
-            "Where the grain below the critical angle turns back.",
-            lambda: figures.path_over_the_bumps(evidence.motions),
+        yield WORDS.drawing(
+            "path-over-the-bumps", lambda: figures.path_over_the_bumps(evidence.motions)
         )
     if evidence.recursion is not None:
         recursion = evidence.recursion
-        yield Drawing(
-            "energy-after-each-shock",
-            "Energy after each shock",
-            "Kinetic energy that survives each shock, taken from the energy at the next crest, "
-            "against the recursion started from the first.",
-            lambda: figures.energy_after_each_shock(recursion, who),
+        yield WORDS.drawing(
+            "energy-after-each-shock", lambda: figures.energy_after_each_shock(recursion, who)
         )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import partial
 
+from harness.cases.case_text import Words
 from harness.cases.tower.comparison import SeriesComparison
 from harness.cases.tower.evidence import CodeEvidence, OwnEvidence
 from harness.cases.tower.figures import comparison, impulse, runs
@@ -12,6 +13,8 @@ from harness.cases.tower.figures.peak_error import peak_error
 from harness.observables.reference import PEYNEAU_ROUX
 from harness.report.figures.style import power
 from harness.report.sections import Drawing
+
+WORDS = Words(__file__)
 
 
 def drawings(main: CodeEvidence | None, own: OwnEvidence) -> Iterator[Drawing]:
@@ -27,30 +30,18 @@ def _comparisons(main: CodeEvidence | None, own: OwnEvidence) -> Iterator[Drawin
     for law in own.same_law:
         by_law: list[SeriesComparison] = [c for one in codes for c in one.same_law.get(law, [])]
         names = " and ".join(one.who for one in codes if law in one.same_law)
-        yield Drawing(
-            f"same-law-{law}",
-            f"Same law, different codes: {law}",
-            f"Force on the grain by {names} and the exact propagator under one law, and how far "
-            "each is from the exact one.",
-            partial(comparison.same_law, by_law),
+        yield WORDS.drawing(
+            "same-law-{law}", partial(comparison.same_law, by_law), law=law, names=names
         )
     convergence = [found for one in codes for found in one.convergence]
     if convergence:
-        yield Drawing(
+        yield WORDS.drawing(
             "error-against-step",
-            "Error against the step",
-            f"{convergence[0].reference.tower.particles} particles. A contact that changes within "
-            "a step costs second order, whatever the order of the scheme.",
             lambda: comparison.error_against_step(convergence),
+            particles=convergence[0].reference.tower.particles,
         )
     if own.different_law:
-        yield Drawing(
-            "different-law",
-            "Where the laws differ",
-            "Overlap against deformable law, both by the exact propagator: a difference of "
-            "models, not an error. They are the same law for one contact only.",
-            lambda: comparison.different_law(own.different_law),
-        )
+        yield WORDS.drawing("different-law", lambda: comparison.different_law(own.different_law))
 
 
 def _impulses(own: OwnEvidence) -> Iterator[Drawing]:
@@ -58,17 +49,9 @@ def _impulses(own: OwnEvidence) -> Iterator[Drawing]:
     if own.impulses is None or own.scaling is None:
         return
     frame, by_gamma, scaling = own.impulses, own.by_gamma, own.scaling
-    yield Drawing(
-        "impulse-ratio",
-        "Impulse against height",
-        "alpha(n) = J(n)/J(1) of the source's six runs, turnaround window.",
-        lambda: impulse.ratio_against_height(frame, "exact"),
-    )
-    yield Drawing(
+    yield WORDS.drawing("impulse-ratio", lambda: impulse.ratio_against_height(frame, "exact"))
+    yield WORDS.drawing(
         "critical-angle-against-height",
-        "What it does to the critical angle",
-        "The two formulas that the source prints for the rescaled shock have opposite trends: "
-        "velocity lost (falling, its figure) and velocity kept (rising).",
         lambda: impulse.critical_angle_against_height(
             frame, solver="exact", published=PEYNEAU_ROUX
         ),
@@ -76,70 +59,37 @@ def _impulses(own: OwnEvidence) -> Iterator[Drawing]:
     if own.ways is not None:
         ways = own.ways
         heights = sorted({int(n) for n in ways["height"]})
-        yield Drawing(
-            "collapse-on-gamma",
-            "Impulse ratio on Gamma",
-            "Three ways to the same Gamma, with other masses, stiffnesses and gravities, give the "
-            "same alpha: Gamma alone matters, and alpha jumps where the window does.",
-            lambda: impulse.collapse_on_gamma(ways, "exact", heights),
+        yield WORDS.drawing(
+            "collapse-on-gamma", lambda: impulse.collapse_on_gamma(ways, "exact", heights)
         )
     if by_gamma is not None:
-        yield Drawing(
+        yield WORDS.drawing(
             "impulse-map",
-            "Impulse ratio over height and Gamma",
-            "Gamma = m g / (v0 sqrt(k m)) is the one parameter; the source's runs are marked.",
             lambda: impulse.map_over_gamma(by_gamma, "exact", sorted(set(frame["gamma"]))),
         )
-    yield Drawing(
-        "energy-scaling",
-        "Energy scaling",
-        "The source's estimate alpha = 1/sqrt(n), up to ten particles.",
-        lambda: impulse.energy_scaling(scaling, PEYNEAU_ROUX),
-    )
+    yield WORDS.drawing("energy-scaling", lambda: impulse.energy_scaling(scaling, PEYNEAU_ROUX))
 
 
 def _towers(own: OwnEvidence) -> Iterator[Drawing]:
     """Yield single runs in time, and the errors of RK4."""
     if own.collisions:
-        yield Drawing(
-            "two-and-three-particles",
-            "Velocity and deformation of two and three particles",
-            "The source's figure: two particles exchange their velocities; with three, the grain "
-            "is thrown back, and the two others deform most, both as far, while it is away.",
-            lambda: runs.velocity_and_deformation(own.collisions),
+        yield WORDS.drawing(
+            "two-and-three-particles", lambda: runs.velocity_and_deformation(own.collisions)
         )
     for law, towers in own.by_law.items():
         case = towers[0].tower
-        yield Drawing(
-            f"force-and-contacts-{law}",
-            f"Force and contacts of the grain, {law} law",
-            f"A grain dropped on a tower, k = {power(case.stiffness)} N/m, {case.speed:g} m/s. The "
-            "force is in units of the largest of all; contacts are those of the chain that begins "
-            "at the grain, felt above 1e-6 of the peak.",
+        yield WORDS.drawing(
+            "force-and-contacts-{law}",
             partial(runs.force_and_contacts, towers),
+            law=law,
+            stiffness=power(case.stiffness),
+            speed=case.speed,
         )
     if own.collapse:
-        yield Drawing(
-            "collapse",
-            "Collapse across stiffnesses",
-            "Time in contact times and force in v0 sqrt(k m): what is left differs by Gamma alone.",
-            lambda: runs.collapse(own.collapse),
-        )
+        yield WORDS.drawing("collapse", lambda: runs.collapse(own.collapse))
     if own.peak_by_step:
-        yield Drawing(
-            "peak-deformation-error",
-            "Error of the peak deformation",
-            "Two free particles by RK4, with the measured orders. At the time of the peak the "
-            "order is one higher, since the peak is flat; read off the largest sample, the error "
-            "is that of the sampling, (omega h)^2 / 4. The source's error falls with the "
-            "stiffness: in contact times it does not depend on k, and with one step in seconds it "
-            "grows.",
-            lambda: peak_error(own.peak_by_step, own.peak_by_stiffness),
+        yield WORDS.drawing(
+            "peak-deformation-error", lambda: peak_error(own.peak_by_step, own.peak_by_stiffness)
         )
     if own.drifts:
-        yield Drawing(
-            "energy-drift",
-            "Energy drift",
-            "RK4 loses energy where contacts change; the exact propagator keeps it to round-off.",
-            lambda: runs.energy_drift_in_time(own.drifts),
-        )
+        yield WORDS.drawing("energy-drift", lambda: runs.energy_drift_in_time(own.drifts))

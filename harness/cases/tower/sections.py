@@ -5,33 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
+from harness.cases.case_text import Words
 from harness.cases.tower.evidence import CodeEvidence, OwnEvidence
 from harness.cases.tower.gallery import drawings
 from harness.cases.tower.records import RATIO, of_ratio
 from harness.report.figures.style import power
 from harness.report.sections import Drawing, Section, Table
 
-LAWS_TITLE = "Where the laws differ, and what it does to the angle"
-
-LAWS_APART = (
-    "Under the overlap law, which DEM codes use, every contact presses with its own overlap. Under "
-    "the deformable law of the source a particle pressed on both sides gives way on both, so that "
-    "a contact behind a compressed one opens or closes at another time. One contact is the same "
-    "under both; from two on they differ. Through the impulse ratio alpha the difference reaches "
-    "the critical angle, and there the reading of the source's formula weighs more than the law: "
-    "velocity lost makes the angle fall with height, velocity kept makes it rise."
-)
+WORDS = Words(__file__)
 
 LAWS_HEIGHTS = (1, 2, 3, 4, 9, 19)
 """Heights of the table of both laws."""
-
-ENGINES_TITLE = "Towers of the engines"
-
-ENGINES_APART = (
-    "A tower has no dissipation, so that every engine with a linear spring runs the same physics, "
-    "whatever its rules on damping: each is held against the exact propagator, and the order of "
-    "its error against that of its scheme."
-)
 
 
 def sections(
@@ -45,14 +29,12 @@ def _sections(
     main: CodeEvidence | None, own: OwnEvidence, beside: Sequence[CodeEvidence]
 ) -> Iterator[Section]:
     if own.impulses is not None:
-        yield Section(LAWS_TITLE, (LAWS_APART,), tables=(laws_table(own),))
+        yield WORDS.section("laws", tables=(laws_table(own),))
     table = towers_table(beside)
     orders = [found for one in beside for found in one.convergence]
     if table.rows or orders:
         tables = (table,) if table.rows else ()
-        yield Section(
-            ENGINES_TITLE, (ENGINES_APART,), tables=tables, drawings=tuple(_engines(beside))
-        )
+        yield WORDS.section("engines", tables=tables, drawings=tuple(_engines(beside)))
     yield Section(drawings=tuple(drawings(main, own)))
 
 
@@ -80,22 +62,8 @@ def laws_table(own: OwnEvidence) -> Table:
                 f"{force.l2:.3f}" if force else "",
             )
         )
-    return Table(
-        "Both laws",
-        f"Impulse ratio, turnaround window, and critical angle at k = {power(stiffness)} N/m and "
-        f"{speed:g} m/s; the last two columns are differences of the force series of both laws, "
-        "over the peak. All by the exact propagator.",
-        (
-            "height",
-            "law",
-            "alpha",
-            "angle, velocity lost (deg)",
-            "angle, velocity kept (deg)",
-            "force apart, peak",
-            "force apart, L2",
-        ),
-        tuple(rows),
-        frozenset({0, *range(2, 7)}),
+    return WORDS.table(
+        "Both laws", rows, (0, *range(2, 7)), stiffness=power(stiffness), speed=speed
     )
 
 
@@ -134,10 +102,4 @@ def _engines(beside: Sequence[CodeEvidence]) -> Iterator[Drawing]:
 
     convergence = [found for one in beside for found in one.convergence]
     if convergence:
-        yield Drawing(
-            "engines-tower-error",
-            "Every engine's tower error against the step",
-            "Error of the grain's force against the exact propagator, overlap law; dotted lines "
-            "are guides to first and second order.",
-            lambda: tower_error_against_step(convergence),
-        )
+        yield WORDS.drawing("engines-tower-error", lambda: tower_error_against_step(convergence))
