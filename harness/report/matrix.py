@@ -27,9 +27,14 @@ class Mark:
 
     @property
     def text(self) -> str:
-        """Return the error of a cell that holds, else the verdict in a word or two."""
-        if self.check.verdict is Verdict.PASS:
-            return f"{abs(self.check.difference):.0e}"
+        """Return the error of a cell that holds, else the verdict in a word or two.
+
+        The error of what has a unit is relative: of all cells it is held against one width.
+        """
+        check = self.check
+        if check.verdict is Verdict.PASS:
+            scale = 1.0 if check.unit in ("", "1") else abs(check.expected)
+            return f"{abs(check.difference) / (scale or 1.0):.0e}"
         return str(self.check.verdict).removeprefix("known ")
 
     @property

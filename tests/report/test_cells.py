@@ -89,6 +89,15 @@ def test_a_page_has_rows_with_order_law_figure_commands_and_script(folder):
     assert "TOY 1 Jan 2030" in page
 
 
+def test_an_invariance_is_held_against_the_same_run(found):
+    kinds = (Kind.ANALYTIC, Kind.CROSS_CODE, Kind.INVARIANCE)
+    rows = [replace(ROWS[2], kind=kind) for kind in kinds]
+    drawn = draw_sections([Section("All", cells=CELLS[1:2])])
+    ((_, page),) = cell_pages(replace(found, checks=tuple(rows)), drawn)
+    told = re.findall(r'<td class="soft">([^<]*)</td>', page)
+    assert sorted(told) == ["closed form", "integration", "the same run"]
+
+
 def test_a_plot_that_cannot_be_made_is_named_and_the_page_stands(folder):
     (path,) = (folder / "cells").glob("*roll-spring.html")
     page = path.read_text()

@@ -51,6 +51,17 @@ def test_a_quantity_that_was_not_tested_hides_no_other_and_untested_systems_are_
     assert [m.text for m in matrix.rows["spring"]["slide"]] == ["not tested"]
 
 
+def test_the_error_of_what_has_a_unit_is_relative():
+    millionth = Tolerance("N", 0.0, 1e-6, "a millionth, for a test")
+    force = judge("slide: force", Kind.ANALYTIC, 40.00002, 40.0, millionth)
+    force = replace(force, cell=CHECKS[0].cell)
+    (matrix,) = matrices([(force, "")])
+    assert [m.text for m in matrix.rows["spring"]["slide"]] == ["5e-07"]
+    none = replace(force, expected=0.0, value=2e-9, verdict=Verdict.PASS)
+    (matrix,) = matrices([(none, "")])
+    assert [m.text for m in matrix.rows["spring"]["slide"]] == ["2e-09"]
+
+
 def test_invariances_share_the_mark_of_their_system():
     turned = check("slide", "spring", "wall", 1e-3)
     turned = replace(turned, cell=replace(turned.cell, invariance="turned"))

@@ -17,8 +17,9 @@ WHY_SMOOTH = (
     f"leaves is below a millionth; {_UPSTREAM}"
 )
 WHY_KINKED = (
-    "sliding begins or ends within a step, at another phase on every rung: a jitter of the order "
-    f"of the step squared, on the coarsest of which the series rests; {_UPSTREAM}"
+    "sliding, or a clipped force, begins or ends within a step, at another phase on every rung: a "
+    "jitter of the order of the step squared, on the coarsest of which the series rests; "
+    f"{_UPSTREAM}"
 )
 
 WHY_JUMPS = (
