@@ -1,4 +1,4 @@
-"""A page for each cell of the matrix: law, parameters, rows, plots, and how to run it again."""
+"""Render a page for each cell of the matrix: law, parameters, rows, plots, commands to repeat."""
 
 from __future__ import annotations
 

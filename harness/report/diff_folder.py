@@ -1,4 +1,4 @@
-"""Write two runs side by side: a page and its numbers, aside first, then renamed."""
+"""Write the comparison of two runs into a folder: an HTML page, its numbers as JSON and CSV."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The section on series that left the band about their reference."""
+"""Make the section on series that left the band about their reference."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The section on engines beside one another: what each declares, and whether it was used."""
+"""Make the section on engines beside one another: what each declares, and whether it was used."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Write a verification's folder: aside first, then renamed, so that none is half-written."""
+"""Write the report of a verification into a folder, complete or not at all."""
 
 from __future__ import annotations
 

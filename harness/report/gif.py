@@ -1,4 +1,4 @@
-"""Pictures to a looping GIF: one palette for all, no dither, the same bytes each time."""
+"""Encode pictures as a looping GIF: one palette for all, no dither, the same bytes each time."""
 
 from __future__ import annotations
 

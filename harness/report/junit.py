@@ -1,4 +1,4 @@
-"""The checks as JUnit XML, for continuous integration."""
+"""Render the checks as JUnit XML, for continuous integration."""
 
 from __future__ import annotations
 

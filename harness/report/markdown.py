@@ -1,4 +1,4 @@
-"""The report as Markdown: the sections of the HTML page, with links to the figures beside it."""
+"""Render the report as Markdown: the sections of the HTML page, with links to its figures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The matrix of cases and submodels: what became of each cell, in each system of bodies."""
+"""Arrange checks as a matrix of submodels by cases; a cell has the worst check of each system."""
 
 from __future__ import annotations
 

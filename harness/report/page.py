@@ -1,4 +1,4 @@
-"""The report as one self-contained HTML page."""
+"""Render the report as one self-contained HTML page."""
 
 from __future__ import annotations
 

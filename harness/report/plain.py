@@ -1,4 +1,4 @@
-"""Text of engines and plug-ins, made safe for a terminal, for Markdown, and as file names."""
+"""Make text safe for a terminal, Markdown and file names, and records for strict JSON."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Plots as SVG from a template, without a drawing library: milliseconds each."""
+"""Draw small plots as SVG from a template, in milliseconds each, without matplotlib."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The matrix of releases as a folder: Markdown, CSV, JSON and a figure of the changes."""
+"""Write the matrix of releases into a folder: Markdown, CSV, JSON and a figure of the changes."""
 
 from __future__ import annotations
 

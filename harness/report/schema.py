@@ -1,4 +1,4 @@
-"""The JSON Schema of results.json. Write it anew with ``python -m harness.report.schema``."""
+"""The JSON Schema of results.json; ``python -m harness.report.schema`` writes it anew."""
 
 from __future__ import annotations
 

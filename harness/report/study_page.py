@@ -1,4 +1,4 @@
-"""A study as a folder: its sections as HTML and Markdown, the rows behind them, the figures."""
+"""Write the report of a study into a folder: HTML, Markdown, the rows behind them, the figures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The report in short, as Markdown for a pull request or a job's summary."""
+"""Render the report in short, as Markdown for a pull request or a job's summary."""
 
 from __future__ import annotations
 

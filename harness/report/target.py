@@ -1,4 +1,4 @@
-"""Whether a folder can take a report; lean, so that a kept one waits for no figure library."""
+"""Check that a report can be written into a folder; no figure library is imported for it."""
 
 from __future__ import annotations
 

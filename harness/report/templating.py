@@ -1,4 +1,4 @@
-"""What the pages share: their templates, and how numbers are written."""
+"""Load the templates of the pages, with their filters for numbers and text."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The words that HTML page, Markdown and terminal share: outcome, headlines, provenance."""
+"""Write the sentences that HTML page, Markdown and terminal share."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the class of a failure means, for those who meet it in a report."""
+"""Explain the class of a failure to the reader of a report."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures inside a page: SVG with fewer digits and no repeated styles, as a data URI."""
+"""Compact the SVG of a figure for a page: fewer digits, each style once, as a data URI."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the reproduction found beside right and wrong, as the tables behind the findings."""
+"""Compute the tables of the page of findings: restitution, height, MFiX's step, stiffness."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What is kept between runs: baselines, results of engines and verifications, history."""
+"""Keep results between runs: baselines, outputs of engines, verifications, the history of runs."""

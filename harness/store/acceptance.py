@@ -1,4 +1,4 @@
-"""Accept what was measured as the new baseline: say what would change, then write it whole."""
+"""Accept measured values as the new baseline: show what would change, then replace its files."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ METADATA = ("engine_version", "how", "platform", "script_sha256", "levels", "lab
 
 
 class ChangeKind(StrEnum):
-    """What would become of a record."""
+    """How a record would change in the baseline."""
 
     NEW = "new"
     CHANGED = "changed"
@@ -34,7 +34,7 @@ class ChangeKind(StrEnum):
 
 @dataclass(frozen=True)
 class Change:
-    """A record whose lines would change, and how: one text each."""
+    """A record that would change in the baseline, with a text for each of its changes."""
 
     measured: BaselineRecord
     kind: ChangeKind

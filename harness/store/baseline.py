@@ -1,4 +1,4 @@
-"""The baseline as files: one table an engine, and one of the series of its records.
+"""Read the baseline: of each engine a table of its records, and one of their series.
 
 ``<engine>.csv`` has a line for each quantity of each record, sorted; ``<engine>.series.csv`` a line
 for each sample. The committed ones lie in ``reports/baseline`` of the project; a wheel carries

@@ -1,4 +1,4 @@
-"""Read the tables of one engine's baseline strictly: what is damaged is named, with its line."""
+"""Read the tables of one engine's baseline; the error for a damaged line names it."""
 
 from __future__ import annotations
 

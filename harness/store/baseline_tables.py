@@ -1,4 +1,4 @@
-"""The tables of one engine's baseline as texts, sorted and exact."""
+"""Write the tables of one engine's baseline as text: sorted, and exact to the last bit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Read a file that a user names: a device has no end."""
+"""Read a text file that a user names, up to a largest size: a device does not end."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the cache holds: results by case, environments of releases, compiled kernels."""
+"""List and clear the cache: results by case, environments of releases, compiled kernels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An engine whose outputs are kept: what it has run before is read, only the rest is run."""
+"""Wrap an engine with a cache: outputs of earlier runs are read, only the other jobs are run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which commit of the harness runs, where it runs from a checkout."""
+"""Find the git commit of the harness, where it runs from a checkout."""
 
 from __future__ import annotations
 

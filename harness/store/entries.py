@@ -1,4 +1,4 @@
-"""Entries under a key, each with its checksum: what is damaged is dropped, never used.
+"""Store payloads under keys, each with its checksum; a damaged entry is dropped, never used.
 
 An entry is a file of four parts: a line with the form of the file, a line with
 the key, a line with the SHA-256 of the payload, and the payload.

@@ -1,4 +1,4 @@
-"""The history of runs: one SQLite file, safe under concurrent runs and kill -9.
+"""Record runs in one SQLite file, safe under concurrent runs and kill -9.
 
 A run is inserted when it starts and completed when it ends; one that was
 killed, or still runs, has no end. Each change is one transaction of the

@@ -1,4 +1,4 @@
-"""Ask the history: which runs, and which quantities of them."""
+"""Query the history for runs, and for quantities of runs."""
 
 from __future__ import annotations
 

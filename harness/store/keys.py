@@ -1,4 +1,4 @@
-"""Keys of what is kept: a digest of everything that decides the result."""
+"""Make the keys of the cache: a digest of everything that decides a result."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The file of known defects: ``inputs/known-defects.toml`` of the project, or of the wheel."""
+"""Read the known defects: ``inputs/known-defects.toml`` of the project, or of the wheel."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Outputs of engines as bytes and back, exactly: arrays as npz without pickle, the rest as JSON."""
+"""Convert outputs of engines to bytes and back, exactly: arrays as npz, the rest as JSON."""
 
 from __future__ import annotations
 

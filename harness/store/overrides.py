@@ -1,4 +1,4 @@
-"""Named overrides of the regression tolerances, from a TOML file."""
+"""Read named overrides of the regression tolerances from a TOML file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Parameters as one line of text, short to read and exact to read back.
+"""Write parameters as one line of text, and read them back exactly.
 
 ``contact.tail = attractive; height = 17; step_s = 1e-06``: names of nested parameters joined by
 dots, sorted; a value as JSON, a text without its quotes where nothing else could be meant.

@@ -1,4 +1,4 @@
-"""The schema of the history, and the way from each version to the next.
+"""Create the tables of the history's database, and migrate those of earlier versions.
 
 ``PRAGMA user_version`` holds the version. To change the schema, append the
 statements that lead to the new one; those that are there stay as they are.

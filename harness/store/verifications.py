@@ -1,4 +1,4 @@
-"""Whole verifications kept: the folder of the report and the record, under one key."""
+"""Keep whole verifications, the report's folder with the record, each under one key."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The closed forms held against second routes, and the adaptive reference DEM against one."""
+"""Hold the closed forms against second routes, and the adaptive reference DEM against one."""
 
 from __future__ import annotations
 

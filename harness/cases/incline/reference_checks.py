@@ -1,4 +1,4 @@
-"""The third opinion: an engine against the reference DEM, on the runs that are there already.
+"""Hold an engine against the reference DEM, on the runs that were made for other checks.
 
 Same stiffness, step, contact and integration: only round-off may tell them apart. What the
 integration itself is worth, the adaptive integrator says.

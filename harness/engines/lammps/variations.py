@@ -1,4 +1,4 @@
-"""Ways to run a script of LAMMPS that must change nothing in what comes out."""
+"""Variations of a LAMMPS run, such as a restart, that must not change its result."""
 
 from __future__ import annotations
 

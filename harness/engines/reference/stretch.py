@@ -1,4 +1,4 @@
-"""A stretch of steps, compiled: it ends where the motion asks for a decision.
+"""Integrate a stretch of steps in compiled code, until the grain passes a place or turns back.
 
 As in the LAMMPS script, it is looked at every 50 steps whether the grain has passed
 a place or turned back.

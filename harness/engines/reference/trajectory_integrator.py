@@ -1,4 +1,4 @@
-"""What moves the grain: fixed steps, or an adaptive integrator. One small interface."""
+"""The interface of the integrators of the grain's trajectory: fixed steps, or adaptive."""
 
 from __future__ import annotations
 
