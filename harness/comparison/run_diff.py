@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from harness.comparison.published import published
 from harness.comparison.results import Results
 from harness.comparison.verdicts import RANK, Check, Verdict
-from harness.shown import Shown
+from harness.shown import Shown, record_frame
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -125,9 +125,7 @@ class RunDiff(Shown):
 
     def frame(self) -> pd.DataFrame:
         """Return all rows as a table, those that stayed the same too."""
-        import pandas as pd
-
-        return pd.DataFrame([row.record() for row in self.rows])
+        return record_frame(self.rows)
 
     def told(self) -> dict[str, str]:
         """Return what became of the rows, and which runs they are of."""

@@ -17,7 +17,7 @@ from harness.comparison.results import SCHEMA as SCHEMA
 from harness.comparison.results import DivergenceRow, Engines, Results
 from harness.comparison.verdicts import Check, Verdict
 from harness.observables.provenance import Provenance
-from harness.shown import Shown, value_text
+from harness.shown import Shown, record_frame, value_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -84,9 +84,7 @@ class Verification(Shown):
 
     def frame(self) -> pd.DataFrame:
         """Return the checks as a table, one row each."""
-        import pandas as pd
-
-        return pd.DataFrame([check.record() for check in self.checks])
+        return record_frame(self.checks)
 
     def told(self) -> dict[str, str]:
         """Return the verdicts counted by kind, the headline, and who was verified."""

@@ -87,15 +87,20 @@ class TowerRun(Shown):
         return self.time / self.tower.contact_time
 
     @property
+    def known_profiles(self) -> Profiles:
+        """Return the profiles; raise ValueError for a run that kept none."""
+        if self.profiles is None:
+            raise ValueError("this run kept no profiles")
+        return self.profiles
+
+    @property
     def deformations(self) -> Floats:
         """Return how much each particle's diameter is shortened (M, N) [m].
 
         Needs profiles. A contact force f shortens a particle by f/k, under
         either law.
         """
-        if self.profiles is None:
-            raise ValueError("run without profiles: no deformations")
-        force = np.pad(self.profiles.forces, ((0, 0), (1, 1)))
+        force = np.pad(self.known_profiles.forces, ((0, 0), (1, 1)))
         stiffness = np.array(self.tower.each("stiffness"))
         return np.asarray((force[:, 1:] + force[:, :-1]) / stiffness)
 
@@ -107,9 +112,7 @@ class TowerRun(Shown):
         to matter and at the mercy of rounding: a threshold makes codes comparable.
         Needs profiles.
         """
-        if self.profiles is None:
-            raise ValueError("run without profiles: no contact forces")
-        pressing = np.cumprod(self.profiles.forces > least, axis=1).sum(axis=1)
+        pressing = np.cumprod(self.known_profiles.forces > least, axis=1).sum(axis=1)
         return np.asarray(pressing, dtype=np.float64)
 
     def frame(self) -> pd.DataFrame:

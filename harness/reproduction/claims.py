@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from harness.reproduction.source import Source, named_source
 from harness.reproduction.wording import ROUND_OFF, evaluated, rounded, told
+from harness.shown import record_frame
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -244,6 +245,4 @@ class Ledger:
 
     def frame(self) -> pd.DataFrame:
         """Return the ledger as a table, one row a statement."""
-        import pandas as pd
-
-        return pd.DataFrame([statement.record() for statement in self.statements])
+        return record_frame(self.statements)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 if TYPE_CHECKING:
@@ -52,6 +52,13 @@ class Shown(ABC):
         return f"<table><tbody>{rows}</tbody></table>"
 
 
+def record_frame(rows: Iterable[Recorded]) -> pd.DataFrame:
+    """Return a table with a row for each, the keys of its record as columns."""
+    import pandas as pd
+
+    return pd.DataFrame([one.record() for one in rows])
+
+
 class Recorded(Protocol):
     """What has a record for a row of a table."""
 
@@ -67,9 +74,7 @@ class Listing(list[T]):
 
     def frame(self) -> pd.DataFrame:
         """Return a row for each, the keys of its record as columns."""
-        import pandas as pd
-
-        return pd.DataFrame([one.record() for one in self])
+        return record_frame(self)
 
     def _repr_html_(self) -> str:
         found = self.frame()

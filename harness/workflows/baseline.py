@@ -13,7 +13,7 @@ from harness.comparison.verdicts import Check, Kind
 from harness.comparison.verification import Verification, beside_tolerances, counted
 from harness.engines.contract import Engine
 from harness.errors import EngineError, RequestError
-from harness.shown import Shown
+from harness.shown import Shown, record_frame
 from harness.store.acceptance import Change, changes, check_target, write
 from harness.store.baseline import checkout_baseline, committed
 from harness.workflows.progress import Progress, silent
@@ -47,9 +47,7 @@ class BaselineComparison(Shown):
 
     def frame(self) -> pd.DataFrame:
         """Return the rows against the baseline as a table."""
-        import pandas as pd
-
-        return pd.DataFrame([check.record() for check in self.checks])
+        return record_frame(self.checks)
 
     def told(self) -> dict[str, str]:
         """Return the verdicts, what accepting would change, and who ran."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from harness.errors import RequestError
 from harness.parameters.contact import Contact
-from harness.shown import Shown
+from harness.shown import Shown, record_frame
 from harness.theory.critical_angle import STATIC_ANGLE_DEG, critical_angle, no_flight_bound
 from harness.theory.dashpot import (
     restitution_clipped,
@@ -55,9 +55,7 @@ class Theory(Shown):
 
     def frame(self) -> pd.DataFrame:
         """Return the fields as a table of one row."""
-        import pandas as pd
-
-        return pd.DataFrame([self.record()])
+        return record_frame([self])
 
     def told(self) -> dict[str, str]:
         """Return the angle, and the shock that it belongs to."""

@@ -12,7 +12,6 @@ from harness.cases.incline.critical_angle import CriticalAngle
 from harness.cases.incline.evidence import Recursion
 from harness.cases.incline.extrapolation import ExtrapolatedAngle
 from harness.cases.incline.result import InclineRun, Motion
-from harness.observables.trajectory import Trajectory
 from harness.report.figures import style
 
 FATES = {Motion.MOVES_ON: "keeps moving", Motion.TRAPPED: "trapped", Motion.UNDECIDED: "undecided"}
@@ -23,7 +22,7 @@ def speed_against_time(runs: Sequence[InclineRun], who: str) -> style.Figure:
     figure = style.Figure(figsize=(8.0, 3.6))
     axes = figure.add_subplot()
     for run, colour, line in zip(runs, (style.ORANGE, style.BLUE), ("--", "-"), strict=False):
-        path = _path(run)
+        path = run.path
         name = f"{run.case.angle:.2f} deg: {FATES[run.motion]}"
         axes.plot(path.time_s, path.speed_m_per_s, line, color=colour, lw=1.1, label=name)
     axes.set(xlabel="time (s)", ylabel="speed of the grain (m/s)", ylim=(0, None))
@@ -45,7 +44,7 @@ def path_over_the_bumps(runs: Sequence[InclineRun], bumps: int = 6) -> style.Fig
         )
     styles = zip(reversed(runs), (style.SKY, style.BLACK), ("-", "--"), (4.0, 1.3), strict=False)
     for run, colour, line, width in styles:
-        path = _path(run)
+        path = run.path
         name = f"{run.case.angle:.2f} deg: {FATES[run.motion]}"
         axes.plot(
             path.x_m / diameter, path.y_m / diameter, ls=line, lw=width, color=colour, label=name
@@ -219,16 +218,10 @@ def runs_of_an_angle(found: CriticalAngle) -> style.Figure:
     return figure
 
 
-def _path(run: InclineRun) -> Trajectory:
-    if run.trajectory is None:
-        raise ValueError("this run kept no trajectory")
-    return run.trajectory
-
-
 def _last_well(runs: Sequence[InclineRun]) -> float:
     """Return where the trapped run ends, in diameters; else the end of the first run."""
     run = next((r for r in runs if r.motion is Motion.TRAPPED), runs[0])
-    return float(_path(run).x_m[-1] / run.case.diameter)
+    return float(run.path.x_m[-1] / run.case.diameter)
 
 
 def _conditions(run: InclineRun, who: str) -> str:

@@ -59,20 +59,19 @@ def _path(
     if path is None:
         raise EngineOutputError("it kept no path")
     own = whole(run_inclines(reference, [case], route, every=every)[0])
-    assert own.trajectory is not None
     # a code that is judged by its samples may end between two looks
-    rows = own.trajectory.time_s.size - LOOK // every
+    rows = own.path.time_s.size - LOOK // every
     if own.motion is not Motion.UNDECIDED and own.motion is not run.motion:
         raise EngineOutputError(f"it is {run.motion} where the reference DEM is {own.motion}")
     late = path.time_s[:rows].size < rows or not np.allclose(
-        path.time_s[:rows], own.trajectory.time_s[:rows], rtol=0.0, atol=0.5 * case.step
+        path.time_s[:rows], own.path.time_s[:rows], rtol=0.0, atol=0.5 * case.step
     )
     if late:
         raise EngineOutputError(
             f"its path of {path.time_s.size} samples does not have the {rows} times of the plan"
         )
     x, y, vx, vy = (
-        getattr(path, column)[:rows] - getattr(own.trajectory, column)[:rows]
+        getattr(path, column)[:rows] - getattr(own.path, column)[:rows]
         for column in ("x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
     )
     apart = float(np.hypot(x, y).max()) / case.diameter

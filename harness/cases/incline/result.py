@@ -54,6 +54,13 @@ class InclineRun:
     trajectory: Trajectory | None = field(default=None, repr=False)
 
     @property
+    def path(self) -> Trajectory:
+        """Return the trajectory; raise ValueError for a run that kept none."""
+        if self.trajectory is None:
+            raise ValueError("this run kept no trajectory")
+        return self.trajectory
+
+    @property
     def margin(self) -> float:
         """Return the margin in units of m g d."""
         return self.margin_J / self.case.weight_energy

@@ -131,6 +131,5 @@ def sampled(
     for run in run_inclines(engine, cases, "steady", every=every):
         if isinstance(run, EngineError):
             raise run
-        assert run.trajectory is not None
-        found.append((run, run.trajectory))
+        found.append((run, run.path))
     return found

@@ -50,8 +50,7 @@ def _collapse() -> Statement:
 def _three_particles(printed: Printed) -> Iterator[Statement]:
     three = run(Tower(height=2))
     early = (three.time_over_t0 > 0.01) & (three.time_over_t0 < 0.4)
-    assert three.profiles is not None
-    displacements, _, forces = (values[early] for values in three.profiles)
+    displacements, _, forces = (values[early] for values in three.known_profiles)
     contacts = three.contacts[early]
     yield claim("text-parts", forces=forces, contacts=contacts, displacements=displacements)
     first, second = contact_intervals(three)[:2]
@@ -102,9 +101,8 @@ def _runs(printed: Printed) -> Iterator[Statement]:
 def longest_chains(height: int, duration: float = 3.0) -> tuple[int, int]:
     """Return the longest chain of the grain, and the longest anywhere, within ``duration`` [t0]."""
     one = run(Tower(height=height, stiffness=MEDIAN[0], speed=MEDIAN[1]), duration)
-    assert one.profiles is not None
     longest, length = 0, np.zeros(one.time.size, int)
-    for touching in (one.profiles.forces > 0).T:
+    for touching in (one.known_profiles.forces > 0).T:
         length = np.where(touching, length + 1, 0)
         longest = max(longest, int(length.max()))
     return int(one.contacts.max()), longest

@@ -19,7 +19,7 @@ from harness.chain.sweeps import compressions
 from harness.engines.contract import Engine
 from harness.errors import EngineError
 from harness.observables.significant_contacts import SIGNIFICANT_FORCE
-from harness.observables.tower import Profiles, TowerRun
+from harness.observables.tower import TowerRun
 from harness.parameters.tower import Tower
 from harness.reproduction.figure_data.velocity_series import ANGLES_DEG, sampled
 from harness.reproduction.movies.frames import InclineMotion, Motions, RowMotion
@@ -75,14 +75,13 @@ def row_motion(
         samples=after * _SAMPLES_PER_FRAME,
         profiles=True,
     )
-    assert run.profiles is not None
-    step = case.contact_time / frames_per_t0
+    kept, step = run.known_profiles, case.contact_time / frames_per_t0
     rows = np.abs(run.time[:, None] - step * np.arange(after + 1)).argmin(axis=0)
     approach = step * np.arange(-before, 0)
     still = np.zeros((before, case.height))
     flight = case.speed * approach + case.gravity * approach**2 / 2
     falling = case.speed + case.gravity * approach
-    displacement = np.vstack([np.column_stack([flight, still]), run.profiles.displacements[rows]])
+    displacement = np.vstack([np.column_stack([flight, still]), kept.displacements[rows]])
     diameter = case.each("diameter")[0]
     touching = diameter * np.arange(case.particles)
     return RowMotion(
@@ -93,7 +92,7 @@ def row_motion(
         exaggeration=_exaggeration(run),
         time=np.concatenate([approach, run.time[rows]]),
         displacement=displacement,
-        velocity=np.vstack([np.column_stack([falling, still]), run.profiles.velocities[rows]]),
+        velocity=np.vstack([np.column_stack([falling, still]), kept.velocities[rows]]),
         compression=np.array([compressions(touching + row, diameter) for row in displacement]),
     )
 
@@ -132,7 +131,7 @@ def contact_changes(run: TowerRun) -> list[tuple[float, tuple[int, ...]]]:
 
     Contacts count from 1, the grain's. Needs profiles; the times are as good as the samples.
     """
-    forces = _profiles(run).forces
+    forces = run.known_profiles.forces
     pressing = forces > SIGNIFICANT_FORCE * forces.max()
     rows = 1 + np.flatnonzero((pressing[1:] != pressing[:-1]).any(axis=1))
     return [
@@ -164,7 +163,7 @@ def triple_sentence(run: TowerRun) -> str:
 
 def tower_sentence(run: TowerRun) -> str:
     """Say when the shock is at the base, how many contacts carry it, and how strong it is."""
-    forces, n = _profiles(run).forces, run.tower.height
+    forces, n = run.known_profiles.forces, run.tower.height
     at_base = forces.argmax(axis=1) == n - 1
     if not at_base.any():
         return "The shock does not reach the base."
@@ -182,8 +181,7 @@ def tower_sentence(run: TowerRun) -> str:
 
 def incline_sentence(below: InclineRun, above: InclineRun) -> str:
     """Say how far the grain comes at either angle."""
-    assert below.trajectory is not None
-    gone = below.trajectory.x_m[-1] / below.case.diameter
+    gone = below.path.x_m[-1] / below.case.diameter
     return (
         f"The closed form has the critical angle at {critical_angle():.4f} deg. {_fate(below)}; "
         f"its path ends where it turns back, at {gone:.2f} diameters. {_fate(above)}."
@@ -201,12 +199,6 @@ def _fate(run: InclineRun) -> str:
 def _velocities(run: TowerRun) -> str:
     # + 0.0: rounding may leave a minus before a zero
     return ", ".join(f"{round(v, 2) + 0.0:.2f}" for v in run.final_velocity)
-
-
-def _profiles(run: TowerRun) -> Profiles:
-    if run.profiles is None:
-        raise ValueError("run without profiles: no contact forces")
-    return run.profiles
 
 
 SENTENCES = {

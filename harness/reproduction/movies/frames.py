@@ -100,12 +100,9 @@ class InclineMotion:
 
     def path(self, run: InclineRun) -> Trajectory:
         """Return the run's trajectory at the frames: the last recorded row by each."""
-        whole = run.trajectory
-        if whole is None:
-            raise ValueError("run without trajectory: nothing to show")
-        rows = np.searchsorted(whole.time_s, self.time + 1e-9 * self.time[-1], side="right") - 1
+        rows = np.searchsorted(run.path.time_s, self.time + 1e-9 * self.time[-1], side="right") - 1
         rows = rows.clip(0)
-        return Trajectory(**{name: column[rows] for name, column in vars(whole).items()})
+        return Trajectory(**{name: column[rows] for name, column in vars(run.path).items()})
 
 
 @dataclass(frozen=True)

@@ -67,7 +67,7 @@ class InclineGrain(Scene[InclineMotion]):
             figure.add_axes((0.0, 0.28, 1.0, 0.62)),
             figure.add_axes((0.075, 0.08, 0.905, 0.175)),
         )
-        paths = [_recorded(run) for run in self.motion.runs]
+        paths = [run.path for run in self.motion.runs]
         ahead = max(float(path.x_m.max()) for path in paths) / self.motion.below.case.diameter
         box = axes.get_window_extent()
         axes.set(xlim=(-0.6, ahead + 1.1), aspect="equal")
@@ -143,12 +143,6 @@ def _tilted(
     tilt = np.radians(run.case.angle)
     across = y - _LANE * lane
     return x * np.cos(tilt) + across * np.sin(tilt), across * np.cos(tilt) - x * np.sin(tilt)
-
-
-def _recorded(run: InclineRun) -> Trajectory:
-    if run.trajectory is None:
-        raise ValueError("run without trajectory: nothing to show")
-    return run.trajectory
 
 
 def _status(run: InclineRun, now: float, motion: InclineMotion) -> str:

@@ -26,8 +26,7 @@ def velocity_and_deformation(runs: Sequence[TowerRun]) -> Figure:
     figure = panels(2, len(runs))
     for column, run in enumerate(runs):
         above, below = figure.axes[column], figure.axes[len(runs) + column]
-        assert run.profiles is not None
-        velocities, deformations = run.profiles.velocities, 1e3 * run.deformations
+        velocities, deformations = run.known_profiles.velocities, 1e3 * run.deformations
         for i in range(run.tower.particles):
             look: dict[str, Any] = {"color": COLOURS[i % 7], "linestyle": STYLES[i % 6]}
             name = "grain" if i == 0 else f"particle {i + 1}"
