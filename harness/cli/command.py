@@ -14,9 +14,10 @@ import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, Field, fields, is_dataclass
 from pathlib import Path
-from typing import Annotated, Any, get_type_hints
+from typing import Annotated, Any, get_args, get_type_hints
 
 import typer
+from typer.core import TyperArgument, TyperCommand
 
 from harness.errors import RequestError
 
@@ -24,10 +25,31 @@ OPTIONS = tomllib.loads(Path(__file__).with_name("options.toml").read_text("utf-
 """Examples of the commands, and help of the options by module, class and field."""
 
 
+KINDS = {float: "NUMBER", int: "INTEGER", str: "TEXT", Path: "PATH"}
+"""Metavars of options that have none in ``options.toml``, by their type."""
+
+
+class Command(TyperCommand):
+    """A command whose help names values by their metavars, and no types of Python."""
+
+    def __init__(self, *positional: Any, **named: Any) -> None:
+        super().__init__(*positional, **named)
+        for parameter in self.params:
+            if isinstance(parameter, TyperArgument):  # its name stands beside it
+                setattr(parameter, "display_type_rich", lambda ctx: None)  # noqa: B010, ARG005
+
+    def get_help_option(self, ctx: Any) -> Any:
+        """Return ``--help``, a flag that takes no value."""
+        option = super().get_help_option(ctx)
+        if option is not None:
+            option.metavar = " "
+        return option
+
+
 def add_command(app: typer.Typer, function: Callable[..., None]) -> None:
     """Add a function to an app, with its examples below its options."""
     shown = "\n\n".join(f"`{example}`" for example in OPTIONS["examples"][function.__name__])
-    app.command(epilog=f"Examples:\n\n{shown}")(expanded(function))
+    app.command(cls=Command, epilog=f"Examples:\n\n{shown}")(expanded(function))
 
 
 def expanded(function: Callable[..., None]) -> Callable[..., None]:
@@ -95,6 +117,9 @@ def _parameter(one: Field[Any], kind: Any, told: dict[str, Any]) -> inspect.Para
     names = made.pop("names", [f"--{one.name.replace('_', '-')}"])
     if one.default is MISSING:
         return _keyword(one.name, Annotated[kind, typer.Argument(**made)], inspect.Parameter.empty)
+    made.setdefault(
+        "metavar", next((KINDS[t] for t in (kind, *get_args(kind)) if t in KINDS), None)
+    )
     return _keyword(one.name, Annotated[kind, typer.Option(*names, **made)], one.default)
 
 
