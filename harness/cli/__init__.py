@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-import contextlib
-import itertools
-import os
-import signal
-import sys
-from pathlib import Path
-from typing import Any
+try:
+    import contextlib
+    import itertools
+    import os
+    import signal
+    import sys
+    from pathlib import Path
+    from typing import Any
+except KeyboardInterrupt:  # Ctrl-C before main() is there to hear it
+    raise SystemExit(130) from None
 
 INTERRUPTED = 130
 """Exit status after Ctrl-C, by the shells' convention (128 + SIGINT)."""

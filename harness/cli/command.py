@@ -25,8 +25,8 @@ OPTIONS = tomllib.loads(Path(__file__).with_name("options.toml").read_text("utf-
 """Examples of the commands, and help of the options by module, class and field."""
 
 
-KINDS = {float: "NUMBER", int: "INTEGER", str: "TEXT", Path: "PATH"}
-"""Metavars of options that have none in ``options.toml``, by their type."""
+KINDS = {bool: " ", float: "NUMBER", int: "INTEGER", str: "TEXT", Path: "PATH"}
+"""Metavars of options that have none in ``options.toml``, by type; a flag takes no value."""
 
 
 class Command(TyperCommand):
@@ -117,9 +117,8 @@ def _parameter(one: Field[Any], kind: Any, told: dict[str, Any]) -> inspect.Para
     names = made.pop("names", [f"--{one.name.replace('_', '-')}"])
     if one.default is MISSING:
         return _keyword(one.name, Annotated[kind, typer.Argument(**made)], inspect.Parameter.empty)
-    made.setdefault(
-        "metavar", next((KINDS[t] for t in (kind, *get_args(kind)) if t in KINDS), None)
-    )
+    kinds = [KINDS[each] for each in (kind, *get_args(kind)) if each in KINDS]
+    made.setdefault("metavar", kinds[0] if kinds else None)
     return _keyword(one.name, Annotated[kind, typer.Option(*names, **made)], one.default)
 
 

@@ -59,6 +59,20 @@ def test_help_imports_nothing_heavy():
     assert done.stdout.strip() == "[]"
 
 
+def test_ctrl_c_while_the_command_line_is_imported_is_status_130():
+    script = (
+        "import sys\n"
+        "class Pressed:\n"
+        "    def find_spec(self, name, path=None, target=None):\n"
+        "        if name == 'contextlib': raise KeyboardInterrupt\n"
+        "sys.modules.pop('contextlib', None)\n"
+        "sys.meta_path.insert(0, Pressed())\n"
+        "from harness.cli import main"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+
+
 def test_unknown_commands_and_options_are_status_2(harness):
     harness("no-such-command", status=2)
     harness("theory", "--no-such-option", status=2)
