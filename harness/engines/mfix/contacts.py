@@ -39,21 +39,5 @@ CONTACTS = (
         _needs,
     ),
 )
-
-CONTACTS = (
-    ContactModel(
-        "LSD",
-        takes("hooke", "none velocity mass_velocity coeff_restitution", "none linear_history")
-        | _STATES,
-        _RULES,
-        _needs,
-    ),
-    ContactModel(
-        "HERTZIAN",
-        takes("hertz", "none coeff_restitution", "none mindlin") | _STATES,
-        {**_RULES, "hertz_restitution": "linear"},
-        _needs,
-    ),
-)
 """Its contact models; frictional torques act where the spheres' surfaces cut, springs keep their
 direction in space, and a sliding spring is set to the limit without the dashpot."""
