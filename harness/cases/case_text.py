@@ -1,13 +1,15 @@
-"""The words of a case: ``case.toml`` beside its module, its quantities, formula and prose."""
+"""What ``case.toml`` beside a case's module says: quantities, formula, tolerances, prose."""
 
 from __future__ import annotations
 
 import sys
 import tomllib
 from collections.abc import Callable, Sequence
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from harness.comparison.tolerances import Tolerance
 from harness.report.sections import Drawing, Section, Table
 
 if TYPE_CHECKING:
@@ -19,9 +21,20 @@ def text_of(case: type) -> dict[str, Any]:
     return _beside(getattr(sys.modules[case.__module__], "__file__", None) or "")
 
 
+@cache
 def _beside(module: str) -> dict[str, Any]:
     file = Path(module).with_name("case.toml")
     return tomllib.loads(file.read_text("utf-8")) if file.is_file() else {}
+
+
+def tolerances_of(module: str, section: str = "tolerances") -> dict[str, Tolerance]:
+    """Return the tolerances that ``case.toml`` beside a module has, each with its reason.
+
+    ``regression`` is the section of those of the baseline's records.
+    """
+    none = {"unit": "", "absolute": 0.0, "relative": 0.0}
+    told = _beside(module)[section]
+    return {name: Tolerance(**{**none, **one}) for name, one in told.items()}
 
 
 class Words:

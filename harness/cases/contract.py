@@ -1,10 +1,10 @@
 """The contract of a case: what is simulated, how an output is read, and how it is judged.
 
 A case is one object and one folder: ``parameters.py`` (frozen, validated, SI), ``case.toml`` (its
-quantities, as ``name = "[unit] meaning"``, and the prose of its report), ``template.py`` (the
-values that scripts are told, the same system as a scene), reading, ``checks.py`` with tolerances
-and their reasons, ``sections.py`` with figures. It names no engine: every engine that has a
-template for it, or takes scenes, and whose declared rules accept the values, runs it.
+quantities, as ``name = "[unit] meaning"``, tolerances with their reasons, the prose of its
+report), ``template.py`` (the values that scripts are told, the same system as a scene), reading,
+``checks.py``, ``sections.py`` with figures. It names no engine: every engine that has a template
+for it, or takes scenes, and whose declared rules accept the values, runs it.
 
 To add a case, subclass :class:`Case` in ``cases/<name>/case.py`` as ``CASE = MyCase()``, or in a
 package of your own under the entry point ``dem_harness.cases``. ``quantities``, ``template``,

@@ -5,7 +5,8 @@ import matplotlib.figure
 import pytest
 
 import harness.cases
-from harness.cases.case_text import Words
+from harness.cases.case_text import Words, tolerances_of
+from harness.comparison.tolerances import Tolerance
 
 TOLD = """
 [figures]
@@ -14,6 +15,13 @@ TOLD = """
 [sections.laws]
 title = "The laws"
 paragraphs = ["They differ."]
+
+[tolerances]
+FORCE = { unit = "N", absolute = 1e-5, reason = "round-off" }
+
+[regression]
+force_N = { relative = 1e-9, reason = "round-off, too" }
+wrong = { absolut = 1.0, reason = "a word that is not known" }
 
 [tables.Both]
 caption = "At {speed:g} m/s."
@@ -44,6 +52,13 @@ def test_a_section_and_a_table_have_the_words_and_the_parts_that_are_given(words
     assert section.title == "The laws"
     assert section.paragraphs == ("They differ.", "By a half.")
     assert section.tables == (table,)
+
+
+def test_a_tolerance_that_is_not_told_is_none_at_all(tmp_path, words):  # noqa: ARG001
+    module = str(tmp_path / "tolerances.py")
+    assert tolerances_of(module) == {"FORCE": Tolerance("N", 1e-5, 0.0, "round-off")}
+    with pytest.raises(TypeError, match="absolut"):
+        tolerances_of(module, "regression")
 
 
 def test_what_the_file_does_not_tell_is_an_error(words):

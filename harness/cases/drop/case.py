@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
+from harness.cases.case_text import tolerances_of
 from harness.cases.contract import Case, LevelName, Reference, Study
 from harness.cases.drop.checks import DropEvidence, DropTest, angular_momentum_ratio, drop_tests
 from harness.cases.drop.expected import references_of
@@ -15,28 +16,12 @@ from harness.cases.parts import failed_part
 from harness.cases.runs import whole
 from harness.comparison.baseline_record import BaselineRecord, Quantity, made_by, record_name
 from harness.comparison.findings import Findings
-from harness.comparison.tolerances import Tolerance
 from harness.comparison.verdicts import Check, Kind, judge, not_tested
 from harness.engines.contract import Engine, Job, Output
 from harness.engines.traits import Traits
 from harness.errors import EngineError
 from harness.parameters.contact import PLASTIC, SOURCE
 from harness.report.sections import Section
-
-_ROUND_OFF = "round-off of 1e5 steps on numbers of order 1, the same every time"
-
-REGRESSION: dict[str, Tolerance] = {
-    "restitution": Tolerance("", 1e-10, 0.0, _ROUND_OFF),
-    "static_overlap_ratio": Tolerance(
-        "", 1e-9, 0.0, f"{_ROUND_OFF}; the overlap cancels three digits of the position"
-    ),
-    "fall_ratio": Tolerance("", 1e-10, 0.0, _ROUND_OFF),
-    "angular_momentum_ratio": Tolerance("", 1e-10, 0.0, _ROUND_OFF),
-    "onset_steps": Tolerance(
-        "steps", 1e-6, 0.0, "a place over the way of a step, 5e-4 d: round-off of the place"
-    ),
-}
-"""How far the records of the baseline may move, by quantity, and why."""
 
 
 class DropCase(Case[Drop]):
@@ -46,7 +31,7 @@ class DropCase(Case[Drop]):
     group = "contacts"
     qualifies = True
     template = TEMPLATE
-    regression = REGRESSION
+    regression = tolerances_of(__file__, "regression")
 
     @property
     def presets(self) -> Mapping[str, Drop]:

@@ -14,7 +14,7 @@ from typing import Any
 
 from harness.engines.fingerprints import ENVIRONMENT, facts, program_files, with_libraries
 from harness.engines.lammps.library import LIBRARIES, find_mpi
-from harness.engines.programs import find_program
+from harness.engines.programs import find_program, launcher_words
 
 VARIABLES = (*ENVIRONMENT, "LAMMPS_PLUGIN_PATH")
 """What else decides which code runs."""
@@ -29,9 +29,7 @@ def fingerprint(lmp: str | None = None, launcher: str | None = None) -> dict[str
     if lmp is None and launcher is None:
         files = _library_files()
         return facts("lammps", "in-process", files, VARIABLES) if files else None
-    words = shlex.split(launcher or "")
-    if words:
-        words[0] = find_program("mpirun", words[0])
+    words = launcher_words(launcher)
     files = _program_files(Path(find_program("lmp", lmp or "lmp")))
     return facts("lammps", shlex.join(words) or "executable", files, VARIABLES) if files else None
 
