@@ -16,7 +16,7 @@ from harness.errors import RequestError, cannot_write
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from harness.observables.reference import ReferencePoints
+    from harness.observables.reference import Points, ReferencePoints
 
 FORMATS = (".svg", ".png", ".pdf")
 Writer = Callable[[Path], object]
@@ -135,9 +135,21 @@ def save_figure(draw: Callable[[], Figure], suffix: str) -> Writer:
 
 
 def read_reference(path: Path) -> ReferencePoints:
-    """Return the points of ``--reference``; raise RequestError in one line for a bad file."""
+    """Return the angles of ``--reference``; raise RequestError in one line for a bad file."""
     from harness.observables.reference import parse_reference
 
+    return replace(parse_reference(*_text_of(path)), name=path.name)
+
+
+def read_points(path: Path, across: str, up: str) -> Points:
+    """Return the points of ``--reference``, two columns; RequestError in a line for a bad file."""
+    from harness.observables.reference import parse_points
+
+    return replace(parse_points(*_text_of(path), across, up), name=path.name)
+
+
+def _text_of(path: Path) -> tuple[str, str]:
+    """Return the text of the file of ``--reference``, and what it is called in an error."""
     name = f"--reference {path}"
     try:
         with path.open("rb") as file:
@@ -157,4 +169,4 @@ def read_reference(path: Path) -> ReferencePoints:
             f"{name}, row {row}: byte 0x{byte:02x} is not UTF-8 (Latin-1 perhaps), "
             "UTF-8 is expected"
         ) from None
-    return replace(parse_reference(text, name), name=path.name)
+    return text, name

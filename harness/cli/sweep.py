@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from harness.cli.engine_options import CostOptions, IntegratorOptions
-from harness.cli.files import Writer, output_folder, save_figure, write_all
+from harness.cli.files import Writer, output_folder, read_points, save_figure, write_all
 from harness.cli.options import Json
 from harness.cli.output import print_frame, print_json
 from harness.cli.qualified import qualification
@@ -23,6 +23,7 @@ from harness.workflows.slurm_queue import ExecutorOptions
 if TYPE_CHECKING:
     from harness.cli.recording import Recording
     from harness.engines.contract import Engine
+    from harness.observables.reference import Points
     from harness.workflows.sweep_plan import Asked, Plan
     from harness.workflows.sweep_run import Sweep
 
@@ -43,6 +44,7 @@ class SweepOptions(IntegratorOptions):
     engines: str = ""
     quantity: str = ""
     output: Path | None = None
+    reference: Path | None = None
 
     def asked(self) -> Asked:
         """Return what is to be run: of a case, or of a file with these options on top."""
@@ -59,6 +61,18 @@ class SweepOptions(IntegratorOptions):
             "quantity": self.quantity,
         }
         return with_options(base, more.items())
+
+    def points(self, chosen: Plan) -> Points | None:
+        """Return the measured points, if there are any; raise RequestError for a bad file."""
+        from harness.workflows.sweep_run import drawn_columns
+
+        if self.reference is None:
+            return None
+        if not chosen.asked.quantity:
+            raise RequestError(
+                f"--reference {self.reference}: --quantity must say what was measured there"
+            )
+        return read_points(self.reference, *drawn_columns(chosen))
 
     def named(self, error: str) -> str:
         """Return an error with the file that it is of, and the file's words for its tables."""
@@ -81,6 +95,7 @@ def sweep(
     from harness.cli.recording import recorded
 
     chosen = _planned(options)
+    points = options.points(chosen)
     settings = where.settings()
     if settings is None:  # a cluster has limits of its own
         cost.agree(chosen.seconds(), f"{chosen.runs} runs of case {chosen.case.name!r}")
@@ -93,7 +108,7 @@ def sweep(
         else:
             found, unqualified = _run_on_cluster(options, chosen, settings, folder, told), {}
         told.folder, told.status = folder, FAILED if found.count("failed") else told.status
-        notes = _written(folder, found)
+        notes = _written(folder, found, points)
     notes += [f"engine {n!r} did not qualify: {reason}" for n, reason in unqualified.items()]
     if json:
         print_json({**found.record(), **counts, "output": str(folder), "notes": notes})
@@ -174,12 +189,12 @@ def _folder(options: SweepOptions, asked: Asked) -> Iterator[Path]:
         yield folder
 
 
-def _written(folder: Path, found: Sweep) -> list[str]:
+def _written(folder: Path, found: Sweep, points: Points | None) -> list[str]:
     """Write table and figure, all whole; return notes on what is not written, and why."""
     from functools import partial
     from importlib.util import find_spec
 
-    frame, figure, notes = found.frame(), found.figure(), []
+    frame, figure, notes = found.frame(), found.figure(points=points), []
     files: dict[tuple[str, Path], Writer] = {
         ("table", folder / "rows.csv"): partial(frame.to_csv, index=False)
     }

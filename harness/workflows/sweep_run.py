@@ -25,6 +25,7 @@ from harness.workflows.sweep_values import as_text
 if TYPE_CHECKING:
     import pandas as pd
 
+    from harness.observables.reference import Points
     from harness.shown.figure import Figure
 
 DONE, FAILED, NOT_TESTED = "done", "failed", "not tested"
@@ -82,11 +83,11 @@ class Sweep(Shown):
             raise RequestError(f"plot: no run of this sweep of {self.case} measured anything")
         return figure
 
-    def figure(self, quantity: str = "") -> Figure | None:
+    def figure(self, quantity: str = "", points: Points | None = None) -> Figure | None:
         """Return a quantity over the first two columns of ``over``; None where none was measured.
 
         Of further ones the first value is shown. Without a name, the one that was asked for or
-        the first that was measured.
+        the first that was measured. ``points`` are drawn beside it.
         """
         from harness.report.figures.sweep import sweep_figure
 
@@ -102,7 +103,7 @@ class Sweep(Shown):
         if not measured:
             return None
         shown = ", ".join([self.case, *(f"{name} = {value}" for name, value in rest.items())])
-        return sweep_figure(frame, measured[0], list(self.over[:2]), shown)
+        return sweep_figure(frame, measured[0], list(self.over[:2]), shown, points)
 
     def _column(self, quantity: str) -> str:
         return next((name for name in self.quantities if name.startswith(f"{quantity}_")), quantity)
@@ -227,6 +228,13 @@ def _columns(point: Point, names: Mapping[str, str]) -> tuple[str, ...]:
         else:  # an object by its name
             found += [key_of(n, u) for n, u in units.items() if n == f"{name}.name"] or [name]
     return tuple(found)
+
+
+def drawn_columns(chosen: Plan) -> tuple[str, str]:
+    """Return the columns of a sweep's figure: the first that is swept, and what is asked for."""
+    over = _columns(chosen.points[0], chosen.asked.over)
+    units = {quantity.name: quantity.unit for quantity in chosen.case.quantities}
+    return over[0], key_of(chosen.asked.quantity, units[chosen.asked.quantity])
 
 
 def _quantity_key(quantity: Observable) -> str:

@@ -48,6 +48,17 @@ def test_the_committed_examples_run(file, answer, tmp_path, lammps_here):  # noq
     assert again["rows"] == found["rows"]
 
 
+@pytest.mark.live
+def test_measured_points_stand_in_the_figure(answer, tmp_path, lammps_here):  # noqa: ARG001
+    (tmp_path / "mine.csv").write_text("angle_deg,spin_ratio\n20,0.31\n")
+    words = ("oblique", "--over", "angle=20,40", "--set", "preset=kharaz")
+    more = ("--set", "steps_per_contact=50", "--quantity", "spin_ratio", "--output", "mine")
+    answer("sweep", *words, *more, "--reference", "mine.csv")
+    assert "mine.csv" in (tmp_path / "mine" / "figure.svg").read_text()
+    answer("sweep", *words, *more)
+    assert "mine.csv" not in (tmp_path / "mine" / "figure.svg").read_text()
+
+
 def test_parquet_is_the_same_table(answer, tmp_path):
     pytest.importorskip("pyarrow", reason="pip install 'dem-harness[parquet]'")
     answer("sweep", "incline", "--over", "angle=9:11:3", "--engines", "reference", "--output", "a")
@@ -81,12 +92,18 @@ def test_without_pyarrow_the_sweep_says_so(answer, tmp_path, monkeypatch):
         (["incline"], "--over: must be given"),
         (["incline", "--over", "angle=9:99:3"], "--over angle=54: angle = '54' deg: must be"),
         (["incline", "--over", "angle=9", "--quantity", "mass"], "--quantity 'mass'"),
+        (["incline", "--over", "angle=9", "--reference", "file"], "file: --quantity must say what"),
+        (
+            ["oblique", "--over", "angle=9", "--quantity", "spin_ratio", "--reference", "mine.csv"],
+            "--reference mine.csv, row 1: no column spin_ratio; found angle_deg, spin",
+        ),
         (["incline", "--over", "angle=9", "--output", "file"], "--output file: is a file"),
     ],
 )
 def test_a_bad_request_is_an_error_of_a_line(arguments, said, harness, tmp_path):
     (tmp_path / "file").touch()
     (tmp_path / "slides.toml").write_text('case = "oblique"\n[over]\nfriction = [0.3, -0.1]\n')
+    (tmp_path / "mine.csv").write_text("angle_deg,spin\n5,0.1\n")
     (tmp_path / "rough.toml").write_text(
         'case = "oblique"\n[set]\nfriction = -0.1\n[over]\nangle = [10, 20]\n'
     )

@@ -1,7 +1,7 @@
 import pytest
 
 from harness.errors import RequestError
-from harness.observables.reference import PEYNEAU_ROUX, parse_reference
+from harness.observables.reference import PEYNEAU_ROUX, parse_points, parse_reference
 
 HEAD = "h_over_d,theta_deg\n"
 
@@ -56,4 +56,25 @@ def test_the_published_angle():
 def test_bad_tables_are_one_line_with_file_and_row(text, said):
     with pytest.raises(RequestError) as refused:
         parse_reference(text, "x.csv")
+    assert str(refused.value) == said
+
+
+def test_points_of_any_two_columns_may_have_either_sign():
+    found = parse_points("spin_ratio,who,angle_deg\n-0.5,one,5\n0.25,two,-1e1\n", "mine.csv",
+                         "angle_deg", "spin_ratio")  # fmt: skip
+    assert (found.name, found.x, found.y) == ("mine.csv", (5.0, -10.0), (-0.5, 0.25))
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "x.csv: is empty; a header angle_deg,spin_ratio is expected"),
+        ("angle,spin_ratio\n", "x.csv, row 1: no column angle_deg; found angle, spin_ratio"),
+        ("angle_deg,spin_ratio\n5,inf\n", "x.csv, row 2: spin_ratio = inf must be finite"),
+        ("angle_deg,spin_ratio\n5,\n", "x.csv, row 2: spin_ratio = '' is not a number"),
+    ],
+)
+def test_points_that_cannot_be_read_are_one_line(text, said):
+    with pytest.raises(RequestError) as refused:
+        parse_points(text, "x.csv", "angle_deg", "spin_ratio")
     assert str(refused.value) == said

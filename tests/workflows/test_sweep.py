@@ -6,13 +6,14 @@ import pytest
 from harness import __version__
 from harness.engines.output import Output
 from harness.errors import EngineCrashError, EngineMissingError, RequestError
+from harness.observables.reference import Points
 from harness.store.cached_engine import CachedEngine
 from harness.store.entries import Entries
 from harness.workflows import sweep
 from harness.workflows.sweep_folder import held_sweep
 from harness.workflows.sweep_local import Local
-from harness.workflows.sweep_plan import Asked, asked_in, with_options
-from harness.workflows.sweep_run import key_of
+from harness.workflows.sweep_plan import Asked, asked_in, plan, with_options
+from harness.workflows.sweep_run import drawn_columns, key_of
 from harness.workflows.sweep_values import as_text, values_of
 from tests.workflows import fakes
 
@@ -85,6 +86,16 @@ def test_every_combination_is_a_flat_row_in_every_engine():
     }
     assert found.figure().axes[0].get_xlabel() == "slope"
     assert "<table" in found._repr_html_()
+
+
+def test_measured_points_stand_beside_what_was_swept():
+    over = {"end.x": "3:5:2", "slope": "1,2"}
+    assert drawn_columns(plan(Asked("line", over, {}, "toy", "y"))) == ("end.x_m", "y_m")
+    found = sweep("line", {"slope": [1, 2]}, engines="toy")
+    figure = found.figure(points=Points("mine.csv", (1.5,), (4.0,)))
+    lines = figure.axes[0].get_lines()
+    assert [line.get_label() for line in lines] == ["toy", "mine.csv"]
+    assert lines[1].get_xydata().tolist() == [[1.5, 4.0]]
 
 
 def test_presets_are_swept_as_well():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -13,6 +13,9 @@ from harness.report.figures.divergence import name_and_unit
 from harness.report.figures.style import COLOURS, MARKERS, STYLES, Figure, label, legend_below
 from harness.report.figures.style import quantity as axis_name
 
+if TYPE_CHECKING:
+    from harness.observables.reference import Points
+
 MOST_NAMED = 8
 """Values of the second parameter that a legend names; more are told by a bar of colours."""
 
@@ -20,10 +23,17 @@ DECADES = 30.0
 """Ratio of the largest to the smallest value from which an axis is logarithmic."""
 
 
-def sweep_figure(frame: pd.DataFrame, quantity: str, over: list[str], title: str = "") -> Figure:
+def sweep_figure(
+    frame: pd.DataFrame,
+    quantity: str,
+    over: list[str],
+    title: str = "",
+    points: Points | None = None,
+) -> Figure:
     """Draw a quantity over the first parameter, a line for each value of the second and engine.
 
     ``frame`` has a row for each run, with the columns of ``over``, ``quantity`` and ``engine``.
+    Measured ``points`` are drawn beside it.
     """
     figure = Figure(figsize=(7.0, 4.4), layout="constrained")
     axes = figure.add_subplot()
@@ -45,6 +55,8 @@ def sweep_figure(frame: pd.DataFrame, quantity: str, over: list[str], title: str
                 color=_colour(place, len(values)) if second else COLOURS[number % len(COLOURS)],
                 label=named,
             )
+    if points is not None:
+        axes.plot(points.x, points.y, "P", color="0.35", mec="white", ms=9, label=points.name)
     _scale(axes, frame[x])
     across, up = (axis_name(*name_and_unit(column)) for column in (x, quantity))
     label(axes, across, up, title)
