@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from harness.pair.rates import KINDS, endings, rates
-from harness.pair.system import Floats, Integers, System
+from harness.pair.records import Floats, Integers, System
 from harness.pair.vectors import compiled
 
 PLACES = 4

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from harness.pair.rates import rates
-from harness.pair.system import Floats, Integers, System
+from harness.pair.records import Floats, Integers, System
 from harness.pair.vectors import compiled
 
 COLUMNS = 6

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from harness.pair.system import BODY, Floats, System
+from harness.pair.records import BODY, Floats, System
 
 NEVER = 1e300
 """[s] or a power of it."""

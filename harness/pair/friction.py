@@ -17,16 +17,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from harness.pair.damping import dashpot
+from harness.pair.flat import pressed
 from harness.pair.geometry import Change, Geometry
-from harness.pair.normal import MDR, Elastic, at_flat, elastic, pull_off_force
+from harness.pair.normal import Elastic, pull_off_force
+from harness.pair.records import ROLLING, TANGENTIAL, TWIST_MARSHALL, Records, System
 from harness.pair.slider import INSIDE, Slider
-from harness.pair.system import (
-    ROLLING,
-    TANGENTIAL,
-    TWIST_MARSHALL,
-    Records,
-    System,
-)
 from harness.pair.vectors import Vector, compiled, cross, dot, scaled
 
 
@@ -46,9 +41,7 @@ def normal_force(g: Geometry, system: System, contact: int, sign: int) -> Normal
     """Return the normal force; ``sign`` is that of the force, which makes |force| smooth."""
     law = system.law
     curvature = system.contacts[contact].curvature
-    bare = elastic(law.normal, law.stiffness, law.surface, curvature, g.overlap)
-    if law.normal == MDR and system.contacts[contact].second < 0:
-        bare = at_flat(law.stiffness, curvature, g.overlap, law.wall_magnified)
+    bare = pressed(law, system.contacts[contact], g.overlap)
     eta, slope = dashpot(
         law.damping, law.damping_coefficient, system.contacts[contact].mass, g.overlap, bare
     )

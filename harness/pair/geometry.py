@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from harness.pair.lever import lever
-from harness.pair.system import BODY, CONTACT, Floats, System
+from harness.pair.records import BODY, CONTACT, Floats, System
 from harness.pair.vectors import Vector, across, compiled, cross, dot, length, plus, scaled
 
 

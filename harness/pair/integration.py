@@ -8,9 +8,10 @@ import numpy as np
 
 from harness.pair.motion import Motion
 from harness.pair.path import ContactPath
+from harness.pair.records import BODY, CONTACT, Floats, System
 from harness.pair.sample import sampled
 from harness.pair.switching import open_contacts
-from harness.pair.system import BODY, CONTACT, Floats, System, first_modes, system_of
+from harness.pair.system import first_modes, system_of
 from harness.parameters.contact_rules import Rules
 from harness.parameters.contact_scene import ContactScene
 

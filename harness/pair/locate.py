@@ -11,7 +11,7 @@ from scipy.optimize import brentq, minimize_scalar
 from harness.pair.between import PLACES, look
 from harness.pair.extrapolation import step
 from harness.pair.rates import endings
-from harness.pair.system import Floats, Integers, System
+from harness.pair.records import Floats, Integers, System
 
 Ending = tuple[int, int]
 """Contact and column of what ends a piece."""

@@ -22,11 +22,11 @@ from harness.pair.geometry import geometry
 from harness.pair.locate import first_ending
 from harness.pair.path import Event, EventKind, SliderName
 from harness.pair.proceed import proceed
-from harness.pair.rates import LOAD, OPEN, OPENING, SIGN, SLIDERS, STATE, TOUCH
+from harness.pair.rates import LOAD, OPEN, SIGN, SLIDERS, STATE, TOUCH
+from harness.pair.records import BODY, Floats, Integers, System
 from harness.pair.scales import set_size, state_scales
 from harness.pair.slider import OFF, SLIDE
-from harness.pair.switching import begin, settle, stick, switch
-from harness.pair.system import BODY, Floats, Integers, System
+from harness.pair.switching import begin, settle, stick, switch, turn
 from harness.parameters.contact_scene import Segment
 
 MOST_EVENTS_AT_ONCE = 50
@@ -84,7 +84,7 @@ class Motion:
         bodies[:, 3:6], bodies[:, 6:9] = np.array(segment.velocities), np.array(segment.omegas)
         for c in self.closed():
             set_size(self.y, self.system, c)
-            self.modes[c, OPENING] = geometry(self.y, self.system, c).closing < 0.0
+            turn(self.y, self.system, self.modes, c)
         self._rescale()
         if self.closed():
             self._settle(slid)

@@ -75,16 +75,20 @@ def at_flat(modulus: float, radius: float, overlap: float, magnified: bool) -> E
 def _mdr(modulus: float, radius: float, overlap: float) -> Elastic:
     """Return mdr's force of two spheres of a radius, of E* ``modulus``."""
     theta = 2.0 * math.asin(math.sqrt(0.125 * overlap / radius))
-    twice = 2.0 * theta
-    segment = twice - math.sin(twice)
-    if twice < 0.5:  # there the difference would lose its digits
-        series = 1.0
-        for n in (13, 11, 9, 7, 5):
-            series = 1.0 - twice * twice / (n * (n - 1)) * series
-        segment = twice**3 / 6.0 * series
     a = radius * math.sin(theta)
     growth = math.cos(theta) / (4.0 * radius * math.sin(theta) ** 2)
-    return Elastic(2.0 * modulus * radius**2 * segment, 2.0 * modulus * a, a, growth)
+    return Elastic(2.0 * modulus * radius**2 * segment(2.0 * theta), 2.0 * modulus * a, a, growth)
+
+
+@compiled
+def segment(twice: float) -> float:
+    """Return twice - sin(twice), to round-off."""
+    if twice >= 0.5:
+        return twice - math.sin(twice)
+    series = 1.0  # there the difference would lose its digits
+    for n in (13, 11, 9, 7, 5):
+        series = 1.0 - twice * twice / (n * (n - 1)) * series
+    return float(twice**3 / 6.0 * series)
 
 
 @compiled

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 SliderName = Literal["", "tangential", "rolling", "twisting"]
-EventKind = Literal["begins", "ends", "turns", "clips", "attracts", "repels", "slides", "sticks"]
+EventKind = Literal[
+    "begins", "ends", "turns", "clips", "attracts", "repels", "slides", "sticks", "yields", "swells"
+]
 
 
 @dataclass(frozen=True)
@@ -19,7 +21,8 @@ class Event:
 
     ``contact`` names both bodies by their number, or body and plane: (0, 1) or (0, -1) for the
     first plane. ``force`` is the normal force [N] just before, ``overlap`` in m. ``turns``:
-    the overlap is largest or smallest there; ``attracts``: the normal force turns negative.
+    the overlap is largest or smallest there; ``attracts``: the normal force turns negative;
+    ``swells``: the radius of a sphere that yields begins to grow.
     """
 
     time: float

@@ -8,8 +8,8 @@ import numpy as np
 
 from harness.pair.between import look
 from harness.pair.extrapolation import ORDER, step
+from harness.pair.records import Floats, Integers, System
 from harness.pair.scales import state_scales
-from harness.pair.system import Floats, Integers, System
 from harness.pair.vectors import compiled
 
 GROWTH = 4.0

@@ -14,9 +14,10 @@ from harness.pair.friction import (
     velocity_rate,
 )
 from harness.pair.geometry import Geometry, change, geometry, levers, normal_and_gap, vector
-from harness.pair.normal import last_overlap
+from harness.pair.normal import MDR, last_overlap
+from harness.pair.plastic import next_stage
+from harness.pair.records import BODY, CONTACT, TANGENTIAL, Floats, Integers, System
 from harness.pair.slider import OFF, beyond, force, spring, state_rate
-from harness.pair.system import BODY, CONTACT, TANGENTIAL, Floats, Integers, System
 from harness.pair.vectors import Vector, compiled, cross, plus, scaled
 
 OPEN, CLOSED, CLIPPED = range(3)
@@ -25,8 +26,8 @@ OPEN, CLOSED, CLIPPED = range(3)
 STATE, SIGN, SLIDERS, OPENING = 0, 1, 2, 5
 """Columns of the modes; three sliders stand from SLIDERS on."""
 
-TOUCH, LOAD, TURN, KINDS = 0, 1, 5, 6
-"""Columns of what ends a piece: contact, sign of the load, three sliders, sign of closing."""
+TOUCH, LOAD, TURN, STAGE, KINDS = 0, 1, 5, 6, 7
+"""Columns of what ends a piece: contact, sign of load, three sliders, sign of closing, stage."""
 
 
 NEGLIGIBLE = 1e-8
@@ -192,7 +193,9 @@ def _contact_endings(
     g = geometry(y, system, c)
     normal = normal_force(g, system, c, modes[c, SIGN])
     curvature = system.contacts[c].curvature
-    last = last_overlap(law.normal, law.stiffness, law.surface, curvature, law.fold)
+    last = system.contacts[c].last
+    if law.normal != MDR:
+        last = last_overlap(law.normal, law.stiffness, law.surface, curvature, law.fold)
     left = last + END * system.contacts[c].overlap - g.overlap
     result[TOUCH] = _touch(left, -g.closing, system, c)
     if modes[c, STATE] == CLIPPED:
@@ -202,6 +205,8 @@ def _contact_endings(
         result[LOAD] = -modes[c, SIGN] * normal.force
     turned = g.closing if modes[c, OPENING] == 1 else -g.closing
     result[TURN] = turned - NEGLIGIBLE * system.contacts[c].speed
+    if law.yields and modes[c, OPENING] == 0:
+        result[STAGE] = g.overlap - next_stage(system.contacts[c])
     rate = change(g, y, system, c, found)
     grows = load_rate(normal, g, rate.closing, law, modes[c, SIGN])
     for kind in range(3):

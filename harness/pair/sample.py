@@ -6,7 +6,7 @@ import numpy as np
 
 from harness.pair.geometry import geometry, normal_and_gap
 from harness.pair.rates import OPEN, STATE, forces, slider_spring
-from harness.pair.system import Floats, Integers, System
+from harness.pair.records import Floats, Integers, System
 from harness.pair.vectors import compiled
 
 

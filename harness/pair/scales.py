@@ -10,8 +10,8 @@ from harness.pair.friction import normal_force
 from harness.pair.geometry import geometry
 from harness.pair.normal import HOOKE, JKR, last_overlap, pull_off_force
 from harness.pair.rates import OPEN, SIGN, SLIDERS, STATE, place_of
+from harness.pair.records import BODY, CONTACT, Floats, Integers, System
 from harness.pair.slider import SLIDE
-from harness.pair.system import BODY, CONTACT, Floats, Integers, System
 from harness.pair.vectors import compiled, length
 
 

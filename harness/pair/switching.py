@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from harness.errors import RequestError
 from harness.pair.extrapolation import step
 from harness.pair.friction import limits, normal_force, slider_of
 from harness.pair.geometry import geometry, normal_and_gap, vector
+from harness.pair.normal import MDR
 from harness.pair.path import EventKind
+from harness.pair.plastic import ELASTIC, PLASTIC, SWELLING, sprung_back
 from harness.pair.rates import (
     CLIPPED,
     CLOSED,
@@ -16,13 +19,14 @@ from harness.pair.rates import (
     OPENING,
     SIGN,
     SLIDERS,
+    STAGE,
     STATE,
     TOUCH,
     TURN,
     place_of,
 )
+from harness.pair.records import CONTACT, TWIST_NONE, Floats, Integers, System
 from harness.pair.slider import OFF, SLIDE, STICK, Slider, limited, sliding_direction, spring
-from harness.pair.system import CONTACT, TWIST_NONE, Floats, Integers, System
 from harness.pair.vectors import length, scaled
 
 CLOSE_TO_LIMIT = 1e-9
@@ -38,15 +42,33 @@ def begin(y: Floats, system: System, modes: Integers, c: int, overlap: float) ->
     active = (law["tangential"], law["rolling"], law["twisting"] != TWIST_NONE)
     modes[c, SLIDERS : SLIDERS + 3] = np.where(active, STICK, OFF)
     modes[c, STATE], modes[c, SIGN] = CLOSED, 1
-    modes[c, OPENING] = geometry(y, system, c).closing < 0.0
+    if system.contacts[c]["stage"] != ELASTIC:
+        raise RequestError("bodies: mdr with yield takes one contact: a second one is not flat")
+    turn(y, system, modes, c)
 
 
 def open_contacts(y: Floats, system: System, modes: Integers) -> None:
     """Close every contact that overlaps at the start."""
     for c in range(len(system.contacts)):
         overlap = normal_and_gap(y, system, c)[1]
+        if overlap > 0.0 and system.law["yields"]:
+            raise RequestError("bodies: mdr with yield takes bodies that begin apart")
         if overlap > 0.0:
             begin(y, system, modes, c, overlap)
+
+
+def turn(y: Floats, system: System, modes: Integers, c: int) -> None:
+    """Note whether a contact opens, and from where: mdr remembers its largest overlap."""
+    g = geometry(y, system, c)
+    opens = g.closing < 0.0
+    modes[c, OPENING] = opens
+    one = system.contacts[c]
+    if opens and system.law["normal"] == MDR and g.overlap > one["largest"]:
+        one["largest"] = g.overlap
+        if one["stage"] != ELASTIC:
+            flats = 1.0 if one["second"] < 0 else 2.0
+            radius = system.bodies[one["first"]]["radius"]
+            one["last"] = flats * sprung_back(system.law, one, g.overlap / flats, radius).left
 
 
 def switch(y: Floats, system: System, modes: Integers, where: tuple[int, int]) -> EventKind:
@@ -62,14 +84,29 @@ def switch(y: Floats, system: System, modes: Integers, where: tuple[int, int]) -
     if column == LOAD:
         return _switch_load(y, system, modes, c)
     if column == TURN:
-        modes[c, OPENING] = 1 - modes[c, OPENING]
+        opens = 1 - modes[c, OPENING]
+        turn(y, system, modes, c)
+        modes[c, OPENING] = opens
         return "turns"
+    if column == STAGE:
+        return _next_stage(system, c)
     kind = column - SLIDERS
     if modes[c, column] == STICK:
         slide(y, system, modes, c, kind)
         return "slides"
     stick(y, system, modes, c, kind)
     return "sticks"
+
+
+def _next_stage(system: System, c: int) -> EventKind:
+    """Let a contact yield, or swell: at once where its radius grows from the onset on."""
+    one = system.contacts[c]
+    if one["stage"] == ELASTIC and one["onset"] < one["swells"]:
+        one["stage"] = PLASTIC
+        return "yields"
+    first = one["stage"] == ELASTIC
+    one["stage"] = SWELLING
+    return "yields" if first else "swells"
 
 
 def _switch_load(y: Floats, system: System, modes: Integers, c: int) -> EventKind:

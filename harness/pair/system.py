@@ -3,98 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from harness.errors import RequestError
 from harness.pair import damping, lever, normal, slider
+from harness.pair.flat import fold
+from harness.pair.plastic import ELASTIC, swelling_depth, yield_depth
+from harness.pair.records import (
+    BODIES,
+    CONTACTS,
+    LAW,
+    OF_FRICTION,
+    OF_MDR,
+    PLANES,
+    TWIST_MARSHALL,
+    TWIST_NONE,
+    TWIST_SDS,
+    Integers,
+    Records,
+    System,
+)
 from harness.parameters.contact_law import ContactLaw
 from harness.parameters.contact_rules import Rules
 from harness.parameters.contact_scene import ContactScene
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-
-BODY = 9
-"""Numbers of a body in the state: position, velocity, angular velocity."""
-
-CONTACT = 10
-"""Numbers of a contact: the overlap, then the springs: tangential, rolling, twisting."""
-
-TANGENTIAL, ROLLING, TWISTING = range(3)
-TWIST_NONE, TWIST_SDS, TWIST_MARSHALL = range(3)
-
-
-LAW = np.dtype(
-    [
-        ("normal", "i8"),
-        ("stiffness", "f8"),
-        ("surface", "f8"),
-        ("fold", "?"),
-        ("wall_magnified", "?"),
-        ("damping", "i8"),
-        ("damping_coefficient", "f8"),
-        ("clipped", "?"),
-        ("tangential", "?"),
-        ("tangential_stiffness", "f8"),
-        ("by_radius", "?"),  # Mindlin: the stiffness is that times the contact radius
-        ("by_force", "?"),  # the state is the force over the coefficient, not a displacement
-        ("rescaled", "?"),
-        ("tangential_damping", "f8"),
-        ("friction", "f8"),
-        ("rolling", "?"),
-        ("rolling_coefficients", "f8", 3),
-        ("twisting", "i8"),
-        ("twisting_coefficients", "f8", 3),
-        ("marshall_by_radius", "?"),
-        ("cut_back", "?"),
-        ("damping_in_cap", "i8"),
-        ("torque_lever", "i8"),
-        ("velocity_lever", "i8"),
-        ("wall_lever", "i8"),
-        ("mean_spin", "?"),
-        ("turns", "?"),  # springs turn with the normal
-    ],
-    align=True,
-)
-"""The law and its rules as numbers."""
-
-OF_FRICTION = ("cut_back", "damping_in_cap", "torque_lever", "velocity_lever", "wall_lever",
-               "mean_spin", "turns")  # fmt: skip
-"""Fields that nothing asks for without friction."""
-
-BODIES = np.dtype(
-    [("radius", "f8"), ("inverse_mass", "f8"), ("inverse_inertia", "f8"), ("gravity", "f8", 3)]
-)
-"""Inverse mass and inertia, and gravity, are 0 for a body that forces do not move."""
-
-PLANES = np.dtype([("point", "f8", 3), ("normal", "f8", 3)])
-
-CONTACTS = np.dtype(
-    [
-        ("first", "i8"),
-        ("second", "i8"),
-        ("curvature", "f8"),  # R*
-        ("mass", "f8"),  # m*
-        ("overlap", "f8"),  # of the contact while it lasts, set as it begins
-        ("speed", "f8"),
-    ]
-)
-"""Of two bodies; the second is -1 - p where it is plane p."""
-
-Records = Any
-"""A NumPy record array of one of these types, or a record: compiled code takes a pointer to it."""
-
-
-class System(NamedTuple):
-    """Bodies, planes, contacts and the law between them, as records."""
-
-    bodies: Records
-    planes: Records
-    contacts: Records
-    law: Records
 
 
 def system_of(scene: ContactScene, rules: Rules) -> System:
@@ -116,6 +49,12 @@ def system_of(scene: ContactScene, rules: Rules) -> System:
         for p in range(len(scene.planes))
         if not (body.frozen and moved)
     ]
+    law = law_of(scene.law, rules)
+    if (law["yields"] or law["bulk"]) and len(pairs + walls) > 1:
+        raise RequestError(
+            f"bodies: normal = mdr with yield or a bulk response takes one contact, not "
+            f"{len(pairs + walls)}: its radius and its surface are those of all contacts of a body"
+        )
     return System(
         bodies=_records(
             BODIES,
@@ -128,12 +67,27 @@ def system_of(scene: ContactScene, rules: Rules) -> System:
         contacts=_records(
             CONTACTS,
             (
-                (i, j, _curvature(scene, i, j), _mass(scene, rules, i, j), 1.0, 1.0)
+                (
+                    *(i, j, _curvature(scene, i, j), _mass(scene, rules, i, j), 1.0, 1.0),
+                    *_depths(law, scene.bodies[i].radius, 2.0 if j >= 0 else 1.0),
+                )
                 for i, j in pairs + walls
             ),
         ),
-        law=law_of(scene.law, rules),
+        law=law,
     )
+
+
+def _depths(law: Records, radius: float, flats: float) -> tuple[float, float, int, float, float]:
+    """Return what a contact of mdr is told of its flat, for a radius; 0 for any other."""
+    if law["normal"] != normal.MDR:
+        return 0.0, 0.0, ELASTIC, 0.0, 0.0
+    modulus, onset, swells = 2.0 * float(law["stiffness"]), 0.0, 0.0
+    if law["yields"]:
+        onset = yield_depth(modulus, float(law["yield_stress"]), radius)
+        swells = swelling_depth(law, onset, radius)
+    last = flats * fold(modulus, float(law["surface"]), radius)[1]
+    return onset, swells, ELASTIC, 0.0, last
 
 
 def _records(kind: np.dtype[Any], rows: Iterable[tuple[Any, ...]]) -> Records:
@@ -165,6 +119,7 @@ def law_of(law: ContactLaw, rules: Rules) -> Records:
         "surface": law.surface_energy or 0.0,
         "fold": rules.pull_off == "fold",
         "wall_magnified": law.normal == "mdr" and rules.wall_force == "magnified",
+        **_branches(law),
         "damping": damping.KINDS[law.damping],
         "damping_coefficient": damping.coefficient(law, rules),
         "clipped": law.clipped,
@@ -197,6 +152,21 @@ def law_of(law: ContactLaw, rules: Rules) -> Records:
     if not (found["tangential"] or found["rolling"] or found["twisting"]):
         found |= dict.fromkeys(OF_FRICTION, 0)
     return _records(LAW, [tuple(found[name] for name in LAW.names or ())])[0]
+
+
+def _branches(law: ContactLaw) -> dict[str, float | bool]:
+    """Return what mdr needs of a material beyond E*: K and G [Pa], nu, and the yield stress."""
+    if not law.lags:
+        return dict.fromkeys(OF_MDR, 0.0)
+    young, poisson = law.youngs_modulus or 0.0, law.poisson_ratio or 0.0
+    return {
+        "yields": law.yield_stress is not None,
+        "yield_stress": law.yield_stress or 0.0,
+        "bulk": law.bulk_response,
+        "bulk_modulus": young / (3.0 * (1.0 - 2.0 * poisson)),
+        "shear_modulus": young / (2.0 * (1.0 + poisson)),
+        "poisson": poisson,
+    }
 
 
 def effective_moduli(law: ContactLaw) -> tuple[float, float]:

@@ -3,8 +3,9 @@
 Names and units follow the manual of LAMMPS's pair style granular, formulas the literature:
 Johnson, Contact Mechanics (1985); Luding, Granular Matter 10, 235 (2008); Marshall, J. Comput.
 Phys. 228, 1541 (2009); Thornton, Cummins and Cleary, Powder Technol. 233, 30 (2013); Zunker and
-Kamrin, J. Mech. Phys. Solids 183, 105492 (2024), of whose ``mdr`` this is the elastic branch:
-neither yield nor adhesion nor a bulk response, and dashpots that it does not scale (``velocity``).
+Kamrin, J. Mech. Phys. Solids 183, 105492 and 105493 (2024). Of their ``mdr`` this is the elastic
+branch, with dashpots that it does not scale (``velocity``), or one of yield, adhesion and a bulk
+response from the first touch on, without a dashpot.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from harness.parameters.base import Parameters
+from harness.parameters.contact_coefficients import MAY_TAKE, TAKES, default_of
 
 Normal = Literal["hooke", "hertz", "dmt", "jkr", "mdr"]
 Damping = Literal["none", "velocity", "mass_velocity", "viscoelastic", "tsuji", "coeff_restitution"]
@@ -31,49 +33,7 @@ Tangential = Literal[
 Rolling = Literal["none", "sds"]
 Twisting = Literal["none", "sds", "marshall"]
 
-_MATERIAL = ("youngs_modulus", "poisson_ratio")
-_SLIDER = ("tangential_damping", "friction")
-
-TAKES: dict[str, dict[str, tuple[str, ...]]] = {
-    "normal": {
-        "hooke": ("normal_stiffness",),
-        "hertz": _MATERIAL,
-        "dmt": (*_MATERIAL, "surface_energy"),
-        "jkr": (*_MATERIAL, "surface_energy"),
-        "mdr": _MATERIAL,
-    },
-    "damping": {
-        **dict.fromkeys(("velocity", "mass_velocity", "viscoelastic"), ("damping_coefficient",)),
-        **dict.fromkeys(("tsuji", "coeff_restitution"), ("restitution",)),
-    },
-    "tangential": {
-        "linear_nohistory": _SLIDER,
-        "linear_history": ("tangential_stiffness", *_SLIDER),
-        "linear_history_classic": ("tangential_stiffness", *_SLIDER),
-        "mindlin": _SLIDER,
-        "mindlin/force": _SLIDER,
-        "mindlin_rescale": _SLIDER,
-        "mindlin_rescale/force": _SLIDER,
-        "mindlin_classic": _SLIDER,
-    },
-    "rolling": {"sds": ("rolling_stiffness", "rolling_damping", "rolling_friction")},
-    "twisting": {"sds": ("twisting_stiffness", "twisting_damping", "twisting_friction")},
-}
-"""The coefficients that each submodel takes."""
-
 COHESIVE = ("dmt", "jkr")
-
-_DEFAULTS: dict[str, float] = {
-    "normal_stiffness": 1e6,
-    "youngs_modulus": 70e9,
-    "poisson_ratio": 0.3,
-    "surface_energy": 0.1,
-    "restitution": 0.9,
-    "tangential_stiffness": 2e6 / 7.0,
-    "tangential_damping": 0.0,
-    "friction": 0.3,
-}
-"""What a submodel is given where nobody says otherwise; coefficients that are not here must be."""
 
 Positive = Annotated[float, Field(ge=1e-30, le=1e30)]
 NotNegative = Annotated[float, Field(ge=0.0, le=1e30)]
@@ -97,7 +57,15 @@ class ContactLaw(Parameters):
         None, description="[-] of hertz, dmt, jkr and mdr"
     )
     surface_energy: NotNegative | None = Field(
-        None, description="[J/m2] gamma of each surface, dmt and jkr; work of adhesion 2 gamma"
+        None,
+        description="[J/m2] gamma of each surface, dmt and jkr; work of adhesion 2 gamma. Of mdr, "
+        "none unless given, that of a sphere and a flat",
+    )
+    yield_stress: Positive | None = Field(
+        None, description="[Pa] of mdr, which does not yield unless it is given"
+    )
+    bulk_response: bool = Field(
+        False, description="[-] of mdr: the bulk responds from the first touch on (psi_b = 1)"
     )
     damping: Damping = Field("none", description="[-] rule of the normal dashpot eta_n")
     damping_coefficient: NotNegative | None = Field(
@@ -137,12 +105,14 @@ class ContactLaw(Parameters):
     @classmethod
     def coefficients(cls) -> set[str]:
         """Return the names of the fields that belong to a submodel."""
-        return {name for models in TAKES.values() for names in models.values() for name in names}
+        needed = {name for models in TAKES.values() for names in models.values() for name in names}
+        return needed.union(*MAY_TAKE.values())
 
     @staticmethod
     def taken(models: dict[str, Any]) -> set[str]:
         """Return the coefficients that submodels take, ``{"normal": "hooke", ...}``."""
-        return {name for part in TAKES for name in TAKES[part].get(str(models[part]), ())}
+        needed = {name for part in TAKES for name in TAKES[part].get(str(models[part]), ())}
+        return needed.union(MAY_TAKE.get(str(models["normal"]), ()))
 
     @model_validator(mode="before")
     @classmethod
@@ -152,9 +122,11 @@ class ContactLaw(Parameters):
             return given
         models = {part: given.get(part, cls.model_fields[part].default) for part in TAKES}
         values, taken = dict(given), cls.taken(models)
+        optional = MAY_TAKE.get(str(models["normal"]), ())
         for name in cls.coefficients() - set(given):
             default = cls.model_fields[name].default
-            default = _default(name, models, values) if default is None else default
+            if default is None and name not in optional:
+                default = default_of(name, models, values)
             values[name] = default if name in taken else None
         return values
 
@@ -177,15 +149,21 @@ class ContactLaw(Parameters):
                 "(tangential = linear_history, mindlin, ...)"
             )
         self._damping_fits()
+        self._branches_fit()
         return self
 
     def _part_has_its_own(self, part: str, models: dict[str, tuple[str, ...]]) -> None:
         chosen = getattr(self, part)
         mine = models.get(chosen, ())
-        others = {name for names in models.values() for name in names} - set(mine)
+        may = {name for names in MAY_TAKE.values() for name in names} if part == "normal" else set()
+        others = may.union(*models.values()) - {*mine, *MAY_TAKE.get(chosen, ())}
         for name in sorted(others):
             if getattr(self, name) is not None:
-                allowed = ", ".join(model for model, names in models.items() if name in names)
+                allowed = ", ".join(
+                    model
+                    for model, names in models.items()
+                    if name in (*names, *MAY_TAKE.get(model, ()))
+                )
                 raise ValueError(
                     f"{name} = {getattr(self, name)!r}: {part} = {chosen!r} takes none "
                     f"({part} = {allowed} does)"
@@ -207,6 +185,33 @@ class ContactLaw(Parameters):
         if self.normal == "mdr" and self.tangential != "none":
             raise ValueError(f"tangential = {self.tangential!r}: normal = mdr takes none")
 
+    def _branches_fit(self) -> None:
+        """Raise ValueError for branches of mdr that are not stated, alone or together."""
+        if self.bulk_response and self.normal != "mdr":
+            raise ValueError(
+                f"bulk_response = True: normal = {self.normal!r} has none (normal = mdr does)"
+            )
+        if self.normal != "mdr":
+            return
+        given = {
+            "yield_stress": self.yield_stress is not None,
+            "surface_energy": self.surface_energy is not None,
+            "bulk_response": self.bulk_response,
+        }
+        named = [
+            f"{name} = {getattr(self, name)!r}" for name, is_given in given.items() if is_given
+        ]
+        if len(named) > 1:
+            raise ValueError(f"{named[0]}: normal = mdr is stated with one of {', '.join(given)}")
+        if named and self.damping != "none":
+            raise ValueError(f"damping = {self.damping!r}: must be none beside {named[0]} of mdr")
+        poisson = self.poisson_ratio or 0.0
+        if self.lags and not 0.0 <= poisson < 0.5:
+            raise ValueError(
+                f"poisson_ratio = {poisson!r}: must be from 0 to below 0.5 beside {named[0]}: "
+                "the bulk modulus must be finite"
+            )
+
     def replace(self, **changes: Any) -> Self:
         """Return a copy with ``changes``; coefficients of submodels that are left are dropped."""
         models = {part: changes.get(part, getattr(self, part)) for part in TAKES}
@@ -221,15 +226,11 @@ class ContactLaw(Parameters):
         return ContactLaw(**{name: value for name, value in values.items() if value is not None})
 
     @property
+    def lags(self) -> bool:
+        """Return whether its force rests on a state that codes bring on step by step, behind it."""
+        return self.normal == "mdr" and (self.yield_stress is not None or self.bulk_response)
+
+    @property
     def tangential_spring(self) -> bool:
         """Return whether the tangential force has a spring."""
         return self.tangential not in ("none", "linear_nohistory")
-
-
-def _default(name: str, models: dict[str, Any], given: dict[str, Any]) -> float | None:
-    """Return the default of a coefficient beside the others; None where there is none."""
-    if name == "tangential_stiffness" and given.get("normal_stiffness") is not None:
-        return 2.0 * float(given["normal_stiffness"]) / 7.0  # as in _DEFAULTS, to the bit
-    if name == "tangential_damping" and models["tangential"] == "linear_nohistory":
-        return 1.0
-    return _DEFAULTS.get(name)

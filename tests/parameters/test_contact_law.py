@@ -4,7 +4,8 @@ import pytest
 from pydantic import Field
 
 from harness.errors import RequestError
-from harness.parameters.contact_law import TAKES, ContactLaw
+from harness.parameters.contact_coefficients import TAKES
+from harness.parameters.contact_law import ContactLaw
 
 NEEDED = {
     "damping_coefficient": 1.0,
@@ -12,6 +13,9 @@ NEEDED = {
     **dict.fromkeys(("twisting_stiffness", "twisting_damping", "twisting_friction"), 1.0),
 }
 """Coefficients without a default."""
+
+
+MDR_SLOWED = {"normal": "mdr", "damping": "velocity", "damping_coefficient": 1.0}
 
 
 class Case(ContactLaw):
@@ -82,6 +86,25 @@ def test_a_case_changes_a_submodel_and_its_default_goes_with_it():
         ({"tangential": "mindlin"}, "tangential = 'mindlin': needs a material"),
         ({"twisting": "marshall"}, "twisting = 'marshall': takes its coefficients from a tang"),
         ({"damping": "tsuji"}, "damping = 'tsuji': is fitted to normal = hertz"),
+        (
+            {"yield_stress": 1e6},
+            "yield_stress = 1000000.0: normal = 'hooke' takes none (normal = m",
+        ),
+        ({"surface_energy": 1.0}, "surface_energy = 1.0: normal = 'hooke' takes none (normal = "),
+        ({"bulk_response": True}, "bulk_response = True: normal = 'hooke' has none"),
+        ({"normal": "mdr", "yield_stress": 0.0}, "yield_stress = 0.0 Pa: must be"),
+        (
+            {"normal": "mdr", "yield_stress": 1e6, "bulk_response": True},
+            "yield_stress = 1000000.0: normal = mdr is stated with one of yield_stress, surface_en",
+        ),
+        (
+            {**MDR_SLOWED, "yield_stress": 1e6},
+            "damping = 'velocity': must be none beside yield_stress = 1000000.0 of mdr",
+        ),
+        (
+            {"normal": "mdr", "bulk_response": True, "poisson_ratio": 0.5},
+            "poisson_ratio = 0.5: must be from 0 to below 0.5 beside bulk_response = True",
+        ),
         ({"normal": "jkr", "clipped": True}, "clipped = True: normal = 'jkr' attracts"),
         (
             {"normal": "dmt", "damping": "coeff_restitution"},
@@ -100,3 +123,14 @@ def test_what_does_not_fit_is_named(settings, message):
     with pytest.raises(RequestError) as caught:
         ContactLaw(**settings)
     assert str(caught.value).startswith(message)
+
+
+def test_what_mdr_may_take_is_kept_by_changes_and_dropped_with_it():
+    law = ContactLaw(normal="mdr", youngs_modulus=1e8, yield_stress=1e6)
+    assert law.surface_energy is None
+    assert law.lags
+    assert law.replace(poisson_ratio=0.2).yield_stress == 1e6
+    assert law.replace(normal="hertz").yield_stress is None
+    assert law.replace(normal="jkr").surface_energy == 0.1
+    assert not ContactLaw(normal="mdr", surface_energy=0.5).lags
+    assert ContactLaw(normal="mdr", bulk_response=True).lags

@@ -92,3 +92,33 @@ def test_dmt_gives_back_what_it_took():
     assert path.velocities[-1, 0, 2] == pytest.approx(0.01, rel=1e-9)
     ends = path.of_kind("ends")[0]
     assert ends.force == pytest.approx(-cohesion.dmt_pull_off(GAMMA, R), rel=1e-9)
+
+
+STRAIN = 2.0 * MODULUS
+
+
+def test_mdr_on_a_flat_is_jkr_for_a_small_contact():
+    # sphere and flat share the energy 2 gamma of JKR; R* = R, E* = E' of a rigid flat
+    tension, last = cohesion.mdr_pull_off(2.0 * GAMMA, STRAIN, R)
+    a = cohesion.jkr_contact_radius("largest tension", GAMMA, STRAIN, R)
+    assert tension == pytest.approx(cohesion.jkr_pull_off(GAMMA, R), rel=(a / R) ** 2)
+    assert last == pytest.approx(cohesion.jkr_overlap("fold", GAMMA, STRAIN, R), rel=(a / R) ** 2)
+    small = 1e-3 * R
+    c = math.sqrt(math.pi * GAMMA / STRAIN)
+    jkr = STRAIN * (4.0 * small**3 / (3.0 * R) - 4.0 * c * small**1.5)
+    force, depth = cohesion.mdr_force_and_depth(2.0 * GAMMA, STRAIN, R, small)
+    assert force == pytest.approx(jkr, rel=1e-6)
+    assert depth == pytest.approx(small**2 / R - 2.0 * c * math.sqrt(small), rel=1e-6)
+
+
+def test_mdr_s_largest_tension_and_last_depth_are_extremes_of_its_curve():
+    tension, last = cohesion.mdr_pull_off(GAMMA, STRAIN, R)
+
+    def least(part):
+        return minimize_scalar(
+            lambda a: cohesion.mdr_force_and_depth(GAMMA, STRAIN, R, a)[part],
+            bounds=(1e-4 * R, 0.5 * R), method="bounded", options={"xatol": 1e-12 * R},
+        ).fun  # fmt: skip
+
+    assert tension == pytest.approx(-least(0), rel=1e-10)
+    assert last == pytest.approx(least(1), rel=1e-10)

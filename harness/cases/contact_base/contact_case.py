@@ -155,9 +155,10 @@ class ContactCase(Case[P]):
             systems = {
                 system: {**PLAIN, **submodel.law, **changes, "steps_per_contact": coarsest}
                 for system, changes in self.systems.items()
-                if (level != "quick" or system not in LONGER) and submodel.stated_in(changes)
+                if (level != "quick" or (submodel.quick and system not in LONGER))
+                and submodel.stated_in(system, changes)
             }
-            if level == "quick" and submodel.law.get("interface") != "old":
+            if systems and level == "quick" and submodel.law.get("interface") != "old":
                 turn = [*systems][names.index(submodel.name) % len(systems)]
                 systems = {turn: systems[turn]}
             for system, told in systems.items():

@@ -15,6 +15,22 @@ NORMAL = {
     "mdr": "F = 2 R^2 E / (1 - nu^2) (theta - sin theta cos theta) on each side of a rigid flat, "
     "cos theta = 1 - d / (2 R), d the depth of the flat: half the overlap, all of it at a wall",
 }
+_ON_FLAT = "on each side of a rigid flat at the depth d"
+YIELD = (
+    f"{_ON_FLAT}: as above up to Hertz's mean pressure p = Y (1 + 1.75 exp(-4.4 d / R)); from "
+    "there F = p pi a^2, a^2 = 2 R d - d^2 - d_Y (R_0 - d_Y), with a radius R that grows so that "
+    "the volume stays, less its elastic strain; back along an ellipse of the half axes "
+    "2 p a (1 - nu^2) / E and a"
+)
+ADHESION = (
+    f"{_ON_FLAT}: as above while it is pressed in; pulled, "
+    "F = 2 R^2 E' (theta - sin theta cos theta) - 2 E' a l, a = R sin theta, "
+    "d = 2 R (1 - cos theta) - l, l = sqrt(2 pi a gamma / E'), E' = E / (1 - nu^2)"
+)
+BULK = (
+    f"{_ON_FLAT}: F = K A^2 d / (4/3 pi R^3 - pi/3 d^2 (3 R - d)), A = pi R d, "
+    "K = E / (3 (1 - 2 nu)), in place of the force above"
+)
 _SECANT = "sqrt(m* F / delta), zeta = -ln e / sqrt(pi^2 + ln^2 e)"
 DAMPING = {
     "none": "none: the normal force is the elastic one",
@@ -54,6 +70,12 @@ TWISTING = {
 def formulas(law: ContactLaw) -> Iterator[tuple[str, str]]:
     """Yield each part of a law that is there, and its formula."""
     yield "normal force", NORMAL[law.normal]
+    if law.yield_stress is not None:
+        yield "yield", YIELD
+    if law.normal == "mdr" and law.surface_energy:
+        yield "adhesion", ADHESION
+    if law.bulk_response:
+        yield "bulk response", BULK
     dashpot = DAMPING[law.damping]
     if law.damping != "none":
         ends = ", and no attraction" if law.clipped else ""

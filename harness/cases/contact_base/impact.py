@@ -10,7 +10,7 @@ import numpy as np
 
 from harness.cases.contact_base.motion import Array, Motion
 from harness.cases.contact_base.parameters import ContactSystem
-from harness.cases.contact_base.reference import contact_time
+from harness.cases.contact_base.reference import contact_time, yield_time
 from harness.cases.contact_base.scales import elastic_overlap, resolved
 from harness.errors import RequestError
 from harness.parameters.contact_scene import ZERO, ContactScene, Vector
@@ -23,6 +23,13 @@ STEPS_IN_PULL = 20
 
 AFTER = 1.1
 """Contact times that are simulated: a contact that a coarse step draws out must be over."""
+
+FINER = 16
+"""Times as many steps for a law that codes bring on behind the motion: by up to ten steps."""
+
+PARTED = 50
+"""Steps of a contact, all rungs of a ladder being multiples, that the time up to yield is
+rounded to a part of: yield is noticed at the end of a step, at the same phase on every rung."""
 
 
 @lru_cache(maxsize=4096)  # job, samples and references of a run each ask for its scene
@@ -56,12 +63,27 @@ def impact(
     _friction_resolved(parameters)
     # before anything is integrated with it: damping only draws the contact out
     resolved(parameters, replace(touching, step=0.25 * guess / n), overlap)
-    step = contact_time(_before(touching, 1e-3 * guess)) / n
+    early = _before(touching, 1e-3 * guess)
+    n = FINER * n if parameters.lags else n
+    lasts = contact_time(early)
+    step, count = lasts / n, float(n)
+    if parameters.yield_stress is not None:
+        until = yield_time(replace(early, step=lasts + 1e-3 * guess))
+        step = _in_phase(step, until, n)
+        count = lasts / step
     every = max(1, n // SAMPLES) if finely else 1
-    steps = every * math.ceil(AFTER * n / every)
+    steps = every * math.ceil(AFTER * count / every)
     scene = replace(touching, step=step, steps=steps, every=every if finely else steps)
     resolved(parameters, scene, overlap)
     return _before(scene, 0.5 * step)
+
+
+def _in_phase(step: float, until: float, n: int) -> float:
+    """Return a step [s] as long or shorter, of which there is a whole number ``until`` [s]."""
+    parts = FINER * PARTED
+    if math.isinf(until):
+        return step
+    return until * parts / (math.ceil(until * parts / (n * step)) * n)
 
 
 def _before(scene: ContactScene, lead: float) -> ContactScene:

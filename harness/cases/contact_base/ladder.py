@@ -51,11 +51,17 @@ def _powers(law: ContactLaw) -> tuple[float, ...]:
     spring, 1/2 for one that goes with the contact radius, and 3/2 for Hertz's spring. The contact
     of jkr begins and ends with an area: its forces are smooth in between, and jump.
 
+    What mdr remembers follows the motion by steps: the radius of a sphere that yields lags behind
+    it by the ten steps that LAMMPS averages its growth over, the area that the bulk responds to by
+    one; and the first step of a contact, which precedes that, is left to the elastic branch.
+
     A tangential spring that is held as a force, or rescaled, takes the slip of a whole step by the
     contact radius at its end: first order, also without a dashpot and along a given motion.
     """
-    if law.normal == "jkr":
+    if law.normal == "jkr" or law.yield_stress is not None:
         return (1.0, 2.0, 3.0)
+    if law.bulk_response:
+        return (1.0, 1.5, 2.0)
     if law.damping == "viscoelastic" or law.surface_energy is not None:
         return (1.0, 1.5, 2.0)
     if law.damping == "none" and law.tangential.endswith(("/force", "_rescale")):

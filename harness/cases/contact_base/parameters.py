@@ -55,7 +55,11 @@ class ContactSystem(ContactLaw):
         "current", description="[-] old: an engine's earlier contact styles, where it has some"
     )
     steps_per_contact: int = Field(
-        1000, ge=10, le=10**7, description="[-] steps of the time that the contact takes"
+        1000,
+        ge=10,
+        le=10**7,
+        description="[-] steps of the time that the contact takes; of a sixteenth of it where mdr "
+        "yields or its bulk responds",
     )
 
     @model_validator(mode="after")

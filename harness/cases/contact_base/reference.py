@@ -89,6 +89,16 @@ def jumps_at_the_end(scene: ContactScene, rules: Rules) -> bool:
 
 
 @lru_cache(maxsize=2048)
+def yield_time(scene: ContactScene) -> float:
+    """Return after which time of its first contact a sphere yields [s]; inf if it does not."""
+    from harness.pair.integration import integrate
+
+    path = integrate(scene, Rules())
+    begun = [event.time for event in path.of_kind("begins")]
+    return next((event.time - begun[0] for event in path.of_kind("yields")), math.inf)
+
+
+@lru_cache(maxsize=2048)
 def contact_time(scene: ContactScene) -> float:
     """Return how long the first contact of a scene lasts [s]; its one step is a first guess.
 

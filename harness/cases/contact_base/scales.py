@@ -31,6 +31,9 @@ COARSEST = 0.5
 MOST_STEPS = 10**9
 """Of a run: a quarter of an hour where a step takes a microsecond, which none does."""
 
+DEEPEST = 0.25
+"""[radius] of a flat in a sphere that yields: its law has been fitted for shallow ones."""
+
 WIDEST = 1e6
 """Ratio of two radii: leaves three decades between the smallest overlap and the largest."""
 
@@ -157,12 +160,27 @@ def met(
     if not slow <= speed <= fast:
         limits = value_of(slow), value_of(fast)
         between(name, getattr(parameters, name), unit, limits, WHY_OVERLAP)
+    if parameters.yield_stress is not None:
+        _yields(parameters, parameters.yield_stress, speed)
     coefficient, overlap = parameters.damping_coefficient, elastic_overlap(parameters, speed)
     if coefficient:
         critical = 2.0 * math.sqrt(mass * stiffness(parameters, overlap))
         most = coefficient * STRONGEST * critical / dashpots(parameters, overlap)
         why = "from critical damping on the contact does not end"
         between("damping_coefficient", coefficient, "", (0.0, most), why)
+
+
+def _yields(parameters: ContactSystem, stress: float, speed: float) -> None:
+    """Raise ValueError for a yield stress [Pa] with which an impact [m/s] goes too deep.
+
+    A pressure of it on the area of a sphere cut at delta, pi (2 R delta - delta^2), on each side of
+    a flat, does at most as much work as the contact of mdr.
+    """
+    flats = 1.0 if parameters.partner == "wall" else 2.0
+    work = flats * math.pi * parameters.radius**3 * (DEEPEST**2 - DEEPEST**3 / 3.0)
+    least = 0.5 * parameters.reduced_mass * speed**2 / work
+    why = "a sphere that yields must not be pressed in by more than a quarter of its radius"
+    between("yield_stress", stress, "Pa", (least, 1e30), why)
 
 
 def elastic_overlap(parameters: ContactSystem, speed: float) -> float:

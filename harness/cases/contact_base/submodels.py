@@ -19,14 +19,20 @@ SYSTEMS: Told = {
 
 @dataclass(frozen=True)
 class Submodel:
-    """A choice of submodels by its name, as changes of a case's law."""
+    """A choice of submodels by its name, as changes of a case's law.
+
+    ``systems`` names those that it goes through, all unless given; ``quick``: at every level.
+    """
 
     name: str
     law: Mapping[str, Any] = field(hash=False)
+    systems: tuple[str, ...] = ()
+    quick: bool = True
 
-    def stated_in(self, system: Mapping[str, Any]) -> bool:
-        """Return whether it has a law for a system: mdr for spheres of one size alone."""
-        return self.law["normal"] != "mdr" or not system.get("partner_radius")
+    def stated_in(self, name: str, system: Mapping[str, Any]) -> bool:
+        """Return whether it goes through a system: mdr through spheres of one size alone."""
+        uneven = self.law["normal"] == "mdr" and bool(system.get("partner_radius"))
+        return not uneven and (not self.systems or name in self.systems)
 
 
 @dataclass(frozen=True)
@@ -235,16 +241,3 @@ ROLLING_BESIDE = named(
     }
 )
 """Rolling springs without a dashpot, as stiff as the tangential spring."""
-
-TWISTING_BESIDE = named(
-    {
-        "twisting sds, linear_history, tied": {
-            **STICKING,
-            "twisting": "sds",
-            "twisting_stiffness": 2e1 / 7.0,
-            "twisting_damping": 0.0,
-            "twisting_friction": 1e-4,
-        }
-    }
-)
-"""A twisting spring without a dashpot, of k_t R*^2 for the sphere of 1 cm on a plane."""

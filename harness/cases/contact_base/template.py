@@ -17,6 +17,8 @@ AXES: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 UP = AXES[2]
 MOVED = ("vx", "vy", "vz", "wx", "wy", "wz")
 """Of the body that is moved, in each segment of a prescribed motion."""
+OF_MDR = ("yield_stress", "bulk_response")
+"""Parts of a law that are told where they are there."""
 
 
 def values_of(scene: ContactScene, interface: str = "current") -> dict[str, Value]:
@@ -49,8 +51,12 @@ def job_of(scene: ContactScene, interface: str) -> Job:
 
 
 def _law(law: ContactLaw) -> dict[str, Value]:
-    values = {name: getattr(law, name) for name in ContactLaw.model_fields}
+    values = {name: getattr(law, name) for name in ContactLaw.model_fields if name not in OF_MDR}
     told: dict[str, Value] = {n: 0.0 if v is None else v for n, v in values.items()}
+    if law.yield_stress is not None:
+        told["yield_stress"] = law.yield_stress
+    if law.bulk_response:
+        told["bulk_response"] = "yes"
     return {**told, "clipped": "yes" if law.clipped else "no"}
 
 

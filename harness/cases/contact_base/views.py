@@ -23,6 +23,7 @@ DIMENSIONS = {
     "normal_stiffness": (0, 1, -2),
     "youngs_modulus": (-1, 1, -2),
     "surface_energy": (0, 1, -2),
+    "yield_stress": (-1, 1, -2),
     "tangential_stiffness": (0, 1, -2),
     "rolling_stiffness": (0, 1, -2),
     "rolling_damping": (0, 1, -1),

@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 from pydantic import Field
 
+from harness.cases.contact_base.branches import STICKING_FLAT
 from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.impact import overlap_of
 from harness.cases.contact_base.motion import Motion
@@ -35,8 +36,14 @@ class PullOff(ContactSystem):
 
     def check(self) -> None:
         """Raise ValueError for values that have no meaning together."""
-        if self.normal not in COHESIVE_FORCES:
-            raise ValueError(f"normal = {self.normal!r}: attracts nothing (normal = dmt, jkr do)")
+        if self.normal == "mdr" and not self.surface_energy:
+            raise ValueError(
+                f"surface_energy = {self.surface_energy!r} J/m2: normal = mdr needs one, above 0"
+            )
+        if self.normal not in (*COHESIVE_FORCES, "mdr"):
+            raise ValueError(
+                f"normal = {self.normal!r}: attracts nothing (normal = dmt, jkr, mdr do)"
+            )
         if self.damping != "none":
             raise ValueError(f"damping = {self.damping!r}: must be none, forces are those at rest")
         pressed(self, "overlap", "m", self.overlap)
@@ -52,7 +59,10 @@ class PullOffCase(ContactCase[PullOff]):
     """A sphere that sticks is pulled off: largest tension, and overlap where it parts."""
 
     name = "pull-off"
-    submodels = tuple(one for one in COHESIVE if "viscoelastic" not in one.name)
+    submodels = (
+        *(one for one in COHESIVE if "viscoelastic" not in one.name),
+        STICKING_FLAT,
+    )
     sets: ClassVar[Told] = {one.name: one.law for one in submodels}
     systems: ClassVar[Told] = {
         name: told for name, told in SYSTEMS.items() if name != "frozen sphere"
@@ -92,6 +102,14 @@ class PullOffCase(ContactCase[PullOff]):
     def closed_forms(self, parameters: PullOff) -> Mapping[str, float]:
         """Return tension and overlap where the sphere parts."""
         gamma, radius = parameters.surface_energy or 0.0, parameters.reduced_radius
+        if parameters.normal == "mdr":
+            flats = 1.0 if parameters.partner == "wall" else 2.0
+            modulus = 2.0 * reduced_modulus(parameters)
+            tension, last = cohesion.mdr_pull_off(gamma, modulus, parameters.radius)
+            return {
+                "pull_off_force_N": tension,
+                "parting_ratio": flats * last / parameters.overlap,
+            }
         if parameters.normal != "jkr":
             return {"pull_off_force_N": cohesion.dmt_pull_off(gamma, radius), "parting_ratio": 0.0}
         last = cohesion.jkr_overlap("largest tension", gamma, reduced_modulus(parameters), radius)

@@ -14,9 +14,22 @@ from harness.cases.contact_base.presets import Told
 from harness.cases.contact_base.resting import Resting, RestingCase
 from harness.cases.contact_base.scales import rest_overlap
 from harness.cases.contact_base.scans import Scan
-from harness.cases.contact_base.submodels import TWISTING, TWISTING_BESIDE
+from harness.cases.contact_base.submodels import STICKING, TWISTING, named
 from harness.parameters.contact_scene import ZERO, Vector
 from harness.theory.rolling import twisting_deceleration
+
+TWISTING_BESIDE = named(
+    {
+        "twisting sds, linear_history, tied": {
+            **STICKING,
+            "twisting": "sds",
+            "twisting_stiffness": 2e1 / 7.0,
+            "twisting_damping": 0.0,
+            "twisting_friction": 1e-4,
+        }
+    }
+)
+"""A twisting spring without a dashpot, of k_t R*^2 for the sphere of 1 cm on a plane."""
 
 
 class Twist(Resting):

@@ -190,6 +190,30 @@ def test_mdr_holds_in_every_system_and_is_magnified_at_a_wall(lammps, system):
     assert Verdict.FAIL not in {check.verdict for check in broken}
 
 
+def test_what_mdr_yields_and_its_bulk_answers_hold_to_a_millionth(lammps):
+    names = ("mdr, yield", "mdr, bulk")
+    case = few(get_case("head-on"), names, ("wall", "two spheres"))
+    trials = case.trials("default", case.submodels)
+    judged = [
+        one for one in verify_trials(case, lammps, Study("default"), trials).checks if one.cell
+    ]
+    assert {(c.cell.submodel, c.cell.system) for c in judged} == {
+        (submodel, system) for submodel in names for system in case.systems
+    }
+    assert {check.verdict for check in judged} == {Verdict.PASS}
+    assert all(check.tolerance <= 1e-6 * max(1.0, check.expected) for check in judged)
+
+
+def test_the_adhesion_of_mdr_fades_with_the_step_which_is_known(lammps):
+    case = few(get_case("pull-off"), ("mdr, adhesion",), ("two spheres",))
+    checks = verify_trials(case, lammps, Study("default"), case.trials("default")).checks
+    assert {check.verdict for check in checks} == {Verdict.FAIL}
+    versions = {"lammps": lammps.identify().engine_version}
+    told = told_apart(checks, known_defects(), versions)
+    assert {check.verdict for check in told} == {Verdict.KNOWN_DEFECT}
+    assert all("mdr-adhesion-fades" in check.note for check in told)
+
+
 @pytest.mark.parametrize("script", DEFECTS, ids=lambda path: path.parent.name)
 def test_the_script_of_a_defect_runs_with_lammps_alone(script, tmp_path, lammps):
     try:

@@ -28,6 +28,8 @@ H = 1.0 / np.array(LADDER)
         (ContactLaw(normal="hertz", damping="coeff_restitution", restitution=0.5), 1.0),
         (ContactLaw(normal="jkr"), 1.0),
         (ContactLaw(normal="hertz", tangential="mindlin_rescale/force"), 1.0),
+        (ContactLaw(normal="mdr", yield_stress=1e6), 1.0),
+        (ContactLaw(normal="mdr", bulk_response=True), 1.0),
     ],
 )
 def test_a_series_in_the_powers_of_the_law_has_its_limit_to_round_off(law, first):

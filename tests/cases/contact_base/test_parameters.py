@@ -8,6 +8,7 @@ from harness.cases.contact_base.template import TEMPLATE, job_of, values_of
 from harness.engines.lammps.engine import Lammps
 from harness.engines.lammps.variations import variations
 from harness.errors import RequestError
+from harness.pair.integration import integrate
 from harness.parameters.contact_law import ContactLaw
 from harness.parameters.contact_scene import Body, ContactScene, Plane
 from harness.workflows.case_run import run
@@ -67,7 +68,8 @@ def test_every_value_of_a_job_has_its_variable_in_the_script(partner):
     pair = job_of(impact(USUAL.replace(partner="sphere"), (0.3, 0.0, -0.7), finely=True), "current")
     ends = ((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
     varied = {name for one in (job, pair) for told in variations(one, ends) for name in told.values}
-    assert script.variables - set(job.values) == {"series"} | turned | varied
+    branches = {"yield_stress", "bulk_response"}  # of mdr, told where they are there
+    assert script.variables - set(job.values) == {"series"} | turned | varied | branches
 
 
 LAW = ContactLaw()
@@ -86,3 +88,52 @@ BALL = Body(0.1, 1.0, (0.0, 0.0, 0.1))
 def test_a_scene_that_scripts_have_no_words_for_is_refused(bodies, planes, words):
     with pytest.raises(RequestError, match=words):
         values_of(ContactScene(bodies, planes, LAW, step=1e-5, steps=10))
+
+
+@pytest.mark.parametrize("partner", ["wall", "sphere"])
+def test_a_sphere_yields_at_the_same_phase_of_a_step_on_every_rung(partner):
+    told = {"normal": "mdr", "youngs_modulus": 1e8, "yield_stress": 1e6, "partner": partner}
+    until = []
+    for n in (50, 100, 400, 3200):
+        system = ContactSystem(**told, steps_per_contact=n)
+        scene = impact(system, (0.0, 0.0, -1.0), finely=True)
+        path = integrate(scene)
+        (yields,), (ends,) = path.of_kind("yields"), path.of_kind("ends")
+        assert ends.time < scene.duration
+        assert scene.step == pytest.approx(ends.time / (16 * n), rel=0.02)
+        until.append(yields.time / scene.step)
+    assert [steps % 1.0 for steps in until] == pytest.approx([0.5] * 4, abs=1e-6)
+    assert until[1] - 0.5 == pytest.approx(2.0 * (until[0] - 0.5), rel=1e-9)
+
+
+def test_a_yield_stress_that_an_impact_would_press_flat_is_refused():
+    with pytest.raises(RequestError, match=r"yield_stress = 10.0 Pa: must be between .* a quarter"):
+        run("head-on", {"normal": "mdr", "yield_stress": "10", "speed": "1"})
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        (
+            {"normal": "mdr", "surface_energy": "0"},
+            "surface_energy = 0.0 J/m2: normal = mdr needs one, above 0",
+        ),
+        ({"normal": "hertz"}, "normal = 'hertz': attracts nothing (normal = dmt, jkr, mdr do)"),
+    ],
+)
+def test_nothing_is_pulled_off_that_does_not_stick(settings, words):
+    with pytest.raises(RequestError) as told:
+        run("pull-off", settings)
+    assert words in str(told.value)
+
+
+def test_scripts_are_told_of_the_branches_of_mdr_where_they_are_there():
+    def told(**more):
+        law = ContactLaw(normal="mdr", youngs_modulus=1e8, **more)
+        body = Body(0.01, 0.01, (0.0, 0.0, 0.01))
+        return values_of(ContactScene((body,), (), law, step=1e-6, steps=1))
+
+    assert not {"yield_stress", "bulk_response"} & set(told())
+    assert told(yield_stress=1e6)["yield_stress"] == 1e6
+    assert told(bulk_response=True)["bulk_response"] == "yes"
+    assert told(surface_energy=0.5)["surface_energy"] == 0.5

@@ -1,0 +1,16 @@
+"""What LAMMPS's mdr has beside its elastic branch, as submodels of the contact cases."""
+
+from __future__ import annotations
+
+from harness.cases.contact_base.submodels import MDR, Submodel
+
+_ONE_FLAT = ("wall", "two spheres")
+
+BRANCHES = (
+    Submodel("mdr, yield", {**MDR, "yield_stress": 1e6}, _ONE_FLAT, quick=False),
+    Submodel("mdr, bulk", {**MDR, "bulk_response": True}, _ONE_FLAT, quick=False),
+)
+"""What mdr has beside its elastic branch, of one contact."""
+
+STICKING_FLAT = Submodel("mdr, adhesion", {**MDR, "surface_energy": 0.5}, _ONE_FLAT, quick=False)
+"""mdr's adhesion."""
