@@ -1,5 +1,6 @@
 """What several test files share: a synthetic incline in place of an engine, and LAMMPS itself."""
 
+import itertools
 import os
 import shutil
 import signal
@@ -18,6 +19,11 @@ from tests.command_server import CommandServer
 INPUTS = Path(__file__).parent.parent / "inputs"
 RECORDED = Path(__file__).parent / "engines" / "lammps" / "recorded"
 SYNTHETIC = Provenance("synthetic", "1")
+
+# where the user keeps Python from writing byte code, each worker would compile the tests and the
+# harness anew, and each program that a test starts: 7 s of a worker
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 
 @pytest.fixture(autouse=True, scope="session")
@@ -39,10 +45,18 @@ def _ctrl_c_is_heard():
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+@pytest.fixture(scope="session")
+def _homes(tmp_path_factory):
+    """Return paths in a folder of their own; pytest would look at all its folders for each."""
+    folder = tmp_path_factory.mktemp("homes")
+    return (folder / str(count) for count in itertools.count())
+
+
 @pytest.fixture(autouse=True)
-def home(tmp_path_factory, monkeypatch):
+def home(_homes, monkeypatch):
     """Give each test a cache and a history of its own, empty."""
-    folder = tmp_path_factory.mktemp("home")
+    folder = next(_homes)
+    folder.mkdir()
     monkeypatch.setenv("DEM_HARNESS_HOME", str(folder))
     return folder
 

@@ -94,6 +94,7 @@ def tree_of(path):
     return ast.parse(path.read_text(encoding="utf-8"))
 
 
+@cache
 def imports(path):
     """Return every module that a file imports, wherever in it, absolute names only."""
     return {module for node in ast.walk(tree_of(path)) for module in imported(node, path)}

@@ -82,7 +82,10 @@ class Faulty(Twin):
 
 @pytest.fixture(scope="module", autouse=True)
 def _imported_once():
-    """Import here what pytester forgets after each run in-process: numpy loads once only."""
+    """Import here what pytester forgets after each run in-process: it loads once only."""
+    import numba
+
+    numba.njit(lambda: 0)()  # some of its modules are imported when it compiles
     chosen_cases("all")
 
 

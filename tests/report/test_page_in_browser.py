@@ -20,7 +20,16 @@ from harness.report.study_page import Page, write_study
 
 DESK, PHONE = (1280, 800), (390, 844)
 SIZES = pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
-SCHEMES = pytest.mark.parametrize("scheme", ["light", "dark"])
+LOOKS = pytest.mark.parametrize(
+    ("size", "scheme"),
+    [
+        pytest.param(DESK, "dark", id="desk-dark"),
+        pytest.param(PHONE, "light", id="phone-light"),
+        # each size and each scheme is above once
+        pytest.param(DESK, "light", id="desk-light", marks=pytest.mark.slow),
+        pytest.param(PHONE, "dark", id="phone-dark", marks=pytest.mark.slow),
+    ],
+)
 OTHER_PAGES = [pytest.param(name, marks=pytest.mark.slow) for name in ("engines", "diff")]
 WITH_CHECKS = pytest.mark.parametrize("name", ["report", *OTHER_PAGES])
 STUDY = pytest.param("study", marks=pytest.mark.slow)
@@ -240,8 +249,7 @@ def test_a_figure_opens_large_zooms_and_closes_by_keyboard(look, size):
 
 
 @PAGES
-@SCHEMES
-@SIZES
+@LOOKS
 def test_axe_finds_nothing(look, barriers, name, size, scheme):
     page = look(name, size, scheme)
     assert barriers(page) == []
@@ -313,7 +321,7 @@ def test_the_words_of_a_figure_are_as_large_on_a_phone_as_a_page_needs(look):
         assert page.locator(f"#{name} a").bounding_box()["width"] <= PHONE[0]
 
 
-@SCHEMES
+@pytest.mark.parametrize("scheme", [pytest.param("light", marks=pytest.mark.slow), "dark"])
 @WITH_CHECKS
 def test_print_shows_every_column_dark_on_white(look, barriers, name, scheme):
     page = look(name, (A4_WIDTH, 1000), scheme)

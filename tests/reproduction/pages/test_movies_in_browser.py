@@ -81,8 +81,16 @@ def test_where_frames_cannot_be_decoded_the_gif_is_shown(opened):
     assert opened.locator(".play").is_visible()
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("width", [1300, 390])
+@pytest.mark.parametrize(
+    ("width", "scheme"),
+    [
+        (1300, "dark"),
+        (390, "light"),
+        # each width and each scheme is above once
+        pytest.param(1300, "light", marks=pytest.mark.slow),
+        pytest.param(390, "dark", marks=pytest.mark.slow),
+    ],
+)
 def test_axe_finds_nothing(browser, barriers, reproduction, tmp_path, width, scheme):
     path = tmp_path / "report.html"
     path.write_text(html_page(reproduction, [], [FILM], "../.."), encoding="utf-8")
