@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
 from harness.comparison.verification import Verification
 from harness.report.gallery import Drawn, DrawnCell
@@ -58,7 +58,7 @@ def cell_pages(found: Verification, drawn: Sequence[Drawn]) -> Iterator[tuple[st
             rows=rows.get(text.place, ()),
             head=HEAD,
             numeric=NUMERIC,
-            scripts=_scripts(cell, found.scripts),
+            scripts=_scripts(cell, found),
             look=look,
             who=_who(text, found),
         )
@@ -85,7 +85,14 @@ def _by_place(rows: Sequence[Row]) -> dict[Place, list[Mark]]:
     return found
 
 
-def _scripts(cell: DrawnCell, scripts: Mapping[str, str]) -> list[str]:
-    """Return the scripts that the commands of a cell name."""
+def _scripts(cell: DrawnCell, found: Verification) -> list[str]:
+    """Return the scripts of its engine that the commands of a cell name.
+
+    Those of an engine beside the main one stand in a folder of its name.
+    """
     told = " ".join(command for _, command in cell.text.commands).split()
-    return [name for name in scripts if name.rpartition("/")[2] in told]
+    main = found.provenance.engine if found.provenance is not None else cell.text.engine
+    beside = {one.engine for one in found.engines} - {main}
+    engines = {name: name.partition("/")[0] for name in found.scripts}
+    own = [n for n, e in engines.items() if (e if e in beside else main) == cell.text.engine]
+    return [name for name in own if name.rpartition("/")[2] in told]

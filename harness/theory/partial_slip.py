@@ -57,6 +57,16 @@ def rebound(
     return np.asarray(speed.reshape(psi.shape))
 
 
+def velocity_ratio(angle_deg: ArrayLike, friction: float, poisson: float) -> NDArray[np.float64]:
+    """Return the tangential velocity of the centre after over that before, without spin before.
+
+    ``angle_deg`` is that of the incidence to the normal, any shape, above 0. The velocity at the
+    contact of a solid sphere changes by 7/2 of that of its centre.
+    """
+    psi = stiffness_ratio(poisson) / friction * np.tan(np.radians(angle_deg))
+    return np.asarray(1.0 - 2.0 / 7.0 * (1.0 - rebound(psi, poisson) / psi))
+
+
 def spring_strains(strains: Array, limit: Array) -> Array:
     """Return strains cut back to Coulomb's limit; a spring that has left carries nothing."""
     return np.clip(strains, -limit, limit)

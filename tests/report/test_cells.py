@@ -98,6 +98,16 @@ def test_an_invariance_is_held_against_the_same_run(found):
     assert sorted(told) == ["closed form", "integration", "the same run"]
 
 
+def test_a_page_leads_to_the_scripts_of_its_own_engine(found, declared):
+    other = replace(declared[0], engine="pen")
+    scripts = dict.fromkeys(("slope.in", "pen/slope.in"), "run 0\n")
+    both = replace(found, engines=(other,), scripts=scripts)
+    of_pen = replace(CELLS[0], engine="pen")
+    drawn = draw_sections([Section("All", cells=(CELLS[0], of_pen))])
+    told = [re.findall(r'href="../scripts/([^"]+)"', page) for _, page in cell_pages(both, drawn)]
+    assert told == [["slope.in"], ["pen/slope.in"]]
+
+
 def test_a_plot_that_cannot_be_made_is_named_and_the_page_stands(folder):
     (path,) = (folder / "cells").glob("*roll-spring.html")
     page = path.read_text()

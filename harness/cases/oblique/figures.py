@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +15,7 @@ from harness.report.figures.style import BLACK, COLOURS, STYLES, Figure, legend_
 from harness.report.sections import Line, Plot
 from harness.shown import in_words
 from harness.theory.oblique import slides_throughout, sliding_impulse
+from harness.theory.partial_slip import velocity_ratio
 
 if TYPE_CHECKING:
     from harness.cases.contact_base.study import Climbed
@@ -49,17 +50,29 @@ def ratio_plot(case: ContactCase[Oblique], cell: Sequence[Climbed], who: str) ->
     """Return the ratio of one law over the angle, and an engine's limit."""
     one = cell[0]
     angles, slides = sliding(one.finest.friction or 0.0, one.references["normal_restitution"].value)
+    slips = tuple(_partial_slip(one))
+    told = "with partial slip by Maw, Barber and Fawcett (1976), " if slips else ""
     return Plot(
         "Velocity ratio over the angle",
-        f"{one.trial.system}: the law integrated, Coulomb's formula from the angle on where all of "
-        f"the contact slides, and {who} in the limit of a small step.",
+        f"{one.trial.system}: the law integrated, {told}Coulomb's formula from the angle on where "
+        f"all of the contact slides, and {who} in the limit of a small step.",
         *AXES,
         (
             Line("the law", ANGLES, _ratios(case, one)),
+            *slips,
             Line("sliding throughout", angles, slides),
             Line(who, [one.finest.angle], [one.limits["tangential_ratio"].value], marked=True),
         ),
     )
+
+
+def _partial_slip(one: Climbed) -> Iterator[Line]:
+    """Yield the curve of an elastic solid sphere on a wall of its material, where one is."""
+    law = one.finest
+    solid = law.normal == "hertz" and law.damping == "none" and "mindlin" in law.tangential
+    if solid and law.friction and law.poisson_ratio is not None and law.partner == "wall":
+        ratios = velocity_ratio(ANGLES, law.friction, law.poisson_ratio)
+        yield Line("with partial slip", ANGLES, ratios)
 
 
 def sliding(friction: float, restitution: float) -> tuple[Array, Array]:
