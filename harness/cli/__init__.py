@@ -32,13 +32,13 @@ _stopped_by: list[int] = []
 
 def main() -> None:
     """Run ``dem-harness``; end with the exit status of the design (0 to 4, 130 or 143)."""
-    signal.signal(signal.SIGTERM, _stop)
-    _open_streams()
-    for stream in (sys.stdout, sys.stderr):
-        # a terminal or a pipe that is not UTF-8, or an argument that was not
-        with contextlib.suppress(AttributeError, ValueError):
-            stream.reconfigure(errors="replace")  # type: ignore[union-attr]
     try:
+        signal.signal(signal.SIGTERM, _stop)
+        _open_streams()
+        for stream in (sys.stdout, sys.stderr):
+            # a terminal or a pipe that is not UTF-8, or an argument that was not
+            with contextlib.suppress(AttributeError, ValueError):
+                stream.reconfigure(errors="replace")  # type: ignore[union-attr]
         status = _status()
     except KeyboardInterrupt:  # while the commands were being imported
         status = interrupted_status()

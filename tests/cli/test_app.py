@@ -73,6 +73,18 @@ def test_ctrl_c_while_the_command_line_is_imported_is_status_130():
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
 
 
+def test_ctrl_c_in_the_first_lines_of_main_is_status_130():
+    script = (
+        "import harness.cli\n"
+        "def pressed(): raise KeyboardInterrupt\n"
+        "harness.cli._open_streams = pressed\n"
+        "harness.cli.main()"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert done.returncode == 130
+    assert done.stderr == "dem-harness: interrupted; nothing half-written is left\n"
+
+
 def test_unknown_commands_and_options_are_status_2(harness):
     harness("no-such-command", status=2)
     harness("theory", "--no-such-option", status=2)

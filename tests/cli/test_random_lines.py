@@ -3,6 +3,7 @@
 Eleven hundred in this process with everything long cut short, and some as a user gives them.
 """
 
+import contextlib
 import json
 import os
 import random
@@ -10,6 +11,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -111,6 +113,18 @@ def kernels(tmp_path_factory):
     return tmp_path_factory.mktemp("kernels")
 
 
+def wait_for_start(process):
+    """Wait until the command line handles signals: before it there is Python's own start."""
+    for _ in range(1200):
+        with contextlib.suppress(OSError, IndexError):
+            caught = Path(f"/proc/{process.pid}/status").read_text().split("SigCgt:")[1].split()[0]
+            if int(caught, 16) & 1 << signal.SIGTERM - 1:
+                return
+        if process.poll() is not None:
+            return
+        time.sleep(0.1)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(1100, 1200))
 def test_a_random_command_line_as_a_user_gives_it(files, kernels, seed):
@@ -130,6 +144,7 @@ def test_a_random_command_line_as_a_user_gives_it(files, kernels, seed):
             "NUMBA_CACHE_DIR": str(kernels),
         },
     ) as process:
+        wait_for_start(process)
         try:
             out, err = process.communicate(timeout=5 if words[0] in LONG else 120)
         except subprocess.TimeoutExpired:
