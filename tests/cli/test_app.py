@@ -44,7 +44,7 @@ def test_every_command_has_help(harness, command):
     for kind in ("bool", "float", "int", "list", "path", "str"):
         assert f"<{kind}" not in said
     _, _, examples = said.partition("Examples:")
-    assert examples.count(f"dem-harness {command}") == 2
+    assert examples.count(f"dem-harness {command}") in (2, 3)
 
 
 def test_help_imports_nothing_heavy():
