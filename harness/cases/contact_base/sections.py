@@ -41,7 +41,7 @@ def sections_of(
         f"Runs of {case.name}",
         "The coarsest run of each: its law, and the command that repeats it.",
         ("submodel", "system", "law", "run it again"),
-        tuple(_run(case, one) for one in evidence.climbed),
+        tuple(_run(case, one, main.engine) for one in evidence.climbed),
         prose=frozenset({2, 3}),
     )
     title = f"Contact: {case.name}"
@@ -67,7 +67,10 @@ def _cells(case: ContactCase[Any], found: Findings) -> Iterator[CellText]:
         commands = []
         for one in cell:
             commands.append(
-                (f"{one.trial.system}: the case at its coarsest step", _again(case, one))
+                (
+                    f"{one.trial.system}: the case at its coarsest step",
+                    _again(case, one, found.engine),
+                )
             )
             commands.append((f"{one.trial.system}: the run with the finest step", one.command))
         formula = Table(
@@ -159,15 +162,15 @@ def codes_drawn(case: ContactCase[Any], codes: Sequence[tuple[str, Sequence[Scan
     )
 
 
-def _run(case: ContactCase[Any], one: Climbed) -> tuple[str, str, str, str]:
+def _run(case: ContactCase[Any], one: Climbed, engine: str) -> tuple[str, str, str, str]:
     law = one.trial.parameters.law.model_dump(exclude_none=True, exclude_defaults=True)
     told = ", ".join(f"{name} = {value}" for name, value in law.items()) or "the default"
-    return one.trial.submodel, one.trial.system, told, _again(case, one)
+    return one.trial.submodel, one.trial.system, told, _again(case, one, engine)
 
 
-def _again(case: ContactCase[Any], one: Climbed) -> str:
+def _again(case: ContactCase[Any], one: Climbed, engine: str) -> str:
     settings = " ".join(f"--set {name}={value}" for name, value in _changes(case, one))
-    return f"dem-harness run {case.name} {settings}"
+    return f"dem-harness run {case.name} --engine {engine} {settings}"
 
 
 def _changes(case: ContactCase[Any], one: Climbed) -> Iterator[tuple[str, Any]]:

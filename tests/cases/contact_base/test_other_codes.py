@@ -11,6 +11,7 @@ from harness.cases.contact_base.reference import followed
 from harness.cases.contact_base.scans import Scan, scanned
 from harness.cases.contract import Study
 from harness.cases.registry import get_case
+from harness.comparison.findings import Findings
 from harness.comparison.verdicts import Verdict
 from harness.engines.contact_model import ContactModel, stating
 from harness.engines.contract import Engine
@@ -99,6 +100,15 @@ def test_a_code_holds_under_its_own_rules_and_differs_from_others_as_predicted()
     predicted = float(row.note.partition("moves it by ")[2].split()[0])
     assert predicted == pytest.approx(row.difference, rel=1e-2)
     assert abs(predicted) > 1e-4
+
+
+def test_the_command_that_repeats_a_case_names_the_code():
+    case, _, found = compared(OWN, OWN, {"linear_history"})
+    (section,) = case.sections(found, Findings("oblique"), {})
+    (cell,) = section.cells
+    assert cell.commands[0][1].startswith("dem-harness run oblique --engine code --set ")
+    (row,) = section.tables[1].rows
+    assert row[-1] == cell.commands[0][1]
 
 
 def test_a_code_that_does_not_follow_what_it_declares_fails():
