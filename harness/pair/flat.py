@@ -58,7 +58,7 @@ def _on_flat(
     modulus = 2.0 * law.stiffness
     if law.surface > 0.0:
         if depth < largest:
-            return _held(modulus, law.surface, radius, depth, largest)
+            return _held(modulus, law.surface, radius, contact.least, depth, largest)
         return ellipse(modulus, 4.0 * radius, 2.0 * radius, depth)
     if depth <= 0.0:
         return Elastic(0.0, 0.0, 0.0, 0.0)
@@ -124,10 +124,14 @@ def fold(modulus: float, surface: float, radius: float) -> tuple[float, float]:
 
 
 @compiled
-def _held(modulus: float, surface: float, radius: float, depth: float, largest: float) -> Elastic:
-    """Return the force of a contact that opens and sticks, from the largest depth on."""
+def _held(
+    modulus: float, surface: float, radius: float, least: float, depth: float, largest: float
+) -> Elastic:
+    """Return the force of a contact that opens and sticks, from the largest depth on.
+
+    ``least`` is the contact radius of :func:`fold`.
+    """
     a = math.sqrt(max(0.0, largest * (radius - 0.25 * largest)))
-    least, _ = fold(modulus, surface, radius)
     g, length, rate = sunk(modulus, surface, radius, a)
     if a <= least or depth >= g - length:
         force = ellipse(modulus, 4.0 * radius, 2.0 * radius, g).force

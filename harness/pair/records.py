@@ -87,6 +87,7 @@ CONTACTS = np.dtype(
         ("stage", "i8"),  # elastic, yields, swells
         ("largest", "f8"),  # overlap from which it opens
         ("last", "f8"),  # overlap at which it ends
+        ("least", "f8"),  # contact radius at which it ends where it sticks
     ]
 )
 """Of two bodies; the second is -1 - p where it is plane p."""

@@ -78,16 +78,18 @@ def system_of(scene: ContactScene, rules: Rules) -> System:
     )
 
 
-def _depths(law: Records, radius: float, flats: float) -> tuple[float, float, int, float, float]:
+def _depths(
+    law: Records, radius: float, flats: float
+) -> tuple[float, float, int, float, float, float]:
     """Return what a contact of mdr is told of its flat, for a radius; 0 for any other."""
     if law["normal"] != normal.MDR:
-        return 0.0, 0.0, ELASTIC, 0.0, 0.0
+        return 0.0, 0.0, ELASTIC, 0.0, 0.0, 0.0
     modulus, onset, swells = 2.0 * float(law["stiffness"]), 0.0, 0.0
     if law["yields"]:
         onset = yield_depth(modulus, float(law["yield_stress"]), radius)
         swells = swelling_depth(law, onset, radius)
-    last = flats * fold(modulus, float(law["surface"]), radius)[1]
-    return onset, swells, ELASTIC, 0.0, last
+    least, last = fold(modulus, float(law["surface"]), radius)
+    return onset, swells, ELASTIC, 0.0, flats * last, least
 
 
 def _records(kind: np.dtype[Any], rows: Iterable[tuple[Any, ...]]) -> Records:
