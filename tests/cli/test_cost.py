@@ -117,20 +117,18 @@ def cpu_seconds(process):
 
 
 def await_compiled_loops(process):
-    """Return when all goes on beside the main thread, where kernels run, and it only waits."""
+    """Return when nearly all goes on beside the main thread, where kernels run."""
     windows, deadline = 0, time.monotonic() + 120.0
     main, others = cpu_seconds(process)
     while windows < 2:
         assert time.monotonic() < deadline
         assert process.poll() is None
-        time.sleep(0.4)
+        time.sleep(0.1)
         main_now, others_now = cpu_seconds(process)
-        if others_now - others < 0.3:
-            if main_now == main:
-                continue  # a busy machine: neither has run much
-            windows = 0
-        else:
-            windows = windows + 1 if main_now - main < 0.1 * (others_now - others) else 0
+        used = main_now - main + others_now - others
+        if used < 0.4:
+            continue  # seconds of the CPU, of which a busy machine gives few
+        windows = windows + 1 if others_now - others > 0.7 * used else 0
         main, others = main_now, others_now
 
 
