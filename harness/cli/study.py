@@ -29,9 +29,6 @@ FAILED = 3
 MOST_SECONDS = 4 * 3600.0
 """On one core, without --force: the default level takes an hour or two of it."""
 
-SECONDS = 7200
-"""That a run may take on this machine, unless --engine-option says otherwise."""
-
 
 @dataclass(frozen=True)
 class StudyOptions(CostOptions, ProgramOptions):
@@ -159,10 +156,11 @@ def _with_ranks(
     """Return the options of engines whose runs take so many ranks, each with time enough."""
     from harness.engines.programs import launcher_of
     from harness.engines.typed import engine_settings
+    from harness.workflows.study_run import RUN_SECONDS
 
     given = list(options.engine_option or ())
     if "limits" not in engine_settings(given).get(engine, {}):
-        given.append(f"{engine}.limits={SECONDS}")
+        given.append(f"{engine}.limits={RUN_SECONDS}")
     ranks = max(ranks, where.ranks)
     launcher = options.mpirun
     if ranks > 1 and launcher is None:

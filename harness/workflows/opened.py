@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import inspect
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
@@ -22,9 +22,14 @@ TOLD = """
 
 
 @contextmanager
-def opened(name: str = DEFAULT, *, fresh: bool = False) -> Iterator[Engine]:
-    """Yield an engine by its name, keeping its runs where the cache can be written; close it."""
-    with open_engine(name) as own, keeping(own, fresh=fresh) as engine:
+def opened(
+    name: str = DEFAULT, *, fresh: bool = False, options: Mapping[str, Any] | None = None
+) -> Iterator[Engine]:
+    """Yield an engine by its name, keeping its runs where the cache can be written; close it.
+
+    ``options`` are those of :func:`harness.engines.registry.open_engine`.
+    """
+    with open_engine(name, options=options) as own, keeping(own, fresh=fresh) as engine:
         yield engine
 
 

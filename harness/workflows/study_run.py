@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
 from harness.cases.case_study import Arm, CaseStudy, Conclusion, Level, Row
@@ -16,6 +17,7 @@ from harness.observables.reference import ReferencePoints
 from harness.shown import Shown
 from harness.store.entries import Entries
 from harness.workflows.case_run import usual_engine
+from harness.workflows.opened import opened
 from harness.workflows.progress import Progress, silent
 from harness.workflows.sweep_local import Executor, Local
 from harness.workflows.sweep_plan import Asked, Plan, Point
@@ -25,6 +27,9 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from harness.shown.figure import Figure
+
+RUN_SECONDS = 7200
+"""That a run may take: the longest of a default level take a quarter of an hour on an idle core."""
 
 ExecutorOf = Callable[[int], Executor]
 """Returns what runs work with so many ranks of MPI in each run."""
@@ -115,7 +120,8 @@ def study(
     case without a study, EngineError where the engine is not here.
     """
     case, asked = study_of(name)
-    local = Local(entries=Entries(cache_place().path))
+    patient = partial(opened, options={"limits": str(RUN_SECONDS)})
+    local = Local(patient, Entries(cache_place().path))
     chosen = executor_of or (lambda _: local)
     arms, engine = asked.arms(level), usual_engine(case)
     rows: dict[str, Sequence[Row]] = {}

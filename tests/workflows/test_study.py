@@ -9,10 +9,12 @@ import pytest
 from harness.cases.contract import Measured
 from harness.cases.layers.parameters import Layers
 from harness.cases.layers.study import EXTENTS, START, Box, Extent, LayersStudy
+from harness.engines.registry import chosen_options
 from harness.errors import EngineMissingError, EngineOutputError, RequestError
 from harness.observables.provenance import Provenance
 from harness.report.study_page import Page, write_study
-from harness.workflows.study_run import study
+from harness.workflows import opened
+from harness.workflows.study_run import RUN_SECONDS, study
 from harness.workflows.sweep_run import as_frame
 
 
@@ -69,6 +71,19 @@ def test_the_result_shows_itself(found):
     assert "does not depend on softness" in str(found)
     assert found.frame()["arm"].iloc[0] == "thickness"
     assert found.plot().axes
+
+
+def test_a_run_in_python_may_take_as_long_as_on_the_command_line(monkeypatch):
+    asked = []
+
+    def none(name, *, options):
+        asked.append(chosen_options(name, options=options)["limits"].seconds)
+        raise EngineMissingError("not here")
+
+    monkeypatch.setattr(opened, "open_engine", none)
+    with pytest.raises(EngineMissingError, match="not here"):
+        study("layers", "quick")
+    assert asked == [RUN_SECONDS]
 
 
 def test_one_rank_that_cannot_be_started_ends_it():
