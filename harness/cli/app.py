@@ -50,8 +50,8 @@ def root(
 ) -> None:
     """Check discrete element (DEM) codes against theory.
 
-    Two systems, the frictionless incline (critical angle 10.2078 deg) and the
-    tower hit by a dropped grain, in closed form, in solvers of this package and in DEM codes.
+    The frictionless incline (critical angle 10.2078 deg), the tower hit by a dropped grain,
+    contacts with friction and layers, in closed form, in solvers of this package and in DEM codes.
 
     Exit status: 0 all verdicts hold; 1 a verdict failed; 2 the request was
     wrong; 3 an engine could not be run, died or does not qualify; 4 internal error;

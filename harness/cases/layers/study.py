@@ -65,8 +65,7 @@ one soft layer, 0.36 and 0.08 in 16 x 8 and 24 x 12 at four.
 
 A box is wide enough where one 1.5 times as long and wide gives the same angle within intervals. By
 this 16 x 8 d at four soft layers and 12 x 6 at eight are not. That the larger box then takes its
-place at both stiffnesses was meant and not done: one stiff run of four layers in 24 x 12 d, of ten
-minutes and more, stopped at 8.32 deg."""
+place at both stiffnesses was meant and not done: stiff runs in it take ten minutes and more."""
 
 WIDER = {
     1: Box(48, 24, 17.0, 12),

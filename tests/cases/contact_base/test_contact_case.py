@@ -12,10 +12,11 @@ CASES = [case for case in all_cases().values() if isinstance(case, ContactCase)]
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_at_the_shortest_level_submodels_take_turns_in_the_systems(case):
     trials = [*case.trials("quick")]
-    assert {trial.submodel for trial in trials} == {one.name for one in case.submodels}
+    short_ones = [one for one in case.submodels if one.quick]
+    assert {trial.submodel for trial in trials} == {one.name for one in short_ones}
     short = [system for system in case.systems if system not in LONGER]
     assert {trial.system for trial in trials} == {*short}
-    for submodel in case.submodels:
+    for submodel in short_ones:
         systems = [trial.system for trial in trials if trial.submodel == submodel.name]
         # walls and pairs of the earlier interface share no code
         old = submodel.law.get("interface") == "old"
