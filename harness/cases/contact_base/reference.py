@@ -40,6 +40,7 @@ def rules_of(job: Job, traits: Traits) -> Rules:
     return Rules(**stating(traits.contact_models, job.values)[0].rules)
 
 
+@lru_cache(maxsize=2048)
 def asked_for(scene: ContactScene, rules: Rules) -> Rules:
     """Return rules without those that change nothing in a scene."""
     from harness.pair.system import same_system
