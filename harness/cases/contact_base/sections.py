@@ -12,7 +12,7 @@ from harness.cases.contact_base.scans import STEPS, Scanned
 from harness.cases.contact_base.study import Climbed, Evidence
 from harness.comparison.findings import Findings
 from harness.parameters.contact_rules import Rules
-from harness.report.sections import CellText, Drawing, Section, Table
+from harness.report.sections import CellText, Drawing, Plot, Section, Table
 from harness.shown import in_words
 
 if TYPE_CHECKING:
@@ -88,8 +88,15 @@ def _cells(case: ContactCase[Any], found: Findings) -> Iterator[CellText]:
             (case.summary, f"Expected: {case.formula}"),
             (formula, _parameters(cell)),
             tuple(commands),
-            partial(case.plots, cell, evidence.who),
+            partial(_plots, case, cell, evidence),
         )
+
+
+def _plots(case: ContactCase[Any], cell: Sequence[Climbed], evidence: Evidence) -> Sequence[Plot]:
+    """Return the plots of a submodel; without the curves of the law at level quick."""
+    from harness.cases.contact_base.curves import errors_plot
+
+    return case.plots(cell, evidence.who) if evidence.drawn else (errors_plot(case, cell),)
 
 
 def _rules(case: ContactCase[Any], cell: Sequence[Climbed]) -> Iterator[tuple[str, str]]:

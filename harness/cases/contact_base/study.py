@@ -68,7 +68,8 @@ class Climbed:
 class Evidence:
     """The trials of a case in an engine, by its title, and its part of the figure of all codes.
 
-    ``drawn``: with figures of all submodels, which take longer than the runs of level quick.
+    ``drawn``: with figures of all submodels, and on the page of each the curve that the law asks
+    for: these take longer than the runs of level quick.
     """
 
     who: str

@@ -106,7 +106,12 @@ def test_the_limit_of_a_small_step_is_the_law(lammps, name, submodels):
         assert check.tolerance <= max(1e-4, 1e-6 * abs(check.expected))
         assert check.cell.order_low <= check.cell.order <= check.cell.order_high
     assert len(found.records) == len(submodels)
+    (short,) = case.sections(found, Findings(name), {})
+    assert not short.drawings
+    assert [len(cell.plots()) for cell in short.cells] == [1] * len(submodels)
+    found.evidence = replace(found.evidence, drawn=True)
     (section,) = case.sections(found, Findings(name), {})
+    assert section.drawings
     assert [cell.submodel for cell in section.cells] == list(submodels)
     for cell in section.cells:
         assert "lmp -in contacts-plane.in -var" in cell.commands[1][1]
