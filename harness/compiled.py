@@ -24,6 +24,9 @@ from harness.home import KERNELS, cache_place
 Function = TypeVar("Function", bound=Callable[..., Any])
 Result = TypeVar("Result")
 
+_CHOOSING = threading.Lock()
+"""Held while numba is told a folder: threads import kernels side by side."""
+
 
 @cache
 def _stamp(folder: Path) -> str:
@@ -40,14 +43,15 @@ def jit(function: Function, **options: Any) -> Function:
     Where the cache folder cannot be written, numba chooses its own.
     """
     config: Any = numba.config
-    given = config.CACHE_DIR
-    try:
-        # numba asks for the folder here and not again: other users of numba keep theirs
-        place = Path(given) if given else cache_place().path / KERNELS
-        config.CACHE_DIR = str(place / _stamp(Path(function.__code__.co_filename).parent))
-        return cast(Function, numba.njit(cache=True, **options)(function))
-    finally:
-        config.CACHE_DIR = given
+    with _CHOOSING:
+        given = config.CACHE_DIR
+        try:
+            # numba asks for the folder here and not again: other users of numba keep theirs
+            place = Path(given) if given else cache_place().path / KERNELS
+            config.CACHE_DIR = str(place / _stamp(Path(function.__code__.co_filename).parent))
+            return cast(Function, numba.njit(cache=True, **options)(function))
+        finally:
+            config.CACHE_DIR = given
 
 
 def compiled(function: Function) -> Function:
