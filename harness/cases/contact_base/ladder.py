@@ -60,9 +60,7 @@ def _powers(law: ContactLaw) -> tuple[float, ...]:
     """
     if law.normal == "jkr" or law.yield_stress is not None:
         return (1.0, 2.0, 3.0)
-    if law.bulk_response:
-        return (1.0, 1.5, 2.0)
-    if law.damping == "viscoelastic" or law.surface_energy is not None:
+    if law.bulk_response or law.damping == "viscoelastic" or law.surface_energy is not None:
         return (1.0, 1.5, 2.0)
     if law.damping == "none" and law.tangential.endswith(("/force", "_rescale")):
         return (1.0, 1.5, 2.0)
