@@ -26,10 +26,17 @@ from __future__ import annotations
 
 import math
 
-from harness.pair.normal import MAGNIFIED, MDR, Elastic, at_flat, elastic, segment
+from harness.pair.normal import MAGNIFIED, MDR, Elastic, at_flat, between, elastic, segment
 from harness.pair.plastic import PLASTIC, loaded, sprung_back
 from harness.pair.records import Records
 from harness.pair.vectors import compiled
+
+
+@compiled
+def remembers(law: Records, contact: Records) -> bool:
+    """Return whether a contact that does not yield opens along another curve than it closed."""
+    uneven = contact.first_radius != contact.second_radius
+    return bool(law.normal == MDR and (uneven or law.surface > 0.0))
 
 
 @compiled
@@ -39,6 +46,9 @@ def pressed(law: Records, contact: Records, overlap: float) -> Elastic:
     if law.normal != MDR or not (law.bulk or law.yields or law.surface > 0.0):
         if law.normal == MDR and wall:
             return at_flat(law.stiffness, contact.curvature, overlap, law.wall_magnified)
+        if remembers(law, contact):
+            radii = (contact.first_radius, contact.second_radius)
+            return between(law.stiffness, radii, overlap, contact.largest)
         return elastic(law.normal, law.stiffness, law.surface, contact.curvature, overlap)
     share = 1.0 if wall else 0.5
     radius = contact.curvature / share

@@ -12,7 +12,13 @@ and 2 R sinks into independent springs, E / (1 - nu^2) = 2 E* for each length: w
 
     cos theta = 1 - delta / (4 R),   a = R sin theta,   F = 4 E* R^2 (theta - sin theta cos theta),
 
-Hertz's force to the first order in delta / R. A wall is a rigid flat: as half of two spheres.
+Hertz's force to the first order in delta / R. A wall is a rigid flat: as half of two spheres. Of
+two sizes, R_1 and R_2, the flat lies where the surfaces cross at the largest overlap delta_m,
+
+    d_1 = delta (2 R_2 - delta_m) / (2 (R_1 + R_2 - delta_m)),   d_2 = delta - d_1,
+
+and the force is the mean of that on either side: they differ (to the first order by R_2 / R_1), and
+what is loaded at delta_m = delta comes back along another curve.
 """
 
 from __future__ import annotations
@@ -78,6 +84,25 @@ def _mdr(modulus: float, radius: float, overlap: float) -> Elastic:
     a = radius * math.sin(theta)
     growth = math.cos(theta) / (4.0 * radius * math.sin(theta) ** 2)
     return Elastic(2.0 * modulus * radius**2 * segment(2.0 * theta), 2.0 * modulus * a, a, growth)
+
+
+@compiled
+def between(modulus: float, radii: tuple[float, float], overlap: float, largest: float) -> Elastic:
+    """Return mdr's force of two spheres of radii R_1, R_2 [m], of E* ``modulus``.
+
+    ``largest`` is the overlap from which it came back; 0 while it is the largest itself.
+    """
+    if overlap <= 0.0:
+        return Elastic(0.0, 0.0, 0.0, 0.0)
+    one, other = radii
+    most = largest if largest > 0.0 else overlap
+    reach = one + other - most
+    share = 0.5 * (2.0 * other - most) / reach
+    drift = 0.5 * (other - one) / reach**2 if largest == 0.0 else 0.0  # d(share)/d(most)
+    first = at_flat(modulus, one, share * overlap, False)
+    second = at_flat(modulus, other, (1.0 - share) * overlap, False)
+    slope = (share + drift * overlap) * first.slope + (1.0 - share - drift * overlap) * second.slope
+    return Elastic(0.5 * (first.force + second.force), 0.5 * slope, first.radius, first.growth)
 
 
 @compiled

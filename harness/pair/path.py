@@ -11,7 +11,17 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 SliderName = Literal["", "tangential", "rolling", "twisting"]
 EventKind = Literal[
-    "begins", "ends", "turns", "clips", "attracts", "repels", "slides", "sticks", "yields", "swells"
+    "begins",
+    "ends",
+    "turns",
+    "clips",
+    "attracts",
+    "repels",
+    "slides",
+    "sticks",
+    "yields",
+    "swells",
+    "reloads",
 ]
 
 
@@ -22,7 +32,8 @@ class Event:
     ``contact`` names both bodies by their number, or body and plane: (0, 1) or (0, -1) for the
     first plane. ``force`` is the normal force [N] just before, ``overlap`` in m. ``turns``:
     the overlap is largest or smallest there; ``attracts``: the normal force turns negative;
-    ``swells``: the radius of a sphere that yields begins to grow.
+    ``swells``: the radius of a sphere that yields begins to grow; ``reloads``: the overlap passes
+    the one from which it opened before, where mdr tells them apart.
     """
 
     time: float

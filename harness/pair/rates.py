@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from harness.pair.flat import remembers
 from harness.pair.friction import (
     Normal,
     limits,
@@ -207,6 +208,9 @@ def _contact_endings(
     result[TURN] = turned - NEGLIGIBLE * system.contacts[c].speed
     if law.yields and modes[c, OPENING] == 0:
         result[STAGE] = g.overlap - next_stage(system.contacts[c])
+    elif modes[c, OPENING] == 0 and remembers(law, system.contacts[c]):
+        largest = system.contacts[c].largest
+        result[STAGE] = g.overlap - largest if largest > 0.0 else -1.0
     rate = change(g, y, system, c, found)
     grows = load_rate(normal, g, rate.closing, law, modes[c, SIGN])
     for kind in range(3):

@@ -85,9 +85,11 @@ CONTACTS = np.dtype(
         ("onset", "f8"),  # of mdr: depth in a flat at which it yields
         ("swells", "f8"),  # likewise, from which on its radius grows
         ("stage", "i8"),  # elastic, yields, swells
-        ("largest", "f8"),  # overlap from which it opens
+        ("largest", "f8"),  # overlap from which it opens, 0 until then
         ("last", "f8"),  # overlap at which it ends
         ("least", "f8"),  # contact radius at which it ends where it sticks
+        ("first_radius", "f8"),
+        ("second_radius", "f8"),  # of the first again at a wall
     ]
 )
 """Of two bodies; the second is -1 - p where it is plane p."""

@@ -44,6 +44,7 @@ def begin(y: Floats, system: System, modes: Integers, c: int, overlap: float) ->
     modes[c, STATE], modes[c, SIGN] = CLOSED, 1
     if system.contacts[c]["stage"] != ELASTIC:
         raise RequestError("bodies: mdr with yield takes one contact: a second one is not flat")
+    system.contacts[c]["largest"] = 0.0
     turn(y, system, modes, c)
 
 
@@ -99,8 +100,14 @@ def switch(y: Floats, system: System, modes: Integers, where: tuple[int, int]) -
 
 
 def _next_stage(system: System, c: int) -> EventKind:
-    """Let a contact yield, or swell: at once where its radius grows from the onset on."""
+    """Let a contact yield, or swell: at once where its radius grows from the onset on.
+
+    One that does not yield is loaded on from where it opened before.
+    """
     one = system.contacts[c]
+    if not system.law["yields"]:
+        one["largest"] = 0.0
+        return "reloads"
     if one["stage"] == ELASTIC and one["onset"] < one["swells"]:
         one["stage"] = PLASTIC
         return "yields"

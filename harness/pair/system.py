@@ -69,7 +69,8 @@ def system_of(scene: ContactScene, rules: Rules) -> System:
             (
                 (
                     *(i, j, _curvature(scene, i, j), _mass(scene, rules, i, j), 1.0, 1.0),
-                    *_depths(law, scene.bodies[i].radius, 2.0 if j >= 0 else 1.0),
+                    *_depths(law, bodies[i].radius, 2.0 if j >= 0 else 1.0),
+                    *(bodies[i].radius, bodies[j if j >= 0 else i].radius),
                 )
                 for i, j in pairs + walls
             ),

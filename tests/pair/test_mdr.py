@@ -72,6 +72,77 @@ def test_an_elastic_impact_gives_all_back_and_its_work_is_the_integral_of_the_fo
         assert work == pytest.approx(0.5 * MASS, rel=1e-8)
 
 
+SECOND = 0.02
+"""[m] radius of the larger of two unequal spheres."""
+
+
+def flats(largest):
+    """Return the depths [m] of the flat through the circle in which two unequal spheres cross."""
+    apart = RADIUS + SECOND - largest
+    place = (apart**2 + RADIUS**2 - SECOND**2) / (2.0 * apart)  # from the first centre
+    return RADIUS - place, SECOND - (apart - place)
+
+
+def between_unequal(overlap, largest):
+    """Return the mean of the forces [N] on either side of the flat, by the springs of each."""
+    depths = (depth * overlap / largest for depth in flats(largest))
+    radii = (RADIUS, SECOND)
+    # springs of one sphere of radius R at the depth d: R^2/r^2 times those of r at d r/R
+    sides = (sunk(d * RADIUS / r) * (r / RADIUS) ** 2 for d, r in zip(depths, radii, strict=True))
+    return 0.5 * sum(sides)
+
+
+def unequal(overlap, speed=0.0, heavy=MASS):
+    first = Body(RADIUS, MASS, (0.0, 0.0, RADIUS + SECOND - overlap), (0.0, 0.0, speed))
+    return first, Body(SECOND, heavy, (0.0, 0.0, 0.0), frozen=True)
+
+
+@pytest.mark.parametrize("overlap", [1e-6, 1e-4, 2e-3])
+def test_unequal_spheres_take_the_mean_of_both_sides_of_the_flat_in_their_circle(overlap):
+    path = integrate(ContactScene(unequal(overlap), (), LAW, 1e-12, 1))
+    expected = between_unequal(overlap, overlap)
+    assert path.forces[0, 0, 2] == pytest.approx(expected, rel=1e-9 + 1e-15 * RADIUS / overlap)
+    reduced = RADIUS * SECOND / (RADIUS + SECOND)
+    hertz = hertz_impact.stiffness(PLANE_STRAIN / 2.0, reduced) * overlap**1.5
+    assert expected == pytest.approx(hertz, rel=overlap / RADIUS)
+
+
+def test_unequal_spheres_come_back_along_another_curve_and_give_more_than_they_took():
+    """The flat stays where it was at the largest overlap: its share of the overlap is kept."""
+    scene = ContactScene(unequal(0.0, -5.0), (), LAW, 1e-6, 1600, every=1)
+    path = integrate(scene)
+    (turn,) = path.of_kind("turns")
+    back = (path.times > turn.time) & (path.overlaps[:, 0] > 1e-5)
+    assert back.sum() > 100
+    overlaps, forces = path.overlaps[back, 0][::40], path.forces[back, 0, 2][::40]
+    expected = [between_unequal(overlap, turn.overlap) for overlap in overlaps]
+    np.testing.assert_allclose(forces, expected, rtol=1e-9)
+    taken, given = (
+        quad(lambda d, at=at: between_unequal(d, at or d), 0.0, turn.overlap, epsrel=1e-12)[0]
+        for at in (0.0, turn.overlap)
+    )
+    assert taken == pytest.approx(0.5 * MASS * 25.0, rel=1e-9)
+    returned = path.velocities[-1, 0, 2] / 5.0
+    assert returned**2 - 1.0 == pytest.approx(given / taken - 1.0, rel=1e-4)
+    assert returned > 1.0 + 1e-6
+
+
+def test_a_contact_that_is_loaded_on_takes_up_the_curve_that_it_left():
+    """Gravity presses again: past the largest overlap before, the flat moves on."""
+    scene = ContactScene(
+        unequal(1e-4, 0.6), (), LAW.replace(damping="velocity", damping_coefficient=2.0),
+        1e-6, 3000, every=1, gravity=(0.0, 0.0, -2e4),
+    )  # fmt: skip
+    path = integrate(scene)
+    assert path.of_kind("reloads")
+    after = path.of_kind("reloads")[0].time
+    one = int(np.argmax(path.times > after)) + 3
+    overlap, closing = path.overlaps[one, 0], -path.velocities[one, 0, 2]
+    assert closing > 0.0
+    expected = between_unequal(overlap, overlap) + 2.0 * closing
+    assert path.forces[one, 0, 2] == pytest.approx(expected, rel=1e-9)
+
+
 def test_a_wall_of_lammps_pushes_harder():
     overlap = 2e-4
     more = force(overlap, wall=True, rules=Rules(wall_force="magnified"))
@@ -95,8 +166,8 @@ def test_a_dashpot_adds_its_force():
         ({"damping": "viscoelastic"}, "damping = 'viscoelastic': normal = mdr takes none or velo"),
         ({"tangential": "mindlin"}, "tangential = 'mindlin': normal = mdr takes none"),
         (
-            {"partner": "sphere", "partner_radius": 0.02},
-            "partner_radius = 0.02: normal = mdr takes spheres of one size",
+            {"partner": "sphere", "partner_radius": 0.02, "yield_stress": 1e6},
+            "partner_radius = 0.02: normal = mdr with yield, adhesion or a bulk response takes sph",
         ),
     ],
 )

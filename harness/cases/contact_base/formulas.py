@@ -13,7 +13,8 @@ NORMAL = {
     "jkr": "F = 4 E* a^3 / (3 R*) - 4 sqrt(pi gamma E* a^3), with "
     "delta = a^2 / R* - 2 sqrt(pi gamma a / E*), E* = E / (2 (1 - nu^2))",
     "mdr": "F = 2 R^2 E / (1 - nu^2) (theta - sin theta cos theta) on each side of a rigid flat, "
-    "cos theta = 1 - d / (2 R), d the depth of the flat: half the overlap, all of it at a wall",
+    "cos theta = 1 - d / (2 R), d the depth of the flat: half the overlap, all of it at a wall; of "
+    "two sizes the mean of both sides, the flat where the surfaces cross at the largest overlap",
 }
 _ON_FLAT = "on each side of a rigid flat at the depth d"
 YIELD = (

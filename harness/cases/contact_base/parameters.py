@@ -69,10 +69,14 @@ class ContactSystem(ContactLaw):
                 f"partner_radius = {self.partner_radius!r}: partner = 'wall' has none "
                 "(partner = sphere, frozen does)"
             )
-        if self.normal == "mdr" and self.second_radius != self.radius:
+        if (
+            (self.lags or self.surface_energy)
+            and self.normal == "mdr"
+            and (self.second_radius != self.radius)
+        ):
             raise ValueError(
-                f"partner_radius = {self.partner_radius!r}: normal = mdr takes spheres of one "
-                "size (the flat between others depends on their largest overlap so far)"
+                f"partner_radius = {self.partner_radius!r}: normal = mdr with yield, adhesion or a "
+                "bulk response takes spheres of one size"
             )
         if self.interface == "old":
             dampings, tangentials = OLD.get(self.normal, ((), ()))

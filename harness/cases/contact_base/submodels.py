@@ -30,9 +30,8 @@ class Submodel:
     quick: bool = True
 
     def stated_in(self, name: str, system: Mapping[str, Any]) -> bool:
-        """Return whether it goes through a system: mdr through spheres of one size alone."""
-        uneven = self.law["normal"] == "mdr" and bool(system.get("partner_radius"))
-        return not uneven and (not self.systems or name in self.systems)
+        """Return whether it goes through a system."""
+        return not self.systems or name in self.systems
 
 
 @dataclass(frozen=True)
