@@ -32,9 +32,11 @@ class Qualification:
 
     @property
     def failures(self) -> str:
-        """Return the names of the checks that failed, without the engine's."""
-        failed = [c.name for c in self.checks if c.verdict is Verdict.FAIL]
-        return ", ".join(name.partition(": ")[2] for name in failed)
+        """Return the names of the checks that failed, without the engine's, and how it died."""
+        failed = [check for check in self.checks if check.verdict is Verdict.FAIL]
+        names = ", ".join(check.name.partition(": ")[2] for check in failed)
+        how = dict.fromkeys(check.note for check in failed if check.engine_died)
+        return f"{names} ({'; '.join(how)})" if how else names
 
     @property
     def reason(self) -> str:

@@ -11,7 +11,7 @@ from harness.cases.qualification import qualify
 from harness.comparison.verdicts import Verdict
 from harness.engines.reference.engine import INTEGRATORS, Reference
 from harness.engines.registry import open_engine
-from harness.errors import EngineCrashError
+from harness.errors import EngineCrashError, EngineTimeoutError
 from harness.observables.trajectory import Trajectory
 from harness.parameters.contact import Contact
 
@@ -62,6 +62,20 @@ def test_lammps_qualifies():
         found = qualify(engine)
     assert found.holds, found.failures
     assert len(found.checks) == 11
+
+
+def test_an_engine_that_runs_out_of_time_is_told_to_once():
+    class Slow(Reference):
+        name = "slow"
+
+        def run(self, jobs):
+            return [EngineTimeoutError("slow 1 did not finish within 3 s") for _ in jobs]
+
+    found = qualify(Slow())
+    assert not found.holds
+    assert found.reason.startswith("restitution head-on, ")
+    assert found.reason.endswith(" (out of time: slow 1 did not finish within 3 s)")
+    assert found.reason.count("within 3 s") == 1
 
 
 def undamped(case):
