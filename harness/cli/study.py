@@ -40,6 +40,7 @@ class StudyOptions(CostOptions, ProgramOptions):
     cost: bool = False
     force: bool = False
     reference: Path | None = None
+    runs: Path | None = None
     output: Path | None = None
 
     @property
@@ -78,10 +79,15 @@ def study(options: StudyOptions, where: ExecutorOptions, json: Json = False) -> 
         recorded("study", quiet=json) as told,
     ):
         found = run_study(
-            case.name, level, points=points, executor_of=executor_of, progress=told.progress
+            case.name,
+            level,
+            points=points,
+            executor_of=executor_of,
+            progress=told.progress,
+            earlier=options.runs,
         )
         told.folder, told.status = folder, FAILED if found.count("failed") else 0
-        _write(found, folder)
+        _write(found, folder, options.runs)
     record = {**found.record(), "output": str(folder)}
     if json:
         print_json(record)
@@ -169,22 +175,23 @@ def _with_ranks(
     return replace(options, engine_option=given, mpirun=launcher)
 
 
-def _write(found: StudyResult, folder: Path) -> None:
+def _write(found: StudyResult, folder: Path, earlier: Path | None) -> None:
     from harness.report.study_page import Page, write_study
     from harness.workflows.sweep_run import as_frame
 
-    page = Page(found.title, found.question, found.conclusion.verdict, _facts(found))
+    page = Page(found.title, found.question, found.conclusion.verdict, _facts(found, earlier))
     tables = {"rows.csv": found.frame(), "runs.csv": as_frame(found.runs)}
     write_study(page, found.conclusion.sections, found.record(), tables, folder)
 
 
-def _facts(found: StudyResult) -> Mapping[str, str]:
+def _facts(found: StudyResult, earlier: Path | None) -> Mapping[str, str]:
     """Return who made the runs, how many, how long they took, and the command."""
     from harness import __version__
 
     versions = dict.fromkeys(row["engine_version"] for row in found.runs if row["engine_version"])
     seconds = sum(row["wall_time_s"] or 0.0 for row in found.runs)
     level = "" if found.level == "default" else f" --{found.level}"
+    level += "" if earlier is None else f" --runs {earlier}"
     missing = "; ".join(f"{name}: {reason}" for name, reason in found.missing.items())
     return {
         **({"not run": missing} if missing else {}),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from harness.cases.case_study import Arm, CaseStudy, Conclusion, Level, Row
@@ -17,6 +18,7 @@ from harness.observables.reference import ReferencePoints
 from harness.shown import Shown
 from harness.store.entries import Entries
 from harness.workflows.case_run import usual_engine
+from harness.workflows.earlier_runs import read_runs
 from harness.workflows.opened import opened
 from harness.workflows.progress import Progress, silent
 from harness.workflows.sweep_local import Executor, Local
@@ -111,11 +113,13 @@ def study(
     points: ReferencePoints | None = None,
     executor_of: ExecutorOf | None = None,
     progress: Progress = silent,
+    earlier: Path | None = None,
 ) -> StudyResult:
     """Run the study of a case at a level (``quick``, ``default``, ``full``) and conclude.
 
     Runs are kept and not run twice, so a study that was killed goes on. ``executor_of`` runs them
-    elsewhere, ``points`` are drawn beside the results. A run that fails is a row with the reason;
+    elsewhere, ``points`` are drawn beside the results, and ``earlier`` is the runs.csv of a study
+    before: what is done in it is taken from it. A run that fails is a row with the reason;
     an engine that cannot run with several ranks leaves that arm out. Raise RequestError for a
     case without a study, EngineError where the engine is not here.
     """
@@ -124,12 +128,16 @@ def study(
     local = Local(patient, Entries(cache_place().path))
     chosen = executor_of or (lambda _: local)
     arms, engine = asked.arms(level), usual_engine(case)
+    known = earlier and read_runs(earlier, case, arms[0].parameters[0])
     rows: dict[str, Sequence[Row]] = {}
     missing: dict[str, str] = {}
     for ranks in sorted({arm.ranks for arm in arms}):
         some = [arm for arm in arms if arm.ranks == ranks]
         try:
-            rows |= _rows_of(case, engine, some, chosen(ranks), progress)
+            run = chosen(ranks)
+            rows |= _rows_of(
+                case, engine, some, known.beside(run, ranks) if known else run, progress
+            )
         except (EngineMissingError, RequestError) as error:
             if ranks == 1:
                 raise
@@ -149,4 +157,4 @@ def _rows_of(
     points = [Point({}, one) for arm in arms for one in arm.parameters]
     plan = Plan(Asked(case.name, {}, {}), case, (engine,), tuple(points))
     made = iter(run_plan(plan, run, progress).rows)
-    return {arm.name: [next(made) for _ in arm.parameters] for arm in arms}
+    return {arm.name: [{"ranks": arm.ranks, **next(made)} for _ in arm.parameters] for arm in arms}

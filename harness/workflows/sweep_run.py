@@ -172,7 +172,7 @@ def run_plan(chosen: Plan, executor: Executor | None = None, progress: Progress 
         points = enumerate(chosen.points)
         rows += [_row(chosen, engine, point, ran[place]) for place, point in points]
     over = _columns(chosen.points[0], chosen.asked.over)
-    quantities = tuple(_quantity_key(quantity) for quantity in chosen.case.quantities)
+    quantities = tuple(quantity_key(quantity) for quantity in chosen.case.quantities)
     return Sweep(chosen.case.name, tuple(rows), over, quantities, chosen.asked.quantity, missing)
 
 
@@ -200,15 +200,15 @@ def _row(chosen: Plan, engine: str, point: Point, ran: Ran) -> Row:
         "engine": engine,
         "engine_version": who.engine_version if who else "",
         **preset,
-        **_parameters(point.parameters),
-        **{_quantity_key(q): found.get(q.name) for q in chosen.case.quantities},
+        **parameter_columns(point.parameters),
+        **{quantity_key(q): found.get(q.name) for q in chosen.case.quantities},
         "status": status,
         "reason": "" if isinstance(ran, Measured) else " ".join(str(ran).split()),
         "wall_time_s": ran.seconds if isinstance(ran, Measured) else None,
     }
 
 
-def _parameters(parameters: Parameters) -> dict[str, Any]:
+def parameter_columns(parameters: Parameters) -> dict[str, Any]:
     """Return every parameter under its name with its unit; lists of numbers as JSON text."""
     found: dict[str, Any] = {}
     for name, info in parameters_in(parameters):
@@ -237,7 +237,8 @@ def drawn_columns(chosen: Plan) -> tuple[str, str]:
     return over[0], key_of(chosen.asked.quantity, units[chosen.asked.quantity])
 
 
-def _quantity_key(quantity: Observable) -> str:
+def quantity_key(quantity: Observable) -> str:
+    """Return the column of a quantity, its name with its unit."""
     return key_of(quantity.name, quantity.unit)
 
 

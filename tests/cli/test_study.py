@@ -9,6 +9,7 @@ import pytest
         (("incline",), "case 'incline' has no study: must be one of layers"),
         (("layers", "--quick", "--full"), "--quick and --full: give one of them only"),
         (("layers", "--reference", "none.csv"), "--reference none.csv: No such file"),
+        (("layers", "--quick", "--runs", "none.csv"), "--runs none.csv: No such file"),
         (("layers", "--ranks", "2"), "--ranks 2: goes with --executor slurm only"),
         (
             ("layers", "--full"),
