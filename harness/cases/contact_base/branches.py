@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from harness.cases.contact_base.submodels import MDR, Submodel
 
-_ONE_FLAT = ("wall", "two spheres")
+_ONE_FLAT = ("wall", "two spheres", "frozen sphere")
 
 BRANCHES = (
     Submodel("mdr, yield", {**MDR, "yield_stress": 1e6}, _ONE_FLAT, quick=False),
