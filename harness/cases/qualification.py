@@ -35,8 +35,9 @@ class Qualification:
         """Return the names of the checks that failed, without the engine's, and how it died."""
         failed = [check for check in self.checks if check.verdict is Verdict.FAIL]
         names = ", ".join(check.name.partition(": ")[2] for check in failed)
-        how = dict.fromkeys(check.note for check in failed if check.engine_died)
-        return f"{names} ({'; '.join(how)})" if how else names
+        died = [check.note for check in failed if check.engine_died]
+        more = f", the first of {len(died)} that ended so" if len(died) > 1 else ""
+        return f"{names} ({died[0]}{more})" if died else names
 
     @property
     def reason(self) -> str:

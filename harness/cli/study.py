@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 FAILED = 3
 """Exit status where a run died, or has no angle."""
 
-MOST_SECONDS = 4 * 3600.0
-"""On one core, without --force: the default level takes an hour or two of it."""
+MOST_SECONDS = 6 * 3600.0
+"""On one core, without --force: the default level takes four or five hours of it."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +48,9 @@ class StudyOptions(CostOptions, ProgramOptions):
         """Return how much is run; raise RequestError for both options."""
         if self.quick and self.full:
             raise RequestError("--quick and --full: give one of them only")
+        for other in ("cost", "fresh"):
+            if self.runs is not None and getattr(self, other):
+                raise RequestError(f"--runs and --{other}: give one of them only")
         return "quick" if self.quick else "full" if self.full else "default"
 
 
@@ -63,12 +66,12 @@ def study(options: StudyOptions, where: ExecutorOptions, json: Json = False) -> 
     from harness.workflows.study_run import planned, study_of
 
     case, asked = study_of(options.case)
-    engine = usual_engine(case)
+    engine, level = usual_engine(case), options.level
     if options.cost:
         _tell_cost(asked, engine, options, where, json)
         return
     points = read_reference(options.reference) if options.reference else None
-    level, executor_of = options.level, _executors(engine, options, where)
+    executor_of = _executors(engine, options, where)
     runs, seconds = planned(case.name, level)
     what = f"the {runs} runs of study {case.name} (level {level}, what is kept counted as well)"
     most = MOST_SECONDS if where.executor == "local" else math.inf  # a cluster has its own limits
@@ -85,6 +88,7 @@ def study(options: StudyOptions, where: ExecutorOptions, json: Json = False) -> 
             executor_of=executor_of,
             progress=told.progress,
             earlier=options.runs,
+            least_ranks=where.ranks,
         )
         told.folder, told.status = folder, FAILED if found.count("failed") else 0
         _write(found, folder, options.runs)
@@ -197,8 +201,9 @@ def _facts(found: StudyResult, earlier: Path | None) -> Mapping[str, str]:
         **({"not run": missing} if missing else {}),
         "command": f"dem-harness study {found.case}{level}",
         "engine": f"{found.engine} {', '.join(versions)}",
-        "runs": f"{len(found.runs)}, {found.count('failed')} without a result; {seconds:.0f} s of "
-        "wall time in all, those that arms share counted in each",
+        "runs": f"{len(found.runs)}, {found.count('failed')} without a result"
+        + (f", {found.taken} of them taken from an earlier study" if earlier else "")
+        + f"; {seconds:.0f} s of wall time in all, those that arms share counted in each",
         "harness": __version__,
     }
 

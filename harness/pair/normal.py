@@ -102,7 +102,8 @@ def between(modulus: float, radii: tuple[float, float], overlap: float, largest:
     first = at_flat(modulus, one, share * overlap, False)
     second = at_flat(modulus, other, (1.0 - share) * overlap, False)
     slope = (share + drift * overlap) * first.slope + (1.0 - share - drift * overlap) * second.slope
-    return Elastic(0.5 * (first.force + second.force), 0.5 * slope, first.radius, first.growth)
+    growth = (share + drift * overlap) * first.growth
+    return Elastic(0.5 * (first.force + second.force), 0.5 * slope, first.radius, growth)
 
 
 @compiled

@@ -3,22 +3,28 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 import io
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from harness.cases.contract import Case, Measured
-from harness.errors import RequestError
+from harness.engines.registry import engine_class
+from harness.errors import EngineMissingError, HarnessError, RequestError
 from harness.observables.provenance import Provenance
 from harness.parameters.base import Parameters
 from harness.workflows.sweep_local import Executor, Ran, Work
 from harness.workflows.sweep_run import DONE, parameter_columns, quantity_key
 
-OF_A_RUN = ("engine", "engine_version", "ranks", "status", "wall_time_s")
+OF_A_RUN = ("engine", "engine_version", "ranks", "script", "status", "wall_time_s")
 """Columns beside parameters and quantities that a run is known by."""
+
+FURTHER = {"arm", "reason"}
+LARGEST = 2**28
+"""[bytes] of a file."""
 
 Key = tuple[str, ...]
 
@@ -28,6 +34,10 @@ class EarlierRuns:
     """The runs of a file that were done, by engine, ranks and parameters."""
 
     rows: Mapping[Key, Measured]
+
+    def count(self, engine: str, ranks: int, runs: Iterable[Parameters]) -> int:
+        """Return how many of some runs are there."""
+        return sum(_key(engine, ranks, one) in self.rows for one in runs)
 
     def beside(self, executor: Executor, ranks: int) -> Executor:
         """Return what takes runs from the file where they are there, and else runs them."""
@@ -41,11 +51,34 @@ class EarlierRuns:
                 else:
                     yield place, found
             if missing:
-                left = replace(work, parameters=[work.parameters[place] for place in missing])
-                for place, ran in executor(left):
-                    yield missing[place], ran
+                for place, ran in _made(executor, work, missing):
+                    yield place, ran
 
         return run
+
+
+def _made(executor: Executor, work: Work, places: Sequence[int]) -> Iterator[tuple[int, Ran]]:
+    """Yield runs that are made; where some were known, an engine that is not here fails the rest.
+
+    Where none was, it is raised.
+    """
+    left = replace(work, parameters=[work.parameters[place] for place in places])
+    told: set[int] = set()
+    try:
+        for place, ran in executor(left):
+            told.add(places[place])
+            yield places[place], ran
+    except (EngineMissingError, RequestError) as error:
+        if len(places) == len(work.parameters):
+            raise
+        failed: HarnessError = error
+        yield from ((place, failed) for place in places if place not in told)
+
+
+def script_digest(case: Case[Any], engine: str) -> str:
+    """Return a digest of the script that an engine runs for a case: another one is another run."""
+    texts = engine_class(engine).inputs([case.template])
+    return hashlib.sha256(repr(sorted(texts.items())).encode()).hexdigest()[:12]
 
 
 def read_runs(path: Path, case: Case[Any], one: Parameters) -> EarlierRuns:
@@ -55,35 +88,64 @@ def read_runs(path: Path, case: Case[Any], one: Parameters) -> EarlierRuns:
     that is no number.
     """
     where = f"--runs {path}"
+    rows = csv.DictReader(io.StringIO(_text(path, where)))
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        parameters = tuple(parameter_columns(one))
+        quantities = {quantity.name: quantity_key(quantity) for quantity in case.quantities}
+        _check_columns(rows.fieldnames or (), (*OF_A_RUN, *parameters, *quantities.values()), where)
+        scripts: dict[str, str] = {}
+        found: dict[Key, Measured] = {}
+        for number, row in enumerate(rows, start=2):
+            told = f"{where}, row {number}"
+            if None in row or None in row.values():
+                raise RequestError(f"{told}: has not as many values as there are columns")
+            if row["status"] != DONE:
+                continue
+            _check_script(row, case, scripts, told)
+            key = tuple(_plain(row[name]) for name in ("engine", "ranks", *parameters))
+            values = {name: _number(row, column, told) for name, column in quantities.items()}
+            kept = {name: value for name, value in values.items() if value is not None}
+            who = Provenance(row["engine"], row["engine_version"])
+            ran = Measured(kept, who, _number(row, "wall_time_s", told) or 0.0)
+            if found.setdefault(key, ran) != ran:
+                raise RequestError(f"{told}: the run of another row with another result")
+    except csv.Error as error:
+        raise RequestError(f"{where}: is no table ({error})") from None
+    return EarlierRuns(found)
+
+
+def _text(path: Path, where: str) -> str:
+    try:
+        if path.stat().st_size > LARGEST:
+            raise RequestError(f"{where}: is longer than {LARGEST} bytes")
+        return path.read_text(encoding="utf-8-sig")
     except OSError as error:
         raise RequestError(f"{where}: {error.strerror or error}") from None
     except UnicodeDecodeError:
         raise RequestError(f"{where}: is no UTF-8 text") from None
-    reader = csv.DictReader(io.StringIO(text))
-    parameters = tuple(parameter_columns(one))
-    quantities = {quantity.name: quantity_key(quantity) for quantity in case.quantities}
-    wanted = (*OF_A_RUN, *parameters, *quantities.values())
-    missing = [name for name in wanted if name not in (reader.fieldnames or ())]
-    if missing:
+
+
+def _check_columns(names: Sequence[str], wanted: Sequence[str], where: str) -> None:
+    """Raise RequestError for a column that is missing, or that might tell runs apart."""
+    missing = [name for name in wanted if name not in names]
+    further = [name for name in names if name not in {*wanted, *FURTHER}]
+    if missing or further:
+        what = f"no column {missing[0]}" if missing else f"an unknown column {further[0]}"
+        raise RequestError(f"{where}: {what}; must be the runs.csv of a study by this version")
+
+
+def _check_script(
+    row: Mapping[str, str], case: Case[Any], scripts: dict[str, str], told: str
+) -> None:
+    """Raise RequestError for a run by another script than the engine's own now."""
+    engine = row["engine"]
+    if engine not in scripts:
+        scripts[engine] = script_digest(case, engine)
+    if row["script"] != scripts[engine]:
         raise RequestError(
-            f"{where}: no column {' and '.join(missing[:3])}; must be the runs.csv of a study of "
-            f"{case.name}"
+            f"{told}: script = {row['script'][:20]!r}: was made by another script of {case.name}; "
+            f"this version's is {scripts[engine]!r}"
         )
-    found: dict[Key, Measured] = {}
-    for number, row in enumerate(reader, start=2):
-        if row["status"] != DONE:
-            continue
-        told = f"{where}, row {number}"
-        if None in row or None in row.values():
-            raise RequestError(f"{told}: has not as many values as there are columns")
-        values = {name: _number(row, column, told) for name, column in quantities.items()}
-        key = tuple(_plain(row[name]) for name in ("engine", "ranks", *parameters))
-        who = Provenance(row["engine"], row["engine_version"])
-        kept = {name: value for name, value in values.items() if value is not None}
-        found[key] = Measured(kept, who, _number(row, "wall_time_s", told) or 0.0)
-    return EarlierRuns(found)
 
 
 def _number(row: Mapping[str, str], column: str, told: str) -> float | None:

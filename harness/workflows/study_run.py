@@ -18,7 +18,7 @@ from harness.observables.reference import ReferencePoints
 from harness.shown import Shown
 from harness.store.entries import Entries
 from harness.workflows.case_run import usual_engine
-from harness.workflows.earlier_runs import read_runs
+from harness.workflows.earlier_runs import read_runs, script_digest
 from harness.workflows.opened import opened
 from harness.workflows.progress import Progress, silent
 from harness.workflows.sweep_local import Executor, Local
@@ -39,7 +39,10 @@ ExecutorOf = Callable[[int], Executor]
 
 @dataclass(frozen=True, repr=False)
 class StudyResult(Shown):
-    """What a study found, with every run behind it; ``missing`` says why an arm has no runs."""
+    """What a study found, with every run behind it; ``missing`` says why an arm has no runs.
+
+    ``taken`` runs are those of an earlier study.
+    """
 
     case: str
     title: str
@@ -49,6 +52,7 @@ class StudyResult(Shown):
     runs: tuple[Row, ...]
     conclusion: Conclusion
     missing: Mapping[str, str] = field(default_factory=dict)
+    taken: int = 0
 
     def count(self, status: str) -> int:
         """Return how many runs have a status: ``done``, ``failed`` or ``not tested``."""
@@ -114,14 +118,16 @@ def study(
     executor_of: ExecutorOf | None = None,
     progress: Progress = silent,
     earlier: Path | None = None,
+    least_ranks: int = 1,
 ) -> StudyResult:
     """Run the study of a case at a level (``quick``, ``default``, ``full``) and conclude.
 
     Runs are kept and not run twice, so a study that was killed goes on. ``executor_of`` runs them
-    elsewhere, ``points`` are drawn beside the results, and ``earlier`` is the runs.csv of a study
-    before: what is done in it is taken from it. A run that fails is a row with the reason;
-    an engine that cannot run with several ranks leaves that arm out. Raise RequestError for a
-    case without a study, EngineError where the engine is not here.
+    elsewhere, on ``least_ranks`` of MPI at least, ``points`` are drawn beside the results, and
+    ``earlier`` is the runs.csv of a study before: what is done in it is taken from it. A run that
+    fails is a row with the reason; an engine that cannot run with several ranks leaves that arm
+    out. Raise RequestError for a case without a study and for a bad file, EngineError where the
+    engine is not here.
     """
     case, asked = study_of(name)
     patient = partial(opened, options={"limits": str(RUN_SECONDS)})
@@ -131,30 +137,38 @@ def study(
     known = earlier and read_runs(earlier, case, arms[0].parameters[0])
     rows: dict[str, Sequence[Row]] = {}
     missing: dict[str, str] = {}
-    for ranks in sorted({arm.ranks for arm in arms}):
-        some = [arm for arm in arms if arm.ranks == ranks]
+    taken = 0
+    for ranks in sorted({max(arm.ranks, least_ranks) for arm in arms}):
+        some = [arm for arm in arms if max(arm.ranks, least_ranks) == ranks]
         try:
             run = chosen(ranks)
-            rows |= _rows_of(
-                case, engine, some, known.beside(run, ranks) if known else run, progress
-            )
+            if known:
+                run = known.beside(run, ranks)
+                taken += sum(known.count(engine, ranks, arm.parameters) for arm in some)
+            rows |= _rows_of(case, engine, some, run, ranks, progress)
         except (EngineMissingError, RequestError) as error:
-            if ranks == 1:
+            if ranks == least_ranks:
                 raise
             missing |= {arm.name: " ".join(str(error).split()) for arm in some}
             rows |= {arm.name: () for arm in some}
     runs = [{"arm": arm, **row} for arm, found in rows.items() for row in found]
     found = asked.conclude(rows, points)
     return StudyResult(
-        case.name, asked.title, asked.question, level, engine, tuple(runs), found, missing
+        case.name, asked.title, asked.question, level, engine, tuple(runs), found, missing, taken
     )
 
 
 def _rows_of(
-    case: Case[Any], engine: str, arms: Sequence[Arm], run: Executor, progress: Progress
+    case: Case[Any],
+    engine: str,
+    arms: Sequence[Arm],
+    run: Executor,
+    ranks: int,
+    progress: Progress,
 ) -> dict[str, Sequence[Row]]:
     """Return the rows of arms that are run together; what two of them share is run once."""
     points = [Point({}, one) for arm in arms for one in arm.parameters]
     plan = Plan(Asked(case.name, {}, {}), case, (engine,), tuple(points))
     made = iter(run_plan(plan, run, progress).rows)
-    return {arm.name: [{"ranks": arm.ranks, **next(made)} for _ in arm.parameters] for arm in arms}
+    how = {"ranks": ranks, "script": script_digest(case, engine)}
+    return {arm.name: [{**how, **next(made)} for _ in arm.parameters] for arm in arms}

@@ -10,6 +10,8 @@ import pytest
         (("layers", "--quick", "--full"), "--quick and --full: give one of them only"),
         (("layers", "--reference", "none.csv"), "--reference none.csv: No such file"),
         (("layers", "--quick", "--runs", "none.csv"), "--runs none.csv: No such file"),
+        (("layers", "--runs", "a.csv", "--cost"), "--runs and --cost: give one of them only"),
+        (("layers", "--runs", "a.csv", "--fresh"), "--runs and --fresh: give one of them only"),
         (("layers", "--ranks", "2"), "--ranks 2: goes with --executor slurm only"),
         (
             ("layers", "--full"),

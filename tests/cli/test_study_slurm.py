@@ -5,7 +5,7 @@ import json
 import pytest
 from typer.testing import CliRunner
 
-from harness.cases.layers.study import EXTENTS, Box, Extent
+from harness.cases.layers.extents import EXTENTS, Box, Extent
 from harness.cli.app import app
 from harness.workflows.sweep_folder import held_sweep
 from harness.workflows.sweep_plan import Asked

@@ -5,9 +5,9 @@ import pytest
 from harness.cases.contract import Measured
 from harness.cases.layers.case import CASE
 from harness.cases.layers.parameters import Layers
-from harness.errors import EngineOutputError, RequestError
+from harness.errors import EngineMissingError, EngineOutputError, RequestError
 from harness.observables.provenance import Provenance
-from harness.workflows.earlier_runs import read_runs
+from harness.workflows.earlier_runs import read_runs, script_digest
 from harness.workflows.study_run import study
 from harness.workflows.sweep_local import Work
 from harness.workflows.sweep_run import as_frame
@@ -51,6 +51,7 @@ def test_what_is_done_is_not_run_again_and_the_rows_are_the_same_to_the_bit(file
     again = Counted()
     found = study("layers", "default", executor_of=again, earlier=file)
     assert found.runs == first.runs
+    assert (first.taken, found.taken) == (0, first.count("done"))
     assert again.made
     assert {one.seed for _, one in again.made} == {2}
 
@@ -93,10 +94,23 @@ def test_the_places_of_runs_that_are_made_are_theirs(file):
     ("spoil", "told"),
     [
         (lambda text: text.replace("ranks", "cores", 1), "no column ranks; must be the runs.csv"),
+        (lambda text: text.replace("arm", "friction", 1), "an unknown column friction; must be"),
         (lambda text: text.replace(",1000.0,", ",many,", 1), "row 2: steps = 'many' must be a fin"),
         (lambda text: text.replace(",1000.0,", ",inf,", 1), "row 2: steps = 'inf' must be a fin"),
         (lambda text: text.replace(",done,", ",done", 1), "row 2: has not as many values as"),
-        (lambda text: text[:0], "no column engine and engine_version and ranks"),
+        (lambda text: text[:0], "no column engine; must be"),
+        (
+            lambda text: text.replace("thickness", '"' + 140000 * "x", 1),
+            "is no table .field larger",
+        ),
+        (
+            lambda text: text.replace(script_digest(CASE, "lammps"), "0123456789ab", 1),
+            "row 2: script = '0123456789ab': was made by another script of layers; this version's",
+        ),
+        (
+            lambda text: text + text.splitlines()[1].replace(",1000.0,", ",1001.0,") + "\n",
+            "the run of another row with another result",
+        ),
     ],
 )
 def test_a_file_that_is_none_is_refused_before_anything_runs(file, spoil, told):
@@ -106,6 +120,28 @@ def test_a_file_that_is_none_is_refused_before_anything_runs(file, spoil, told):
         study("layers", "default", executor_of=made, earlier=file)
     assert "\n" not in str(error.value)
     assert not made.made
+
+
+def test_runs_that_are_there_stay_where_the_engine_for_the_rest_is_not(file, first):
+    def absent(_):
+        raise EngineMissingError("no LAMMPS here")
+
+    found = study("layers", "default", executor_of=lambda _: absent, earlier=file)
+    assert found.missing == {}
+    assert found.count("done") == first.count("done")
+    assert {row["reason"] for row in found.runs if row["status"] == "failed"} == {"no LAMMPS here"}
+    with pytest.raises(EngineMissingError):
+        study("layers", "default", executor_of=lambda _: absent)
+
+
+def test_a_study_on_more_ranks_says_so_and_its_runs_are_of_these(tmp_path):
+    four = study("layers", "default", executor_of=Counted(), least_ranks=4)
+    assert {row["ranks"] for row in four.runs} == {4}
+    file = tmp_path / "four.csv"
+    as_frame(four.runs).to_csv(file, index=False)
+    again = study("layers", "default", executor_of=Counted(), earlier=file)
+    assert again.taken == 0
+    assert {row["ranks"] for row in again.runs} == {1, 2}
 
 
 def test_no_text_is_refused(tmp_path):

@@ -7,8 +7,9 @@ import pandas as pd
 import pytest
 
 from harness.cases.contract import Measured
+from harness.cases.layers.extents import EXTENTS, START, Box, Extent
 from harness.cases.layers.parameters import Layers
-from harness.cases.layers.study import EXTENTS, START, Box, Extent, LayersStudy
+from harness.cases.layers.study import LayersStudy
 from harness.engines.registry import chosen_options
 from harness.errors import EngineMissingError, EngineOutputError, RequestError
 from harness.observables.provenance import Provenance

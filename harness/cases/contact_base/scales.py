@@ -34,6 +34,9 @@ MOST_STEPS = 10**9
 DEEPEST = 0.25
 """[radius] of a flat in a sphere that yields: its law has been fitted for shallow ones."""
 
+FLAT_WITHIN = 0.75
+"""[R] depth of a flat in the smaller of two unequal spheres beyond which LAMMPS moves it."""
+
 WIDEST = 1e6
 """Ratio of two radii: leaves three decades between the smallest overlap and the largest."""
 
@@ -63,7 +66,8 @@ def overlaps(parameters: ContactSystem) -> tuple[float, float]:
             "the area of contact without a load must be smaller than the reduced radius",
         )  # fmt: skip
     sizes = (r,) if parameters.partner == "wall" else (r, other)
-    return SHALLOWEST * sum(sizes), min(sizes)
+    most = FLAT_WITHIN if parameters.normal == "mdr" and len(set(sizes)) > 1 else 1.0
+    return SHALLOWEST * sum(sizes), most * min(sizes)
 
 
 def meets(parameters: ContactSystem, *partners: str) -> None:

@@ -7,7 +7,14 @@ from dataclasses import dataclass
 
 from harness.cases.case_study import Row
 from harness.cases.layers.averages import Mean, difference_of, extrapolated, mean_of, unpaired
-from harness.cases.layers.conclusion import START, Found, interval, layers_told, seeds_of
+from harness.cases.layers.conclusion import (
+    MARGIN_DEG,
+    START,
+    Found,
+    interval,
+    layers_told,
+    seeds_of,
+)
 from harness.cases.layers.study import LIMIT, REFERENCE, THICKNESS
 
 DEFINITIONS = {
@@ -17,7 +24,7 @@ DEFINITIONS = {
 """Other definitions of the arrest than energies at a ratio of 1e-5, from the same runs."""
 
 SAME = ("layers", "stiffness_over_weight", "contact.restitution", "base", "rate_deg", "length_d",
-        "width_d", "steps_per_contact", "rise_deg")  # fmt: skip
+        "width_d", "steps_per_contact", "rise_deg", "ranks")  # fmt: skip
 """Columns that tell arms apart."""
 
 BOX = {"length_d", "width_d"}
@@ -49,6 +56,14 @@ class Change:
         """
         low, high = self.difference.low, self.difference.high
         return low <= 0.0 <= high or max(-low, high) <= self.own
+
+    @property
+    def word(self) -> str:
+        """Return whether the angle is the same; of one that moves a little, by how much at most."""
+        low, high = self.difference.low, self.difference.high
+        if self.same:
+            return "yes"
+        return f"within {MARGIN_DEG:g} deg" if max(-low, high) <= MARGIN_DEG else "no"
 
 
 @dataclass(frozen=True)
@@ -96,12 +111,12 @@ def changed_in(rows: Sequence[Row], reference: Sequence[Row]) -> set[str]:
 def _held_against(
     rows: Sequence[Row], reference: Sequence[Row], boxes: Sequence[Sequence[Row]]
 ) -> Sequence[Row]:
-    """Return the runs that an arm differs from in one thing: of larger boxes, the next smaller."""
-    length = rows[0]["length_d"]
+    """Return the runs that an arm differs from in one thing: of boxes, the next to the study's."""
+    own, usual = rows[0]["length_d"], reference[0]["length_d"]
     others = [reference, *(box for box in boxes if box is not rows)]
-    smaller = [one for one in others if one[0]["length_d"] < length]
-    if _in_box_alone(rows, reference) and smaller:
-        return max(smaller, key=lambda one: one[0]["length_d"])
+    between = [one for one in others if min(own, usual) <= one[0]["length_d"] <= max(own, usual)]
+    if _in_box_alone(rows, reference) and own != usual:
+        return min(between, key=lambda one: abs(one[0]["length_d"] - own))
     return min(others, key=lambda one: len(changed_in(rows, one)))
 
 
@@ -137,8 +152,8 @@ def _changes(reference: Sequence[Row], arms: Mapping[str, Sequence[Row]]) -> Ite
     without = mean_of([*stop.values()])
     for name, quantity in DEFINITIONS.items():
         other = seeds_of(reference, quantity)
-        if len(other) > 1:
-            difference = difference_of(other, stop)
+        difference = difference_of(other, stop)
+        if difference.count > 1:
             yield Change(name, mean_of([*other.values()]), difference, without.half_width)
 
 
@@ -146,72 +161,31 @@ def _box(rows: Sequence[Row]) -> str:
     return f"{rows[0]['length_d']} x {rows[0]['width_d']}"
 
 
-def sentences(found: Found) -> list[str]:
-    """Return in how many changes of rate, box, step, ranks and arrest the angle is the same."""
-    having = [(c, one.place) for one in compared(found) for c in one.changes if not c.physical]
-    every = [(c, place) for c, place in having if not c.approach]
-    if not every:
-        return []
-    moved = [_moved(c, place) for c, place in every if not c.same]
-    narrow = [_moved(c, place) for c, place in having if c.approach and not c.same]
-    widest = max(c.difference.half_width for c, _ in every)
-    told = [
-        f"Another rate, box, step, number of ranks or definition of the arrest: in "
-        f"{len(every) - len(moved)} of {len(every)} changes the angle is the same within its 95 % "
-        f"interval (that of the difference is ±{widest:.2f} deg at the widest)"
-        + (f"; not in {'; '.join(moved)}." if moved else ".")
-    ]
-    if narrow:
-        told.append(
-            "In boxes smaller than the two largest of a thickness and stiffness it still depends "
-            f"on the box: {'; '.join(narrow)}. There the angles over the thickness are those of "
-            "their boxes."
-        )
-    return told
-
-
-def _moved(one: Change, place: str) -> str:
-    """Return a change with its place and the difference that it makes."""
-    return (
-        f"{one.name} at {place}: {one.difference.value:+.2f} ± {one.difference.half_width:.2f} deg"
-    )
-
-
 def over_box(some: Compared) -> dict[float, Mean]:
     """Return the angle of stop by 1/length of the box [1/d], of arms that differ in it alone."""
-    return {1.0 / row["length_d"]: mean for row, mean in _along(some, BOX)}
+    return {1.0 / row["length_d"]: mean for row, mean in _along(some, some.reference, BOX)}
 
 
-def _along(some: Compared, columns: set[str]) -> Iterator[tuple[Row, Mean]]:
-    """Yield a row and the mean angle of each arm that differs in some columns alone."""
-    for name, rows in {"": some.reference, **some.arms}.items():
-        changed = changed_in(rows, some.reference)
-        if len(seeds_of(rows)) > 1 and (not name or (changed and changed <= columns)):
+def _along(some: Compared, base: Sequence[Row], columns: set[str]) -> Iterator[tuple[Row, Mean]]:
+    """Yield a row and the mean angle of ``base`` and of each arm that differs in some columns."""
+    for rows in (base, *some.arms.values()):
+        changed = changed_in(rows, base)
+        if len(seeds_of(rows)) > 1 and (rows is base or (changed and changed <= columns)):
             yield rows[0], mean_of([*seeds_of(rows).values()])
 
 
 def limits(some: Compared) -> Iterator[str]:
     """Yield the limits of a slow descent and of a large box, where there are three values."""
-    rates = {row["rate_deg"]: mean for row, mean in _along(some, {"rate_deg"})}
-    told = {"rate to zero": rates, "length of the box to infinity, linear in 1/length":
-            over_box(some)}  # fmt: skip
-    for limit, values in told.items():
-        if len(values) > 2:
-            value = extrapolated([*values], [*values.values()])
-            yield f"Extrapolated, {some.place}, {limit}: {interval(value)} deg."
+    boxes = [some.reference, *(rows for rows in some.arms.values()
+                               if rows and _in_box_alone(rows, some.reference))]  # fmt: skip
+    for base in boxes:
+        rates = {row["rate_deg"]: mean for row, mean in _along(some, base, {"rate_deg"})}
+        yield from _limit(f"{some.place}, {_box(base)} d, rate to zero", rates)
+    endless = f"{some.place}, length of the box to infinity, linear in 1/length"
+    yield from _limit(endless, over_box(some))
 
 
-def softness_at_rates(found: Found) -> dict[tuple[int, float], Mean]:
-    """Return soft minus stiff, paired by seed, by layers and rate where it is not the study's."""
-    angles: dict[tuple[int, float], dict[float, dict[int, float]]] = {}
-    for some in compared(found):
-        for rows in some.arms.values():
-            if changed_in(rows, some.reference) == {"rate_deg"}:
-                one = rows[0]
-                at = angles.setdefault((one["layers"], one["rate_deg"]), {})
-                at[one["stiffness_over_weight"]] = seeds_of(rows)
-    return {
-        at: difference_of(by_stiffness[min(by_stiffness)], by_stiffness[max(by_stiffness)])
-        for at, by_stiffness in angles.items()
-        if len(by_stiffness) > 1
-    }
+def _limit(what: str, values: Mapping[float, Mean]) -> Iterator[str]:
+    if len(values) > 2:
+        value = extrapolated([*values], [*values.values()])
+        yield f"Extrapolated, {what}: {interval(value)} deg."

@@ -71,7 +71,7 @@ class Found:
 
 def concluded(arms: Mapping[str, Sequence[Row]], points: ReferencePoints | None) -> Conclusion:
     """Return rows, verdict and sections of the runs."""
-    from harness.cases.layers.changes import sentences
+    from harness.cases.layers.robustness import sentences
     from harness.cases.layers.study_sections import sections_of
 
     found = _found(arms)
@@ -139,6 +139,7 @@ def _row(arm: str, some: Sequence[Row]) -> Row:
         "rate_deg_per_d": one["rate_deg"],
         "steps_per_contact": one["steps_per_contact"],
         "base": one["base"],
+        "ranks": one["ranks"],
     }
 
 
@@ -168,8 +169,7 @@ def _of_softness(found: Found) -> list[str]:
     soft, stiff = found.stiffnesses[0], found.stiffnesses[-1]
     words = {h: judged(one) for h, one in differences.items()}
     told = "; ".join(
-        f"{layers_told(h)}: {one.value:+.2f} ± {one.half_width:.2f} deg, {words[h]}"
-        for h, one in differences.items()
+        f"{layers_told(h)}: {signed(one)} deg, {words[h]}" for h, one in differences.items()
     )
     largest = max(abs(one.value) for one in differences.values())
     first, last = min(differences), max(differences)
@@ -214,6 +214,11 @@ def _of_undecided(arms: Mapping[str, Sequence[Row]]) -> list[str]:
 def layers_told(number: int) -> str:
     """Return a number of layers in words."""
     return "1 layer" if number == 1 else f"{number} layers"
+
+
+def signed(one: Mean) -> str:
+    """Return a difference with its sign and the half width of its interval."""
+    return f"{one.value:+.2f} ± {one.half_width:.2f}"
 
 
 def interval(one: Mean) -> str:

@@ -13,13 +13,15 @@ import heapq
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
 
 from harness.cases.case_study import Arm, Row, StudyCost
+from harness.cases.layers.extents import RANKS
 from harness.cases.layers.parameters import Layers
-from harness.cases.layers.study import RANKS, grains_in
+from harness.cases.layers.study import grains_in
 from harness.cases.layers.template import job_of
 from harness.engines.contract import Engine
 from harness.engines.output import Output
@@ -156,14 +158,12 @@ def cost_seen(arms: Sequence[Arm], found: Mapping[str, Sequence[Row]]) -> StudyC
     Without runs on two ranks nothing is taken to be gained by them.
     """
     least: dict[tuple[int, int], Speed] = {}
-    for name, rows in found.items():
-        ranks = RANKS if name.startswith(f"{RANKS} ranks") else 1
-        for row in rows:
-            if row.get("wall_time_s") and row.get("steps"):
-                grains = grains_in(row)
-                one = Speed(grains, ranks, row["wall_time_s"] / row["steps"] / grains)
-                key = ranks, grains
-                least[key] = min(one, least.get(key, one), key=lambda speed: speed.seconds)
+    for row in chain.from_iterable(found.values()):
+        if row.get("wall_time_s") and row.get("steps"):
+            grains, ranks = grains_in(row), row["ranks"]
+            one = Speed(grains, ranks, row["wall_time_s"] / row["steps"] / grains)
+            key = ranks, grains
+            least[key] = min(one, least.get(key, one), key=lambda speed: speed.seconds)
     speeds = [[least[key] for key in sorted(least) if key[0] == r] for r in (1, RANKS)]
     return _cost(arms, *speeds) if speeds[0] else None
 
