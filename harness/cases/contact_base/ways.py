@@ -12,14 +12,14 @@ parts.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from harness.cases.contact_base import views
 from harness.cases.contact_base.motion import Motion
 from harness.cases.contact_base.parameters import ContactSystem
-from harness.cases.contact_base.submodels import Trial
+from harness.cases.contact_base.submodels import Submodel, Trial
 from harness.cases.contact_base.template import job_of
 from harness.cases.contract import LevelName
 from harness.engines.contract import Engine, Job, Variation
@@ -35,6 +35,8 @@ SYSTEMS: Mapping[LevelName, tuple[str, ...]] = {
 }
 """Systems whose invariances a level goes through, of submodels that a case names; level full goes
 through all of both."""
+
+EQUAL = "two spheres"
 
 QUICK = ("turned", "run again", "restarted")
 """Invariances of the shortest level, beside the run as it stands."""
@@ -105,10 +107,18 @@ class Ways:
 
 def chosen(case: ContactCase[Any], level: LevelName) -> Iterator[Trial]:
     """Yield the trials of a case whose invariances a level goes through."""
-    names = {submodel.name for submodel in case.invariant}
+    systems = {one.name: _systems(one, level) for one in case.invariant}
     for trial in case.trials("full"):  # the shortest level has not all systems of a submodel
-        if level == "full" or (trial.submodel in names and trial.system in SYSTEMS[level]):
+        if level == "full" or trial.system in systems.get(trial.submodel, ()):
             yield replace(trial, parameters=trial.parameters.replace(steps_per_contact=STEPS))
+
+
+def _systems(submodel: Submodel, level: LevelName) -> Sequence[str]:
+    """Return the systems of a level; where it is stated for equal spheres alone, these."""
+    if level == "full" or (level == "quick" and not submodel.quick):
+        return ()
+    stated = submodel.systems or SYSTEMS[level]
+    return [name if name in stated else EQUAL for name in SYSTEMS[level]]
 
 
 def first_ways(case: ContactCase[Any], trial: Trial, level: LevelName) -> Ways:

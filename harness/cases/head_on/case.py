@@ -42,8 +42,8 @@ class HeadOnCase(ContactCase[HeadOn]):
     sets: ClassVar[Told] = {"elastic": {}, **HEAD_ON}
     submodels = (*NORMAL, *COHESIVE, *OLD_NORMAL, *BRANCHES)
     beside = NORMAL_BESIDE
-    invariant = (*NORMAL, *COHESIVE, *OLD_NORMAL)
-    over_ranks = ("jkr",)
+    invariant = (*NORMAL, *COHESIVE, *OLD_NORMAL, *BRANCHES)
+    over_ranks = ("jkr", "mdr, yield")
     scan = Scan("largest_force_N", "speed", (0.1, 0.2, 0.5, 1.0, 2.0, 3.0), NORMALS)
 
     def scene(self, parameters: HeadOn) -> ContactScene:

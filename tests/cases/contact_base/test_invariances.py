@@ -11,6 +11,7 @@ import pytest
 from harness.cases.contact_base import views, ways
 from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.invariance import invariances
+from harness.cases.contact_base.ways import EQUAL, chosen
 from harness.cases.contract import Study
 from harness.cases.registry import all_cases, get_case
 from harness.comparison.known_defects import told_apart
@@ -188,6 +189,12 @@ def test_mdr_has_no_width_of_round_off_but_is_the_same_to_the_bit_run_on(lammps)
     assert found["turned"].verdict is Verdict.NOT_TESTED
     assert "rounded to about eps (R/overlap)^2" in found["turned"].note
     assert "reversed in time" not in found
+
+
+@pytest.mark.parametrize(("level", "expected"), [("quick", set()), ("default", {"wall", EQUAL})])
+def test_a_law_of_equal_spheres_goes_through_these_in_place_of_unequal_ones(level, expected):
+    trials = chosen(get_case("head-on"), level)
+    assert {one.system for one in trials if one.submodel == "mdr, yield"} == expected
 
 
 @pytest.mark.parametrize("x", [1e-4, 1e-6, 1e-8])
