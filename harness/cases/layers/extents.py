@@ -108,7 +108,6 @@ THICKER = (
     Changed(4, SOFT, 8, RATE[0], SMALLER),
     Changed(4, SOFT, 4, SPLIT, SMALLER),
     Changed(4, SOFT, 6, ON_ROWS[0], SMALLER),
-    Changed(4, STIFF, 3, factor=LARGER),
     Changed(4, STIFF, 12, factor=SMALLER),
     Changed(4, STIFF, 4, TWICE[0], SMALLER),
     Changed(8, SOFT, 4, factor=LARGER),

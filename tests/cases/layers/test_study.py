@@ -225,7 +225,7 @@ def test_the_verdict_is_the_one_of_the_world_that_it_was_shown(softness, words):
     # a line to an endless box where there are three
     ends = [list(line.get_xdata()) for line in over_box.lines]
     assert [one for one in ends if len(one) == 2 and one[0] == 0.0] == [
-        [0.0, 1 / 16], [0.0, 1 / 16], [0.0, 1 / 16], [0.0, 1 / 12], [0.0, 1 / 12]
+        [0.0, 1 / 16], [0.0, 1 / 16], [0.0, 1 / 12], [0.0, 1 / 12]
     ]  # fmt: skip
     labels = " ".join(axes.get_legend_handles_labels()[1])
     assert all(word in labels for word in ("lost", "kept", "10.2078", "Peyneau", "mine.csv"))
@@ -313,16 +313,15 @@ def test_softness_is_told_in_every_box_and_rate_that_both_stiffnesses_have():
     (softness,) = [one for one in found.sections if one.title == "Softness"]
     told = {row[:3]: row[3:] for row in softness.tables[1].rows}
     assert list(told) == [
-        ("4", "16 x 8", "0.1"), ("4", "16 x 8", "0.2"), ("4", "36 x 18", "0.1"),
-        ("8", "12 x 6", "0.1"), ("8", "27 x 14", "0.1"),
+        ("4", "16 x 8", "0.1"), ("4", "16 x 8", "0.2"), ("8", "12 x 6", "0.1"),
+        ("8", "27 x 14", "0.1"),
     ]  # fmt: skip
     assert float(told["4", "16 x 8", "0.1"][0]) == pytest.approx(-1.5, abs=0.1)
     assert float(told["4", "16 x 8", "0.2"][0]) == pytest.approx(-0.5, abs=0.2)
-    assert [row[-1] for row in told.values()] == ["depends on softness"] * 5
-    assert [row[2] for row in told.values()] == ["12", "4", "3", "7", "3"]
+    assert [row[-1] for row in told.values()] == ["depends on softness"] * 4
+    assert [row[2] for row in told.values()] == ["12", "4", "7", "3"]
     # three boxes at each stiffness, the smallest of the soft ones moved
     (endless,) = [one for one in found.verdict if "endless box" in one]
-    assert "4 layers: " in endless
     assert "8 layers: -0." in endless
 
 
