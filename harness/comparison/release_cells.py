@@ -7,9 +7,12 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from harness.comparison.known_defects import defect_of
-from harness.comparison.verdicts import RANK, Check, Verdict
+from harness.comparison.verdicts import RANK, Check, Kind, Verdict
 
 Place = tuple[str, str, str]
+
+JUDGED = frozenset({Verdict.PASS, Verdict.FAIL, Verdict.KNOWN_DEFECT, Verdict.FIXED})
+"""Verdicts of rows that were held against something."""
 
 
 @dataclass(frozen=True)
@@ -65,5 +68,20 @@ def _by_place(checks: Sequence[Check]) -> dict[Place, list[Check]]:
 
 
 def _worst(cell: Sequence[Check]) -> str:
-    verdicts = [check.verdict for check in cell]
-    return str(min(verdicts, key=RANK.__getitem__)) if verdicts else ""
+    deciding = _deciding(cell)
+    return str(min(deciding, key=_rank).verdict) if deciding else ""
+
+
+def _rank(check: Check) -> tuple[int, bool]:
+    """Return the place from bad to good; of equals what was found counts before what was not."""
+    return RANK[check.verdict], check.verdict is Verdict.NOT_TESTED
+
+
+def _deciding(cell: Sequence[Check]) -> Sequence[Check]:
+    """Return the rows that decide a cell: of what was judged, no invariance that was not tested.
+
+    One that no width follows for, or that an engine refuses, says nothing of values that hold.
+    """
+    if all(check.verdict not in JUDGED for check in cell):
+        return cell
+    return [c for c in cell if not (c.kind is Kind.INVARIANCE and c.verdict is Verdict.NOT_TESTED)]

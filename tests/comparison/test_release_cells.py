@@ -2,11 +2,13 @@
 
 from dataclasses import replace
 
+import pytest
+
 from harness.comparison.known_defects import KnownDefect, defect_of, told_apart
 from harness.comparison.release_cells import cell_rows, defects_of
 from harness.comparison.releases import Column, release_matrix
 from harness.comparison.tolerances import Tolerance
-from harness.comparison.verdicts import Cell, Kind, judge, not_tested
+from harness.comparison.verdicts import Cell, Kind, finding, judge, not_tested
 from harness.observables.provenance import Provenance
 from harness.report.releases import markdown
 
@@ -50,6 +52,33 @@ def test_cells_that_hold_everywhere_are_left_out():
     assert spring.verdicts == ("pass", "known defect", "fixed")
     assert spring.defects == ("lost-friction",)
     assert new.verdicts == ("not tested",) * 3
+
+
+def untested(kind, reason="no width follows"):
+    row = not_tested("slide: spring", kind, reason)
+    return replace(row, cell=replace(check("spring", 0.0).cell, invariance="turned"))
+
+
+@pytest.mark.parametrize(
+    ("rows", "verdict"),
+    [
+        ((untested(Kind.INVARIANCE), check("spring", 0.0)), "pass"),
+        ((untested(Kind.INVARIANCE), check("spring", 0.1)), "fail"),
+        ((untested(Kind.INVARIANCE), release("1 Jan 2024", 0.1)[0]), "known defect"),
+        ((untested(Kind.INVARIANCE), release("1 Jan 2025", 0.0)[0]), "fixed"),
+        ((untested(Kind.INVARIANCE),), "not tested"),
+        ((untested(Kind.INVARIANCE), finding("slide", 1.0, 0.5, "", "")), "not tested"),
+        ((untested(Kind.ANALYTIC), check("spring", 0.0)), "not tested"),
+        ((untested(Kind.ANALYTIC), release("1 Jan 2024", 0.1)[0]), "known defect"),
+    ],
+)
+def test_an_invariance_that_was_not_tested_decides_no_cell_with_judged_rows(rows, verdict):
+    other = (check("spring", 0.1),)
+    for one in (rows, rows[::-1]):
+        (row,) = cell_rows(
+            [[replace(r, cell=other[0].cell) if r.cell is None else r for r in one], other]
+        )
+        assert row.verdicts == (verdict, "fail")
 
 
 def test_a_failure_that_no_defect_explains_is_status_1_and_the_page_names_all():
