@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Required, TypedDict
 
 from harness.comparison.divergence import Series
+from harness.comparison.verdicts import Cell
 from harness.observables.provenance import Provenance
 
 
@@ -63,6 +64,11 @@ def record_name(engine: str, case: str, words: str) -> str:
     """Return ``engine/case-words``, of the words letters, digits, points and underscores only."""
     kept = "".join(c if c.isalnum() or c in "._" else " " for c in words)
     return f"{engine}/{case}-{'-'.join(kept.split())}"
+
+
+def name_in_cell(cell: Cell) -> str:
+    """Return the name of the record of a cell's values, in its engine."""
+    return record_name(cell.engine, cell.case, f"{cell.submodel} {cell.system}")
 
 
 def made_by(who: Provenance | None, solver: str = "", version: str = "") -> Made:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from harness.comparison.baseline_record import name_in_cell
 from harness.comparison.known_defects import defect_of
 from harness.comparison.verdicts import RANK, Check, Kind, Verdict
 
@@ -17,7 +18,10 @@ JUDGED = frozenset({Verdict.PASS, Verdict.FAIL, Verdict.KNOWN_DEFECT, Verdict.FI
 
 @dataclass(frozen=True)
 class CellRow:
-    """A cell in every release: the worst verdict of its checks, empty where it has none."""
+    """A cell in every release: the worst verdict of its checks, empty where it has none.
+
+    ``reasons`` say why it was not tested, release by release; empty where it was.
+    """
 
     case: str
     submodel: str
@@ -25,6 +29,7 @@ class CellRow:
     verdicts: tuple[str, ...]
     defects: tuple[str, ...]
     """Names of known defects, in any release."""
+    reasons: tuple[str, ...] = ()
 
     def record(self) -> dict[str, Any]:
         """Return it as a JSON-ready mapping."""
@@ -40,8 +45,28 @@ def cell_rows(checks: Sequence[Sequence[Check]]) -> list[CellRow]:
         verdicts = tuple(_worst(cell) for cell in cells)
         if {*verdicts} != {str(Verdict.PASS)}:
             names = {defect_of(check) for cell in cells for check in cell} - {""}
-            rows.append(CellRow(*place, verdicts, tuple(sorted(names))))
+            reasons = tuple(map(_reason, cells))
+            rows.append(CellRow(*place, verdicts, tuple(sorted(names)), reasons))
     return rows
+
+
+def untested(rows: Sequence[CellRow], release: int) -> dict[str, list[CellRow]]:
+    """Return the cells that a release leaves untested, by the reason."""
+    found: dict[str, list[CellRow]] = {}
+    for row in rows:
+        if row.reasons[release]:
+            found.setdefault(row.reasons[release], []).append(row)
+    return found
+
+
+def reasons_of_records(checks: Sequence[Check]) -> dict[str, str]:
+    """Return why records have no values, by the name of the record of each untested cell."""
+    values = [check for check in checks if check.cell is not None and not check.cell.invariance]
+    return {
+        name_in_cell(cell[0].cell): _reason(cell)
+        for cell in _by_place(values).values()
+        if cell[0].cell is not None and _reason(cell)
+    }
 
 
 def defects_of(checks: Sequence[Sequence[Check]]) -> dict[str, list[int]]:
@@ -70,6 +95,15 @@ def _by_place(checks: Sequence[Check]) -> dict[Place, list[Check]]:
 def _worst(cell: Sequence[Check]) -> str:
     deciding = _deciding(cell)
     return str(min(deciding, key=_rank).verdict) if deciding else ""
+
+
+def _reason(cell: Sequence[Check]) -> str:
+    """Return why a cell was not tested: what its values say, or its invariances without them."""
+    if _worst(cell) != Verdict.NOT_TESTED:
+        return ""
+    rows = [check for check in cell if check.verdict is Verdict.NOT_TESTED]
+    values = [check for check in rows if check.kind is not Kind.INVARIANCE]
+    return "; ".join(dict.fromkeys(check.note for check in values or rows))
 
 
 def _rank(check: Check) -> tuple[int, bool]:

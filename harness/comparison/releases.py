@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from harness.comparison.baseline_record import BaselineRecord
 from harness.comparison.published import published
 from harness.comparison.regression_tolerances import Allowed, ByCase
-from harness.comparison.release_cells import CellRow, cell_rows, defects_of
+from harness.comparison.release_cells import CellRow, cell_rows, defects_of, reasons_of_records
 from harness.comparison.release_changes import Change, classify, parted
 from harness.comparison.verdicts import Check, Verdict
 from harness.observables.provenance import Provenance
@@ -41,6 +42,11 @@ class Column:
         """Return the release with the version that the engine itself gives."""
         who = self.provenance
         return f"{self.release} ({who.engine_version})" if who else self.release
+
+    @cached_property
+    def reasons(self) -> dict[str, str]:
+        """Return why records of cells that were not tested are missing, by name."""
+        return reasons_of_records(self.checks)
 
 
 @dataclass(frozen=True)
@@ -227,7 +233,9 @@ def _cell(
 ) -> Cell:
     said = column.error or column.errors.get(judged.record, "")
     if record is None or judged.quantity not in record.quantities:
-        return Cell(None, None, Change.DIED if said else Change.NOT_TESTED, said)
+        if said:
+            return Cell(None, None, Change.DIED, said)
+        return Cell(None, None, Change.NOT_TESTED, column.reasons.get(judged.record, ""))
     here = record.quantities[judged.quantity]
     wanted = known.quantities.get(judged.quantity) if known else None
     if known is None or wanted is None:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from harness.atomic_write import whole_folder
+from harness.comparison.release_cells import untested
 from harness.comparison.release_changes import Change
 from harness.comparison.releases import ReleaseMatrix
 from harness.report.figures.releases import changes as draw_changes
@@ -67,10 +68,12 @@ def markdown(found: ReleaseMatrix) -> str:
         value = row.cells[found.reference].value
         cells = [row.record, row.quantity, "-" if value is None else f"{value:.12g} {row.unit}"]
         cells += [f"{row.tolerance:.1g}"]
-        for i, _ in others:
+        for i, column in others:
             cell = row.cells[i]
             apart = f" ({cell.difference:+.1e})" if cell.difference else ""
-            note = f"; {cell.note}" if cell.note else ""
+            # why a release has no such cell is told once, by reason
+            told = "" if cell.note == column.reasons.get(row.record) else cell.note
+            note = f"; {told}" if told else ""
             cells.append(_cell(f"{SHOWN.get(cell.change, cell.change)}{apart}{note}"))
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join([*lines, ""])
@@ -96,6 +99,25 @@ def _cells_markdown(found: ReleaseMatrix) -> Iterator[str]:
             cells = (row.case, row.submodel, row.system, *row.verdicts, ", ".join(row.defects))
             yield f"| {' | '.join(map(_cell, cells))} |"
         yield ""
+        yield from _untested_markdown(found)
+
+
+def _untested_markdown(found: ReleaseMatrix) -> Iterator[str]:
+    """Yield why cells were not tested: release, reason, how many, and in which cases."""
+    rows = found.cells
+    reasons = [
+        (column.release, reason, cells)
+        for number, column in enumerate(found.columns)
+        for reason, cells in untested(rows, number).items()
+    ]
+    if not reasons:
+        return
+    yield from ("## Why cells were not tested", "")
+    yield from ("| release | reason | cells | cases |", "|---|---|--:|---|")
+    for release, reason, cells in reasons:
+        cases = ", ".join(sorted({cell.case for cell in cells}))
+        yield f"| {_cell(release)} | {_cell(reason)} | {len(cells)} | {cases} |"
+    yield ""
 
 
 def _cell(text: str) -> str:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from harness.comparison.known_defects import KnownDefect, defect_of, told_apart
-from harness.comparison.release_cells import cell_rows, defects_of
+from harness.comparison.release_cells import cell_rows, defects_of, reasons_of_records
 from harness.comparison.releases import Column, release_matrix
 from harness.comparison.tolerances import Tolerance
 from harness.comparison.verdicts import Cell, Kind, finding, judge, not_tested
@@ -54,6 +54,21 @@ def test_cells_that_hold_everywhere_are_left_out():
     assert new.verdicts == ("not tested",) * 3
 
 
+def test_a_cell_says_why_it_was_not_tested_where_it_was_not():
+    missing = not_tested("slide: new", Kind.ANALYTIC, "toy 1 has no new: toy 2 has it")
+    alone = not_tested("slide: new", Kind.INVARIANCE, "the run as it stands is missing")
+    place = Cell("slide", "new", "wall", "toy")
+    first = [replace(missing, cell=place), replace(alone, cell=replace(place, invariance="all"))]
+    held = replace(untested(Kind.INVARIANCE), cell=replace(place, invariance="turned"))
+    second = [replace(check("new", 0.0), cell=place), held]
+    (row,) = cell_rows([first, second, first[1:], []])
+    assert row.verdicts == ("not tested", "pass", "not tested", "")
+    assert row.reasons == (missing.note, "", alone.note, "")
+    assert row.record()["reasons"] == row.reasons
+    assert reasons_of_records(first) == {"toy/slide-new-wall": missing.note}
+    assert reasons_of_records(second) == reasons_of_records(first[1:]) == {}
+
+
 def untested(kind, reason="no width follows"):
     row = not_tested("slide: spring", kind, reason)
     return replace(row, cell=replace(check("spring", 0.0).cell, invariance="turned"))
@@ -93,5 +108,7 @@ def test_a_failure_that_no_defect_explains_is_status_1_and_the_page_names_all():
     assert "--cases contacts" in page
     assert "| lost-friction |  | 1 |  |" in page
     assert "| slide | spring | wall | pass | known defect | fixed | lost-friction |" in page
+    assert "## Why cells were not tested" in page
+    assert page.count("| not in this release | 1 | slide |") == 3
     failing = [replace(columns[0], checks=(check("spring", 0.1),)), *columns[1:]]
     assert release_matrix("quick", "here", failing, {}, "TOY").status == 1

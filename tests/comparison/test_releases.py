@@ -6,7 +6,9 @@ from harness.comparison.baseline_record import BaselineRecord, Quantity
 from harness.comparison.release_changes import Change, classify
 from harness.comparison.releases import Column, release_matrix
 from harness.comparison.tolerances import Tolerance
+from harness.comparison.verdicts import Cell, Kind, not_tested
 from harness.observables.provenance import Provenance
+from harness.report.releases import markdown
 
 CASE = BaselineRecord(
     name="lammps/incline-passage-source-k1e6-50-steps-8-phases",
@@ -84,3 +86,18 @@ def test_rows_and_record_name_the_record_with_its_label():
     (row,) = found.record()["rows"]
     assert (row["case"], row["label"], row["tolerance"]) == (CASE.name, "an angle", 1e-9)
     assert row["cells"][0]["release"] == "a"
+
+
+def test_a_value_that_a_release_cannot_have_says_why():
+    spring = replace(CASE, name="lammps/slide-spring-wall", case="slide", label="spring, wall")
+    why = "LAMMPS a has no spring: LAMMPS b has it"
+    row = replace(
+        not_tested("slide", Kind.ANALYTIC, why), cell=Cell("slide", "spring", "wall", "lammps")
+    )
+    columns = [column("a", checks=(row,)), column("b", spring), column("c")]
+    found = release_matrix("quick", "", columns, {"slide": TOLERANCES["incline"]})
+    assert [cell.note for cell in found.rows[0].cells] == [why, "", ""]
+    assert list(found.frame()["note"]) == [why, "", ""]
+    page = markdown(found)
+    assert page.count(why) == 1
+    assert f"| a | {why} | 1 | slide |" in page

@@ -16,7 +16,7 @@ from harness.cases.contact_base.scans import Scanned
 from harness.cases.contact_base.submodels import Trial
 from harness.cases.contact_base.tolerances import jump_of, width_of
 from harness.cases.contract import Reference, Study
-from harness.comparison.baseline_record import BaselineRecord, Quantity, made_by, record_name
+from harness.comparison.baseline_record import BaselineRecord, Quantity, made_by, name_in_cell
 from harness.comparison.convergence import Limit
 from harness.comparison.findings import Findings
 from harness.comparison.verdicts import (
@@ -226,7 +226,7 @@ def _record(
     values = case.read(parameters, output, engine.traits)
     units = {quantity.name: quantity.unit for quantity in case.quantities}
     return BaselineRecord(
-        name=record_name(engine.name, case.name, f"{trial.submodel} {trial.system}"),
+        name=name_in_cell(_cell(case, trial, engine)),
         parameters=parameters.model_dump(mode="json"),
         quantities={
             name: Quantity(value, 0.0, "" if units[name] == "1" else units[name])
