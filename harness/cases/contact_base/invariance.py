@@ -51,7 +51,6 @@ theta - sin theta cos theta, cos theta = 1 - x, is off by up to 3 eps / (8 x^2) 
 acos(1 - x) and sqrt(2 x - x^2) each round 1 - x; 2 x is the overlap with a flat over the radius.
 """
 
-
 WRITTEN = "written in single precision: its eps of the room of the bodies, and of speeds"
 
 
@@ -154,12 +153,13 @@ def _motion(output: Output | EngineError, scene: ContactScene) -> Motion | Engin
 def _rows(
     one: Ways, engine: Engine, wanted: Callable[[Way], bool] = lambda way: way.name != PLAIN
 ) -> Iterator[Check]:
-    """Yield a row for each wanted way; one row where the run as it stands is missing."""
+    """Yield a row for each wanted way; one, with why, where the run as it stands is missing."""
     name, trial = one.case.name, one.trial
     head = f"{name}, {trial.system}: {trial.submodel}, {engine.name}"
     cell = Cell(name, trial.submodel, trial.system, engine.name)
     if one.motion(PLAIN) is None:
-        reason = f"the run as it stands is missing: {one.motions[PLAIN]}"
+        why = one.motions[PLAIN]
+        reason = why if isinstance(why, str) else f"the run as it stands is missing: {why}"
         row = not_tested(f"{head}: invariances", Kind.INVARIANCE, reason)
         yield replace(row, cell=replace(cell, invariance="all"))
         return

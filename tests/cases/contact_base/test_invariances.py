@@ -181,6 +181,15 @@ def test_a_run_that_leaves_no_numbers_is_not_tested(lammps):
     assert row.note.startswith("the run as it stands is missing: LAMMPS wrote a series")
 
 
+def test_what_an_engine_refuses_is_not_tested_for_the_same_reason_as_its_values(
+    lammps, monkeypatch
+):
+    monkeypatch.setattr(lammps, "refuses", lambda _: "LAMMPS 1 has no mdr: LAMMPS 2 has it")
+    (row,) = rows(lammps, few("head-on", ["mdr"], ["wall"])).values()
+    assert (row.verdict, row.cell.invariance) == (Verdict.NOT_TESTED, "all")
+    assert row.note == "LAMMPS 1 has no mdr: LAMMPS 2 has it"
+
+
 def test_mdr_has_no_width_of_round_off_but_is_the_same_to_the_bit_run_on(lammps):
     found = rows(lammps, few("head-on", ["mdr"], ["wall"]))
     if found["run on"].verdict is Verdict.NOT_TESTED:
