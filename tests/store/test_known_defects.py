@@ -1,5 +1,6 @@
 """The file of known defects is read, and what is wrong with it is named."""
 
+from itertools import takewhile
 from pathlib import Path
 
 import pytest
@@ -21,6 +22,9 @@ def test_every_committed_defect_has_its_script_and_names_cells_that_there_are():
         lines = script.read_text(encoding="utf-8").splitlines()
         assert len(lines) <= 40, one.name
         assert any("expected" in line and line.startswith("print") for line in lines), one.name
+        head = " ".join(takewhile(lambda line: line.startswith("#"), lines))
+        assert "Expected" in head, one.name
+        assert "Found" in head, one.name
         for case in one.cases:
             assert case == "*" or case in all_cases(), one.name
 

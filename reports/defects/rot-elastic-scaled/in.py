@@ -1,5 +1,10 @@
-# Two spheres at rest, pressed together: the force of RotElastic with scaling=False is k overlap.
-# mpirun -np 2 esysparticle in.py    (one worker; ESyS-Particle 2.3.4)
+# RotElastic forgets scaling=False: two spheres of 2 cm at rest overlap by 10 um.
+#
+#     mpirun.openmpi -np 2 esysparticle in.py
+#
+# Expected 1 N, k overlap. Found 0.01 N, k times the mean radius in m times the overlap, by 2.3.4
+# (Debian's package of 2.3.5). Cause: RotElasticPrms takes scaling=False, but workers are told its
+# stiffness alone (Parallel/SubLattice.hpp, RotElastic), and scale it.
 from __future__ import print_function
 
 from esys.lsm import RotElasticPrms, LsmMpi, RotSphere

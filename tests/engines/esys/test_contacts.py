@@ -1,7 +1,12 @@
 """Contacts with friction: what ESyS-Particle can be told of them, and ESyS-Particle itself."""
 
+import re
+import subprocess
+from pathlib import Path
+
 import pytest
 
+import harness
 from harness.cases.contact_base.study import verify_trials
 from harness.cases.contract import Study
 from harness.cases.registry import get_case
@@ -9,10 +14,13 @@ from harness.comparison.known_defects import told_apart
 from harness.comparison.verdicts import Verdict
 from harness.engines.contact_model import stating
 from harness.engines.esys.contacts import CONTACTS
+from harness.engines.esys.open_mpi import RANKS, environment, find_launcher
 from harness.store.known_defects import known_defects
 
 OBLIQUE = get_case("oblique")
 PAIR = OBLIQUE.default.replace(partner="sphere")
+
+DEFECTS = sorted((Path(harness.__file__).parent.parent / "reports" / "defects").glob("*/in.py"))
 
 
 @pytest.mark.parametrize(
@@ -69,3 +77,21 @@ def test_defects_of_elastic_contacts_are_found_by_name(esys, submodel, defect):
     known = [check for check in told if check.verdict is Verdict.KNOWN_DEFECT]
     assert {check.note.partition(":")[0] for check in known} == {f"known defect {defect}"}
     assert Verdict.FAIL not in {check.verdict for check in told}
+
+
+@pytest.mark.live
+@pytest.mark.parametrize("script", DEFECTS, ids=lambda path: path.parent.name)
+def test_the_script_of_a_defect_finds_what_its_head_says(script, tmp_path, esys):
+    version = esys.identify().engine_version
+    if version not in esys.traits.versions:
+        pytest.skip(f"ESyS-Particle {version} may not have it")
+    done = subprocess.run(
+        [*find_launcher(None), *RANKS, esys.program, str(script)], env=environment(tmp_path),
+        cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False,
+    )  # fmt: skip
+    told = next(line for line in done.stdout.splitlines() if ": expected" in line)
+    expected, found = (float(n) for n in re.findall(r"(?:expected|found) ([\d.]+)", told))
+    text = script.read_text(encoding="utf-8")
+    head = [float(n) for n in re.findall(r"(?:Expected|Found) ([\d.]+) N", text)]
+    assert [expected, found] == pytest.approx(head, abs=1e-6)
+    assert found < 0.9 * expected
