@@ -19,7 +19,6 @@ RULES = {
 
 def tied(values: Values) -> str:
     """Return why a rolling or twisting spring cannot be stated, or nothing where it can."""
-    wall = values["planes"] == 1 and "radius_2" not in values
     if values["rolling"] == "sds" == values["twisting"]:
         return "has one limit for rolling and twisting together"
     if values["rolling"] == "sds" and not (
@@ -27,13 +26,23 @@ def tied(values: Values) -> str:
         and _equal(values["rolling_stiffness"], values["tangential_stiffness"])
     ):
         return "has rolling springs (epsd2) as stiff as the tangential one, without a dashpot"
-    if values["twisting"] == "sds":
-        own = float(values["tangential_stiffness"]) * float(values["radius_1"]) ** 2
-        if not (wall and values["twisting_damping"] == 0.0):
-            return "has twisting springs (epsd2, torsionTorque) without a dashpot only"
-        if not _equal(values["twisting_stiffness"], own):
-            return "has twisting springs (epsd2, torsionTorque) of k_t R*^2"
-    return ""
+    why = _twisting(values) if values["twisting"] == "sds" else ""
+    return f"has twisting springs (epsd2, torsionTorque) {why}" if why else ""
+
+
+def _twisting(values: Values) -> str:
+    """Return which twisting springs are the only ones, or nothing for one of them."""
+    if values["twisting_damping"] != 0.0:
+        return "without a dashpot only"
+    radius, pair = float(values["radius_1"]), "radius_2" in values
+    # the limit is told over R*, and the script has one for all contacts
+    if pair and (values["planes"] or not _equal(radius, values["radius_2"])):
+        return "with one R* only: of a sphere on walls, or of two equal spheres"
+    own = float(values["tangential_stiffness"]) * (radius / 2.0 if pair else radius) ** 2
+    if _equal(values["twisting_stiffness"], own):
+        return ""
+    here = "half the radius between two spheres" if pair else "the radius on a wall"
+    return f"of k_t R*^2 = {own:.6g} N m, R* {here}"
 
 
 def from_material(values: Values) -> str:
