@@ -23,7 +23,7 @@ in the errors are those of velocity Verlet, and what ``Traits.contact_powers`` n
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -75,15 +75,20 @@ class ContactModel:
     needs: Callable[[Values], str] | None = None
 
     def fitting(self, values: Values) -> tuple[int, str]:
-        """Return how many values fit before the first that does not, and why that one does not."""
+        """Return how many values fit before the first that does not, and the name of that one."""
         for number, (name, known) in enumerate(self.states.items()):
             if name in values and values[name] not in known:
-                if name == PLANES and known == (0,):
-                    return number, f"its {self.name} takes two spheres, and no wall"
-                told = ", ".join(map(str, known))
-                return number, f"its {self.name} takes {name} = {told}, not {values[name]}"
-        reason = self.needs(values) if self.needs else ""
-        return len(self.states), f"its {self.name} {reason}" if reason else ""
+                return number, name
+        return len(self.states), ""
+
+    def lacks(self, values: Values, name: str) -> str:
+        """Return why it cannot state values of which ``name`` is the first that does not fit.
+
+        Empty where that follows from the words that the value may be, and where it can.
+        """
+        if name == PLANES and self.states[name] == (0,):
+            return "takes two spheres, and no wall"
+        return self.needs(values) if self.needs and not name else ""
 
 
 def never_attracts(values: Values) -> str:
@@ -96,15 +101,39 @@ def never_attracts(values: Values) -> str:
 def stating(models: Sequence[ContactModel], values: Values) -> tuple[ContactModel, str]:
     """Return the first model that states a job's contact and nothing, or the closest and why not.
 
-    Without models, or for a job without such a contact, an empty model that states all.
+    Of models that are equally close each says why not. Without models, or for a job without such
+    a contact, an empty model that states all.
     """
     if not models or any(name not in values for name in LAW):
         return ContactModel(""), ""
-    closest, best, reason = models[0], -1, ""
+    closest: list[tuple[ContactModel, str]] = []
+    best = -1
     for model in models:
-        fit, why = model.fitting(values)
-        if not why:
+        fit, name = model.fitting(values)
+        if not name and not model.lacks(values, name):
             return model, ""
         if fit > best:
-            closest, best, reason = model, fit, why
-    return closest, reason
+            closest, best = [], fit
+        if fit == best:
+            closest.append((model, name))
+    return closest[0][0], "; ".join(_refusals(closest, values))
+
+
+def _refusals(closest: Sequence[tuple[ContactModel, str]], values: Values) -> Iterator[str]:
+    """Yield why models do not state values, those together that the same value keeps from it."""
+    found: dict[tuple[str, str], list[ContactModel]] = {}
+    for model, name in closest:
+        found.setdefault((name, model.lacks(values, name)), []).append(model)
+    for (name, reason), those in found.items():
+        who = _either(model.name for model in those)
+        if reason:
+            yield f"its {who} {reason}"
+            continue
+        known = _either(str(word) for model in those for word in model.states[name])
+        yield f"its {who} takes {name} = {known}, not {values[name]}"
+
+
+def _either(words: Iterable[str]) -> str:
+    """Return words, each once, as in "a, b or c"."""
+    *others, last = dict.fromkeys(words)
+    return f"{', '.join(others)} or {last}" if others else last

@@ -104,7 +104,7 @@ def test_spheres_lie_in_the_box_as_they_do_in_the_scene():
         ({"friction": 1.2}, "takes friction up to 1, not 1.2"),
         ({"damping_coefficient": 1e4}, "has a damping ratio of less than 1"),
         ({"clipped": "yes"}, "takes clipped = no, not yes"),
-        ({"tangential": "linear_nohistory"}, "takes tangential = none, linear_history"),
+        ({"tangential": "linear_nohistory"}, "takes tangential = none or linear_history, not"),
     ],
 )
 def test_what_mfix_cannot_be_told_is_named(changes, said):
