@@ -35,8 +35,7 @@ DEEPEST = 0.25
 """[radius] of a flat in a sphere that yields: its law has been fitted for shallow ones."""
 
 FLAT_WITHIN = 0.75
-"""[R] depth of a flat in the smaller of two unequal spheres beyond which LAMMPS moves it."""
-
+"""[R] depth of mdr's flat between unequal spheres beyond which LAMMPS moves it."""
 WIDEST = 1e6
 """Ratio of two radii: leaves three decades between the smallest overlap and the largest."""
 

@@ -190,17 +190,6 @@ def test_what_an_engine_refuses_is_not_tested_for_the_same_reason_as_its_values(
     assert row.note == "LAMMPS 1 has no mdr: LAMMPS 2 has it"
 
 
-def test_branches_of_mdr_have_invariances_at_level_full_only():
-    branches = {"head-on": {"mdr, yield", "mdr, bulk"}, "pull-off": {"mdr, adhesion"}}
-    for name, submodels in branches.items():
-        taken = {
-            level: {trial.submodel for trial in ways.chosen(get_case(name), level)}
-            for level in ("quick", "default", "full")
-        }
-        assert submodels <= taken["full"]
-        assert not submodels & (taken["quick"] | taken["default"])
-
-
 def test_mdr_has_no_width_of_round_off_but_is_the_same_to_the_bit_run_on(lammps):
     found = rows(lammps, few("head-on", ["mdr"], ["wall"]))
     if found["run on"].verdict is Verdict.NOT_TESTED:
