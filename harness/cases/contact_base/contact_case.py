@@ -150,7 +150,7 @@ class ContactCase(Case[P]):
         Those of the case unless others are given.
         """
         base, coarsest = self.default, STEPS[level][0]
-        names = [submodel.name for submodel in (*self.submodels, *self.beside)]
+        names = [one.name for one in (*self.submodels, *self.beside) if one.quick]
         for submodel in self.submodels if submodels is None else submodels:
             systems = {
                 system: {**PLAIN, **submodel.law, **changes, "steps_per_contact": coarsest}

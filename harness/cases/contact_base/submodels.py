@@ -43,9 +43,9 @@ class Trial:
     parameters: Any
 
 
-def named(laws: Told) -> tuple[Submodel, ...]:
+def named(laws: Told, *, quick: bool = True) -> tuple[Submodel, ...]:
     """Return submodels by their names."""
-    return tuple(Submodel(name, law) for name, law in laws.items())
+    return tuple(Submodel(name, law, quick=quick) for name, law in laws.items())
 
 
 PLAIN = {
@@ -146,13 +146,13 @@ OLD_TANGENTIAL = named(
 
 STICKING = {**SPRING, "tangential": "linear_history"}
 SOLID_STICKING = {**SOLID, "tangential": "mindlin"}
-_ROLLING = {
+ROLLS = {
     "rolling": "sds",
     "rolling_stiffness": 2e4,
     "rolling_damping": 0.5,
     "rolling_friction": 0.05,
 }
-_TWISTING = {
+TWISTS = {
     "twisting": "sds",
     "twisting_stiffness": 1.0,
     "twisting_damping": 1e-5,
@@ -161,16 +161,16 @@ _TWISTING = {
 
 ROLLING = named(
     {
-        "rolling sds, linear_history": {**STICKING, **_ROLLING},
-        "rolling sds, mindlin": {**SOLID_STICKING, **_ROLLING},
+        "rolling sds, linear_history": {**STICKING, **ROLLS},
+        "rolling sds, mindlin": {**SOLID_STICKING, **ROLLS},
     }
 )
 """Rolling resistance, beside friction that keeps the sphere rolling."""
 
 TWISTING = named(
     {
-        "twisting sds, linear_history": {**STICKING, **_TWISTING},
-        "twisting sds, mindlin": {**SOLID_STICKING, **_TWISTING},
+        "twisting sds, linear_history": {**STICKING, **TWISTS},
+        "twisting sds, mindlin": {**SOLID_STICKING, **TWISTS},
         "twisting marshall, linear_history": {**STICKING, "twisting": "marshall"},
         "twisting marshall, mindlin": {**SOLID_STICKING, "twisting": "marshall"},
     }

@@ -11,6 +11,7 @@ from pydantic import Field
 from harness.cases.contact_base.branches import BRANCHES
 from harness.cases.contact_base.closed_forms import head_on
 from harness.cases.contact_base.contact_case import ContactCase
+from harness.cases.contact_base.further import OLD_CLIPPED
 from harness.cases.contact_base.impact import impact, overlap_of, relative_velocity
 from harness.cases.contact_base.motion import Motion, crossing, peak, value_at
 from harness.cases.contact_base.parameters import ContactSystem, Speed
@@ -40,7 +41,7 @@ class HeadOnCase(ContactCase[HeadOn]):
 
     name = "head-on"
     sets: ClassVar[Told] = {"elastic": {}, **HEAD_ON}
-    submodels = (*NORMAL, *COHESIVE, *OLD_NORMAL, *BRANCHES)
+    submodels = (*NORMAL, *COHESIVE, *OLD_NORMAL, *BRANCHES, *OLD_CLIPPED)
     beside = NORMAL_BESIDE
     invariant = (*NORMAL, *COHESIVE, *OLD_NORMAL, *BRANCHES)
     over_ranks = ("jkr", "mdr, yield")

@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import Field
 
 from harness.cases.contact_base.contact_case import ContactCase
+from harness.cases.contact_base.further import COHESIVE_FRICTION, TURNING
 from harness.cases.contact_base.motion import Array, Motion
 from harness.cases.contact_base.parameters import ContactSystem
 from harness.cases.contact_base.presets import SLIDING, Told
@@ -80,7 +81,10 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
     """Forces along a given motion: pressed, sheared to and fro, lifted, rolled, twisted."""
 
     name = "prescribed-motion"
-    submodels = (*TANGENTIAL, *OLD_TANGENTIAL, *ROLLING, *TWISTING)
+    submodels = (
+        *(*TANGENTIAL, *OLD_TANGENTIAL, *ROLLING, *TWISTING),
+        *(*COHESIVE_FRICTION, *TURNING),
+    )
     beside = (*TANGENTIAL_BESIDE, *ROLLING_BESIDE)
     invariant = (*ROLLING, *TWISTING)
     over_ranks = ("rolling sds, mindlin", "twisting sds, mindlin")
@@ -149,6 +153,8 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
             found["rolling_ratio"] = float(torque[rolled, 0] / (r * force[rolled, 2]))
         if parameters.twisting != "none":
             found["twisting_ratio"] = float(torque[twisted, 2] / (r * force[twisted, 2]))
+        if parameters.rolling != "none" and parameters.twisting != "none":
+            found["held_ratio"] = float(torque[twisted, 0] / (r * force[twisted, 2]))
         return found
 
     def axes(self, parameters: PrescribedMotion) -> tuple[str, str]:

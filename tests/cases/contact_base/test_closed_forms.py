@@ -1,7 +1,12 @@
 """Closed forms of the contact cases, held against the independent integration of the law."""
 
-import pytest
+import math
 
+import pytest
+from scipy.optimize import brentq
+
+from harness.cases.contact_base.further import COHESIVE_FRICTION, TURNING
+from harness.cases.contact_base.parameters import reduced_modulus
 from harness.cases.contact_base.reference import followed
 from harness.cases.registry import get_case
 from harness.pair.integration import integrate
@@ -39,3 +44,56 @@ def test_pull_off_is_where_the_integrated_contact_ends(preset, partner):
     exact = case.closed_forms(parameters)
     assert -end.force == pytest.approx(exact["pull_off_force_N"], rel=1e-8)
     assert end.overlap / parameters.overlap == pytest.approx(exact["parting_ratio"], abs=1e-8)
+
+
+def hertz_less_pull_off(parameters, overlap):
+    """Return force, pull-off force [N] and contact radius [m] of dmt."""
+    modulus, radius = reduced_modulus(parameters), parameters.reduced_radius
+    pull = 4.0 * math.pi * parameters.surface_energy * radius
+    a = math.sqrt(radius * overlap)
+    return 4.0 / 3.0 * modulus * a * overlap - pull, pull, a
+
+
+def with_a_neck(parameters, overlap):
+    """Return the same of jkr, whose radius is searched for between its fold and R*."""
+    modulus, radius = reduced_modulus(parameters), parameters.reduced_radius
+    gamma = parameters.surface_energy
+
+    def excess(a):
+        return a * a / radius - 2.0 * math.sqrt(math.pi * gamma * a / modulus) - overlap
+
+    a = brentq(excess, (math.pi * gamma * radius**2 / (4.0 * modulus)) ** (1 / 3), radius)
+    hertz = 4.0 / 3.0 * modulus * a**3 / radius
+    pull = 3.0 * math.pi * gamma * radius
+    return hertz - 4.0 * math.sqrt(math.pi * gamma * modulus * a**3), pull, a
+
+
+@pytest.mark.parametrize(("name", "force_at"), [("dmt", hertz_less_pull_off), ("jkr", with_a_neck)])
+def test_attraction_loads_the_limit_of_friction_and_a_dashpot_does_not(name, force_at):
+    (one,) = (each for each in COHESIVE_FRICTION if each.law["normal"] == name)
+    case = get_case("prescribed-motion")
+    (trial,) = (each for each in case.trials("default", [one]) if each.system == "wall")
+    p = trial.parameters
+    left = (1.0 - p.lift) * p.overlap
+    elastic, pull, a = force_at(p, left)
+    # the dashpot pulls at a sphere that is lifted
+    force = elastic - p.damping_coefficient * p.mass * a * p.lift * p.overlap / p.duration
+    limit = p.friction * (elastic + 2.0 * pull)
+    assert 1.2 * p.friction * force < limit
+    expected = case.expected(p, Rules())["lifted_ratio"].value
+    assert expected == pytest.approx(limit / force, rel=1e-9)
+
+
+def test_rolling_holds_its_torque_while_twisting_slides():
+    case = get_case("prescribed-motion")
+    one = TURNING[0]
+    (trial,) = (each for each in case.trials("default", [one]) if each.system == "wall")
+    p = trial.parameters
+    found = case.expected(p, Rules())
+    assert found["twisting_ratio"].value == pytest.approx(-p.twisting_friction / p.radius)
+    # the dashpot of rolling rests, and so does that of the tangential spring, under its own limit
+    load = p.normal_stiffness * (1.0 - p.lift) * p.overlap
+    spun = p.radius * p.turn / p.duration
+    rested = found["held_ratio"].value - found["rolling_ratio"].value
+    dashpots = p.rolling_damping + p.tangential_damping * p.damping_coefficient
+    assert rested == pytest.approx(dashpots * spun / load, rel=1e-6)
