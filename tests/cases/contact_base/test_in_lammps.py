@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import harness
-from harness.cases.contact_base.further import TURNING
 from harness.cases.contact_base.invariance import invariances
 from harness.cases.contact_base.ladder import STEPS
 from harness.cases.contact_base.study import verify_trials
@@ -124,30 +123,6 @@ def test_the_limit_of_a_small_step_is_the_law(lammps, name, submodels):
             on_curve = np.interp(engine.x, law.x, law.y)
             assert np.abs(on_curve - engine.y).max() < 0.05 * np.ptp(law.y)
         assert all(np.isfinite(line.y).all() for line in errors.lines)
-
-
-@pytest.mark.parametrize(
-    ("name", "submodels"),
-    [
-        ("prescribed-motion", ("mindlin, dmt", "mindlin, jkr")),
-        ("prescribed-motion", tuple(one.name for one in TURNING)),
-        ("head-on", ("old hooke, clipped", "old hertz/history, clipped")),
-    ],
-)
-def test_submodels_that_act_together_or_are_clipped_hold_from_the_default_level_on(
-    lammps, name, submodels
-):
-    case = get_case(name)
-    chosen = [one for one in case.submodels if one.name in submodels]
-    assert not [*case.trials("quick", chosen)]
-    trials = [t for t in case.trials("default", chosen) if t.system in ("wall", "two spheres")]
-    found = verify_trials(case, lammps, Study("default"), trials)
-    version = {"lammps": lammps.identify().engine_version}
-    told = told_apart(found.checks, known_defects(), version)
-    assert {c.cell.submodel for c in told if c.verdict is Verdict.PASS} == set(submodels)
-    broken = {c.name for c in told if c.verdict not in (Verdict.PASS, Verdict.FINDING)}
-    assert all("marshall" in name and "twisting_ratio" in name for name in broken)
-    assert not [c for c in told if c.verdict is Verdict.FAIL]
 
 
 def test_defects_are_found_by_name_in_the_release_that_has_them(lammps):

@@ -1,0 +1,61 @@
+"""Submodels that act together, or are clipped, in LAMMPS: limits, and what ranks do to them."""
+
+import pytest
+
+from harness.cases.contact_base.further import TURNING
+from harness.cases.contact_base.invariance import invariances
+from harness.cases.contact_base.study import verify_trials
+from harness.cases.contract import Study
+from harness.cases.registry import get_case
+from harness.comparison.known_defects import told_apart
+from harness.comparison.verdicts import Verdict
+from harness.engines.lammps.engine import Lammps
+from harness.store.known_defects import known_defects
+
+pytestmark = [pytest.mark.live, pytest.mark.usefixtures("lammps_here")]
+
+
+@pytest.fixture(scope="module")
+def lammps():
+    with Lammps(workers=1) as engine:
+        yield engine
+
+
+def told(lammps, checks):
+    return told_apart(checks, known_defects(), {"lammps": lammps.identify().engine_version})
+
+
+@pytest.mark.parametrize(
+    ("name", "submodels"),
+    [
+        ("prescribed-motion", ("mindlin, dmt", "mindlin, jkr")),
+        ("prescribed-motion", tuple(one.name for one in TURNING)),
+        ("head-on", ("old hooke, clipped", "old hertz/history, clipped")),
+    ],
+)
+def test_they_hold_from_the_default_level_on(lammps, name, submodels):
+    case = get_case(name)
+    chosen = [one for one in case.submodels if one.name in submodels]
+    assert not [*case.trials("quick", chosen)]
+    trials = [t for t in case.trials("default", chosen) if t.system in ("wall", "two spheres")]
+    checks = told(lammps, verify_trials(case, lammps, Study("default"), trials).checks)
+    assert {c.cell.submodel for c in checks if c.verdict is Verdict.PASS} == set(submodels)
+    broken = {c.name for c in checks if c.verdict not in (Verdict.PASS, Verdict.FINDING)}
+    assert all("marshall" in name and "twisting_ratio" in name for name in broken)
+    assert not [c for c in checks if c.verdict is Verdict.FAIL]
+
+
+def test_springs_of_rolling_turn_round_on_another_rank_which_is_known(lammps):
+    case = type(get_case("prescribed-motion"))()
+    case.submodels = [one for one in TURNING if "marshall" not in one.name]
+    case.systems = {"two spheres, turned": case.systems["two spheres, turned"]}
+    checks = told(lammps, invariances(case, lammps, Study("full")))
+    ranks = [check for check in checks if check.cell and check.cell.invariance == "2 ranks"]
+    assert len(ranks) == len(case.submodels)
+    if ranks[0].verdict is Verdict.NOT_TESTED:
+        pytest.skip(ranks[0].note)
+    assert {check.verdict for check in ranks} == {Verdict.KNOWN_DEFECT}
+    assert all("rolling-turned-round-on-exchange" in check.note for check in ranks)
+    # torques that turn round, no round-off
+    assert all(check.value > 0.01 for check in ranks)
+    assert not [check for check in checks if check.verdict is Verdict.FAIL]
