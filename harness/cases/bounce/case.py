@@ -1,4 +1,4 @@
-"""A sphere falls on a floor and bounces: gravity acts during the contact, too."""
+"""A sphere falls on a floor, or on a sphere, and bounces: gravity acts during the contact, too."""
 
 from __future__ import annotations
 
@@ -16,12 +16,17 @@ from harness.cases.contact_base.parameters import ContactSystem, Gravity
 from harness.cases.contact_base.presets import BOUNCE, Told
 from harness.cases.contact_base.scales import meets, met
 from harness.cases.contact_base.scans import NORMALS, Scan
-from harness.cases.contact_base.submodels import NORMAL, NORMAL_BESIDE, OLD_NORMAL
+from harness.cases.contact_base.submodels import (
+    NORMAL,
+    NORMAL_BESIDE,
+    OLD_NORMAL,
+    SYSTEMS,
+)
 from harness.parameters.contact_scene import ContactScene
 
 
 class Bounce(ContactSystem):
-    """A fall from rest above a floor, in SI units."""
+    """A fall from rest above a floor or a frozen sphere, in SI units."""
 
     height: float = Field(0.05, ge=1e-18, le=1e9, description="[m] of the fall")
     gravity: Gravity = Field(9.81, description="[m/s2] downward")
@@ -39,12 +44,13 @@ class Bounce(ContactSystem):
 
 
 class BounceCase(ContactCase[Bounce]):
-    """A sphere falls on a floor and bounces under gravity: height and time of the bounce."""
+    """A sphere falls on a floor or a sphere and bounces under gravity: height, contact time."""
 
     name = "bounce"
     submodels = (*NORMAL, *OLD_NORMAL)
     beside = NORMAL_BESIDE
-    systems: ClassVar[Told] = {"wall": {}}
+    # off a sphere it would fall, but not within a contact: round-off sideways has no time to grow
+    systems: ClassVar[Told] = {name: SYSTEMS[name] for name in ("wall", "frozen sphere")}
     sets: ClassVar[Told] = {"usual": NORMAL[1].law, **BOUNCE}
     scan = Scan("rebound_ratio", "height", (0.01, 0.02, 0.05, 0.1, 0.2), NORMALS)
 

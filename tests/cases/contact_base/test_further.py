@@ -59,3 +59,15 @@ def test_springs_of_rolling_turn_round_on_another_rank_which_is_known(lammps):
     # torques that turn round, no round-off
     assert all(check.value > 0.01 for check in ranks)
     assert not [check for check in checks if check.verdict is Verdict.FAIL]
+
+
+def test_a_bounce_off_a_frozen_sphere_stays_on_the_axis_and_holds_to_a_millionth(lammps):
+    case, names = get_case("bounce"), ("hooke, velocity", "hertz, viscoelastic", "old hooke")
+    chosen = [one for one in case.submodels if one.name in names]
+    trials = [t for t in case.trials("default", chosen) if t.system == "frozen sphere"]
+    found = verify_trials(case, lammps, Study("default"), trials)
+    assert {check.cell.submodel for check in found.checks} == set(names)
+    assert {check.verdict for check in found.checks} == {Verdict.PASS}
+    assert all(check.tolerance <= 1e-6 for check in found.checks)
+    for one in found.evidence.climbed:
+        assert not one.motion.position[:, 0, :2].any()
