@@ -23,6 +23,7 @@ def variations(job: Job, ends: Sequence[Vector]) -> Iterator[Variation]:
     yield Variation("newton on", {"newton": "on"}, ONE_SUM)
     yield Variation("thin neighbour skin", {"skin": 0.01}, SAME_LIST)
     yield Variation("neighbours at every step", {"rebuild": "no"}, SAME_LIST)
+    yield Variation("neighbours from bins", {"neighbours": "bin"}, SAME_LIST)
     yield from _stopped(values)
     if values.get("walls_as") == "region":
         return

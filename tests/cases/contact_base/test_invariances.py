@@ -29,6 +29,7 @@ OF_LAMMPS = {
     "newton on",
     "thin neighbour skin",
     "neighbours at every step",
+    "neighbours from bins",
     "run on",
     "run again",
     "restarted",
