@@ -43,11 +43,12 @@ def write_releases(found: ReleaseMatrix, folder: Path) -> None:
 def markdown(found: ReleaseMatrix) -> str:
     """Return the matrix as Markdown: who ran, how much is of each class, and every row."""
     reference, engine = found.columns[found.reference].release, found.engine
+    level = "" if found.level == "default" else f" --{found.level}"
     asked = f" --cases {found.cases}" if found.cases else ""
     lines = [
         f"# {engine} releases",
         "",
-        f"Cases of `verify --{found.level}{asked}`, each release through its own executable, on "
+        f"Cases of `verify{level}{asked}`, each release through its own executable, on "
         f"{found.platform}. Changes are against {reference}.",
         "",
         f"| release | {engine} | " + " | ".join(str(c) for c in Change if c != "reference") + " |",
