@@ -5,6 +5,8 @@ secant: c sqrt(m* F/delta) with the elastic force F; the restitution depends on 
 for a linear spring, sqrt(5) zeta for Hertz's (Antypov and Elliott, EPL 94, 50004 (2011)), with
 zeta = -ln e / sqrt(pi^2 + ln^2 e). Tsuji, Tanaka and Ishida, Powder Technol. 71, 239 (1992), fit
 the second one: alpha(e) sqrt(m F/delta) with the mass m = 2 m* of one of two equal spheres.
+stiffness (mdr's): c sqrt(m* k) with k = 2 E_eff a, the manual of LAMMPS says: the slope of the
+elastic force of two equal spheres, E_eff = E*, and of one on a rigid wall, E_eff = 2 E*.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ from harness.pair.vectors import compiled
 from harness.parameters.contact_law import ContactLaw
 from harness.parameters.contact_rules import Rules
 
-NONE, VELOCITY, MASS_VELOCITY, VISCOELASTIC, SECANT = range(5)
+NONE, VELOCITY, MASS_VELOCITY, VISCOELASTIC, SECANT, STIFFNESS = range(6)
 
 KINDS = {
     "none": NONE,
@@ -25,6 +27,7 @@ KINDS = {
     "viscoelastic": VISCOELASTIC,
     "tsuji": SECANT,
     "coeff_restitution": SECANT,
+    "mdr": STIFFNESS,
 }
 
 TSUJI = (1.2728, -4.2783, 11.087, -22.348, 27.467, -18.022, 4.8218)
@@ -32,7 +35,7 @@ TSUJI = (1.2728, -4.2783, 11.087, -22.348, 27.467, -18.022, 4.8218)
 
 
 def coefficient(law: ContactLaw, rules: Rules) -> float:
-    """Return eta_0, or c of a secant dashpot."""
+    """Return eta_0, or c of a secant dashpot and of one of the stiffness."""
     if law.restitution is None:
         return law.damping_coefficient or 0.0
     if law.damping == "tsuji":
@@ -46,9 +49,12 @@ def coefficient(law: ContactLaw, rules: Rules) -> float:
 
 @compiled
 def dashpot(
-    kind: int, coefficient: float, mass: float, overlap: float, elastic: Elastic
+    kind: int, coefficient: float, mass: float, overlap: float, elastic: Elastic, modulus: float
 ) -> tuple[float, float]:
-    """Return eta_n [kg/s] and d(eta_n)/d(overlap) [kg/(m s)] for the effective mass [kg]."""
+    """Return eta_n [kg/s] and d(eta_n)/d(overlap) [kg/(m s)] for the effective mass [kg].
+
+    ``modulus`` is E_eff [Pa] of a dashpot that goes with the stiffness.
+    """
     if kind == VELOCITY:
         return coefficient, 0.0
     if kind == MASS_VELOCITY:
@@ -59,4 +65,7 @@ def dashpot(
     if kind == SECANT and elastic.force > 0.0:
         eta = coefficient * math.sqrt(mass * elastic.force / overlap)
         return eta, 0.5 * eta * (elastic.slope / elastic.force - 1.0 / overlap)
+    if kind == STIFFNESS:
+        eta = coefficient * math.sqrt(mass * 2.0 * modulus * elastic.radius)
+        return eta, 0.5 * eta * elastic.growth
     return 0.0, 0.0

@@ -42,9 +42,9 @@ def normal_force(g: Geometry, system: System, contact: int, sign: int) -> Normal
     law = system.law
     curvature = system.contacts[contact].curvature
     bare = pressed(law, system.contacts[contact], g.overlap)
-    eta, slope = dashpot(
-        law.damping, law.damping_coefficient, system.contacts[contact].mass, g.overlap, bare
-    )
+    mass = system.contacts[contact].mass
+    modulus = law.stiffness * (2.0 if system.contacts[contact].second < 0 else 1.0)  # mdr's E_eff
+    eta, slope = dashpot(law.damping, law.damping_coefficient, mass, g.overlap, bare, modulus)
     force = bare.force + eta * g.closing
     pull = pull_off_force(law.normal, law.surface, curvature)
     load = bare.force + 2.0 * pull if pull > 0.0 else sign * force

@@ -16,7 +16,9 @@ TAKES: dict[str, dict[str, tuple[str, ...]]] = {
         "mdr": _MATERIAL,
     },
     "damping": {
-        **dict.fromkeys(("velocity", "mass_velocity", "viscoelastic"), ("damping_coefficient",)),
+        **dict.fromkeys(
+            ("velocity", "mass_velocity", "viscoelastic", "mdr"), ("damping_coefficient",)
+        ),
         **dict.fromkeys(("tsuji", "coeff_restitution"), ("restitution",)),
     },
     "tangential": {

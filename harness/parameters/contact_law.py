@@ -4,8 +4,8 @@ Names and units follow the manual of LAMMPS's pair style granular, formulas the 
 Johnson, Contact Mechanics (1985); Luding, Granular Matter 10, 235 (2008); Marshall, J. Comput.
 Phys. 228, 1541 (2009); Thornton, Cummins and Cleary, Powder Technol. 233, 30 (2013); Zunker and
 Kamrin, J. Mech. Phys. Solids 183, 105492 and 105493 (2024). Of their ``mdr`` this is the elastic
-branch, with dashpots that it does not scale (``velocity``), or one of yield, adhesion and a bulk
-response from the first touch on, without a dashpot.
+branch, with a constant dashpot (``velocity``) or one of the stiffness (``mdr``), or one of yield,
+adhesion and a bulk response from the first touch on, without a dashpot.
 """
 
 from __future__ import annotations
@@ -18,7 +18,9 @@ from harness.parameters.base import Parameters
 from harness.parameters.contact_coefficients import MAY_TAKE, TAKES, default_of
 
 Normal = Literal["hooke", "hertz", "dmt", "jkr", "mdr"]
-Damping = Literal["none", "velocity", "mass_velocity", "viscoelastic", "tsuji", "coeff_restitution"]
+Damping = Literal[
+    "none", "velocity", "mass_velocity", "viscoelastic", "tsuji", "coeff_restitution", "mdr"
+]
 Tangential = Literal[
     "none",
     "linear_nohistory",
@@ -71,8 +73,9 @@ class ContactLaw(Parameters):
     damping_coefficient: NotNegative | None = Field(
         None,
         description=(
-            "[-] eta_0: eta_n = eta_0 (velocity, kg/s), eta_0 m* (mass_velocity, 1/s) or "
-            "eta_0 m* a (viscoelastic, 1/(m s)), a the contact radius"
+            "[-] eta_0: eta_n = eta_0 (velocity, kg/s), eta_0 m* (mass_velocity, 1/s), eta_0 m* a "
+            "(viscoelastic, 1/(m s)), a the contact radius, or eta_0 sqrt(m* k) (mdr, a pure "
+            "number), k the stiffness of the contact"
         ),
     )
     restitution: Annotated[float, Field(ge=1e-6, le=1.0)] | None = Field(
@@ -180,8 +183,12 @@ class ContactLaw(Parameters):
             raise ValueError("damping = 'coeff_restitution': needs normal = hooke or hertz")
         if self.normal in COHESIVE and self.clipped:
             raise ValueError(f"clipped = True: normal = {self.normal!r} attracts (must be False)")
-        if self.normal == "mdr" and self.damping not in ("none", "velocity"):
-            raise ValueError(f"damping = {self.damping!r}: normal = mdr takes none or velocity")
+        if self.normal == "mdr" and self.damping not in ("none", "velocity", "mdr"):
+            raise ValueError(
+                f"damping = {self.damping!r}: normal = mdr takes none, velocity or mdr"
+            )
+        if self.damping == "mdr" and self.normal != "mdr":
+            raise ValueError("damping = 'mdr': needs normal = mdr")
         if self.normal == "mdr" and self.tangential != "none":
             raise ValueError(f"tangential = {self.tangential!r}: normal = mdr takes none")
 

@@ -160,18 +160,84 @@ def test_a_dashpot_adds_its_force():
     assert np.all(path.torques == 0.0)
 
 
+STIFF = LAW.replace(damping="mdr", damping_coefficient=0.25)
+
+
+def bodies_of(system, overlap, speed):
+    """Return bodies and planes of a sphere that meets a wall or another, and its reduced mass."""
+    first = Body(RADIUS, MASS, (0.0, 0.0, RADIUS - overlap), (0.0, 0.0, -speed))
+    if system == "wall":
+        return (first,), (FLOOR,), MASS
+    frozen = system == "frozen sphere"
+    second = Body(RADIUS, MASS, (0.0, 0.0, -RADIUS), frozen=frozen)
+    return (first, second), (), MASS if frozen else MASS / 2.0
+
+
+SYSTEMS = ("wall", "two spheres", "frozen sphere")
+
+
+@pytest.mark.parametrize("speed", [1.0, -0.5])
+@pytest.mark.parametrize("overlap", [1e-6, 2e-4])
+@pytest.mark.parametrize("system", SYSTEMS)
+def test_a_dashpot_that_goes_with_the_stiffness_has_the_slope_of_the_force(system, overlap, speed):
+    bodies, planes, reduced = bodies_of(system, overlap, speed)
+    path = integrate(ContactScene(bodies, planes, STIFF, 1e-12, 1))
+    # k = 2 E_eff a, a the edge of an ellipse 2 R deep and R wide; E_eff is twice as large at a wall
+    depth = overlap if planes else 0.5 * overlap
+    a = RADIUS * math.sqrt(1.0 - (1.0 - depth / (2.0 * RADIUS)) ** 2)
+    k = 2.0 * PLANE_STRAIN * a / (1.0 if planes else 2.0)
+    more = path.forces[0, 0, 2] - sunk(depth)
+    # that of the quadrature of the elastic force
+    within = 1e-16 * RADIUS / depth + 1e-9
+    assert more == pytest.approx(0.25 * math.sqrt(reduced * k) * speed, rel=within)
+    h = 1e-2 * overlap
+    rise = (force(overlap + h, wall=bool(planes)) - force(overlap - h, wall=bool(planes))) / 2.0 / h
+    assert k == pytest.approx(rise, rel=1e-4)  # a difference: k h^2/24 relative to overlap^2
+
+
+@pytest.mark.parametrize("system", SYSTEMS)
+def test_of_a_shallow_contact_it_returns_what_a_secant_dashpot_of_hertz_does(system):
+    """k is 3/2 F/overlap there: eta_0 sqrt(3/2) = sqrt(5) zeta, a restitution whatever the speed.
+
+    To the first order in overlap / R, below 1e-5, of which mdr is softer by less than a tenth.
+    """
+    bodies, planes, _ = bodies_of(system, 0.0, 1e-5)
+    path = integrate(ContactScene(bodies, planes, STIFF, 3e-2, 1))
+    last = path.velocities[-1, :, 2]
+    returned = (last[0] - (last[1] if len(bodies) > 1 else 0.0)) / 1e-5
+    zeta = 0.25 * math.sqrt(0.3)
+    expected = math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta**2))
+    assert returned == pytest.approx(expected, rel=1e-6)
+
+
+def test_the_magnified_wall_of_lammps_leaves_its_dashpot():
+    bodies, planes, _ = bodies_of("wall", 2e-4, 1.0)
+    rules = Rules(wall_force="magnified")
+    found = [
+        integrate(ContactScene(bodies, planes, STIFF, 1e-12, 1), one).forces[0, 0, 2]
+        - force(2e-4, wall=True, rules=one)
+        for one in (Rules(), rules)
+    ]
+    assert found[0] == pytest.approx(found[1], rel=1e-13)
+
+
 @pytest.mark.parametrize(
     ("told", "message"),
     [
-        ({"damping": "viscoelastic"}, "damping = 'viscoelastic': normal = mdr takes none or velo"),
+        ({"damping": "viscoelastic"}, "damping = 'viscoelastic': normal = mdr takes none, velo"),
+        ({"normal": "hertz", "damping": "mdr"}, "damping = 'mdr': needs normal = mdr"),
+        (
+            {"partner": "sphere", "partner_radius": 0.02, "damping": "mdr"},
+            "partner_radius = 0.02: normal = mdr with yield, adhesion, a bulk response or damping",
+        ),
         ({"tangential": "mindlin"}, "tangential = 'mindlin': normal = mdr takes none"),
         (
             {"partner": "sphere", "partner_radius": 0.02, "yield_stress": 1e6},
-            "partner_radius = 0.02: normal = mdr with yield, adhesion or a bulk response takes sph",
+            "partner_radius = 0.02: normal = mdr with yield, adhesion, a bulk response or",
         ),
     ],
 )
 def test_what_it_is_not_stated_with_is_refused(told, message):
     more = {"damping_coefficient": 1.0} if told.get("damping") else {}
     with pytest.raises(RequestError, match=message):
-        HeadOn(normal="mdr", youngs_modulus=YOUNG, **told, **more)
+        HeadOn(**{"normal": "mdr", "youngs_modulus": YOUNG, **told, **more})

@@ -45,6 +45,8 @@ def test_every_submodel_can_be_chosen_and_left_again(part, model):
     settings = {part: model}
     if "mindlin" in model or model == "tsuji":
         settings["normal"] = "hertz"
+    if model == "mdr":
+        settings["normal"] = "mdr"
     if model == "linear_nohistory":
         settings["damping"] = "coeff_restitution"
     if model == "marshall":

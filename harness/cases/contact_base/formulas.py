@@ -41,6 +41,8 @@ DAMPING = {
     "tsuji": "eta_n = alpha(e) sqrt(2 m* F / delta), alpha the polynomial that is fitted to Tsuji "
     "et al. (1992)",
     "coeff_restitution": f"eta_n = c zeta {_SECANT}, c = 2 for hooke, sqrt(5) for hertz",
+    "mdr": "eta_n = eta_0 sqrt(m* k), k = 2 E_eff a, a the contact radius, E_eff = E / (1 - nu^2) "
+    "at a wall and half of it between spheres: the slope of the elastic force",
 }
 _MINDLIN = "8 G* a, G* = E / (4 (2 - nu) (1 + nu))"
 _ADDED = f"the spring force grows by k_t times each displacement, k_t = {_MINDLIN}"

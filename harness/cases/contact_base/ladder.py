@@ -48,8 +48,9 @@ def _powers(law: ContactLaw) -> tuple[float, ...]:
     The scheme is of second order, but a dashpot is given the velocity of half a step before: first
     order. A force that begins as overlap^q is missed or counted for part of a step, at a rate of
     h^(1 + q): q is 0 for a constant dashpot, 1/4 for one of constant restitution with Hertz's
-    spring, 1/2 for one that goes with the contact radius, and 3/2 for Hertz's spring. The contact
-    of jkr begins and ends with an area: its forces are smooth in between, and jump.
+    spring and one that goes with the root of mdr's stiffness, 1/2 for one that goes with the
+    contact radius, and 3/2 for Hertz's spring. The contact of jkr begins and ends with an area: its
+    forces are smooth in between, and jump.
 
     What mdr remembers follows the motion by steps: the radius of a sphere that yields lags behind
     it by the ten steps that LAMMPS averages its growth over, the area that the bulk responds to by

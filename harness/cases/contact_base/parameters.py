@@ -70,13 +70,13 @@ class ContactSystem(ContactLaw):
                 "(partner = sphere, frozen does)"
             )
         if (
-            (self.lags or self.surface_energy)
+            (self.lags or self.surface_energy or self.damping == "mdr")
             and self.normal == "mdr"
             and (self.second_radius != self.radius)
         ):
             raise ValueError(
-                f"partner_radius = {self.partner_radius!r}: normal = mdr with yield, adhesion or a "
-                "bulk response takes spheres of one size"
+                f"partner_radius = {self.partner_radius!r}: normal = mdr with yield, adhesion, a "
+                "bulk response or damping = mdr takes spheres of one size"
             )
         if self.interface == "old":
             dampings, tangentials = OLD.get(self.normal, ((), ()))

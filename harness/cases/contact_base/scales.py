@@ -127,13 +127,11 @@ def rest_overlap(parameters: ContactSystem, load: float) -> float:
 def dashpots(parameters: ContactSystem, overlap: float) -> float:
     """Return eta_n at an overlap [kg/s]; for one of a restitution that of a linear spring."""
     mass = parameters.reduced_mass
+    spring = math.sqrt(mass * stiffness(parameters, overlap))
     if parameters.restitution is not None:
-        ratio = dashpot.damping_ratio(parameters.restitution)
-        return 2.0 * ratio * math.sqrt(mass * stiffness(parameters, overlap))
-    share = {
-        "mass_velocity": mass,
-        "viscoelastic": mass * math.sqrt(parameters.reduced_radius * overlap),
-    }
+        return 2.0 * dashpot.damping_ratio(parameters.restitution) * spring
+    share = {"mass_velocity": mass, "mdr": spring}
+    share["viscoelastic"] = mass * math.sqrt(parameters.reduced_radius * overlap)
     return (parameters.damping_coefficient or 0.0) * share.get(parameters.damping, 1.0)
 
 

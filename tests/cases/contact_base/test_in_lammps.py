@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import harness
+from harness.cases.contact_base import impact, reference
 from harness.cases.contact_base.invariance import invariances
 from harness.cases.contact_base.ladder import STEPS
 from harness.cases.contact_base.study import verify_trials
@@ -22,6 +23,7 @@ from harness.comparison.verdicts import Kind, Verdict
 from harness.engines.lammps.engine import Lammps
 from harness.observables.provenance import Provenance
 from harness.observables.release import release_of
+from harness.pair import damping
 from harness.store.known_defects import known_defects
 from harness.theory.dashpot import damping_ratio
 from harness.workflows.case_run import run
@@ -233,6 +235,47 @@ def test_the_adhesion_of_mdr_fades_with_the_step_which_is_known(lammps):
     told = told_apart(checks, known_defects(), versions)
     assert {check.verdict for check in told} == {Verdict.KNOWN_DEFECT}
     assert all("mdr-adhesion-fades" in check.note for check in told)
+
+
+def test_the_dashpots_of_mdr_are_those_of_wall_and_pair_interchanged_which_is_known(lammps):
+    case = few(get_case("head-on"), ("mdr, mdr damping",), ("wall", "two spheres"))
+    trials = case.trials("default", case.submodels)
+    checks = verify_trials(case, lammps, Study("default"), trials).checks
+    checks = [check for check in checks if check.cell]
+    versions = {"lammps": lammps.identify().engine_version}
+    told = told_apart(checks, known_defects(), versions)
+    assert {check.verdict for check in told} == {Verdict.KNOWN_DEFECT}
+    assert all("mdr-damping-interchanged" in check.note for check in told)
+    # eta_0 of the restitution that is found, in the limit of Hertz's overlaps: twice, and half
+    for check in told:
+        if check.name.endswith("restitution"):
+            logarithm = -math.log(check.value)
+            zeta = logarithm / math.hypot(math.pi, logarithm)
+            factor = 0.5 if check.cell.system == "wall" else 2.0
+            assert zeta == pytest.approx(factor * 0.25 * math.sqrt(0.3), rel=0.01)
+
+
+@pytest.fixture
+def forgetful():
+    """Let no scene and motion that are kept be taken for those of another dashpot."""
+    kept = (reference._followed, reference.contact_time, impact.impact)
+    for one in kept:
+        one.cache_clear()
+    yield
+    for one in kept:
+        one.cache_clear()
+
+
+@pytest.mark.usefixtures("forgetful")
+@pytest.mark.parametrize(("system", "factor"), [("wall", 0.5), ("two spheres", 2.0)])
+def test_with_that_factor_the_dashpot_of_mdr_holds(lammps, monkeypatch, system, factor):
+    told = damping.coefficient
+    monkeypatch.setattr(damping, "coefficient", lambda law, rules: factor * told(law, rules))
+    case = few(get_case("head-on"), ("mdr, mdr damping",), (system,))
+    trials = case.trials("default", case.submodels)
+    checks = verify_trials(case, lammps, Study("default"), trials).checks
+    judged = [check for check in checks if check.cell]
+    assert {check.verdict for check in judged} == {Verdict.PASS}
 
 
 @pytest.mark.parametrize("script", DEFECTS, ids=lambda path: path.parent.name)

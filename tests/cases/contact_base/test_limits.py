@@ -28,6 +28,7 @@ H = 1.0 / np.array(LADDER)
         (ContactLaw(normal="hertz", damping="coeff_restitution", restitution=0.5), 1.0),
         (ContactLaw(normal="jkr"), 1.0),
         (ContactLaw(normal="hertz", tangential="mindlin_rescale/force"), 1.0),
+        (ContactLaw(normal="mdr", damping="mdr", damping_coefficient=0.2), 1.0),
         (ContactLaw(normal="mdr", yield_stress=1e6), 1.0),
         (ContactLaw(normal="mdr", bulk_response=True), 1.0),
     ],
