@@ -32,6 +32,7 @@ GONE = {
     "wall-youngs-modulus",
     "wall-shear-modulus",
     "jkr-without-history",
+    "dmt-limit-without-pull-off",
     "old-wall-hooke-coefficients",
     "wall-tsuji-again",
     "wall-touched-at-no-overlap",
