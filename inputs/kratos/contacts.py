@@ -11,8 +11,8 @@ Run it as it stands, or with other parameters, with a Python that has Kratos
     python contacts.py --cases FILE      a case a line, its parameters separated by spaces
 
 A linear contact is stated by DEM_D_Linear_viscous_Coulomb, one from a material by
-DEM_D_Hertz_viscous_Coulomb; a wall is a rigid face. It writes position, velocity, angular
-velocity, force and torque of each sphere.
+DEM_D_Hertz_viscous_Coulomb, with attraction by DEM_D_Hertz_viscous_Coulomb_DMT; a wall is a rigid
+face. It writes position, velocity, angular velocity, force and torque of each sphere.
 Lines "RESULT name = value" end each run; the series has 17 digits. SI units.
 Written for Kratos 10.2.3, 10.4.3, 10.4.4, one thread.
 """
@@ -31,11 +31,13 @@ import KratosMultiphysics.DEMApplication as DEM
 
 PARAMETERS = {
     # hooke with none, velocity, mass_velocity or coeff_restitution; hertz with none or
-    # coeff_restitution; with a dashpot the tail is clipped always, and there is no friction
+    # coeff_restitution; with a dashpot the tail is clipped always, and there is no friction;
+    # dmt with neither
     "normal": "hooke",
     "normal_stiffness": 1000000.0,  # N/m, of hooke
-    "youngs_modulus": 0.0,  # Pa, of hertz, as the next
+    "youngs_modulus": 0.0,  # Pa, of hertz and dmt, as the next
     "poisson_ratio": 0.0,
+    "surface_energy": 0.0,  # J/m2, of dmt: gamma of each surface
     "damping": "none",
     "damping_coefficient": 10.0,  # kg/s, of velocity; 1/s, of mass_velocity
     "restitution": 0.0,  # of coeff_restitution
@@ -151,7 +153,7 @@ class Contact:
         self.p, self.places = p, range(1, p.bodies + 1)
         self.masses = [getattr(p, f"mass_{i}") for i in self.places]
         self.radii = [getattr(p, f"radius_{i}") for i in self.places]
-        self.hertz = p.normal == "hertz"
+        self.hertz = p.normal in ("hertz", "dmt")
         # 2 (1 - nu) / (2 - nu) is k_t / k_n of both laws
         self.poisson = p.poisson_ratio
         if not self.hertz:
@@ -222,6 +224,9 @@ class Contact:
             made[variable(name)] = 0.0
         made[variable("DAMPING_GAMMA")] = gamma
         law = "DEM_D_Hertz_viscous_Coulomb" if self.hertz else "DEM_D_Linear_viscous_Coulomb"
+        if self.p.normal == "dmt":  # of both surfaces: F = 2 pi PARTICLE_COHESION R*
+            law += "_DMT"
+            made[variable("PARTICLE_COHESION")] = 2.0 * self.p.surface_energy
         getattr(DEM, law)().SetConstitutiveLawInProperties(made, False)
         return made
 

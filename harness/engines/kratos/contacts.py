@@ -37,4 +37,5 @@ CONTACTS = (
         RULES,
         dashpot,
     ),
+    ContactModel("DEM_D_Hertz_viscous_Coulomb_DMT", takes("dmt", "none", "none"), RULES),
 )

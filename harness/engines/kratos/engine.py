@@ -77,9 +77,7 @@ class Kratos(ScriptedEngine):
             "behind positions; Velocity_Verlet does not.",
         ),
     )
-    unused_values = frozenset(
-        {"spheres", "interface", "surface_energy", "tangential_damping"} | RESISTANCES
-    )
+    unused_values = frozenset({"spheres", "interface", "tangential_damping"} | RESISTANCES)
     """A row without an end has no number of spheres; of contacts what no law of its takes."""
     allowed: ClassVar[Mapping[str, Allowed]] = {
         "scheme": Allowed(words=("Velocity_Verlet", "Symplectic_Euler"))
