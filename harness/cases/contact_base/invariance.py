@@ -33,6 +33,7 @@ from harness.cases.contract import LevelName, Study
 from harness.comparison.tolerances import Tolerance
 from harness.comparison.verdicts import Cell, Check, Kind, failed_run, judge, not_tested
 from harness.engines.contract import Engine, Output
+from harness.engines.parallel import cores
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineMissingError, EngineNaNError
 from harness.parameters.contact_scene import ContactScene
@@ -103,14 +104,12 @@ def _all_over_ranks(
 
 
 def _most_ranks(case: ContactCase[Any], trial: Trial, level: LevelName) -> int:
-    """Return on how many ranks a trial is run: at level full every one on two, a few on four.
-
-    More ranks than cores wait for one another at every step.
-    """
+    """Return on how many ranks a trial is run; on fewer cores ranks wait at every step."""
     named = trial.submodel in case.over_ranks
     if level != "full":
         return 2 if named else 1
-    return 4 if named and trial.system in SYSTEMS["default"] else 2
+    few = named and trial.system in SYSTEMS["default"]
+    return 4 if few or cores() >= 4 else 2
 
 
 def _run(found: Sequence[Ways], engine: Engine) -> None:

@@ -8,9 +8,10 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from harness.cases.contact_base import views, ways
+from harness.cases.contact_base import invariance, views, ways
 from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.invariance import invariances
+from harness.cases.contact_base.submodels import Trial
 from harness.cases.contact_base.ways import EQUAL, chosen
 from harness.cases.contract import Study
 from harness.cases.registry import all_cases, get_case
@@ -224,6 +225,25 @@ def test_what_an_engine_cannot_be_told_is_not_tested(lammps, monkeypatch):
     found = rows(lammps, few("oblique", ["mindlin"], ["wall"]))
     assert {n for n, r in found.items() if r.verdict is Verdict.NOT_TESTED} == OF_LAMMPS
     assert "has no variable 'no_such'" in found["newton on"].note
+
+
+@pytest.mark.parametrize(
+    ("cores", "submodel", "level", "most"),
+    [
+        (2, "hooke", "default", 1),
+        (2, "jkr", "default", 2),
+        (2, "hooke", "full", 2),
+        (2, "jkr", "full", 4),
+        (4, "hooke", "default", 1),
+        (4, "hooke", "full", 4),
+    ],
+)
+def test_four_ranks_go_through_every_submodel_where_there_are_four_cores(
+    monkeypatch, cores, submodel, level, most
+):
+    monkeypatch.setattr(invariance, "cores", lambda: cores)
+    case = get_case("head-on")
+    assert invariance._most_ranks(case, Trial(submodel, "wall", case.default), level) == most
 
 
 def test_ranks_need_a_launcher_of_their_own(lmp):
