@@ -12,6 +12,7 @@ SAME_LIST = "the pairs in contact are the same, and what they remember: not one 
 NO_SETUP = "nothing happens between two runs without setup: not one bit may change"
 SET_UP = "the setup of a run repeats forces that are there already: not one bit may change"
 IN_FULL = "a restart file holds all numbers in full, and what contacts remember: not one bit"
+STIFFNESSES = "hertz and mindlin are the law of hertz/material and NULL, k_n = 4/3 E*, k_t = 8 G*"
 WRAPPED = "coordinates that go round the box are rounded as those of its size are"
 
 AXES = ("x", "y", "z")
@@ -24,6 +25,8 @@ def variations(job: Job, ends: Sequence[Vector]) -> Iterator[Variation]:
     yield Variation("thin neighbour skin", {"skin": 0.01}, SAME_LIST)
     yield Variation("neighbours at every step", {"rebuild": "no"}, SAME_LIST)
     yield Variation("neighbours from bins", {"neighbours": "bin"}, SAME_LIST)
+    if values["normal"] == "hertz" and values["interface"] == "current":
+        yield Variation("told its stiffnesses", {"told_by": "stiffness"}, STIFFNESSES, exact=False)
     yield from _stopped(values)
     if values.get("walls_as") == "region":
         return

@@ -27,6 +27,7 @@ pytestmark = [pytest.mark.live, pytest.mark.usefixtures("lammps_here")]
 
 BOTH = {"turned", "mirrored", "moved", "in other units"}
 OF_LAMMPS = {
+    "told its stiffnesses",
     "newton on",
     "thin neighbour skin",
     "neighbours at every step",
