@@ -1,5 +1,7 @@
 """What a contact case may be told, and the one line that names what it may not."""
 
+from dataclasses import replace
+
 import pytest
 
 from harness.cases.contact_base.impact import impact
@@ -67,7 +69,9 @@ def test_every_value_of_a_job_has_its_variable_in_the_script(partner):
     turned = {"walls_as", *(f"{name}_{axis}" for name in ("up", "drift") for axis in "xyz")}
     pair = job_of(impact(USUAL.replace(partner="sphere"), (0.3, 0.0, -0.7), finely=True), "current")
     ends = ((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
-    varied = {name for one in (job, pair) for told in variations(one, ends) for name in told.values}
+    hertz = replace(job, values={**job.values, "normal": "hertz"})
+    jobs = (job, pair, hertz)
+    varied = {name for one in jobs for told in variations(one, ends) for name in told.values}
     branches = {"yield_stress", "bulk_response"}  # of mdr, told where they are there
     assert script.variables - set(job.values) == {"series"} | turned | varied | branches
 
