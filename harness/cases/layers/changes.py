@@ -27,6 +27,8 @@ SAME = ("layers", "stiffness_over_weight", "contact.restitution", "base", "rate_
         "width_d", "steps_per_contact", "rise_deg", "ranks")  # fmt: skip
 """Columns that tell arms apart."""
 
+LITTLE = f"within {MARGIN_DEG:g} deg"
+
 BOX = {"length_d", "width_d"}
 PHYSICAL = {"base", "contact.restitution"}
 """Columns of what may move the angle: another system, not another way to measure the same one."""
@@ -63,7 +65,7 @@ class Change:
         low, high = self.difference.low, self.difference.high
         if self.same:
             return "yes"
-        return f"within {MARGIN_DEG:g} deg" if max(-low, high) <= MARGIN_DEG else "no"
+        return LITTLE if max(-low, high) <= MARGIN_DEG else "no"
 
 
 @dataclass(frozen=True)

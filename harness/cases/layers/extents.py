@@ -51,7 +51,7 @@ BOXES = {
 """Seeds were added until Student's t over them, t s/sqrt(n), was below 0.3 deg at each stiffness: a
 rule that looks at the interval, not at the angle. The scatter s falls faster than the root of the
 area, as a small box may rest by chance: 0.8, 0.5 and 0.2 deg in 16 x 8, 24 x 12 and 36 x 18 d at
-one soft layer, 0.36, 0.08 and 0.02 at four.
+one soft layer, 0.36, 0.26 and 0.01 at four.
 
 A box is wide enough where one 1.5 times as long and wide gives the same angle within intervals; by
 this 16 x 8 d at four soft layers and 12 x 6 at eight, where the study began, were not. With more

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from harness.cases.layers.averages import Mean, difference_of, extrapolated, unpaired
-from harness.cases.layers.changes import BOX, Change, changed_in, compared, over_box
-from harness.cases.layers.conclusion import MARGIN_DEG, Found, layers_told, seeds_of, signed
+from harness.cases.layers.changes import BOX, LITTLE, Change, changed_in, compared, over_box
+from harness.cases.layers.conclusion import Found, layers_told, seeds_of, signed
 
 
 def sentences(found: Found) -> list[str]:
@@ -13,18 +13,16 @@ def sentences(found: Found) -> list[str]:
     every = [(c, place) for c, place in having if not c.approach]
     if not every:
         return []
-    a_little = f"within {MARGIN_DEG:g} deg"
     moved = [_moved(c, place) for c, place in every if c.word == "no"]
-    little = [_moved(c, place) for c, place in every if c.word == a_little]
+    little = [_moved(c, place) for c, place in every if c.word == LITTLE]
     narrow = [_moved(c, place) for c, place in having if c.approach and c.word != "yes"]
     same = len(every) - len(moved) - len(little)
     widest = max(c.difference.half_width for c, _ in every)
     told = [
         f"Another rate, box, step, number of ranks or definition of the arrest: in "
         f"{same} of {len(every)} changes the angle is the same within its 95 % interval (that of "
-        f"the difference is ±{widest:.2f} deg at the widest)"
-        + "."
-        + (f" It moves, but stays {a_little}, in {'; '.join(little)}." if little else "")
+        f"the difference is ±{widest:.2f} deg at the widest)."
+        + (f" It moves, but stays {LITTLE}, in {'; '.join(little)}." if little else "")
         + (f" It moves further in {'; '.join(moved)}." if moved else "")
     ]
     if narrow:
