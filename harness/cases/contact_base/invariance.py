@@ -22,7 +22,6 @@ from harness.cases.contact_base.ways import (
     MOVED,
     PLAIN,
     ROUNDINGS,
-    SYSTEMS,
     Way,
     Ways,
     chosen,
@@ -33,7 +32,6 @@ from harness.cases.contract import LevelName, Study
 from harness.comparison.tolerances import Tolerance
 from harness.comparison.verdicts import Cell, Check, Kind, failed_run, judge, not_tested
 from harness.engines.contract import Engine, Output
-from harness.engines.parallel import cores
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineMissingError, EngineNaNError
 from harness.parameters.contact_scene import ContactScene
@@ -104,12 +102,10 @@ def _all_over_ranks(
 
 
 def _most_ranks(case: ContactCase[Any], trial: Trial, level: LevelName) -> int:
-    """Return on how many ranks a trial is run; on fewer cores ranks wait at every step."""
-    named = trial.submodel in case.over_ranks
-    if level != "full":
-        return 2 if named else 1
-    few = named and trial.system in SYSTEMS["default"]
-    return 4 if few or cores() >= 4 else 2
+    """Return on how many ranks a trial is run: all of them on four at level full."""
+    if level == "full":
+        return 4
+    return 2 if trial.submodel in case.over_ranks else 1
 
 
 def _run(found: Sequence[Ways], engine: Engine) -> None:

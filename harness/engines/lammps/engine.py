@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import re
+import os
 import shlex
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
@@ -16,12 +16,14 @@ from harness.engines.lammps.external_forces import FORCES
 from harness.engines.lammps.fingerprint import fingerprint
 from harness.engines.lammps.inprocess import InProcess
 from harness.engines.lammps.language import LammpsLanguage
+from harness.engines.lammps.launcher import SLEEPING, check_greeting
 from harness.engines.lammps.read import packages_in, version_in
 from harness.engines.lammps.releases import executable_of, in_use, is_release
 from harness.engines.lammps.submodels import lacking
 from harness.engines.lammps.variations import variations
 from harness.engines.lammps.worker_process import Order
 from harness.engines.output import Output
+from harness.engines.parallel import cores
 from harness.engines.process import Limits, first_words, way_of_death
 from harness.engines.programs import find_program, launcher_of, launcher_words
 from harness.engines.script import Task
@@ -72,6 +74,7 @@ class Lammps(LammpsLanguage):
         program: str | None = None,
     ) -> None:
         self._environment = ExitStack()
+        self._crowded = False
         self._asked = {"lmp": lmp, "launcher": launcher, "program": program}
         self._launcher = launcher_words(launcher)
         super().__init__(_executable(lmp, launcher, program), workers, limits)
@@ -132,9 +135,15 @@ class Lammps(LammpsLanguage):
             raise EngineMissingError("a launcher that is given (--mpirun) has ranks of its own")
         try:
             launcher = launcher_of(ranks, self.program)
-            return Lammps(self.program or "lmp", launcher, limits=self.limits)
+            there = Lammps(self.program or "lmp", launcher, limits=self.limits)
         except RequestError as error:
             raise EngineMissingError(str(error)) from None
+        there._crowded = ranks > cores()
+        return there
+
+    def environment(self, folder: Path) -> Mapping[str, str] | None:
+        """Return the harness's own; of more ranks than cores, with waiting ranks that sleep."""
+        return {**SLEEPING, **os.environ} if self._crowded else super().environment(folder)
 
     @cached_property
     def _fingerprint(self) -> Mapping[str, Any] | None:
@@ -220,27 +229,11 @@ class Lammps(LammpsLanguage):
         return [*self._launcher, self.program, "-in", "batch.in"]
 
     def _check_launcher(self) -> None:
-        """Raise EngineMissingError unless the launcher starts one LAMMPS on all its ranks.
-
-        A launcher of another MPI library than LAMMPS's starts as many separate
-        LAMMPS as it has ranks, which would write over each other's files.
-        """
+        """Raise EngineMissingError unless the launcher starts one LAMMPS on all its ranks."""
         said, ended = self.ask(
             [*self._batch_words(), "-log", "none"], files={"batch.in": "print hello\n"}
         )
-        greetings = len(re.findall(r"^LAMMPS \(", said, re.MULTILINE))
-        if greetings == 1 and ended.code == 0 and not ended.timed_out:
-            return
-        launcher = shlex.join(self._launcher)
-        if greetings > 1:
-            raise EngineMissingError(
-                f"--mpirun {launcher!r} started {greetings} separate LAMMPS instead of one on all "
-                f"ranks: launcher and {self.program} belong to different MPI libraries"
-            )
-        reason = "it gave no answer"
-        if not ended.timed_out:
-            reason = f"exit status {ended.code}{first_words(said)}"
-        raise EngineMissingError(f"--mpirun {launcher!r} does not run {self.program}: {reason}")
+        check_greeting(said, ended, shlex.join(self._launcher), self.program)
 
 
 def _executable(lmp: str | None, launcher: str | None, program: str | None) -> str | None:

@@ -229,20 +229,10 @@ def test_what_an_engine_cannot_be_told_is_not_tested(lammps, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("cores", "submodel", "level", "most"),
-    [
-        (2, "hooke", "default", 1),
-        (2, "jkr", "default", 2),
-        (2, "hooke", "full", 2),
-        (2, "jkr", "full", 4),
-        (4, "hooke", "default", 1),
-        (4, "hooke", "full", 4),
-    ],
+    ("submodel", "level", "most"),
+    [("hooke", "default", 1), ("jkr", "default", 2), ("hooke", "full", 4), ("jkr", "full", 4)],
 )
-def test_four_ranks_go_through_every_submodel_where_there_are_four_cores(
-    monkeypatch, cores, submodel, level, most
-):
-    monkeypatch.setattr(invariance, "cores", lambda: cores)
+def test_level_full_takes_every_submodel_over_four_ranks(submodel, level, most):
     case = get_case("head-on")
     assert invariance._most_ranks(case, Trial(submodel, "wall", case.default), level) == most
 
