@@ -12,6 +12,7 @@ from harness.comparison.baseline_record import BaselineRecord
 from harness.comparison.divergence import Comparison
 from harness.comparison.engines import DeclaredEngine
 from harness.comparison.findings import Findings, Headline
+from harness.comparison.known_defects import KnownDefect
 from harness.comparison.published import published
 from harness.comparison.results import SCHEMA as SCHEMA
 from harness.comparison.results import DivergenceRow, Engines, Results
@@ -36,7 +37,8 @@ class Verification(Shown):
     engine's log of one run that finished for each script, by the same names; ``records`` what was
     held against the baseline, ``divergences`` the series that left the band about their reference,
     ``baseline`` where the accepted ones lie and ``baseline_sha256`` their digest. ``engines`` are
-    those held beside the main one. With ``strict`` what is not tested counts as a failure.
+    those held beside the main one. ``defects`` are the known ones that checks are marked with, each
+    with the script that shows it. With ``strict`` what is not tested counts as a failure.
     """
 
     level: str
@@ -59,6 +61,7 @@ class Verification(Shown):
     baseline_sha256: str = ""
     logs: Mapping[str, str] = field(default_factory=dict)
     strict: bool = False
+    defects: tuple[tuple[KnownDefect, str], ...] = ()
 
     @property
     def status(self) -> int:

@@ -3,8 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import groupby
+from pathlib import PurePosixPath
 
+from harness.comparison.known_defects import KnownDefect, defect_of
+from harness.comparison.verdicts import Verdict
 from harness.comparison.verification import Verification
+from harness.report.defects import address
 from harness.report.gallery import Drawn, DrawnCell
 from harness.report.matrix import Mark
 from harness.report.page import Row, look, rows_of
@@ -17,6 +24,7 @@ HEAD = (
     "system",
     "quantity",
     "value",
+    "uncertainty",
     "reference",
     "by",
     "unit",
@@ -26,9 +34,41 @@ HEAD = (
     "95 % interval",
     "verdict",
 )
-NUMERIC = frozenset({2, 3, 6, 7, 8, 9})
+GONE = "no longer there:"
+"""With which the note of a row begins whose known defect is gone."""
+NUMERIC = frozenset({2, 3, 4, 7, 8, 9, 10})
 
 Place = tuple[str, str, str]
+
+
+@dataclass(frozen=True)
+class Group:
+    """Plots that stand together under a name: title, caption and picture, empty without points.
+
+    A caption that stood on the page before is empty.
+    """
+
+    name: str
+    plots: tuple[tuple[str, str, str], ...]
+
+
+@dataclass(frozen=True)
+class Rows:
+    """A table of rows: its title, what is noted of them, and the reasons of their tolerances."""
+
+    title: str
+    rows: tuple[Mark, ...]
+    notes: tuple[str, ...]
+    reasons: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A known defect as a page shows it; ``address`` of its script is empty without one."""
+
+    defect: KnownDefect
+    address: str
+    gone: bool
 
 
 def addresses(drawn: Sequence[Drawn]) -> dict[Place, str]:
@@ -51,11 +91,15 @@ def cell_pages(found: Verification, drawn: Sequence[Drawn]) -> Iterator[tuple[st
     template = environment().get_template("cell.html.j2")
     places = addresses(drawn)
     for cell in (cell for part in drawn for cell in part.cells):
-        text = cell.text
+        text, groups = cell.text, _groups(cell)
+        own = _in_order(rows.get(text.place, []), [group.name for group in groups])
         told = template.render(
             text=text,
             drawn=cell,
-            rows=rows.get(text.place, ()),
+            groups=groups,
+            tables=_tables(own, found),
+            said=partial(_said, found=found),
+            defects=_defects(own, found),
             head=HEAD,
             numeric=NUMERIC,
             scripts=_scripts(cell, found),
@@ -63,6 +107,37 @@ def cell_pages(found: Verification, drawn: Sequence[Drawn]) -> Iterator[tuple[st
             who=_who(text, found),
         )
         yield places[text.place], told
+
+
+def _groups(cell: DrawnCell) -> list[Group]:
+    """Return the plots of a cell, those of each system together."""
+    seen: set[tuple[str, str]] = set()
+    found = []
+    for name, plots in groupby(cell.plots, key=lambda pair: pair[0].group):
+        shown = []
+        for plot, picture in plots:
+            told = (plot.title, plot.caption)
+            shown.append((plot.title, "" if told in seen else plot.caption, picture))
+            seen.add(told)
+        found.append(Group(name, tuple(shown)))
+    return found
+
+
+def _defects(rows: Sequence[Mark], found: Verification) -> list[Shown]:
+    """Return the known defects that rows are marked with."""
+    named = {defect_of(row.check): row.check.verdict for row in rows}
+    return [
+        Shown(one, f"../{address(one)}" if script else "", named[one.name] is Verdict.FIXED)
+        for one, script in found.defects
+        if one.name in named
+    ]
+
+
+def _said(row: Mark, found: Verification) -> str:
+    """Return what is noted of a row, without what is said of its known defect."""
+    name = defect_of(row.check)
+    known = next((one.note for one, _ in found.defects if name and one.name == name), "")
+    return row.check.note.replace(known, "").strip("; ").removeprefix(GONE).strip("; ")
 
 
 def _who(text: CellText, found: Verification) -> str:
@@ -80,13 +155,39 @@ def _by_place(rows: Sequence[Row]) -> dict[Place, list[Mark]]:
         if cell is not None:
             place = (cell.case, cell.submodel, cell.engine)
             found.setdefault(place, []).append(Mark(row.check, row.id))
-    for marks in found.values():
-        marks.sort(key=lambda one: one.cell.system)
     return found
 
 
+def _in_order(rows: Sequence[Mark], systems: Sequence[str]) -> list[Mark]:
+    """Return rows by their systems, those that have plots in the order of these."""
+
+    def order(row: Mark) -> tuple[int, str]:
+        name = row.cell.system
+        return systems.index(name) if name in systems else len(systems), name
+
+    return sorted(rows, key=order)
+
+
+def _tables(rows: Sequence[Mark], found: Verification) -> list[Rows]:
+    """Return the rows of values, and those of what must not change a run."""
+    parts = {
+        "Limits of a small step": [row for row in rows if not row.cell.invariance],
+        "The same run told in other ways": [row for row in rows if row.cell.invariance],
+    }
+    return [
+        Rows(
+            title,
+            tuple(own),
+            tuple(dict.fromkeys(filter(None, (_said(r, found) for r in own if r.quantity)))),
+            tuple(dict.fromkeys(row.check.why for row in own if row.check.why)),
+        )
+        for title, own in parts.items()
+        if own
+    ]
+
+
 def _scripts(cell: DrawnCell, found: Verification) -> list[str]:
-    """Return the scripts of its engine that the commands of a cell name.
+    """Return the scripts of its engine that the commands of a cell name and run.
 
     Those of an engine beside the main one stand in a folder of its name.
     """
@@ -95,4 +196,13 @@ def _scripts(cell: DrawnCell, found: Verification) -> list[str]:
     beside = {one.engine for one in found.engines} - {main}
     engines = {name: name.partition("/")[0] for name in found.scripts}
     own = [n for n, e in engines.items() if (e if e in beside else main) == cell.text.engine]
-    return [name for name in own if name.rpartition("/")[2] in told]
+    inputs = cell.text.inputs
+    if not inputs:
+        return [name for name in own if PurePosixPath(name).name in told]
+    return [
+        name
+        for name in own
+        # all files of an input that is a folder
+        if PurePosixPath(name).parent.name in inputs
+        or (PurePosixPath(name).name in told and PurePosixPath(name).stem in inputs)
+    ]

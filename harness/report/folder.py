@@ -8,6 +8,7 @@ from pathlib import Path
 from harness.atomic_write import whole_folder
 from harness.comparison.verification import Verification
 from harness.report.cells import FOLDER, addresses, cell_pages
+from harness.report.defects import defect_scripts
 from harness.report.divergences import divergence_section
 from harness.report.engines import engines_section
 from harness.report.gallery import draw_sections, write_drawn
@@ -27,7 +28,7 @@ def write(found: Verification, folder: Path, sections: Sequence[Section] = ()) -
 
     results.json with its schema, results.csv, junit.xml; report.html, report.md and
     summary.md, which is short; figures/, scripts/ and logs/; cells/ with a page for each cell of
-    the matrix. ``sections`` are those of the cases;
+    the matrix; defects/ with the scripts that show known ones. ``sections`` are those of the cases;
     series that diverged and other engines have sections of their own before them.
 
     Raise RequestError as :func:`check_folder` does.
@@ -63,7 +64,7 @@ def _fill(found: Verification, folder: Path, sections: Sequence[Section]) -> Non
     pages = dict(cell_pages(found, drawn))
     if pages:
         texts |= {**pages, f"{FOLDER}/style.css": style()}
-    _write_texts(folder, texts)
+    _write_texts(folder, {**texts, **defect_scripts(found)})
 
 
 def _write_texts(folder: Path, texts: Mapping[str, str]) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from harness.comparison.verdicts import Check
 from harness.comparison.verification import Verification
+from harness.report.cell_tables import cells_markdown, defects_markdown, stands_in_cell
 from harness.report.gallery import Drawn, Picture, titles
 from harness.report.matrix import matrix_markdown
 from harness.report.plain import markdown_text
@@ -27,10 +28,10 @@ def report_markdown(found: Verification, parts: Sequence[Drawn]) -> str:
     """Return the whole report; all text in it is escaped."""
     lines = ["# DEM verification report", "", *opening_markdown(found), ""]
     for kind, title in KINDS.items():
-        rows = [_check(check) for check in found.checks if check.kind is kind]
-        if rows:
-            lines += [f"## {title}", "", *rows_markdown(CHECKS, rows), ""]
+        lines += _kind(title, [check for check in found.checks if check.kind is kind])
     lines += matrix_markdown(found.checks, titles(parts))
+    lines += cells_markdown(found.checks, titles(parts))
+    lines += defects_markdown(found.defects)
     for part in parts:
         lines += section_markdown(part)
     untitled = [picture for part in parts if not part.section.title for picture in part.pictures]
@@ -41,6 +42,18 @@ def report_markdown(found: Verification, parts: Sequence[Drawn]) -> str:
     lines += ["## Provenance", ""]
     lines += [f"- {name}: {markdown_text(text)}" for name, text in provenance(found)]
     return "\n".join([*lines, ""])
+
+
+def _kind(title: str, checks: Sequence[Check]) -> Iterator[str]:
+    """Yield the rows of a kind but those that stand with the cells of the matrix."""
+    rows = [_check(check) for check in checks if not stands_in_cell(check)]
+    others = len(checks) - len(rows)
+    if checks:
+        yield from (f"## {title}", "")
+    if others:
+        yield from (f"{others} rows stand with the cells of the matrix, below.", "")
+    if rows:
+        yield from (*rows_markdown(CHECKS, rows), "")
 
 
 def opening_markdown(found: Verification) -> list[str]:

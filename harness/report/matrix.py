@@ -34,7 +34,8 @@ class Mark:
         check = self.check
         if check.verdict is Verdict.PASS:
             scale = 1.0 if check.unit in ("", "1") else abs(check.expected)
-            return f"{abs(check.difference) / (scale or 1.0):.0e}"
+            error = abs(check.difference) / (scale or 1.0)
+            return f"{error:.0e}" if error else "0"
         return str(self.check.verdict).removeprefix("known ")
 
     @property

@@ -54,7 +54,10 @@ class Line:
 
 @dataclass(frozen=True)
 class Plot:
-    """A small figure of lines, its axes named with their units, both logarithmic or linear."""
+    """A small figure of lines, its axes named with their units, both logarithmic or linear.
+
+    Plots of one ``group`` stand together under its name.
+    """
 
     title: str
     caption: str
@@ -62,6 +65,7 @@ class Plot:
     y: str
     lines: tuple[Line, ...]
     logarithmic: bool = False
+    group: str = ""
 
 
 @dataclass(frozen=True)
@@ -69,7 +73,8 @@ class CellText:
     """What is told of a cell of the matrix, a submodel of a case in an engine, beside its rows.
 
     ``who`` is the engine's title; ``commands`` repeat a run, by what they are. ``plots`` are made
-    when the page is.
+    when the page is. ``inputs`` are names of the scripts that ``commands`` run, without ending: of
+    a file or its folder.
     """
 
     case: str
@@ -80,6 +85,7 @@ class CellText:
     tables: tuple[Table, ...]
     commands: tuple[tuple[str, str], ...]
     plots: Callable[[], Sequence[Plot]] = field(repr=False)
+    inputs: frozenset[str] = frozenset()
 
     @property
     def place(self) -> tuple[str, str, str]:

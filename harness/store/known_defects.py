@@ -5,9 +5,27 @@ from __future__ import annotations
 import tomllib
 from pathlib import Path
 
+import harness
 from harness.comparison.known_defects import KnownDefect
 from harness.errors import RequestError
 from harness.store.baseline import KNOWN_DEFECTS, committed_file
+
+DEFECTS = "reports/defects/"
+"""Where the scripts lie in a checkout."""
+
+
+def script_of(defect: KnownDefect) -> str:
+    """Return the script that shows a defect, of the project or of the wheel; empty without one."""
+    if not defect.script:
+        return ""
+    package = Path(harness.__file__).parent
+    committed = package / "store" / "committed" / "defects"
+    below = Path(defect.script).relative_to(DEFECTS) if defect.script.startswith(DEFECTS) else None
+    files = [package.parent / defect.script, *([committed / below] if below else [])]
+    for file in files:
+        if file.is_file():
+            return file.read_text(encoding="utf-8")
+    return ""
 
 
 def known_defects(path: Path | None = None) -> tuple[KnownDefect, ...]:

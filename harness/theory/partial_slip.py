@@ -26,6 +26,9 @@ Array = NDArray[np.float64]
 SPRINGS, STEPS = 200, 2000
 """On half of the largest contact, and of the impact."""
 
+POINTS = 48
+"""Of a curve up to where all slides."""
+
 
 def stiffness_ratio(poisson: float) -> float:
     """Return kappa, tangential over normal stiffness of a contact that sticks."""
@@ -57,14 +60,14 @@ def rebound(
     return np.asarray(speed.reshape(psi.shape))
 
 
-def velocity_ratio(angle_deg: ArrayLike, friction: float, poisson: float) -> NDArray[np.float64]:
-    """Return the tangential velocity of the centre after over that before, without spin before.
+@lru_cache(maxsize=64)
+def rebounds(poisson: float, points: int = POINTS) -> tuple[Array, Array]:
+    """Return psi of the incidence and of the rebound up to where all slides, each (points,).
 
-    ``angle_deg`` is that of the incidence to the normal, any shape, above 0. The velocity at the
-    contact of a solid sphere changes by 7/2 of that of its centre.
+    Beyond, the rebound is psi - 4 chi. The arrays are not to be written to.
     """
-    psi = stiffness_ratio(poisson) / friction * np.tan(np.radians(angle_deg))
-    return np.asarray(1.0 - 2.0 / 7.0 * (1.0 - rebound(psi, poisson) / psi))
+    psi = np.linspace(0.0, 7.0 * stiffness_ratio(poisson) - 1.0, points + 1)[1:]
+    return psi, rebound(psi, poisson)
 
 
 def spring_strains(strains: Array, limit: Array) -> Array:

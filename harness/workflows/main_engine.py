@@ -11,6 +11,7 @@ from typing import Any
 from harness.cases.contract import Case, Study
 from harness.cases.parts import failed_part
 from harness.cases.registry import get_case
+from harness.comparison.divergence import Comparison
 from harness.comparison.findings import Findings
 from harness.comparison.verdicts import Check, judge_count
 from harness.engines.contract import Engine
@@ -55,6 +56,11 @@ class MainRun:
     def findings(self) -> list[Findings]:
         """Return what the main engine left, then own solvers."""
         return [*self.main.values(), *self.own.values()]
+
+    @property
+    def divergences(self) -> list[Comparison]:
+        """Return the series that left the band about their reference."""
+        return [series for found in self.findings for series in found.divergences]
 
     def open(self, given: Engine | None, stack: ExitStack) -> None:
         """Identify the main engine; one that is not here is a failed row, and the rest goes on."""

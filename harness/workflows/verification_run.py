@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import platform
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from datetime import UTC, datetime
 from pathlib import Path
@@ -12,12 +12,13 @@ from typing import Literal
 
 from harness import __version__
 from harness.cases.contract import Study
-from harness.comparison.known_defects import told_apart
+from harness.comparison.known_defects import KnownDefect, defect_of, told_apart
 from harness.comparison.regression import Baseline, Regression
+from harness.comparison.verdicts import Check
 from harness.comparison.verification import Verification
 from harness.engines.contract import Engine
 from harness.engines.registry import open_engine
-from harness.store.known_defects import known_defects
+from harness.store.known_defects import known_defects, script_of
 from harness.workflows.baseline_rows import Measured, baseline_rows, here
 from harness.workflows.engine_selection import asked_engines
 from harness.workflows.engines_beside import Beside, EnginesBeside
@@ -66,7 +67,6 @@ def verify(
     regression = Regression() if known is None else baseline_rows(measured, known, beside.records)
     checks = told_apart((*run.checks, *beside.checks), defects, _versions(run, beside))
     died = [check.note for check in checks[: len(run.checks)] if check.engine_died]
-    divergences = [series for found in run.findings for series in found.divergences]
     return Verification(
         level=study.level,
         cases=tuple(case.name for case in chosen),
@@ -83,12 +83,21 @@ def verify(
         scripts=scripts,
         engine_errors=(*died, *beside.errors),
         records=tuple(measured.records),
-        divergences=(*divergences, *regression.divergences),
+        divergences=(*run.divergences, *regression.divergences),
         baseline=known.where if known else "",
         baseline_sha256=known.digest if known else "",
         logs=logs,
         strict=strict,
+        defects=_found(defects, checks),
     )
+
+
+def _found(
+    defects: Sequence[KnownDefect], checks: Sequence[Check]
+) -> tuple[tuple[KnownDefect, str], ...]:
+    """Return the known defects that checks are marked with, each with its script."""
+    named = {defect_of(check) for check in checks}
+    return tuple((one, script_of(one)) for one in defects if one.name in named)
 
 
 def _versions(run: MainRun, beside: Beside) -> dict[str, str]:

@@ -6,8 +6,10 @@ from dataclasses import replace
 
 import pytest
 
+from harness.comparison.known_defects import KnownDefect, told_apart
 from harness.comparison.tolerances import Tolerance
-from harness.comparison.verdicts import Cell, Kind, judge, not_tested
+from harness.comparison.verdicts import Cell, Kind, Verdict, failed_run, judge, not_tested
+from harness.errors import EngineNaNError
 from harness.report.cells import addresses, cell_pages
 from harness.report.folder import write
 from harness.report.gallery import draw_sections
@@ -96,6 +98,89 @@ def test_an_invariance_is_held_against_the_same_run(found):
     ((_, page),) = cell_pages(replace(found, checks=tuple(rows)), drawn)
     told = re.findall(r'<td class="soft">([^<]*)</td>', page)
     assert sorted(told) == ["closed form", "integration", "the same run"]
+
+
+def test_rows_of_values_stand_apart_from_what_must_not_change_a_run(found):
+    turned = replace(ROWS[2], cell=replace(ROWS[2].cell, invariance="turned"))
+    drawn = draw_sections([Section("All", cells=CELLS[1:2])])
+    ((_, page),) = cell_pages(replace(found, checks=(turned, ROWS[2])), drawn)
+    values, others = page.index("Limits of a small step<"), page.index("told in other ways<")
+    assert values < page.index("largest force<") < others < page.rindex("largest force<")
+
+
+def test_plots_stand_under_their_systems_in_order_and_a_caption_is_told_once(found):
+    def plots():
+        lines = (Line("the law", (0.0, 1.0), (0.0, 2.0)),)
+        said = ("Force over overlap", "A line of a law.", "overlap (m)", "force (N)")
+        return [
+            Plot(*said, lines, group="wall"),
+            Plot("Errors", "Of <it>.", "x", "y", (), group="wall"),
+            Plot(*said, lines, group="two spheres"),
+        ]
+
+    cell = text("slide", "spring/force", plots)
+    ((_, page),) = cell_pages(found, draw_sections([Section("All", cells=(cell,))]))
+    assert re.findall(r"<h2>(Wall|Two spheres)</h2>", page) == ["Wall", "Two spheres"]
+    assert page.count("<polyline") == 2
+    assert re.findall(r"</b> *([^<]*)</figcaption>", page) == ["A line of a law.", ""]
+    assert "Errors: nothing above zero to draw." in page
+    # the rows of the table in the order of the figures
+    rows = re.findall(r"<tr><td>([^<]+)</td>", page)
+    assert rows[:2] == ["wall", "two spheres"]
+
+
+@pytest.mark.parametrize(
+    ("inputs", "expected"),
+    [
+        (frozenset(), ["drop/slope.in", "pair/slope.in", "slope.in"]),
+        (frozenset({"slope"}), ["drop/slope.in", "pair/slope.in", "slope.in"]),
+        (frozenset({"pair"}), ["pair/slope.in"]),
+    ],
+)
+def test_a_page_leads_to_no_script_of_another_scene(found, inputs, expected):
+    scripts = dict.fromkeys(("slope.in", "pair/slope.in", "drop/slope.in"), "run 0\n")
+    cell = replace(CELLS[0], inputs=inputs)
+    drawn = draw_sections([Section("All", cells=(cell,))])
+    ((_, page),) = cell_pages(replace(found, scripts=scripts), drawn)
+    assert sorted(re.findall(r'href="../scripts/([^"]+)"', page)) == expected
+
+
+DEFECT = KnownDefect(
+    name="weak-<spring>",
+    engine="toy",
+    cases=("slide",),
+    submodels=("spring-force",),
+    cause="the spring has half of its stiffness",
+    since="1 Jan 2029",
+    upstream="issue 1",
+    script="reports/defects/weak/in.toy",
+)
+
+
+@pytest.mark.parametrize("script", ["run 0\n", ""])
+def test_a_known_defect_stands_on_the_page_with_its_cause_and_its_script(found, tmp_path, script):
+    error = EngineNaNError("the toy wrote nothing; that is finite")
+    died = failed_run("slide, wall: spring-force, toy", Kind.ANALYTIC, error)
+    died = replace(died, cell=ROWS[2].cell)
+    (died,) = told_apart([died], [DEFECT], {"toy": "1 Jan 2030"})
+    assert died.verdict is Verdict.KNOWN_DEFECT
+    known = replace(found, checks=(died, ROWS[0]), defects=((DEFECT, script),))
+    write(known, tmp_path / "run", [Section("All", cells=CELLS[:2])])
+    pages = tmp_path / "run" / "cells"
+    page = html.unescape((pages / "toy-slide-spring-force2.html").read_text())
+    assert "weak-<spring></b>: the spring has half of its stiffness." in page
+    assert "Releases from 1 Jan 2029." in page
+    assert ">NaN: the toy wrote nothing; that is finite</a>" in page
+    assert page.count("half of its stiffness") == 1
+    links = re.findall(r'href="../(defects/[^"]+)"', page)
+    assert [(tmp_path / "run" / link).read_text() for link in links] == ([script] if script else [])
+    assert script or "reports/defects/weak/in.toy" in page
+    other = (pages / "toy-slide-spring-force.html").read_text()
+    assert "Known defects" not in other
+    told = (tmp_path / "run" / "report.md").read_text()
+    assert "| known defect: weak-&lt;spring> |" in told
+    assert "- weak-&lt;spring>: the spring has half of its stiffness; upstream: issue 1" in told
+    assert ("](defects/" in told) == bool(script)
 
 
 def test_a_page_leads_to_the_scripts_of_its_own_engine(found, declared):

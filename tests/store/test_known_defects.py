@@ -8,7 +8,7 @@ import pytest
 import harness
 from harness.cases.registry import all_cases
 from harness.errors import RequestError
-from harness.store.known_defects import known_defects
+from harness.store.known_defects import known_defects, script_of
 
 ROOT = Path(harness.__file__).parent.parent
 
@@ -19,7 +19,8 @@ def test_every_committed_defect_has_its_script_and_names_cells_that_there_are():
     for one in found:
         script = ROOT / one.script
         assert script.is_file(), one.name
-        lines = script.read_text(encoding="utf-8").splitlines()
+        assert script_of(one) == script.read_text(encoding="utf-8")
+        lines = script_of(one).splitlines()
         assert len(lines) <= 40, one.name
         assert any("expected" in line and line.startswith("print") for line in lines), one.name
         head = " ".join(takewhile(lambda line: line.startswith("#"), lines))
@@ -44,3 +45,16 @@ def test_a_file_that_is_none_is_named_with_what_is_wrong(tmp_path, text, words):
     with pytest.raises(RequestError, match=words) as told:
         known_defects(path)
     assert str(path) in str(told.value)
+
+
+def test_a_script_lies_in_a_wheel_as_well_and_a_defect_may_have_none(tmp_path, monkeypatch):
+    defect = known_defects()[0]
+    package = tmp_path / "site" / "harness"
+    monkeypatch.setattr(harness, "__file__", str(package / "__init__.py"))
+    assert script_of(defect) == ""
+    name = Path(defect.script).relative_to("reports/defects")
+    file = package / "store" / "committed" / "defects" / name
+    file.parent.mkdir(parents=True)
+    file.write_text("run 0\n", encoding="utf-8")
+    assert script_of(defect) == "run 0\n"
+    assert script_of(defect.model_copy(update={"script": ""})) == ""

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from scipy.integrate import solve_ivp
 
 from harness.pair.integration import integrate
 from harness.parameters.contact_law import ContactLaw
@@ -83,3 +84,47 @@ def test_the_restitution_of_sticking_springs(ratio, restitution, clipped):
 def test_springs_in_the_ratio_2_to_7_give_all_of_it_back():
     assert closed_forms.sticking_restitution(2.0 / 7.0, 0.0, clipped=False) == pytest.approx(1.0)
     assert closed_forms.sticking_restitution(0.0, 0.5, clipped=False) == -1.0
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "dashpot_"), [(4.0, 0.0), (4.0, 1.0), (1.0, 2.0), (0.5, 3.0), (0.0, 0.7)]
+)
+def test_a_contact_that_sticks_is_an_oscillator(stiffness, dashpot_):
+    def rates(_, y):
+        return [y[1], -stiffness * y[0] - dashpot_ * y[1]]
+
+    end = solve_ivp(rates, (0.0, 2.5), [0.0, 1.0], rtol=1e-11, atol=1e-13).y[1, -1]
+    assert oblique.held(stiffness, dashpot_, 2.5) == pytest.approx(end, abs=1e-9)
+
+
+@pytest.mark.parametrize("ratio", [1e-3, 2.0 / 7.0, 0.8])
+@pytest.mark.parametrize("zeta", [0.0, 0.2])
+def test_what_a_sticking_spring_leaves_is_the_restitution_of_one_that_is_clipped(ratio, zeta):
+    found = oblique.held(3.5 * ratio, 0.0, dashpot.duration_clipped(zeta))
+    assert -found == pytest.approx(closed_forms.sticking_restitution(ratio, zeta, clipped=True))
+
+
+def test_of_both_branches_the_lesser_impulse_holds():
+    slides = oblique.slides_throughout(0.3, 0.5)
+    assert oblique.two_branches(2.0 * slides, 0.3, 0.5, -0.2) == pytest.approx(0.5)
+    assert oblique.two_branches(0.1 * slides, 0.3, 0.5, -0.2) == -0.2
+    both = slides / 1.2
+    assert oblique.two_branches(both, 0.3, 0.5, -0.2) == pytest.approx(-0.2, abs=1e-14)
+
+
+@pytest.mark.parametrize("x_t", [0.0, 0.5])
+def test_the_law_leaves_as_much_where_friction_holds_it(x_t):
+    law = SPRINGS.replace(
+        friction=1e9,
+        damping="coeff_restitution",
+        restitution=0.6,
+        clipped=True,
+        tangential_damping=x_t,
+    )
+    path = integrate(impact(law, (1.0, 0.0, -1.0)))
+    left = path.velocities[-1, 0, 0] - RADIUS * path.omegas[-1, 0, 1]
+    zeta = dashpot.damping_ratio(0.6)
+    k_t, k = law.tangential_stiffness, law.normal_stiffness
+    lasts = dashpot.duration_clipped(zeta)  # with omega = 1
+    expected = oblique.held(3.5 * k_t / k, 3.5 * x_t * 2.0 * zeta, lasts)
+    assert left == pytest.approx(expected, abs=1e-6)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from harness.theory.partial_slip import rebound, spring_strains, stiffness_ratio, velocity_ratio
+from harness.theory.partial_slip import rebound, rebounds, spring_strains, stiffness_ratio
 
 POISSON = 0.3
 CHI = 1.75 * stiffness_ratio(POISSON)
@@ -16,17 +16,14 @@ def test_beyond_four_chi_less_one_all_slides():
     assert rebound(less, POISSON) > less - 4.0 * CHI + 1e-3
 
 
-def test_the_velocity_ratio_is_one_of_sliding_at_a_glance_and_of_the_rebound_below():
-    friction = 0.3
-    glancing = np.array([60.0, 80.0])
-    slides = 1.0 - 2.0 * friction / np.tan(np.radians(glancing))  # m dv = mu (1 + e) m v_n, e = 1
-    assert velocity_ratio(glancing, friction, POISSON) == pytest.approx(slides, abs=1e-3)
-    # the momentum about the point of contact stays: m r v + I w, I = 2/5 m r^2
-    angle = np.array([10.0, 30.0])
-    ratio = velocity_ratio(angle, friction, POISSON)
-    spin = 2.5 * (1.0 - ratio)  # r w over v
-    psi = stiffness_ratio(POISSON) / friction * np.tan(np.radians(angle))
-    assert ratio - spin == pytest.approx(rebound(psi, POISSON) / psi, abs=1e-12)
+@pytest.mark.parametrize("poisson", [0.0, POISSON, 0.5])
+def test_a_curve_ends_where_all_slides(poisson):
+    chi = 1.75 * stiffness_ratio(poisson)
+    psi, back = rebounds(poisson)
+    assert back == pytest.approx(rebound(psi, poisson), abs=1e-14)
+    assert psi[0] > 0.0
+    assert psi[-1] == pytest.approx(4.0 * chi - 1.0)
+    assert back[-1] == pytest.approx(psi[-1] - 4.0 * chi, abs=2e-3)
 
 
 def test_springs_under_a_constant_load_are_cattaneo_and_mindlin():

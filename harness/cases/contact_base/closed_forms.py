@@ -27,7 +27,7 @@ def rebound(parameters: ContactSystem, height: float, gravity: float) -> dict[st
     elastic = {"rebound_ratio": 1.0} if parameters.damping == "none" else {}
     if parameters.normal != "hooke" or parameters.damping == "viscoelastic" or parameters.clipped:
         return elastic
-    zeta, omega = _oscillator(parameters)
+    zeta, omega = oscillator(parameters)
     speed = math.sqrt(2.0 * gravity * height)
     left = bounce.rebound(omega, zeta, gravity, speed) if zeta < 1.0 else None
     if left is None:
@@ -47,7 +47,7 @@ def _hertz(parameters: ContactSystem, speed: float) -> dict[str, float]:
 
 
 def _linear(parameters: ContactSystem, speed: float) -> dict[str, float]:
-    zeta, omega = _oscillator(parameters)
+    zeta, omega = oscillator(parameters)
     if zeta >= 1.0:
         return {}
     overlap = speed / omega * dashpot.largest_overlap(zeta)
@@ -63,7 +63,7 @@ def _linear(parameters: ContactSystem, speed: float) -> dict[str, float]:
     }
 
 
-def _oscillator(parameters: ContactSystem) -> tuple[float, float]:
+def oscillator(parameters: ContactSystem) -> tuple[float, float]:
     """Return zeta = eta_n / (2 sqrt(k m*)) and omega = sqrt(k / m*) [1/s] of a linear contact."""
     k, m = parameters.normal_stiffness, parameters.reduced_mass
     assert k is not None

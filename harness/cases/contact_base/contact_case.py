@@ -37,7 +37,7 @@ from harness.parameters.contact_scene import ContactScene
 from harness.report.sections import Drawing, Plot, Section
 
 if TYPE_CHECKING:
-    from harness.cases.contact_base.study import Climbed, Evidence
+    from harness.cases.contact_base.evidence import Evidence, Tried
 
 P = TypeVar("P", bound=ContactSystem)
 
@@ -186,8 +186,9 @@ class ContactCase(Case[P]):
 
     def verify_beside(self, engine: Engine, study: Study) -> Findings:
         """Run the trials and those ``beside`` them, but none that :meth:`verify` ran."""
+        from harness.cases.contact_base.evidence import Evidence
         from harness.cases.contact_base.invariance import invariances
-        from harness.cases.contact_base.study import Evidence, verify_trials
+        from harness.cases.contact_base.study import verify_trials
 
         done: Findings | None = study.once((self.name, engine.name), lambda: None)
         ran = self.stated(engine) if done else ()
@@ -195,9 +196,11 @@ class ContactCase(Case[P]):
         found = verify_trials(self, engine, study, self.trials(study.level, submodels))
         if not done and study.level == "full":
             found.checks += invariances(self, engine, study)
-        climbed = (*done.evidence.climbed,) if done and done.evidence else ()
-        climbed = (*climbed, *found.evidence.climbed)
-        found.evidence = Evidence(engine.title, climbed, scanned(self, engine))
+        first: Evidence = done.evidence if done and done.evidence else Evidence(engine.title, ())
+        climbed = (*first.climbed, *found.evidence.climbed)
+        failed = (*first.failed, *found.evidence.failed)
+        scans = scanned(self, engine)
+        found.evidence = Evidence(engine.title, climbed, scans, failed=failed)
         return found
 
     def drawings(self, evidence: Evidence) -> Sequence[Drawing]:
@@ -215,11 +218,11 @@ class ContactCase(Case[P]):
         overlap, _ = overlap_of(parameters, motion)
         return {"": (1e6 * overlap, motion.force[:, 0, 2])}
 
-    def plots(self, cell: Sequence[Climbed], who: str) -> Sequence[Plot]:
-        """Return the plots of a submodel in an engine, by its title: motion, and errors."""
-        from harness.cases.contact_base.curves import errors_plot, motion_plot
+    def plot(self, one: Tried, who: str) -> Plot:
+        """Return what a page shows of a trial in an engine, by its title, beside the errors."""
+        from harness.cases.contact_base.curves import motion_plot
 
-        return motion_plot(self, cell, who), errors_plot(self, cell)
+        return motion_plot(self, one, who)
 
     def sections(
         self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from harness.cases.contact_base.contact_case import ContactCase
+    from harness.cases.contact_base.evidence import Climbed
     from harness.cases.contact_base.scans import Scanned
-    from harness.cases.contact_base.study import Climbed
 
 COLUMNS = 2
 BELOW: dict[str, Any] = {

@@ -1,15 +1,16 @@
-"""What a report says of a contact case: formula, limits, figures, and how to run each again."""
+"""What a report says of a contact case: formulas, figures, and how to run each again."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from harness.cases.contact_base.evidence import Climbed, Evidence, Failed, Tried
 from harness.cases.contact_base.formulas import formulas
 from harness.cases.contact_base.reference import asked_for
 from harness.cases.contact_base.scans import STEPS, Scanned
-from harness.cases.contact_base.study import Climbed, Evidence
 from harness.comparison.findings import Findings
 from harness.parameters.contact_rules import Rules
 from harness.report.sections import CellText, Drawing, Plot, Section, Table
@@ -18,32 +19,16 @@ from harness.shown import in_words
 if TYPE_CHECKING:
     from harness.cases.contact_base.contact_case import ContactCase
 
-HEAD = ("submodel", "system", "quantity", "limit", "uncertainty", "expected", "by", "order")
-
 
 def sections_of(
     case: ContactCase[Any], main: Findings, beside: Sequence[Findings] = ()
 ) -> Sequence[Section]:
-    """Return one section with the limits of a case in an engine, and a run of each to copy.
+    """Return one section with the figures of a case.
 
-    Cells of the matrix have pages of their own, those of the engines ``beside``, too.
+    Values, errors and runs are on pages of the matrix's cells, those of the engines ``beside``,
+    too.
     """
     evidence: Evidence = main.evidence
-    rows = tuple(row for one in evidence.climbed for row in _rows(case, one))
-    limits = Table(
-        f"Limits of {case.name}",
-        f"Limits of a small step in {evidence.who}, beside what the law asks for.",
-        HEAD,
-        rows,
-        frozenset({3, 4, 5, 7}),
-    )
-    commands = Table(
-        f"Runs of {case.name}",
-        "The coarsest run of each: its law, and the command that repeats it.",
-        ("submodel", "system", "law", "run it again"),
-        tuple(_run(case, one, main.engine) for one in evidence.climbed),
-        prose=frozenset({2, 3}),
-    )
     title = f"Contact: {case.name}"
     drawings = tuple(case.drawings(evidence)) if evidence.climbed and evidence.drawn else ()
     scans = [(one.evidence.who, one.evidence.scans) for one in beside if one.evidence]
@@ -52,32 +37,24 @@ def sections_of(
     # the main engine may stand beside itself, with more submodels
     engines = {one.engine: one for one in (main, *beside) if one.evidence}
     cells = tuple(cell for one in engines.values() for cell in _cells(case, one))
-    told = (case.summary, case.formula)
-    return (Section(title, told, (), (limits, commands), drawings, cells),)
+    return (Section(title, (case.summary, case.formula), (), (), drawings, cells),)
 
 
 def _cells(case: ContactCase[Any], found: Findings) -> Iterator[CellText]:
-    """Yield what is told of each submodel, in all its systems."""
+    """Yield what is told of each submodel, in all its systems in the order of the case."""
     evidence: Evidence = found.evidence
-    by_submodel: dict[str, list[Climbed]] = {}
-    for one in evidence.climbed:
+    systems = [*case.systems]
+    by_submodel: dict[str, list[Tried]] = {}
+    for one in evidence.tried:
         by_submodel.setdefault(one.trial.submodel, []).append(one)
     for name, cell in by_submodel.items():
-        law = cell[0].finest.law
-        commands = []
-        for one in cell:
-            commands.append(
-                (
-                    f"{one.trial.system}: the case at its coarsest step",
-                    _again(case, one, found.engine),
-                )
-            )
-            commands.append((f"{one.trial.system}: the run with the finest step", one.command))
+        cell.sort(key=lambda one: systems.index(one.trial.system))
+        failed = [one for one in cell if isinstance(one, Failed)]
         formula = Table(
             "The law",
             "n points to the first sphere, m* and R* are the reduced mass and radius.",
             ("part", "formula"),
-            (*formulas(law), *_rules(case, cell)),
+            (*formulas(cell[0].finest.law), *_rules(case, cell)),
             prose=frozenset({1}),
         )
         yield CellText(
@@ -85,21 +62,70 @@ def _cells(case: ContactCase[Any], found: Findings) -> Iterator[CellText]:
             name,
             found.engine,
             evidence.who,
-            (case.summary, f"Expected: {case.formula}"),
-            (formula, _parameters(cell)),
-            tuple(commands),
+            (
+                case.summary,
+                f"Expected: {case.formula}",
+                *(f"{one.trial.system}: {evidence.who} {one.why}." for one in failed),
+            ),
+            (*_asked_of(case, failed), formula, _parameters(cell)),
+            tuple(pair for one in cell for pair in _commands(case, one, found.engine)),
             partial(_plots, case, cell, evidence),
+            frozenset(name for one in cell for name in _inputs(case, one)),
         )
 
 
-def _plots(case: ContactCase[Any], cell: Sequence[Climbed], evidence: Evidence) -> Sequence[Plot]:
+def _commands(case: ContactCase[Any], one: Tried, engine: str) -> Iterator[tuple[str, str]]:
+    """Yield what repeats a trial: by the harness, and by hand."""
+    system = one.trial.system
+    yield f"{system}: the case at its coarsest step", _again(case, one, engine)
+    if one.command:
+        which = "that failed" if isinstance(one, Failed) else "with the finest step"
+        yield f"{system}: the run {which}", one.command
+
+
+def _inputs(case: ContactCase[Any], one: Tried) -> tuple[str, str]:
+    """Return the names of the scripts that state a trial: of all variants, or of its own."""
+    job = case.job(one.trial.parameters)
+    return job.template.name, f"{job.template.name}-{job.variant}"
+
+
+def _asked_of(case: ContactCase[Any], failed: Sequence[Failed]) -> Iterator[Table]:
+    """Yield a table of what is expected where an engine left nothing to hold against it."""
+    units = {quantity.name: quantity.unit for quantity in case.quantities}
+    rows = tuple(
+        (
+            one.trial.system,
+            in_words(name, units[name]),
+            f"{told.value:.9g}",
+            units[name].removeprefix("1"),
+            told.kind,
+        )
+        for one in failed
+        for name, told in one.references.items()
+        if math.isfinite(told.value)
+    )
+    if rows:
+        yield Table(
+            "What the law asks for",
+            "Where the run left nothing to be held against it.",
+            ("system", "quantity", "reference", "unit", "by"),
+            rows,
+            frozenset({2}),
+        )
+
+
+def _plots(case: ContactCase[Any], cell: Sequence[Tried], evidence: Evidence) -> Sequence[Plot]:
     """Return the plots of a submodel; without the curves of the law at level quick."""
     from harness.cases.contact_base.curves import errors_plot
 
-    return case.plots(cell, evidence.who) if evidence.drawn else (errors_plot(case, cell),)
+    found = []
+    for one in cell:
+        found += [case.plot(one, evidence.who)] if evidence.drawn else []
+        found += [errors_plot(case, one)] if isinstance(one, Climbed) else []
+    return found
 
 
-def _rules(case: ContactCase[Any], cell: Sequence[Climbed]) -> Iterator[tuple[str, str]]:
+def _rules(case: ContactCase[Any], cell: Sequence[Tried]) -> Iterator[tuple[str, str]]:
     """Yield the rules of the engine that are not the default ones and matter, in any system."""
     told: dict[str, Any] = {}
     for one in cell:
@@ -110,7 +136,7 @@ def _rules(case: ContactCase[Any], cell: Sequence[Climbed]) -> Iterator[tuple[st
         yield f"rule: {in_words(name)}", f"{in_words(str(value))} ({meaning})"
 
 
-def _parameters(cell: Sequence[Climbed]) -> Table:
+def _parameters(cell: Sequence[Tried]) -> Table:
     """Return what the first system is told, with units, and where the others differ."""
     rows = []
     for name, field in type(cell[0].finest).model_fields.items():
@@ -169,40 +195,14 @@ def codes_drawn(case: ContactCase[Any], codes: Sequence[tuple[str, Sequence[Scan
     )
 
 
-def _run(case: ContactCase[Any], one: Climbed, engine: str) -> tuple[str, str, str, str]:
-    law = one.trial.parameters.law.model_dump(exclude_none=True, exclude_defaults=True)
-    told = ", ".join(f"{name} = {value}" for name, value in law.items()) or "the default"
-    return one.trial.submodel, one.trial.system, told, _again(case, one, engine)
-
-
-def _again(case: ContactCase[Any], one: Climbed, engine: str) -> str:
+def _again(case: ContactCase[Any], one: Tried, engine: str) -> str:
     settings = " ".join(f"--set {name}={value}" for name, value in _changes(case, one))
     return f"dem-harness run {case.name} --engine {engine} {settings}"
 
 
-def _changes(case: ContactCase[Any], one: Climbed) -> Iterator[tuple[str, Any]]:
+def _changes(case: ContactCase[Any], one: Tried) -> Iterator[tuple[str, Any]]:
     """Yield what a trial changes of the default parameters."""
     base = dict(case.default)
     for name, value in one.trial.parameters:
         if value is not None and base[name] != value:
             yield name, str(value).lower() if isinstance(value, bool) else value
-
-
-def _rows(case: ContactCase[Any], one: Climbed) -> Iterator[tuple[str, ...]]:
-    from harness.report.figures.style import quantity
-
-    units = {observable.name: observable.unit for observable in case.quantities}
-    for name, expected in one.references.items():
-        reached = one.limits.get(name)
-        if reached is None:
-            continue
-        yield (
-            one.trial.submodel,
-            one.trial.system,
-            quantity(in_words(name, units[name]), units[name]),
-            f"{reached.value:.9g}",
-            f"{reached.uncertainty:.1e}",
-            f"{expected.value:.9g}",
-            expected.kind,
-            f"{reached.order:.2f}",
-        )

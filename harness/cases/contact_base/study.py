@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from harness.cases.contact_base.evidence import Climbed, Evidence, Failed
 from harness.cases.contact_base.ladder import RECORDED, STEPS, climb, powers
-from harness.cases.contact_base.motion import Motion, motion_of
+from harness.cases.contact_base.motion import motion_of
 from harness.cases.contact_base.reference import followed, jumps_at_the_end, rules_of
-from harness.cases.contact_base.scans import Scanned
 from harness.cases.contact_base.submodels import Trial
 from harness.cases.contact_base.tolerances import jump_of, width_of
-from harness.cases.contract import Reference, Study
+from harness.cases.contract import Study
 from harness.comparison.baseline_record import BaselineRecord, Quantity, made_by, name_in_cell
 from harness.comparison.convergence import Limit
 from harness.comparison.findings import Findings
@@ -42,42 +42,6 @@ MOVED = 10.0
 """Errors of a rung by which the rungs must differ for their order to be told."""
 
 
-@dataclass(frozen=True)
-class Climbed:
-    """What a trial left: limits of its quantities, what is expected, and its finest motion.
-
-    Expected under the engine's ``rules``, and ``plain`` under the default ones.
-    A force jumps where an impact ``slides``, or a contact ``ends``, within a step.
-    ``finest`` are the parameters of the last rung, ``command`` is what runs it again by hand.
-    """
-
-    trial: Trial
-    limits: Mapping[str, Limit]
-    references: Mapping[str, Reference]
-    plain: Mapping[str, Reference]
-    rules: Rules
-    motion: Motion
-    kinked: bool
-    slides: bool
-    ends: bool
-    finest: Any
-    command: str
-
-
-@dataclass(frozen=True)
-class Evidence:
-    """The trials of a case in an engine, by its title, and its part of the figure of all codes.
-
-    ``drawn``: with figures of all submodels, and on the page of each the curve that the law asks
-    for: these take longer than the runs of level quick.
-    """
-
-    who: str
-    climbed: tuple[Climbed, ...]
-    scans: tuple[Scanned, ...] = ()
-    drawn: bool = True
-
-
 def verify_trials(
     case: ContactCase[Any], engine: Engine, study: Study, trials: Iterable[Trial]
 ) -> Findings:
@@ -94,7 +58,7 @@ def verify_trials(
     steps = STEPS[study.level]
     rungs = [t.parameters.replace(steps_per_contact=n) for t in runnable for n in steps]
     outputs = engine.run([case.job(one) for one in rungs]) if rungs else []
-    climbed = []
+    climbed, failed = [], []
     for number, trial in enumerate(runnable):
         own = slice(number * len(steps), (number + 1) * len(steps))
         runs = list(zip(rungs[own], outputs[own], strict=True))
@@ -106,13 +70,14 @@ def verify_trials(
             died = not isinstance(error, EngineNaNError)
             cell = _cell(case, trial, engine)
             findings.checks.append(replace(row, engine_died=died, cell=cell))
+            failed.append(_failed(case, trial, runs, engine, error))
         else:
             findings.checks += _judged(case, found, engine)
             climbed.append(found)
             findings.records.append(_record(case, trial, runs[steps.index(RECORDED)], engine))
         study.progress(case.name, number + 1, len(runnable))
     drawn = study.level != "quick"
-    findings.evidence = Evidence(engine.title, tuple(climbed), drawn=drawn)
+    findings.evidence = Evidence(engine.title, tuple(climbed), drawn=drawn, failed=tuple(failed))
     return findings
 
 
@@ -132,18 +97,39 @@ def _climbed(
     finest = runs[-1][0]
     steps = [parameters.steps_per_contact for parameters, _ in runs]
     rules = rules_of(case.job(finest), engine.traits)
-    told = followed(case.scene(finest), rules)
+    integrated = followed(case.scene(finest), rules)
     terms = case.powers or powers(trial.parameters, engine.traits.contact_powers)
     ends = jumps_at_the_end(case.scene(finest), rules)
-    jumps = told.jumps or ends
-    kinked = told.kinked or jumps
-    slides = told.jumps and math.isfinite(told.ended)
+    jumps = integrated.jumps or ends
+    kinked = integrated.kinked or jumps
+    slides = integrated.jumps and math.isfinite(integrated.ended)
     limits = climb(terms, steps, rungs, kinked=kinked, jumps=jumps)
     references, plain = case.expected(finest, rules), case.expected(finest, Rules())
-    # an output's log begins with the command that runs the same again
-    command = output.log.partition("\n")[0].removeprefix("# ")
-    where = kinked, slides, ends
-    return Climbed(trial, limits, references, plain, rules, motion, *where, finest, command)
+    told = trial, references, rules, finest, _command(output.log)
+    return Climbed(*told, limits, plain, motion, kinked, slides, ends)
+
+
+def _failed(
+    case: ContactCase[Any],
+    trial: Trial,
+    runs: Sequence[tuple[Any, Output | EngineError]],
+    engine: Engine,
+    error: EngineError,
+) -> Failed:
+    """Return what is expected of a trial of which a run failed, and how."""
+    finest, last = runs[-1]
+    rules = rules_of(case.job(finest), engine.traits)
+    # a run that ended may be found wrong only as it is read
+    left = next((output for _, output in runs if isinstance(output, EngineError)), last)
+    nan = isinstance(error, EngineNaNError)
+    why = "left no finite value" if nan else f"left no value ({error.kind})"
+    references = case.expected(finest, rules)
+    return Failed(trial, references, rules, finest, _command(left.log), why)
+
+
+def _command(log: str) -> str:
+    """Return what a log begins with: the command that runs the same again."""
+    return log.partition("\n")[0].removeprefix("# ")
 
 
 def _judged(case: ContactCase[Any], found: Climbed, engine: Engine) -> list[Check]:

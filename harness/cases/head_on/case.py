@@ -23,7 +23,7 @@ from harness.parameters.contact_scene import ContactScene
 from harness.report.sections import Drawing
 
 if TYPE_CHECKING:
-    from harness.cases.contact_base.study import Evidence
+    from harness.cases.contact_base.evidence import Evidence
 
 
 class HeadOn(ContactSystem):

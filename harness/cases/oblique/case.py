@@ -22,7 +22,7 @@ from harness.parameters.contact_scene import ContactScene
 from harness.report.sections import Drawing, Plot, Section
 
 if TYPE_CHECKING:
-    from harness.cases.contact_base.study import Climbed, Evidence
+    from harness.cases.contact_base.evidence import Evidence, Tried
 
 
 LEAST_ANGLE = 1e-6
@@ -88,12 +88,12 @@ class ObliqueCase(Friction, ContactCase[Oblique]):
         further = drawn_beside(own.evidence or {})
         return [replace(one, drawings=(*one.drawings, *further)) for one in made]
 
-    def plots(self, cell: Sequence[Climbed], who: str) -> Sequence[Plot]:
-        """Return the velocity ratio over the angle, and the errors."""
-        from harness.cases.contact_base.curves import errors_plot
-        from harness.cases.oblique.figures import ratio_plot
+    def plot(self, one: Tried, who: str) -> Plot:
+        """Return the velocity ratio over the angle."""
+        from harness.cases.contact_base.curves import ratio_plot
+        from harness.cases.oblique.figures import OVER_ANGLE
 
-        return ratio_plot(self, cell, who), errors_plot(self, cell)
+        return ratio_plot(self, one, who, OVER_ANGLE)
 
     def scene(self, parameters: Oblique) -> ContactScene:
         """Return the impact; samples before and after it."""

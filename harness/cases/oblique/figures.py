@@ -2,29 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from harness.cases.contact_base.contact_case import ContactCase
-from harness.cases.contact_base.curves import scanned
+from harness.cases.contact_base.curves import ANGLES, OverAngle, scanned
 from harness.cases.contact_base.motion import Array
 from harness.parameters.contact_scene import ZERO
 from harness.report.figures.style import BLACK, COLOURS, STYLES, Figure, legend_below, panels
-from harness.report.sections import Line, Plot
 from harness.shown import in_words
 from harness.theory.oblique import slides_throughout, sliding_impulse
-from harness.theory.partial_slip import velocity_ratio
 
 if TYPE_CHECKING:
-    from harness.cases.contact_base.study import Climbed
+    from harness.cases.contact_base.evidence import Climbed
     from harness.cases.oblique.case import Oblique
 
 SHOWN = ("linear_nohistory", "linear_history", "mindlin", "mindlin_rescale")
-ANGLES = np.array([*range(5, 61, 5), 70.0, 85.0])
-"""[deg] Closer where a law takes turns between sticking and sliding."""
 AXES = ("angle to the normal (deg)", "tangential velocity ratio")
+
+OVER_ANGLE = OverAngle(
+    quantity="tangential_ratio",
+    parameter="angle",
+    title="Velocity ratio over the angle",
+    y=AXES[1],
+    value=lambda _, angle: angle,
+    angle=lambda parameters: parameters.angle,
+    sent=lambda changed: (changed.velocity, ZERO),
+    # the velocity at the contact of solid spheres changes by 7/2 of that of the centre
+    ratio=lambda _, left: 1.0 - 2.0 / 7.0 * (1.0 - left),
+)
 
 
 def ratio_over_angle(case: ContactCase[Oblique], climbed: Sequence[Climbed], who: str) -> Figure:
@@ -44,35 +52,6 @@ def ratio_over_angle(case: ContactCase[Oblique], climbed: Sequence[Climbed], who
     axes.set_title(f"lines: the laws; circles: {who}")
     legend_below(figure, columns=3)
     return figure
-
-
-def ratio_plot(case: ContactCase[Oblique], cell: Sequence[Climbed], who: str) -> Plot:
-    """Return the ratio of one law over the angle, and an engine's limit."""
-    one = cell[0]
-    angles, slides = sliding(one.finest.friction or 0.0, one.references["normal_restitution"].value)
-    slips = tuple(_partial_slip(one))
-    told = "with partial slip by Maw, Barber and Fawcett (1976), " if slips else ""
-    return Plot(
-        "Velocity ratio over the angle",
-        f"{one.trial.system}: the law integrated, {told}Coulomb's formula from the angle on where "
-        f"all of the contact slides, and {who} in the limit of a small step.",
-        *AXES,
-        (
-            Line("the law", ANGLES, _ratios(case, one)),
-            *slips,
-            Line("sliding throughout", angles, slides),
-            Line(who, [one.finest.angle], [one.limits["tangential_ratio"].value], marked=True),
-        ),
-    )
-
-
-def _partial_slip(one: Climbed) -> Iterator[Line]:
-    """Yield the curve of an elastic solid sphere on a wall of its material, where one is."""
-    law = one.finest
-    solid = law.normal == "hertz" and law.damping == "none" and "mindlin" in law.tangential
-    if solid and law.friction and law.poisson_ratio is not None and law.partner == "wall":
-        ratios = velocity_ratio(ANGLES, law.friction, law.poisson_ratio)
-        yield Line("with partial slip", ANGLES, ratios)
 
 
 def sliding(friction: float, restitution: float) -> tuple[Array, Array]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar
 
 from pydantic import Field
@@ -15,13 +15,10 @@ from harness.cases.contact_base.presets import SLIDING, SPIN, Told
 from harness.cases.contact_base.scales import met
 from harness.cases.contact_base.scans import Scan
 from harness.parameters.contact_scene import ContactScene
-from harness.report.sections import Line, Plot
+from harness.report.sections import Plot
 
 if TYPE_CHECKING:
-    from harness.cases.contact_base.study import Climbed
-
-SPINS = (25.0, 50.0, 75.0, 100.0, 150.0, 200.0, 300.0, 400.0)
-"""[rad/s] of the curve."""
+    from harness.cases.contact_base.evidence import Tried
 
 
 class Spin(ContactSystem):
@@ -51,29 +48,12 @@ class SpinCase(Friction, ContactCase[Spin]):
     shown = "spin_ratio"
     scan = Scan("spin_ratio", "spin", (25.0, 50.0, 100.0, 150.0, 200.0, 300.0, 400.0))
 
-    def plots(self, cell: Sequence[Climbed], who: str) -> Sequence[Plot]:
-        """Return the spin that is left over that before, and the errors."""
-        from harness.cases.contact_base.curves import errors_plot, scanned
+    def plot(self, one: Tried, who: str) -> Plot:
+        """Return the spin that is left over the angle of the velocity at the contact."""
+        from harness.cases.contact_base.curves import ratio_plot
+        from harness.cases.spin.figures import OVER_ANGLE
 
-        one = cell[0]
-        down = (0.0, 0.0, -one.finest.speed)
-        found = scanned(self, one, "spin", SPINS, lambda p: (down, (0.0, p.spin, 0.0)))
-        left = Plot(
-            "Spin ratio over the spin",
-            f"{one.trial.system}: the law integrated, and {who} in the limit of a small step.",
-            "spin before (rad/s)",
-            "spin after over that before",
-            (
-                Line("the law", SPINS, found["spin_ratio"]),
-                Line(
-                    who,
-                    [one.finest.spin],
-                    [one.limits["spin_ratio"].value],
-                    marked=True,
-                ),
-            ),
-        )
-        return left, errors_plot(self, cell)
+        return ratio_plot(self, one, who, OVER_ANGLE)
 
     def scene(self, parameters: Spin) -> ContactScene:
         """Return the impact; samples before and after it."""

@@ -3,8 +3,7 @@
   document.documentElement.classList.remove("nojs");
   const table = document.querySelector("table.checks");
   if (table) {
-    // laid out as cards on a phone, it stays a table for those who have it read out
-    for (const [selector, role] of [["thead, tbody", "rowgroup"], ["tr", "row"], ["th", "columnheader"], ["td", "cell"]])
+    for (const [selector, role] of [["thead, tbody", "rowgroup"], ["thead tr", "row"], ["th", "columnheader"]])
       for (const node of table.querySelectorAll(selector)) node.setAttribute("role", role);
     sortAndFilter(table);
   }
@@ -15,17 +14,28 @@
     const first = 25, body = table.tBodies[0], rows = [...body.rows], form = document.querySelector(".filters");
     const more = document.querySelector(".more"), heads = [...table.tHead.rows[0].cells];
     const { text, kind, verdict, sorted } = form.elements, count = form.querySelector("output");
-    rows.forEach((row) => {
-      row.words = [...row.cells].filter((cell) => !cell.classList.contains("n")).map((cell) => cell.textContent).join(" ").toLowerCase();
-    });
     let all = false;
+
+    // of thousands of rows, words are gathered when a filter asks for them, roles told when a row is shown
+    function wordsOf(row) {
+      row.words ??= [...row.cells].filter((cell) => !cell.classList.contains("n")).map((cell) => cell.textContent).join(" ").toLowerCase();
+      return row.words;
+    }
+    // laid out as cards on a phone, it stays a table for those who have it read out
+    function tell(row) {
+      if (row.hasAttribute("role")) return;
+      row.setAttribute("role", "row");
+      for (const cell of row.cells) cell.setAttribute("role", "cell");
+    }
 
     function show() {
       const words = text.value.toLowerCase().split(/\s+/).filter(Boolean);
-      const fits = (row) => words.every((word) => row.words.includes(word)) &&
+      const fits = (row) => words.every((word) => wordsOf(row).includes(word)) &&
         (!kind.value || row.dataset.kind === kind.value) && (!verdict.value || row.dataset.verdict === verdict.value);
       const found = [...body.rows].filter(fits), shown = new Set(all ? found : found.slice(0, first));
       rows.forEach((row) => { row.hidden = !shown.has(row); });
+      shown.forEach(tell);
+      table.classList.add("ready");
       count.value = `${found.length} of ${rows.length} checks`;
       more.hidden = found.length <= shown.size;
       more.firstElementChild.textContent = `Show all ${found.length}`;

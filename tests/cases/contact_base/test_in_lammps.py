@@ -156,6 +156,32 @@ def test_defects_are_found_by_name_in_the_release_that_has_them(lammps):
     assert {c.cell.submodel for c in told if c.verdict is Verdict.PASS} >= {"linear_history"}
 
 
+def test_every_system_stands_on_a_page_and_a_run_that_failed_with_what_the_law_asks_for(lammps):
+    version = lammps.identify().engine_version
+    if release_of(version) < release_of("29 Aug 2024"):
+        pytest.skip(f"LAMMPS {version} has no NaN at an elastic wall of the old style")
+    case = few(get_case("bounce"), ("old hooke, no damping", "hertz"), ("wall", "frozen sphere"))
+    found = verify_trials(case, lammps, Study("default"), case.trials("default"))
+    (section,) = case.sections(found, Findings("bounce"), {})
+    cells = {cell.submodel: cell for cell in section.cells}
+    groups = {name: [plot.group for plot in cell.plots()] for name, cell in cells.items()}
+    assert groups["hertz"] == ["wall", "wall", "frozen sphere", "frozen sphere"]
+    assert groups["old hooke, no damping"] == ["wall", "frozen sphere", "frozen sphere"]
+    failed = cells["old hooke, no damping"]
+    assert "wall: LAMMPS left no finite value." in failed.paragraphs
+    (law,) = failed.plots()[0].lines
+    assert np.isfinite(law.y).all()
+    asked = {row[1]: row[2] for row in failed.tables[0].rows if row[0] == "wall"}
+    assert asked["rebound ratio"] == "1"
+    assert float(asked["contact time"]) == pytest.approx(
+        found.evidence.failed[0].references["contact_time_s"].value, rel=1e-8
+    )
+    commands = dict(failed.commands)
+    assert "lmp -in contacts-plane.in -var" in commands["wall: the run that failed"]
+    assert failed.inputs == {"contacts", "contacts-plane", "contacts-pair"}
+    assert not any("failed" in name for name, _ in cells["hertz"].commands)
+
+
 def test_a_run_of_a_preset_gives_quantities_beside_their_references(lammps):
     settings = {"preset": "chung-ooi-4", "angle": "80"}
     found = run("oblique", settings, lammps).record()["quantities"]
