@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -10,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from harness.cases.contact_base.evidence import Climbed, Tried
+from harness.cases.contact_base.impact import relative_velocity
 from harness.cases.contact_base.motion import Array, Motion
 from harness.cases.contact_base.published import published
 from harness.cases.contact_base.reference import followed
-from harness.parameters.contact_scene import ContactScene, Vector
+from harness.parameters.contact_scene import ZERO, ContactScene, Vector
 from harness.report.sections import Line, Plot
 from harness.shown import in_words
 
@@ -126,8 +126,7 @@ def ratio_plot(case: ContactCase[Any], one: Tried, who: str, over: OverAngle) ->
     values = [over.value(parameters, float(angle)) for angle in ANGLES]
     found = scanned(case, one, over.parameter, values, over.sent)
     lines, told = [Line("the law", ANGLES, found[over.quantity])], "The law integrated"
-    restitution = one.references["normal_restitution"].value
-    known = published(parameters, restitution) if math.isfinite(restitution) else None
+    known = published(parameters, _restitution(case, one))
     if known is not None:
         lines.append(Line(known.name, known.angles, over.ratio(parameters, known.left)))
         told += f"; {known.told}"
@@ -145,6 +144,19 @@ def ratio_plot(case: ContactCase[Any], one: Tried, who: str, over: OverAngle) ->
         tuple(lines),
         group=one.trial.system,
     )
+
+
+def _restitution(case: ContactCase[Any], one: Tried) -> float:
+    """Return the restitution at the normal velocity of a trial, without friction to act.
+
+    Of an oblique impact the normal turns, and what comes back along the first is not all of it.
+    """
+    base = case.scene(one.finest)
+    before = base.bodies[0].velocity[2]
+    bodies = tuple(replace(body, omega=ZERO) for body in base.bodies)
+    bodies = (replace(bodies[0], velocity=(0.0, 0.0, before)), *bodies[1:])
+    motion = followed(replace(base, bodies=bodies, every=base.steps), one.rules, DRAWN).motion
+    return float(relative_velocity(motion)[-1, 2]) / -before
 
 
 def scanned(

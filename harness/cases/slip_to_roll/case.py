@@ -57,7 +57,7 @@ class SlipToRollCase(Friction, RestingCase[SlipToRoll]):
 
     def axes(self, parameters: SlipToRoll) -> tuple[str, str]:
         """Return what is drawn: both speeds until it rolls."""
-        return "time (ms)", "over the speed of the start"
+        return "time (ms)", "speeds over that of the start"
 
     def curves(self, parameters: SlipToRoll, motion: Motion) -> Mapping[str, tuple[Array, Array]]:
         """Return speed, and radius times spin."""

@@ -60,6 +60,7 @@ def test_a_page_shows_the_law_on_the_curve(monkeypatch, case, name, sticking, sy
     if sticking is not None:
         assert law.y[0] == pytest.approx(sticks, abs=sticking)
     assert "no point" in plot.caption
+    assert ("mu (1 + e) / 2" in plot.caption) == (name == "mindlin")  # the other dissipates nothing
 
 
 def test_an_elastic_linear_contact_that_sticks_is_on_the_branch():
