@@ -234,3 +234,25 @@ def test_axe_finds_nothing_on_the_matrix_and_the_pages_of_cells(
         assert barriers(page) == [], file.name
         assert page.evaluate("document.documentElement.scrollWidth") == width, file.name
     context.close()
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_the_head_of_a_long_matrix_stays_in_view(browser, found, tmp_path, width):
+    rows = tuple(row("slide", f"spring {n}", "wall") for n in range(80))
+    write(replace(found, checks=rows), tmp_path / "run")
+    page = browser.new_page(viewport={"width": width, "height": 800})
+    page.goto((tmp_path / "run" / "report.html").as_uri())
+    box = page.locator(".table:has(> .matrix)")
+    box.evaluate("node => { node.scrollIntoView(); node.scrollTop = node.scrollHeight; }")
+    frame, head, last = (
+        one.bounding_box()
+        for one in (
+            box,
+            page.locator(".matrix thead th").first,
+            page.get_by_role("rowheader", name="spring 79"),
+        )
+    )
+    assert head["y"] == pytest.approx(frame["y"], abs=2)
+    assert last["y"] + last["height"] <= frame["y"] + frame["height"] + 2
+    assert frame["height"] <= 0.9 * 800
+    page.close()
