@@ -1,7 +1,9 @@
 """The three kinds of friction of a contact as sliders: tangential, rolling, twisting.
 
 tangential: linear, kappa = k_t; Mindlin, kappa = 8 G* a (Mindlin 1949; Johnson 1985, section 7.2),
-which holds for the total displacement (``mindlin``) or for its increments (``mindlin/force``,
+a that of the contact; beside mdr G* is twice as large at a wall, which is rigid; or, by a rule,
+both are Hertz's: a^2 = R* overlap, of radii as they have grown, and a wall of the same material. It
+holds for the total displacement (``mindlin``) or for its increments (``mindlin/force``,
 whose state is the integral of a u). The rescaled ones shrink the state with a while the contact
 opens (Thornton, Cummins and Cleary 2013). eta_t = x_t eta_n.
 
@@ -14,12 +16,14 @@ section 2.6): kappa = K a^2 / 2, eta = eta_t a^2 / 2, friction 2/3 a mu, K the t
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from harness.pair.damping import dashpot
 from harness.pair.flat import pressed
 from harness.pair.geometry import Change, Geometry
-from harness.pair.normal import Elastic, pull_off_force
+from harness.pair.normal import MDR, Elastic, pull_off_force
+from harness.pair.plastic import grown
 from harness.pair.records import ROLLING, TANGENTIAL, TWIST_MARSHALL, Records, System
 from harness.pair.slider import INSIDE, Slider
 from harness.pair.vectors import Vector, compiled, cross, dot, scaled
@@ -68,7 +72,7 @@ def slider_of(
     """Return one of the sliders of a contact; ``opening``: its overlap shrinks."""
     law = system.law
     if kind == TANGENTIAL:
-        return _tangential(g, normal, law, opening)
+        return _tangential(g, normal, system, contact, opening)
     if kind == ROLLING:
         stiffness, eta, friction = law.rolling_coefficients
         u = scaled(system.contacts[contact].curvature, cross(g.spin, g.normal))
@@ -77,19 +81,20 @@ def slider_of(
     if law.twisting != TWIST_MARSHALL:
         stiffness, eta, friction = law.twisting_coefficients
         return Slider(stiffness, 0.0, eta, 0.0, friction, 0.0, u, 1.0, 0.0)
-    return _marshall(normal, law, g, u)
+    return _marshall(normal, system, contact, g, u)
 
 
 @compiled
-def _tangential(g: Geometry, normal: Normal, law: Records, opening: bool) -> Slider:
-    stiffness, a = law.tangential_stiffness, normal.elastic.radius
+def _tangential(g: Geometry, normal: Normal, system: System, contact: int, opening: bool) -> Slider:
+    law = system.law
+    stiffness, (a, growth) = _stiffness(system, contact), _radius(g, normal, system, contact)
     rate, gain = 0.0, 1.0
     if law.by_radius and law.by_force:
         gain = a
     elif law.by_radius:
         stiffness *= a
-        rate = stiffness * normal.growth
-    rescale = normal.growth if law.rescaled and opening else 0.0
+        rate = stiffness * growth
+    rescale = growth if law.rescaled and opening else 0.0
     x = law.tangential_damping
     return Slider(
         stiffness,
@@ -105,9 +110,31 @@ def _tangential(g: Geometry, normal: Normal, law: Records, opening: bool) -> Sli
 
 
 @compiled
-def _marshall(normal: Normal, law: Records, g: Geometry, u: Vector) -> Slider:
-    a, growth = normal.elastic.radius, normal.growth
-    stiffness, powers = 0.5 * law.tangential_stiffness * a * a, 2.0
+def _stiffness(system: System, contact: int) -> float:
+    """Return k_t [N/m], or 8 G* [Pa]: twice that of equal materials at the rigid wall of mdr."""
+    law = system.law
+    rigid = law.normal == MDR and not law.hertzian and system.contacts[contact].second < 0
+    return float(law.tangential_stiffness * (2.0 if rigid and law.by_radius else 1.0))
+
+
+@compiled
+def _radius(g: Geometry, normal: Normal, system: System, contact: int) -> tuple[float, float]:
+    """Return the contact radius that friction takes [m], and d(ln a)/dt [1/s]."""
+    one = system.contacts[contact]
+    if not system.law.hertzian or g.overlap <= 0.0:
+        return normal.elastic.radius, normal.growth
+    flats = 1.0 if one.second < 0 else 2.0
+    more, rate = grown(system.law, one, g.overlap)
+    curvature, overlap = one.curvature + more / flats, g.overlap + flats * more
+    growth = 0.5 * (rate / flats / curvature + (1.0 + flats * rate) / overlap)
+    return math.sqrt(curvature * overlap), growth * g.closing
+
+
+@compiled
+def _marshall(normal: Normal, system: System, contact: int, g: Geometry, u: Vector) -> Slider:
+    law = system.law
+    a, growth = _radius(g, normal, system, contact)
+    stiffness, powers = 0.5 * _stiffness(system, contact) * a * a, 2.0
     if law.marshall_by_radius:
         stiffness, powers = stiffness * a, 3.0
     eta = 0.5 * law.tangential_damping * normal.eta * a * a

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from harness.pair.lever import lever
+from harness.pair.lever import lever, raised
+from harness.pair.plastic import grown
 from harness.pair.records import BODY, CONTACT, Floats, System
 from harness.pair.vectors import Vector, across, compiled, cross, dot, length, plus, scaled
 
@@ -93,10 +94,16 @@ def levers(
     ``kind`` is that between spheres.
     """
     i, j = system.contacts[contact].first, system.contacts[contact].second
+    more = grown(system.law, system.contacts[contact], overlap)
     if j < 0:
-        return lever(system.law.wall_lever, overlap, system.bodies[i].radius, 0.0), (0.0, 0.0)
+        wall = system.law.wall_lever
+        found = lever(wall, overlap, system.bodies[i].radius, 0.0)
+        return raised(found, wall, more, 1.0), (0.0, 0.0)
     first, second = system.bodies[i].radius, system.bodies[j].radius
-    return lever(kind, overlap, first, second), lever(kind, overlap, second, first)
+    return (
+        raised(lever(kind, overlap, first, second), kind, more, 2.0),
+        raised(lever(kind, overlap, second, first), kind, more, 2.0),
+    )
 
 
 class Change(NamedTuple):

@@ -35,3 +35,20 @@ def lever(kind: int, overlap: float, radius: float, other: float) -> tuple[float
         uneven = (radius - other) * both / distance
         return 0.5 * (distance + uneven), 0.5 * (uneven / distance - 1.0)
     return radius - 0.5 * overlap, -0.5
+
+
+@compiled
+def raised(
+    found: tuple[float, float], kind: int, grown: tuple[float, float], spheres: float
+) -> tuple[float, float]:
+    """Return a lever and its slope where each of one or two ``spheres`` has grown by as much [m].
+
+    ``found`` is that of radius and overlap as they were, ``grown`` has its slope with that overlap,
+    too. Both grow, the place of the contact and the centres stay.
+    """
+    share = 0.0
+    if kind == RADIUS:
+        share = 1.0
+    elif kind == CONTACT_POINT:
+        share = 1.0 - 0.5 * spheres
+    return found[0] + share * grown[0], found[1] + share * grown[1]

@@ -22,6 +22,9 @@ z = R - delta + A/2 below (Boussinesq),
     u = p / (2 G s) (2 (1 - nu) a^2 - (1 - 2 nu) z (s - z)),   s^2 = a^2 + z^2:
 
 as an ellipse of the axes A and B = 2 a, which is at A/2 at the largest depth and comes to 0 there.
+
+A sphere that has swollen is that large: friction has its radius as the lever, and it turns with the
+moment of inertia 2/5 m R^2 (:func:`grown`).
 """
 
 from __future__ import annotations
@@ -161,7 +164,23 @@ def loaded(law: Records, contact: Records, depth: float, radius: float) -> Elast
         grown, rate = 0.0, 0.0
     one = _pressed(law.yield_stress, contact.onset, radius, depth + grown, radius + grown)
     slope = one.slope + rate * one.by_radius
-    return Elastic(one.force, slope, math.sqrt(one.square), 0.0)
+    flat = radius - depth  # of the flat from the centre, which stays as the radius grows
+    widens = (flat * (1.0 + rate) + (depth + grown) * rate) / one.square  # d(ln a)/d(depth)
+    return Elastic(one.force, slope, math.sqrt(one.square), widens)
+
+
+@compiled
+def grown(law: Records, contact: Records, overlap: float) -> tuple[float, float]:
+    """Return by how much the radius of a sphere in a contact has grown [m], d(that)/d(overlap).
+
+    ``overlap`` [m] is that of the spheres as they were.
+    """
+    if not law.yields or contact.stage < SWELLING:
+        return 0.0, 0.0
+    flats = 1.0 if contact.second < 0 else 2.0
+    most = max(overlap, contact.largest)
+    more, rate = swelling(law, contact, most / flats, contact.first_radius)
+    return more, rate / flats if overlap >= contact.largest else 0.0
 
 
 @compiled

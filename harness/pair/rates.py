@@ -16,7 +16,7 @@ from harness.pair.friction import (
 )
 from harness.pair.geometry import Geometry, change, geometry, levers, normal_and_gap, vector
 from harness.pair.normal import MDR, last_overlap
-from harness.pair.plastic import next_stage
+from harness.pair.plastic import grown, next_stage
 from harness.pair.records import BODY, CONTACT, TANGENTIAL, Floats, Integers, System
 from harness.pair.slider import OFF, beyond, force, spring, state_rate
 from harness.pair.vectors import Vector, compiled, cross, plus, scaled
@@ -114,10 +114,20 @@ def accelerations(y: Floats, system: System, modes: Integers) -> Floats:
     result = forces(y, system, modes)
     for b in range(len(system.bodies)):
         body = system.bodies[b]
+        slower = _slower(y, system, body.radius)
         for k in range(3):
             result[b, k] = result[b, k] * body.inverse_mass + body.gravity[k]
-            result[b, 3 + k] *= body.inverse_inertia
+            result[b, 3 + k] *= body.inverse_inertia * slower
     return result
+
+
+@compiled
+def _slower(y: Floats, system: System, radius: float) -> float:
+    """Return the square of a radius [m] over that of the sphere grown: it has one contact."""
+    if not system.law.yields:
+        return 1.0
+    more, _ = grown(system.law, system.contacts[0], y[place_of(system, 0)])
+    return float((radius / (radius + more)) ** 2)
 
 
 @compiled

@@ -39,6 +39,7 @@ LAW = np.dtype(
         ("tangential", "?"),
         ("tangential_stiffness", "f8"),
         ("by_radius", "?"),  # Mindlin: the stiffness is that times the contact radius
+        ("hertzian", "?"),  # its contact radius is sqrt(R* overlap), whatever the normal force
         ("by_force", "?"),  # the state is the force over the coefficient, not a displacement
         ("rescaled", "?"),
         ("tangential_damping", "f8"),
@@ -60,8 +61,8 @@ LAW = np.dtype(
 )
 """The law and its rules as numbers."""
 
-OF_FRICTION = ("cut_back", "damping_in_cap", "torque_lever", "velocity_lever", "wall_lever",
-               "mean_spin", "turns")  # fmt: skip
+OF_FRICTION = ("hertzian", "cut_back", "damping_in_cap", "torque_lever", "velocity_lever",
+               "wall_lever", "mean_spin", "turns")  # fmt: skip
 """Fields that nothing asks for without friction."""
 
 OF_MDR = ("yields", "yield_stress", "bulk", "bulk_modulus", "shear_modulus", "poisson")

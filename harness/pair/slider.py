@@ -42,7 +42,11 @@ IN_CAP = {
 }
 
 ALIGNED = 1e-13
-"""[rad] between a sliding force and what drives it that is round-off."""
+"""[rad] between a sliding force and what drives it that is round-off, of a force as large as those
+of the contact; of a smaller one as much more, for its direction is followed less closely."""
+
+FAINTEST = 1e8
+"""Times that, at most."""
 
 FELT = 1e-8
 """[limit] least jump of the force as a slider sticks whose dashpot was off: else it chatters."""
@@ -141,8 +145,8 @@ def state_rate(
 ) -> Vector:
     """Return the rate of the state in the turning frame.
 
-    ``cap`` is the limit, and a limit so small that the direction no longer matters: at the
-    limit 0 it would turn infinitely fast.
+    ``cap`` is the limit, and a limit so small that the direction no longer matters, 1e-8 of those
+    of the contact: at the limit 0 it would turn infinitely fast.
     """
     cut_back, damping = rules
     if mode == OFF:
@@ -153,7 +157,8 @@ def state_rate(
         driven = drive(slider, held, change, damping)
         turning = across(driven, e)
         # a force that is aligned stays so, however fast it would turn: no stiffness from round-off
-        if length(turning) <= ALIGNED * length(driven):
+        aligned = ALIGNED * max(1.0, FAINTEST * cap[1] / max(cap[0], cap[1]))
+        if length(turning) <= aligned * length(driven):
             return (0.0, 0.0, 0.0)
         return scaled(1.0 / max(cap[0], cap[1]), turning)
     return plus(scaled(slider.gain, slider.velocity), slider.rescale, q)

@@ -131,6 +131,9 @@ def law_of(law: ContactLaw, rules: Rules) -> Records:
         if mindlin
         else law.tangential_stiffness or 0.0,
         "by_radius": mindlin,
+        "hertzian": law.normal == "mdr"
+        and rules.mdr_friction == "hertz"
+        and (mindlin or law.twisting == "marshall"),
         "by_force": law.tangential.endswith("/force"),
         "rescaled": "rescale" in law.tangential,
         "tangential_damping": law.tangential_damping or 0.0,
@@ -163,7 +166,8 @@ def _branches(law: ContactLaw) -> dict[str, float | bool]:
         return dict.fromkeys(OF_MDR, 0.0)
     young, poisson = law.youngs_modulus or 0.0, law.poisson_ratio or 0.0
     return {
-        "yields": law.yield_stress is not None,
+        # from the first touch on the bulk takes what is displaced: no pressure is left that yields
+        "yields": law.yield_stress is not None and not law.bulk_response,
         "yield_stress": law.yield_stress or 0.0,
         "bulk": law.bulk_response,
         "bulk_modulus": young / (3.0 * (1.0 - 2.0 * poisson)),

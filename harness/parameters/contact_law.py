@@ -4,8 +4,8 @@ Names and units follow the manual of LAMMPS's pair style granular, formulas the 
 Johnson, Contact Mechanics (1985); Luding, Granular Matter 10, 235 (2008); Marshall, J. Comput.
 Phys. 228, 1541 (2009); Thornton, Cummins and Cleary, Powder Technol. 233, 30 (2013); Zunker and
 Kamrin, J. Mech. Phys. Solids 183, 105492 and 105493 (2024). Of their ``mdr`` this is the elastic
-branch, with a constant dashpot (``velocity``) or one of the stiffness (``mdr``), or one of yield,
-adhesion and a bulk response from the first touch on, without a dashpot.
+branch, yield, and a bulk response from the first touch on, with a constant dashpot (``velocity``)
+or one of the stiffness (``mdr``), and with friction; and adhesion, alone.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
+from harness.parameters import mdr_branches
 from harness.parameters.base import Parameters
 from harness.parameters.contact_coefficients import MAY_TAKE, TAKES, default_of
 
@@ -152,7 +153,7 @@ class ContactLaw(Parameters):
                 "(tangential = linear_history, mindlin, ...)"
             )
         self._damping_fits()
-        self._branches_fit()
+        mdr_branches.check(self)
         return self
 
     def _part_has_its_own(self, part: str, models: dict[str, tuple[str, ...]]) -> None:
@@ -183,41 +184,6 @@ class ContactLaw(Parameters):
             raise ValueError("damping = 'coeff_restitution': needs normal = hooke or hertz")
         if self.normal in COHESIVE and self.clipped:
             raise ValueError(f"clipped = True: normal = {self.normal!r} attracts (must be False)")
-        if self.normal == "mdr" and self.damping not in ("none", "velocity", "mdr"):
-            raise ValueError(
-                f"damping = {self.damping!r}: normal = mdr takes none, velocity or mdr"
-            )
-        if self.damping == "mdr" and self.normal != "mdr":
-            raise ValueError("damping = 'mdr': needs normal = mdr")
-        if self.normal == "mdr" and self.tangential != "none":
-            raise ValueError(f"tangential = {self.tangential!r}: normal = mdr takes none")
-
-    def _branches_fit(self) -> None:
-        """Raise ValueError for branches of mdr that are not stated, alone or together."""
-        if self.bulk_response and self.normal != "mdr":
-            raise ValueError(
-                f"bulk_response = True: normal = {self.normal!r} has none (normal = mdr does)"
-            )
-        if self.normal != "mdr":
-            return
-        given = {
-            "yield_stress": self.yield_stress is not None,
-            "surface_energy": self.surface_energy is not None,
-            "bulk_response": self.bulk_response,
-        }
-        named = [
-            f"{name} = {getattr(self, name)!r}" for name, is_given in given.items() if is_given
-        ]
-        if len(named) > 1:
-            raise ValueError(f"{named[0]}: normal = mdr is stated with one of {', '.join(given)}")
-        if named and self.damping != "none":
-            raise ValueError(f"damping = {self.damping!r}: must be none beside {named[0]} of mdr")
-        poisson = self.poisson_ratio or 0.0
-        if self.lags and not 0.0 <= poisson < 0.5:
-            raise ValueError(
-                f"poisson_ratio = {poisson!r}: must be from 0 to below 0.5 beside {named[0]}: "
-                "the bulk modulus must be finite"
-            )
 
     def replace(self, **changes: Any) -> Self:
         """Return a copy with ``changes``; coefficients of submodels that are left are dropped."""

@@ -18,8 +18,8 @@ from harness.parameters.base import Parameters
 class Rules(Parameters):
     """What a code does where the law leaves a choice; the defaults are LAMMPS's.
 
-    Two defaults are the literature's where LAMMPS's releases depart from it: ``tsuji_mass`` and
-    ``marshall_stiffness``.
+    Four defaults are the literature's where LAMMPS's releases depart from it: ``tsuji_mass``,
+    ``marshall_stiffness``, ``wall_force`` and ``mdr_friction``.
     """
 
     cap: Literal["cut_back", "force_only"] = Field(
@@ -49,6 +49,11 @@ class Rules(Parameters):
     wall_force: Literal["plain", "magnified"] = Field(
         "plain",
         description="[-] mdr at a wall: the law's force, or times 1 + exp(10.7 overlap/r - 10)",
+    )
+    mdr_friction: Literal["contact", "hertz"] = Field(
+        "contact",
+        description="[-] G* and contact radius of friction beside mdr: those of its own contact, "
+        "whose wall is rigid, or Hertz's, sqrt(R* overlap) and a wall of the same material",
     )
     spring_spin: Literal["none", "mean"] = Field(
         "none",

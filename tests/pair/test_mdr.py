@@ -230,7 +230,6 @@ def test_the_magnified_wall_of_lammps_leaves_its_dashpot():
             {"partner": "sphere", "partner_radius": 0.02, "damping": "mdr"},
             "partner_radius = 0.02: normal = mdr with yield, adhesion, a bulk response or damping",
         ),
-        ({"tangential": "mindlin"}, "tangential = 'mindlin': normal = mdr takes none"),
         (
             {"partner": "sphere", "partner_radius": 0.02, "yield_stress": 1e6},
             "partner_radius = 0.02: normal = mdr with yield, adhesion, a bulk response or",

@@ -241,6 +241,6 @@ def test_a_rule_that_lets_the_motion_chatter_is_refused_there():
 
 def test_every_rule_has_a_test():
     text = Path(__file__).read_text(encoding="utf-8")
-    # tests/theory/test_cohesion.py, tests/pair/test_mdr.py
-    other = {"pull_off", "wall_force"}
+    # tests/theory/test_cohesion.py, tests/pair/test_mdr.py, tests/pair/test_mdr_friction.py
+    other = {"pull_off", "wall_force", "mdr_friction"}
     assert not [name for name in Rules.model_fields if name not in other and name not in text]

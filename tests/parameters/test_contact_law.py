@@ -96,12 +96,12 @@ def test_a_case_changes_a_submodel_and_its_default_goes_with_it():
         ({"bulk_response": True}, "bulk_response = True: normal = 'hooke' has none"),
         ({"normal": "mdr", "yield_stress": 0.0}, "yield_stress = 0.0 Pa: must be"),
         (
-            {"normal": "mdr", "yield_stress": 1e6, "bulk_response": True},
-            "yield_stress = 1000000.0: normal = mdr is stated with one of yield_stress, surface_en",
+            {"normal": "mdr", "yield_stress": 1e6, "surface_energy": 1.0},
+            "surface_energy = 1.0: normal = mdr is stated with it alone, not beside yield_stress",
         ),
         (
-            {**MDR_SLOWED, "yield_stress": 1e6},
-            "damping = 'velocity': must be none beside yield_stress = 1000000.0 of mdr",
+            {**MDR_SLOWED, "damping": "mdr", "bulk_response": True},
+            "damping = 'mdr': must be none or velocity beside bulk_response = True",
         ),
         (
             {"normal": "mdr", "bulk_response": True, "poisson_ratio": 0.5},

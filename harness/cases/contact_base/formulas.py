@@ -59,6 +59,7 @@ TANGENTIAL = {
     "mindlin/force": _ADDED,
     "mindlin_rescale/force": _ADDED + _SHRINKS,
 }
+RIGID = ", at a wall, which is rigid, of twice that G*"
 ROLLING = {
     "sds": "spring and dashpot on the rolling displacement, whose velocity is R* (w_i - w_j) x n; "
     "the torque is at most mu_r R* |F_n|"
@@ -86,7 +87,9 @@ def formulas(law: ContactLaw) -> Iterator[tuple[str, str]]:
     yield "normal damping", dashpot
     if law.tangential != "none":
         limit = "F_t is at most mu |F_n|"
-        yield "tangential force", f"{TANGENTIAL[law.tangential]}; eta_t = x_t eta_n; {limit}"
+        mine = RIGID if law.normal == "mdr" and "mindlin" in law.tangential else ""
+        told = f"{TANGENTIAL[law.tangential]}{mine}; eta_t = x_t eta_n; {limit}"
+        yield "tangential force", told
     if law.rolling != "none":
         yield "rolling resistance", ROLLING[law.rolling]
     if law.twisting != "none":

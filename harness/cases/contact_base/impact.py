@@ -64,7 +64,7 @@ def impact(
     # before anything is integrated with it: damping only draws the contact out
     resolved(parameters, replace(touching, step=0.25 * guess / n), overlap)
     early = _before(touching, 1e-3 * guess)
-    n = FINER * n if parameters.lags else n
+    n = steps_of(parameters)
     lasts = contact_time(early)
     step, count = lasts / n, float(n)
     if parameters.yield_stress is not None:
@@ -76,6 +76,11 @@ def impact(
     scene = replace(touching, step=step, steps=steps, every=every if finely else steps)
     resolved(parameters, scene, overlap)
     return _before(scene, 0.5 * step)
+
+
+def steps_of(parameters: ContactSystem) -> int:
+    """Return the steps that a contact of an impact takes."""
+    return parameters.steps_per_contact * (FINER if parameters.lags else 1)
 
 
 def _in_phase(step: float, until: float, n: int) -> float:

@@ -59,7 +59,7 @@ def _powers(law: ContactLaw) -> tuple[float, ...]:
     A tangential spring that is held as a force, or rescaled, takes the slip of a whole step by the
     contact radius at its end: first order, also without a dashpot and along a given motion.
     """
-    if law.normal == "jkr" or law.yield_stress is not None:
+    if law.normal == "jkr" or (law.yield_stress is not None and not law.bulk_response):
         return (1.0, 2.0, 3.0)
     if law.bulk_response or law.damping == "viscoelastic" or law.surface_energy is not None:
         return (1.0, 1.5, 2.0)
@@ -81,6 +81,7 @@ def climb(
     *,
     kinked: bool,
     jumps: bool = False,
+    known: int = 1,
 ) -> dict[str, Limit]:
     """Return the limit of each quantity that every rung has, finite, by its name.
 
@@ -88,11 +89,11 @@ def climb(
 
     A kink (sliding begins, a force is clipped) falls at another phase of a step on every rung: the
     error that this leaves goes with the step squared, rungs weigh accordingly, and only
-    the first power is told apart. Where the force ``jumps`` there, it goes with the step. Else the
-    series holds on all rungs alike.
+    the first power is told apart, or as many as are ``known`` where the motion up to it has none.
+    Where the force ``jumps`` there, it goes with the step. Else the series holds on all rungs.
     """
     h = 1.0 / np.asarray(steps, dtype=float)
-    terms = (1.0,) if kinked else terms
+    terms = (1.0, *(p for p in terms if p > 1.0))[:known] if kinked else terms
     weights = (h / h[-1]) ** (1 if jumps else 2) if kinked else np.ones_like(h)
     found = {}
     for name in rungs[0]:

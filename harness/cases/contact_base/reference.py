@@ -82,8 +82,12 @@ def jumps_at_the_end(scene: ContactScene, rules: Rules) -> bool:
     """Return whether a dashpot is cut off at another phase of a step on every rung.
 
     The steps are parts of the contact's duration under the default rules: where others change
-    it, the contact no longer ends at the same phase.
+    it, the contact no longer ends at the same phase. Nor does one whose steps are parts of the
+    time up to yield, or that a code draws out by steps that the bulk's response is behind; there
+    a dashpot is cut off, or falls to 0 as the fourth root of what is left of the overlap.
     """
+    if scene.law.lags and scene.law.damping != "none" and not scene.law.clipped:
+        return math.isfinite(followed(scene, rules).ended)
     ended, plain = followed(scene, rules).ended, followed(scene, Rules()).ended
     dashpot = scene.law.damping != "none" and not scene.law.clipped
     return dashpot and math.isfinite(ended) and not math.isclose(ended, plain, rel_tol=SAME)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from harness.cases.contact_base.evidence import Climbed, Evidence, Failed
+from harness.cases.contact_base.impact import steps_of
 from harness.cases.contact_base.ladder import RECORDED, STEPS, climb, powers
 from harness.cases.contact_base.motion import motion_of
 from harness.cases.contact_base.reference import followed, jumps_at_the_end, rules_of
@@ -103,7 +104,9 @@ def _climbed(
     jumps = integrated.jumps or ends
     kinked = integrated.kinked or jumps
     slides = integrated.jumps and math.isfinite(integrated.ended)
-    limits = climb(terms, steps, rungs, kinked=kinked, jumps=jumps)
+    # up to the end of an impact that codes bring on behind the motion the series is that of its law
+    known = 2 if ends and trial.parameters.lags and not integrated.kinked else 1
+    limits = climb(terms, steps, rungs, kinked=kinked, jumps=jumps, known=known)
     references, plain = case.expected(finest, rules), case.expected(finest, Rules())
     told = trial, references, rules, finest, _command(output.log)
     return Climbed(*told, limits, plain, motion, kinked, slides, ends)
@@ -147,7 +150,7 @@ def _judged(case: ContactCase[Any], found: Climbed, engine: Engine) -> list[Chec
             continue
         digits = engine.traits.digits
         finest, where = found.finest, {"slides": found.slides, "ends": found.ends}
-        jump = jump_of(finest.law, finest.steps_per_contact, name, **where)
+        jump = jump_of(finest.law, steps_of(finest), name, **where)
         tolerance = width_of(units[name], kinked=found.kinked, jump=jump, digits=digits)
         row = judge(
             f"{_name(case, trial, engine)}: {name}",

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from pydantic import Field
 
-from harness.cases.contact_base.branches import BRANCHES
+from harness.cases.contact_base.branches import BRANCHES, TOGETHER
 from harness.cases.contact_base.closed_forms import head_on
 from harness.cases.contact_base.contact_case import ContactCase
 from harness.cases.contact_base.further import OLD_CLIPPED
@@ -41,9 +41,9 @@ class HeadOnCase(ContactCase[HeadOn]):
 
     name = "head-on"
     sets: ClassVar[Told] = {"elastic": {}, **HEAD_ON}
-    submodels = (*NORMAL, *COHESIVE, *OLD_NORMAL, *BRANCHES, *OLD_CLIPPED)
+    submodels = (*NORMAL, *COHESIVE, *OLD_NORMAL, *BRANCHES, *OLD_CLIPPED, *TOGETHER)
     beside = NORMAL_BESIDE
-    invariant = (*NORMAL, *COHESIVE, *OLD_NORMAL, *BRANCHES)
+    invariant = (*NORMAL, *COHESIVE, *OLD_NORMAL, *BRANCHES, *TOGETHER)
     over_ranks = ("jkr", "mdr, yield")
     scan = Scan("largest_force_N", "speed", (0.1, 0.2, 0.5, 1.0, 2.0, 3.0), NORMALS)
 

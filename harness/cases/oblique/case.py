@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from pydantic import Field
 
+from harness.cases.contact_base.branches import RUBBING
 from harness.cases.contact_base.contact_case import ContactCase, Friction
 from harness.cases.contact_base.impact import impact, relative_velocity
 from harness.cases.contact_base.motion import Motion
@@ -56,7 +57,8 @@ class ObliqueCase(Friction, ContactCase[Oblique]):
     name = "oblique"
     sets: ClassVar[Told] = {"usual": SLIDING, **OBLIQUE}
     shown = "tangential_ratio"
-    invariant = Friction.submodels
+    submodels = (*Friction.submodels, *RUBBING)
+    invariant = submodels
     over_ranks = ("mindlin_rescale/force", "old hooke/history")
     scan = Scan("tangential_ratio", "angle", (5.0, 15.0, 25.0, 35.0, 45.0, 55.0, 65.0, 75.0, 85.0))
 

@@ -19,7 +19,7 @@ from harness.engines.lammps.language import LammpsLanguage
 from harness.engines.lammps.launcher import SLEEPING, check_greeting
 from harness.engines.lammps.read import packages_in, version_in
 from harness.engines.lammps.releases import executable_of, in_use, is_release
-from harness.engines.lammps.submodels import lacking
+from harness.engines.lammps.submodels import GRANULAR, lacking
 from harness.engines.lammps.variations import variations
 from harness.engines.lammps.worker_process import Order
 from harness.engines.output import Output
@@ -57,9 +57,7 @@ class Lammps(LammpsLanguage):
         laws=("overlap", "deformable"),
         # the manual of pair_style granular: torques act at the contact, those of gran/* at r
         contact_models=(
-            ContactModel(
-                "granular", {"interface": ("current",)}, rules={"wall_force": "magnified"}
-            ),
+            ContactModel("granular", {"interface": ("current",)}, rules=GRANULAR),
             ContactModel("gran/*", rules={"torque_lever": "radius"}),
         ),
         caveats=("Clipping the tail (limit_damping) is an option, off by default.",),

@@ -17,6 +17,9 @@ FIRST_RELEASES = {
 }
 """The first stable release that has one."""
 
+GRANULAR = {"wall_force": "magnified", "mdr_friction": "hertz"}
+"""Rules of pair_style granular and of its walls, of mdr alone."""
+
 
 def lacking(values: Values, identify: Callable[[], Provenance]) -> str:
     """Return the submodel among values that a release does not have, and which one has it.

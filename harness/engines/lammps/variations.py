@@ -11,6 +11,7 @@ ONE_SUM = "no force is a sum of more than two parts, whatever their order: not o
 SAME_LIST = "the pairs in contact are the same, and what they remember: not one bit may change"
 NO_SETUP = "nothing happens between two runs without setup: not one bit may change"
 SET_UP = "the setup of a run repeats forces that are there already: not one bit may change"
+CUT_BACK = "a spring that Coulomb's limit cut back gives its force again to a rounding"
 IN_FULL = "a restart file holds all numbers in full, and what contacts remember: not one bit"
 STIFFNESSES = "hertz and mindlin are the law of hertz/material and NULL, k_n = 4/3 E*, k_t = 8 G*"
 WRAPPED = "coordinates that go round the box are rounded as those of its size are"
@@ -59,5 +60,7 @@ def _stopped(values: Mapping[str, Value]) -> Iterator[Variation]:
     every = int(values["series_every"])
     stop = {"stop_after": int(values["steps"]) // every // 2 * every + every // 2}
     yield Variation("run on", {**stop, "go_on": "continue"}, NO_SETUP)
-    yield Variation("run again", stop, SET_UP, everywhere=False)
+    slides = values["tangential"] not in ("none", "linear_nohistory")
+    why = CUT_BACK if slides else SET_UP
+    yield Variation("run again", stop, why, exact=not slides, everywhere=False)
     yield Variation("restarted", {**stop, "go_on": "restart"}, IN_FULL, against="run again")

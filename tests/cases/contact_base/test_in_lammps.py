@@ -294,15 +294,31 @@ def forgetful():
 
 
 @pytest.mark.usefixtures("forgetful")
+@pytest.mark.parametrize("submodel", ["mdr, mdr damping", "mdr, yield, mdr damping"])
 @pytest.mark.parametrize(("system", "factor"), [("wall", 0.5), ("two spheres", 2.0)])
-def test_with_that_factor_the_dashpot_of_mdr_holds(lammps, monkeypatch, system, factor):
+def test_with_that_factor_the_dashpot_of_mdr_holds(lammps, monkeypatch, system, factor, submodel):
     told = damping.coefficient
     monkeypatch.setattr(damping, "coefficient", lambda law, rules: factor * told(law, rules))
-    case = few(get_case("head-on"), ("mdr, mdr damping",), (system,))
+    case = few(get_case("head-on"), (submodel,), (system,))
     trials = case.trials("default", case.submodels)
     checks = verify_trials(case, lammps, Study("default"), trials).checks
     judged = [check for check in checks if check.cell]
     assert {check.verdict for check in judged} == {Verdict.PASS}
+
+
+def test_friction_beside_mdr_holds_and_its_hertzian_stiffness_is_found(lammps):
+    names = ("mdr, mindlin", "mdr, yield, mindlin", "mdr, bulk, mindlin")
+    case = few(get_case("oblique"), names, ("wall", "two spheres"))
+    trials = case.trials("default", case.submodels)
+    checks = verify_trials(case, lammps, Study("default"), trials).checks
+    judged = [check for check in checks if check.cell]
+    assert {(c.cell.submodel, c.cell.system) for c in judged} == {
+        (submodel, system) for submodel in names for system in case.systems
+    }
+    assert {check.verdict for check in judged} == {Verdict.PASS}
+    # G* of a wall of the same material, half of a rigid one's, moves the ratios by a twentieth
+    assert max(abs(c.value - c.expected) for c in checks if not c.cell) > 0.05
+    assert all("mdr_friction = hertz" in c.note for c in checks if not c.cell)
 
 
 @pytest.mark.parametrize("script", DEFECTS, ids=lambda path: path.parent.name)
