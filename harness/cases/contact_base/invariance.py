@@ -13,21 +13,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from harness.cases.contact_base.motion import FORCES, Motion, motion_of
-from harness.cases.contact_base.reference import followed, rules_of
-from harness.cases.contact_base.scales import rest_overlap
+from harness.cases.contact_base.rounding import why_not
 from harness.cases.contact_base.submodels import Trial
 from harness.cases.contact_base.tolerances import SINGLE
 from harness.cases.contact_base.views import PARTS
 from harness.cases.contact_base.ways import (
     MOVED,
     PLAIN,
-    ROUNDINGS,
     Way,
     Ways,
     chosen,
     first_ways,
     later_ways,
 )
+from harness.cases.contact_base.widths import of_digits, of_way, sizes_of
 from harness.cases.contract import LevelName, Study
 from harness.comparison.tolerances import Tolerance
 from harness.comparison.verdicts import Cell, Check, Kind, failed_run, judge, not_tested
@@ -40,16 +39,7 @@ if TYPE_CHECKING:
     from harness.cases.contact_base.contact_case import ContactCase
 
 
-NO_WIDTH = {
-    "mdr": "its force is the difference of an acos and a root, rounded to about eps (R/overlap)^2 "
-    "of itself: where a step first touches, no width follows from steps and coordinates"
-}
-"""Normal laws whose round-off is not that of positions and velocities alone, and why.
-
-theta - sin theta cos theta, cos theta = 1 - x, is off by up to 3 eps / (8 x^2) of itself where
-acos(1 - x) and sqrt(2 x - x^2) each round 1 - x; 2 x is the overlap with a flat over the radius.
-"""
-
+DIGITS = "mdr's force, a difference, loses digits at small overlaps: what its steps add up to"
 WRITTEN = "written in single precision: its eps of the room of the bodies, and of speeds"
 
 
@@ -174,15 +164,19 @@ def _row(name: str, way: Way, one: Ways, traits: Traits) -> Check:
         return not_tested(name, Kind.INVARIANCE, found, "1")
     if expected is None:
         return not_tested(name, Kind.INVARIANCE, f"{way.against!r} is missing", "1")
-    unknown = "" if way.exact else NO_WIDTH.get(one.trial.parameters.normal, "")
-    if unknown:
-        return not_tested(name, Kind.INVARIANCE, unknown, "1")
-    sizes = _sizes(one, traits)
+    sizes = sizes_of(one, traits)
+    single = traits.digits <= SINGLE and not way.exact
+    width, lost = 0.0, 0.0
+    if not way.exact:
+        width = of_way(way, one, sizes, single=single)
+        lost = of_digits(one, sizes, traits, width)
+        unknown = why_not(one.ways[PLAIN].scene, lost)
+        if unknown:
+            return not_tested(name, Kind.INVARIANCE, unknown, "1")
     apart = difference(way.back(found), one.ways[way.against].back(expected), sizes)
     worst = max(apart, key=lambda part: np.nan_to_num(apart[part], nan=np.inf))
-    single = traits.digits <= SINGLE and not way.exact
-    width = 0.0 if way.exact else _width(way, one, sizes, single=single)
-    tolerance = Tolerance("1", width, 0.0, f"{way.why}; {WRITTEN}" if single else way.why)
+    whys = (way.why, WRITTEN if single else "", DIGITS if lost else "")
+    tolerance = Tolerance("1", width + lost, 0.0, "; ".join(filter(None, whys)))
     against = repr(way.against) if way.against else "the run as it stands"
     held = f"against {against}; largest difference: {worst}"
     return judge(name, Kind.INVARIANCE, apart[worst], 0.0, tolerance, note=held)
@@ -199,47 +193,3 @@ def difference(one: Motion, other: Motion, sizes: Mapping[str, float]) -> dict[s
         for part in PARTS
         if not (silent and part in FORCES)
     }
-
-
-def _sizes(one: Ways, traits: Traits) -> dict[str, float]:
-    """Return what differences are measured in: overlap, speed of the contact, largest force.
-
-    The overlap is that of the largest force at rest, the speed at least what moves by it in
-    the time of a contact; both with the radius as the lever. A force that a code does not tell is
-    that of the law.
-    """
-    motion, law, plain = one.motion(PLAIN), one.trial.parameters, one.ways[PLAIN]
-    assert motion is not None
-    scene, r, pulled = plain.scene, law.radius, motion.force[:, 0]
-    if not motion.tells_forces:
-        pulled = followed(scene, rules_of(plain.job, traits)).motion.force[:, 0]
-    weight = scene.bodies[0].mass * np.array(scene.gravity)
-    force = float(np.linalg.norm(pulled - weight, axis=1).max())
-    overlap = rest_overlap(law, force)
-    speed = max(
-        float(np.linalg.norm(motion.velocity, axis=2).max()),
-        r * float(np.linalg.norm(motion.omega, axis=2).max()),
-        overlap / (law.steps_per_contact * scene.step),
-    )
-    return {
-        "position": overlap,
-        "velocity": speed,
-        "omega": speed / r,
-        "force": force,
-        "torque": force * r,
-    }
-
-
-def _width(way: Way, one: Ways, sizes: Mapping[str, float], *, single: bool) -> float:
-    """Return the part of the sizes that round-off may change, ``single`` where it is written."""
-    motion, scene = one.motion(PLAIN), one.ways[PLAIN].scene
-    assert motion is not None
-    far = float(np.abs(motion.position).max()) + way.drift * scene.duration + way.reach
-    fast = float(np.abs(motion.velocity).max()) + way.drift
-    rounded = far / sizes["position"] + fast / sizes["velocity"]
-    width = ROUNDINGS * scene.steps * float(np.finfo(float).eps) * rounded
-    if single:
-        room = float(one.ways[PLAIN].job.values["room"])
-        shown = room / sizes["position"] + fast / sizes["velocity"]
-        width += ROUNDINGS * float(np.finfo(np.float32).eps) * shown
-    return width

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 from harness.cases.contact_base import views
 from harness.cases.contact_base.motion import Motion
 from harness.cases.contact_base.parameters import ContactSystem
+from harness.cases.contact_base.rounding import has_width
 from harness.cases.contact_base.submodels import Submodel, Trial
 from harness.cases.contact_base.template import job_of
 from harness.cases.contract import LevelName
@@ -47,6 +48,7 @@ STEPS = 20
 SAMPLES = 12
 PLAIN = ""
 MOVED = "moved"
+STEPPED = "sampled at every step"
 ROUNDINGS = 4.0
 
 ROUNDED = (
@@ -124,7 +126,9 @@ def _systems(submodel: Submodel, level: LevelName) -> Sequence[str]:
 def first_ways(case: ContactCase[Any], trial: Trial, level: LevelName) -> Ways:
     """Return the scene as it stands, and other views of it."""
     scene = _sampled(case.scene(trial.parameters))
-    seen = (way for way in _views(scene, trial) if level != "quick" or way.name in QUICK)
+    seen = [way for way in _views(scene, trial) if level != "quick" or way.name in QUICK]
+    if scene.law.normal == "mdr" and has_width(scene):
+        seen.append(_way(STEPPED, replace(scene, every=1), trial, judged=False))
     return Ways(case, trial, {way.name: way for way in (_way(PLAIN, scene, trial), *seen)})
 
 
