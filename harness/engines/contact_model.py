@@ -18,7 +18,8 @@ To let an engine take part in the cases of such contacts:
 A job that no model states is not tested there, with the reason; the others are held against the
 integration of the law under the model's rules, on a ladder of steps. Where these rules move a
 quantity against the integration under the default rules, that is a finding. The powers of the step
-in the errors are those of velocity Verlet, and what ``Traits.contact_powers`` names beside them.
+in the errors are those of velocity Verlet, and what ``Traits.contact_powers`` and, for springs that
+turn, :class:`ContactModel` name beside them.
 """
 
 from __future__ import annotations
@@ -66,13 +67,15 @@ class ContactModel:
     ``rolling``, ``clipped``: yes or no, ``interface``, ``planes``, ``motion_1``, ...); one that is
     not named may be any. ``needs`` returns why values that fit so far cannot be stated (a
     coefficient that the code ties to another), or nothing. ``rules`` is what
-    :class:`~harness.parameters.contact_rules.Rules` is told.
+    :class:`~harness.parameters.contact_rules.Rules` is told. ``turning`` are powers of the step in
+    the errors of springs that turn, beside those of its traits.
     """
 
     name: str
     states: States = field(default_factory=dict)
     rules: Mapping[str, Any] = field(default_factory=dict)
     needs: Callable[[Values], str] | None = None
+    turning: tuple[float, ...] = ()
 
     def fitting(self, values: Values) -> tuple[int, str]:
         """Return how many values fit before the first that does not, and the name of that one."""

@@ -9,7 +9,8 @@ a JSON file:
     yade -n -x contacts.py friction=0.1 damping=none
     yade -n -x contacts.py runs.json
 
-A linear contact is stated by Law2_ScGeom_ViscElPhys_Basic, one from a material by
+A linear contact is stated by Law2_ScGeom_ViscElPhys_Basic, with resistance to rolling or twisting
+by Law2_ScGeom6D_CohFrictPhys_CohesionMoment without cohesion, one from a material by
 Law2_ScGeom_MindlinPhys_Mindlin. It writes position, velocity, angular velocity, force and torque
 of each sphere to a CSV and ends with lines "RESULT name = value". SI units. Written for Yade
 2023.02a.
@@ -23,16 +24,22 @@ from pathlib import Path
 from types import SimpleNamespace
 
 from yade import (
+    Bo1_Box_Aabb,
     Bo1_Sphere_Aabb,
     Bo1_Wall_Aabb,
+    CohFrictMat,
     ForceResetter,
     FrictMat,
+    Ig2_Box_Sphere_ScGeom6D,
     Ig2_Sphere_Sphere_ScGeom,
+    Ig2_Sphere_Sphere_ScGeom6D,
     Ig2_Wall_Sphere_ScGeom,
     InsertionSortCollider,
     InteractionLoop,
+    Ip2_CohFrictMat_CohFrictMat_CohFrictPhys,
     Ip2_FrictMat_FrictMat_MindlinPhys,
     Ip2_ViscElMat_ViscElMat_ViscElPhys,
+    Law2_ScGeom6D_CohFrictPhys_CohesionMoment,
     Law2_ScGeom_MindlinPhys_Mindlin,
     Law2_ScGeom_ViscElPhys_Basic,
     NewtonIntegrator,
@@ -59,9 +66,13 @@ PARAMETERS = {
     "tangential_stiffness": 285714.28571428574,  # N/m, of linear_history
     "tangential_damping": 0.0,  # over the normal one
     "friction": 0.3,
-    "rolling": "none",  # none, or sds beside hertz, without a dashpot
+    # none, or sds, without a dashpot: beside hertz, or hooke without damping; with walls, one sphere
+    "rolling": "none",
     "rolling_stiffness": 0.0,  # N/m
     "rolling_friction": 0.0,
+    "twisting": "none",  # none, or sds beside hooke, likewise
+    "twisting_stiffness": 0.0,  # N m
+    "twisting_friction": 0.0,  # m
     # spheres; a prescribed one moves as it is told
     "bodies": 1,
     "motion_1": "free",  # free, frozen or prescribed
@@ -277,7 +288,23 @@ def damping_ratio(p):
     return logarithm / math.hypot(math.pi, logarithm)
 
 
-class Linear:
+class Plain:
+    """Geometry of laws that turn nothing: spheres and walls."""
+
+    def wall(self, height, side, material):  # noqa: ARG002
+        """Return a horizontal wall."""
+        return utils.wall(height, axis=2, material=material)
+
+    def geometry(self):
+        """Return the boxes that bodies are looked for in, and how they meet."""
+        shapes = [
+            Ig2_Sphere_Sphere_ScGeom(avoidGranularRatcheting=False),
+            Ig2_Wall_Sphere_ScGeom(hertzian=True, noRatch=False),
+        ]
+        return [Bo1_Sphere_Aabb(), Bo1_Wall_Aabb()], shapes
+
+
+class Linear(Plain):
     """Law2_ScGeom_ViscElPhys_Basic: a spring and a dashpot along and across."""
 
     def __init__(self, p, masses, pair):
@@ -320,7 +347,74 @@ class Linear:
         return [Ip2_ViscElMat_ViscElMat_ViscElPhys()], [Law2_ScGeom_ViscElPhys_Basic()]
 
 
-class Solid:
+class Turning:
+    """Law2_ScGeom6D_CohFrictPhys_CohesionMoment: springs also of rolling and twisting, and limits.
+
+    A wall is a box: Yade has no other that turns, but facets, and gives it the sphere's radius.
+    """
+
+    WIDE = 1e8
+    """Radii that a box reaches to each side."""
+
+    def __init__(self, p):
+        self.p, self.radii = p, [p.radius_1, p.radius_2][: p.bodies]
+        # R*, and the product of the radii that Yade has in the stiffnesses
+        self.reduced = p.radius_1
+        if p.bodies > 1:
+            self.reduced = p.radius_1 * p.radius_2 / (p.radius_1 + p.radius_2)
+        self.product = self.radii[0] * self.radii[-1]
+
+    def materials(self):
+        """Return the materials of spheres and of the walls below the first and above the last."""
+        own = [self.material(radius) for radius in self.radii]
+        return own, [own[0], own[-1]]
+
+    def material(self, radius):
+        """Return the material of a body: Yade takes the harmonic mean of k_n, k_t / k_n and alpha.
+
+        k_n is young times the radius, the stiffness of rolling or twisting alpha k_t r_1 r_2; the
+        torques are at most the smaller eta times radius, times the normal force.
+        """
+        p = self.p
+        own = p.tangential_stiffness * self.product
+        rolls, twists = p.rolling != "none", p.twisting != "none"
+        return CohFrictMat(
+            young=p.normal_stiffness / radius,
+            poisson=p.tangential_stiffness / p.normal_stiffness,
+            frictionAngle=math.atan(p.friction),
+            alphaKr=rolls * p.rolling_stiffness * self.reduced**2 / own,
+            etaRoll=rolls * p.rolling_friction * self.reduced / radius,
+            alphaKtw=twists * p.twisting_stiffness / own,
+            etaTwist=twists * p.twisting_friction / radius,
+            momentRotationLaw=True,
+        )
+
+    def wall(self, height, side, material):
+        """Return a box with a face at a height, whose body lies on a side: -1 below, 1 above."""
+        deep, wide = self.p.radius_1, self.WIDE * self.p.radius_1
+        place = Vector3(0, 0, height + side * deep)
+        return utils.box(place, (wide, wide, deep), material=material, fixed=True)
+
+    def geometry(self):
+        """Return the boxes that bodies are looked for in, and how they meet."""
+        shapes = [
+            Ig2_Sphere_Sphere_ScGeom6D(avoidGranularRatcheting=False),
+            Ig2_Box_Sphere_ScGeom6D(),
+        ]
+        return [Bo1_Sphere_Aabb(), Bo1_Box_Aabb()], shapes
+
+    def functors(self):
+        """Return what makes the contact from two materials, and its law.
+
+        Only by increments do the springs forget what the limits cut back.
+        """
+        law = Law2_ScGeom6D_CohFrictPhys_CohesionMoment(
+            always_use_moment_law=True, useIncrementalForm=True
+        )
+        return [Ip2_CohFrictMat_CohFrictMat_CohFrictPhys()], [law]
+
+
+class Solid(Plain):
     """Law2_ScGeom_MindlinPhys_Mindlin: Hertz and Mindlin from the material, and rolling."""
 
     FAR = 1e8
@@ -378,13 +472,19 @@ class Contact:
         pair = masses[0]
         if p.bodies > 1 and p.motion_2 != "frozen":
             pair = masses[0] * masses[1] / (masses[0] + masses[1])
-        law = Solid(p) if p.normal in ("hertz", "dmt") else Linear(p, masses, pair)
+        if p.normal in ("hertz", "dmt"):
+            law = Solid(p)
+        elif p.rolling != "none" or p.twisting != "none":
+            law = Turning(p)
+        else:
+            law = Linear(p, masses, pair)
         spheres, walls = law.materials()
         self.spheres = [self.sphere(i, spheres[i - 1]) for i in places]
-        for height, material in list(zip((p.floor, p.ceiling), walls))[: p.planes]:
-            O.bodies.append(utils.wall(height, axis=2, material=material))
+        planes = zip((p.floor, p.ceiling), (-1, 1), walls)
+        for height, side, material in list(planes)[: p.planes]:
+            O.bodies.append(law.wall(height, side, material))
         self.changes = self.segments()
-        O.engines = self.engines(*law.functors())
+        O.engines = self.engines(*law.geometry(), *law.functors())
 
     def sphere(self, place, material):
         """Add a sphere and return its body; it starts to move after the first sample."""
@@ -397,15 +497,9 @@ class Contact:
         O.bodies.append(body)
         return body
 
-    def engines(self, makers, laws):
+    def engines(self, bounds, shapes, makers, laws):
         """Return the engines of a step; velocities at the contact are those of its point."""
-        boxes = InsertionSortCollider(
-            [Bo1_Sphere_Aabb(), Bo1_Wall_Aabb()], verletDist=0.1 * self.p.radius_1
-        )
-        shapes = [
-            Ig2_Sphere_Sphere_ScGeom(avoidGranularRatcheting=False),
-            Ig2_Wall_Sphere_ScGeom(hertzian=True, noRatch=False),
-        ]
+        boxes = InsertionSortCollider(bounds, verletDist=0.1 * self.p.radius_1)
         every = 1 if self.changes else self.p.series_every
         look = PyRunner(iterPeriod=every, command="contact.look()", initRun=True)
         newton = NewtonIntegrator(damping=0, gravity=self.gravity)

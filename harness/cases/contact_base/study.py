@@ -13,7 +13,12 @@ from harness.cases.contact_base.evidence import Climbed, Evidence, Failed
 from harness.cases.contact_base.impact import steps_of
 from harness.cases.contact_base.ladder import RECORDED, STEPS, climb, powers
 from harness.cases.contact_base.motion import motion_of
-from harness.cases.contact_base.reference import followed, jumps_at_the_end, rules_of
+from harness.cases.contact_base.reference import (
+    followed,
+    jumps_at_the_end,
+    powers_of,
+    rules_of,
+)
 from harness.cases.contact_base.submodels import Trial
 from harness.cases.contact_base.tolerances import jump_of, width_of
 from harness.cases.contract import Study
@@ -99,7 +104,7 @@ def _climbed(
     steps = [parameters.steps_per_contact for parameters, _ in runs]
     rules = rules_of(case.job(finest), engine.traits)
     integrated = followed(case.scene(finest), rules)
-    terms = case.powers or powers(trial.parameters, engine.traits.contact_powers)
+    terms = case.powers or powers(trial.parameters, powers_of(case.job(finest), engine.traits))
     ends = jumps_at_the_end(case.scene(finest), rules)
     jumps = integrated.jumps or ends
     kinked = integrated.kinked or jumps

@@ -17,6 +17,7 @@ from harness.cases.contact_base.parameters import ContactSystem, Speed
 from harness.cases.contact_base.presets import OBLIQUE, SLIDING, Told
 from harness.cases.contact_base.scales import between, met
 from harness.cases.contact_base.scans import Scan
+from harness.cases.contact_base.undamped import ROLLING_UNDAMPED
 from harness.cases.contract import Study
 from harness.comparison.findings import Findings
 from harness.parameters.contact_scene import ContactScene
@@ -56,6 +57,7 @@ class ObliqueCase(Friction, ContactCase[Oblique]):
 
     name = "oblique"
     sets: ClassVar[Told] = {"usual": SLIDING, **OBLIQUE}
+    beside = (*Friction.beside, *ROLLING_UNDAMPED)
     shown = "tangential_ratio"
     submodels = (*Friction.submodels, *RUBBING)
     invariant = submodels

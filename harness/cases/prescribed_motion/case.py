@@ -26,6 +26,11 @@ from harness.cases.contact_base.submodels import (
     TANGENTIAL_BESIDE,
     TWISTING,
 )
+from harness.cases.contact_base.undamped import (
+    ROLLING_UNDAMPED,
+    TURNING_UNDAMPED,
+    TWISTING_UNDAMPED,
+)
 from harness.cases.contract import Study
 from harness.cases.prescribed_motion.turned import levers, tangential_ratio, turned_pair
 from harness.comparison.findings import Findings
@@ -85,7 +90,10 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
         *(*TANGENTIAL, *OLD_TANGENTIAL, *ROLLING, *TWISTING),
         *(*COHESIVE_FRICTION, *TURNING),
     )
-    beside = (*TANGENTIAL_BESIDE, *ROLLING_BESIDE)
+    beside = (
+        *(*TANGENTIAL_BESIDE, *ROLLING_BESIDE),
+        *(*ROLLING_UNDAMPED, *TWISTING_UNDAMPED, *TURNING_UNDAMPED),
+    )
     invariant = (*ROLLING, *TWISTING)
     over_ranks = ("rolling sds, mindlin", "twisting sds, mindlin")
     sets: ClassVar[Told] = {"usual": SLIDING}

@@ -13,6 +13,7 @@ from harness.cases.contact_base.presets import Told
 from harness.cases.contact_base.resting import Resting, RestingCase, speed_ratios
 from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import ROLLING, ROLLING_BESIDE
+from harness.cases.contact_base.undamped import ROLLING_UNDAMPED
 from harness.parameters.contact_scene import Vector
 
 
@@ -32,14 +33,17 @@ class RollingResistanceCase(RestingCase[RollingResistance]):
 
     name = "rolling-resistance"
     submodels = ROLLING
-    beside = ROLLING_BESIDE
+    beside = (*ROLLING_BESIDE, *ROLLING_UNDAMPED)
     sets: ClassVar[Told] = {"rolls": {"friction": 0.3, **ROLLING[0].law}}
     systems: ClassVar[Told] = {"wall, rolls": {}, "wall, stands": {"speed": 2e-3}}
     scan = Scan(
         "speed_ratio",
         "speed",
         (0.002, 0.005, 0.01, 0.02, 0.03),
-        (("rolling sds, linear_history, tied",), ("rolling sds, mindlin/force, elastic",)),
+        (
+            ("rolling sds, linear_history, tied", "rolling sds, linear_history, elastic"),
+            ("rolling sds, mindlin/force, elastic",),
+        ),
     )
 
     def observed(self, parameters: RollingResistance, motion: Motion) -> Mapping[str, float]:

@@ -15,6 +15,7 @@ from harness.cases.contact_base.resting import Resting, RestingCase
 from harness.cases.contact_base.scales import rest_overlap
 from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import STICKING, TWISTING, named
+from harness.cases.contact_base.undamped import TWISTING_UNDAMPED
 from harness.parameters.contact_scene import ZERO, Vector
 from harness.theory.rolling import twisting_deceleration
 
@@ -58,7 +59,7 @@ class TwistCase(RestingCase[Twist]):
 
     name = "twist"
     submodels = TWISTING
-    beside = TWISTING_BESIDE
+    beside = (*TWISTING_BESIDE, *TWISTING_UNDAMPED)
     sets: ClassVar[Told] = {"spins": {"friction": 0.3, **TWISTING[0].law}}
     systems: ClassVar[Told] = {
         "wall, spins": {"partner": "wall"},
@@ -69,7 +70,10 @@ class TwistCase(RestingCase[Twist]):
         "spin_ratio",
         "spin",
         (2.0, 5.0, 10.0, 15.0, 20.0, 30.0),
-        (("twisting sds, linear_history, tied",), ("twisting marshall, mindlin",)),
+        (
+            ("twisting sds, linear_history, tied", "twisting sds, linear_history, elastic"),
+            ("twisting marshall, mindlin",),
+        ),
     )
 
     def observed(self, parameters: Twist, motion: Motion) -> Mapping[str, float]:

@@ -47,6 +47,11 @@ class Yade(ScriptedEngine):
             "the dashpot out, and the contact is elastic.",
             "NewtonIntegrator damps every force by 0.2 unless damping=0 is given.",
             "Coefficients of two materials act in series: each needs twice those of the contact.",
+            "CohFrictPhys resists rolling and twisting only with momentRotationLaw=True in both "
+            "materials and always_use_moment_law=True in its law; without useIncrementalForm=True "
+            "what slid beyond its limits turns back as if it had not.",
+            "CohFrictPhys takes twice the sphere's radius for a facet, and the radius for a box: "
+            "with one material a facet is a third stiffer, and 8/3 times as stiff in rolling.",
         ),
     )
     programs = ("yade",)
@@ -55,10 +60,7 @@ class Yade(ScriptedEngine):
             "interface",
             "room",
             "rolling_damping",
-            "twisting",
-            "twisting_stiffness",
             "twisting_damping",
-            "twisting_friction",
         )
     )
     """Of contacts with friction: refused unless they say nothing."""

@@ -26,7 +26,11 @@ STATED = {
     "yade": {
         "head-on": {"hooke, velocity, clipped", "dmt"},
         "oblique": {"linear_history, clipped", "mindlin/force, coeff_restitution, clipped"},
-        "rolling-resistance": {"rolling sds, mindlin/force, elastic"},
+        "rolling-resistance": {
+            "rolling sds, mindlin/force, elastic",
+            "rolling sds, linear_history, elastic",
+        },
+        "twist": {"twisting sds, linear_history, elastic"},
         "prescribed-motion": {"linear_history, elastic", "rolling sds, mindlin/force, elastic"},
     },
 }
