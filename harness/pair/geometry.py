@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from harness.pair.lever import lever, raised
+from harness.pair.lever import lever, levered, raised
 from harness.pair.plastic import grown
 from harness.pair.records import BODY, CONTACT, Floats, System
 from harness.pair.vectors import Vector, across, compiled, cross, dot, length, plus, scaled
@@ -22,7 +22,8 @@ class Geometry(NamedTuple):
     levers: tuple[float, float]  # of omega_i and omega_j in the velocity at the contact
     stretching: tuple[float, float]  # rates of the levers
     slip: Vector  # tangential velocity at the contact
-    spin: Vector  # omega_i - omega_j
+    spin: Vector  # that rolling and twisting feel: omega_i - omega_j
+    felt: tuple[float, float]  # its share of that, and the rate of the share
 
 
 @compiled
@@ -71,6 +72,9 @@ def geometry(y: Floats, system: System, contact: int) -> Geometry:
     arms = plus(scaled(first[0], spin), second[0], spin_j)
     slip = plus(across(relative, n), -1.0, cross(arms, n))
     closing = -dot(relative, n)
+    share = (1.0, 0.0)
+    if j < 0 and system.law.levered:
+        share = levered(overlap, system.bodies[i].radius)
     return Geometry(
         n,
         turning,
@@ -81,7 +85,8 @@ def geometry(y: Floats, system: System, contact: int) -> Geometry:
         (first[0], second[0]),
         (first[1] * closing, second[1] * closing),
         slip,
-        plus(spin, -1.0, spin_j),
+        scaled(share[0], plus(spin, -1.0, spin_j)),
+        (share[0], share[1] * closing),
     )
 
 
@@ -137,6 +142,7 @@ def change(g: Geometry, y: Floats, system: System, contact: int, accelerations: 
         slip = plus(across(slip, g.normal), -1.0, across(cross(g.frame, g.slip), g.normal))
     else:  # it leaves the plane that it was in
         slip = plus(slip, -dot(g.relative, g.turning), g.normal)
+    spin = plus(scaled(g.felt[0], spin), g.felt[1] / g.felt[0], g.spin)
     spin = plus(spin, -1.0, cross(g.frame, g.spin))
     return Change(closing, slip, spin)
 

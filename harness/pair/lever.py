@@ -52,3 +52,13 @@ def raised(
     elif kind == CONTACT_POINT:
         share = 1.0 - 0.5 * spheres
     return found[0] + share * grown[0], found[1] + share * grown[1]
+
+
+@compiled
+def levered(overlap: float, radius: float) -> tuple[float, float]:
+    """Return the lever of a contact point over the height of the centre, and its slope [1/m].
+
+    For a sphere on a wall: (r - overlap/2) / (r - overlap).
+    """
+    height = radius - overlap
+    return (radius - 0.5 * overlap) / height, 0.5 * radius / height**2

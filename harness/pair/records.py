@@ -54,6 +54,7 @@ LAW = np.dtype(
         ("torque_lever", "i8"),
         ("velocity_lever", "i8"),
         ("wall_lever", "i8"),
+        ("levered", "?"),  # rolling and twisting at a wall
         ("mean_spin", "?"),
         ("turns", "?"),  # springs turn with the normal
     ],

@@ -116,6 +116,7 @@ def law_of(law: ContactLaw, rules: Rules) -> Records:
     sticky = (law.surface_energy or 0.0) > 0.0
     mindlin = "mindlin" in law.tangential
     factor = 2.0 / 3.0 if rules.mindlin_factor == "2/3" else 1.0
+    turning = bool(law.rolling_friction) or _twisting(law) != TWIST_NONE
     found = {
         "normal": kinds[law.normal] if sticky or law.normal in ("hooke", "mdr") else normal.HERTZ,
         "stiffness": law.normal_stiffness or modulus,
@@ -152,6 +153,7 @@ def law_of(law: ContactLaw, rules: Rules) -> Records:
         "torque_lever": lever.KINDS[rules.torque_lever],
         "velocity_lever": lever.KINDS[rules.velocity_lever],
         "wall_lever": lever.KINDS[rules.wall_lever],
+        "levered": rules.wall_turning == "levered" and turning,
         "mean_spin": rules.spring_spin == "mean",
         "turns": rules.spring_frame == "contact",
     }

@@ -46,6 +46,11 @@ class Rules(Parameters):
         "radius",
         description="[-] both levers at a wall: r, r - overlap/2, or r - overlap",
     )
+    wall_turning: Literal["spin", "levered"] = Field(
+        "spin",
+        description="[-] rolling and twisting at a wall: with the spin, or with that times "
+        "(r - overlap/2)/(r - overlap)",
+    )
     wall_force: Literal["plain", "magnified"] = Field(
         "plain",
         description="[-] mdr at a wall: the law's force, or times 1 + exp(10.7 overlap/r - 10)",

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from harness.errors import RequestError
+from harness.pair.geometry import change, geometry
 from harness.pair.integration import integrate
-from harness.pair.system import effective_moduli
+from harness.pair.system import effective_moduli, system_of
 from harness.parameters.contact_rules import Rules
 from harness.parameters.contact_scene import Body, ContactScene, Segment
 from harness.theory import dashpot
@@ -142,6 +143,63 @@ def test_the_lever_at_a_wall(rule, off):
     share = 1.0 - off * PRESSED / RADIUS
     assert near.forces[-1, 0, 0] / far.forces[-1, 0, 0] == pytest.approx(share, rel=1e-12)
     assert near.torques[-1, 0, 1] / far.torques[-1, 0, 1] == pytest.approx(share**2, rel=1e-12)
+
+
+SHARES = {"spin": 1.0, "levered": 1.0 + 0.5 * PRESSED / (RADIUS - PRESSED)}
+"""Of the spin: lever of the contact point over height of the centre, as 1 + overlap/2 / height."""
+ROLLING = LINEAR.replace(
+    friction=0.0,
+    rolling="sds",
+    rolling_stiffness=1e4,
+    rolling_damping=0.3,
+    rolling_friction=1.0,
+    twisting="sds",
+    twisting_stiffness=0.5,
+    twisting_damping=2e-5,
+    twisting_friction=0.01,
+)
+
+
+@pytest.mark.parametrize("rule", SHARES)
+@pytest.mark.parametrize(
+    ("axis", "stiffness", "damping"),
+    [(1, 1e4 * RADIUS**2, 0.3 * RADIUS**2), (2, 0.5, 2e-5)],
+    ids=["rolling", "twisting"],
+)
+def test_what_rolling_and_twisting_feel_at_a_wall(rule, axis, stiffness, damping):
+    """Torque k w t + eta w of an angular velocity w; both are as large of the rule's share of w."""
+    spin, time = 1.0, 100e-6
+    omega = tuple(spin if k == axis else 0.0 for k in range(3))
+    path = integrate(guided(ROLLING, (100, STILL, omega)), Rules(wall_turning=rule))
+    expected = -SHARES[rule] * spin * (stiffness * time + damping)
+    assert path.torques[-1, 0, axis] == pytest.approx(expected, rel=1e-12)
+    # between spheres there is no such lever
+    bodies = (Body(RADIUS, MASS, (0.0, 0.0, 2.0 * RADIUS - PRESSED)), Body(RADIUS, MASS, STILL))
+    turned = Segment(100, (STILL, STILL), (omega, STILL))
+    pair = ContactScene(bodies, (), ROLLING, 1e-6, 100, every=100, segments=(turned,))
+    found = integrate(pair, Rules(wall_turning=rule)).torques[-1, 0, axis]
+    whole = 0.25 if axis == 1 else 1.0  # R*^2 of two spheres over that of one on a wall
+    assert found == pytest.approx(-whole * spin * (stiffness * time + damping), rel=1e-12)
+
+
+@pytest.mark.parametrize("rule", SHARES)
+def test_the_rate_of_what_rolling_feels_at_a_wall(rule):
+    """By differences of the spin over a short time in which the sphere sinks and spins up."""
+    fall, whirl, time = -3.0, np.array([200.0, -70.0, 30.0]), 1e-6
+    system = system_of(guided(ROLLING, (1, STILL, STILL)), Rules(wall_turning=rule))
+    rates = np.zeros((1, 6))
+    rates[0, 3:] = whirl
+
+    def at(t):
+        y = np.zeros(9 + 10)
+        y[2], y[5], y[9] = RADIUS - PRESSED + fall * t, fall, PRESSED - fall * t
+        y[6:9] = np.array([5.0, 2.0, -1.0]) + whirl * t
+        return y
+
+    spins = [np.array(geometry(at(t), system, 0).spin) for t in (-time, time)]
+    now = at(0.0)
+    found = change(geometry(now, system, 0), now, system, 0, rates).spin
+    assert np.array(found) == pytest.approx((spins[1] - spins[0]) / (2.0 * time), rel=1e-6)
 
 
 @pytest.mark.parametrize(("rule", "turned"), [("contact", 1.0), ("room", 0.0)])
