@@ -10,9 +10,10 @@ Run it as it stands, or with other parameters, with a Python that has Kratos
     python contacts.py friction=0.1
     python contacts.py --cases FILE      a case a line, its parameters separated by spaces
 
-A linear contact is stated by DEM_D_Linear_viscous_Coulomb, one from a material by
-DEM_D_Hertz_viscous_Coulomb, with attraction by DEM_D_Hertz_viscous_Coulomb_DMT; a wall is a rigid
-face. It writes position, velocity, angular velocity, force and torque of each sphere.
+A linear contact is stated by DEM_D_Linear_viscous_Coulomb, where k_t is at least 4/3 k_n by
+DEM_D_Linear_Custom_Constants, one from a material by DEM_D_Hertz_viscous_Coulomb, with attraction
+by DEM_D_Hertz_viscous_Coulomb_DMT; a wall is a rigid face. It writes position, velocity, angular
+velocity, force and torque of each sphere.
 Lines "RESULT name = value" end each run; the series has 17 digits. SI units.
 Written for Kratos 10.2.3, 10.4.3, 10.4.4, one thread.
 """
@@ -154,10 +155,14 @@ class Contact:
         self.masses = [getattr(p, f"mass_{i}") for i in self.places]
         self.radii = [getattr(p, f"radius_{i}") for i in self.places]
         self.hertz = p.normal in ("hertz", "dmt")
-        # 2 (1 - nu) / (2 - nu) is k_t / k_n of both laws
+        # 2 (1 - nu) / (2 - nu) is k_t / k_n of both laws of a material
         self.poisson = p.poisson_ratio
+        self.custom = False
         if not self.hertz:
             ratio = p.tangential_stiffness / p.normal_stiffness if p.tangential != "none" else 1.0
+            self.custom = ratio >= 4.0 / 3.0
+            if self.custom:
+                ratio = 1.0  # of a material that is not asked for its stiffness
             self.poisson = (2.0 - 2.0 * ratio) / (2.0 - ratio)
         self.model = Kratos.Model()
         names = ("SpheresPart", "ContactPart", "RigidFacePart", "DEMInletPart", "ClusterPart")
@@ -227,6 +232,10 @@ class Contact:
         if self.p.normal == "dmt":  # of both surfaces: F = 2 pi PARTICLE_COHESION R*
             law += "_DMT"
             made[variable("PARTICLE_COHESION")] = 2.0 * self.p.surface_energy
+        if self.custom:  # a material in which k_t is that much larger there is none
+            law = "DEM_D_Linear_Custom_Constants"
+            made[variable("K_NORMAL")] = self.p.normal_stiffness
+            made[variable("K_TANGENTIAL")] = self.p.tangential_stiffness
         getattr(DEM, law)().SetConstitutiveLawInProperties(made, False)
         return made
 

@@ -18,10 +18,14 @@ def dashpot(values: Values) -> str:
 
 def springs(values: Values) -> str:
     """Return why linear springs cannot be stated, or nothing where they can."""
-    stiff, along = float(values["normal_stiffness"]), float(values["tangential_stiffness"])
-    if values["tangential"] != "none" and not along < 4.0 / 3.0 * stiff:
+    if values["tangential"] != "none" and not of_a_material(values):
         return "has k_t of less than 4/3 k_n: it is 2 (1 - nu) / (2 - nu) of it"
     return dashpot(values)
+
+
+def of_a_material(values: Values) -> bool:
+    """Return whether linear springs are those of a material, with a Poisson's ratio above -1."""
+    return float(values["tangential_stiffness"]) < 4.0 / 3.0 * float(values["normal_stiffness"])
 
 
 CONTACTS = (
@@ -30,6 +34,12 @@ CONTACTS = (
         takes("hooke", DASHPOTS, "none linear_history"),
         RULES,
         springs,
+    ),
+    ContactModel(
+        "DEM_D_Linear_Custom_Constants",
+        takes("hooke", DASHPOTS, "none linear_history"),
+        RULES,
+        dashpot,
     ),
     ContactModel(
         "DEM_D_Hertz_viscous_Coulomb",

@@ -15,8 +15,12 @@ OBLIQUE = get_case("oblique")
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"tangential_stiffness": 2e6}, "has k_t of less than 4/3 k_n"),
+        ({"tangential_stiffness": 2e6}, ""),
         ({"damping": "velocity"}, "never attracts"),
+        (
+            {"damping": "velocity", "clipped": "yes", "tangential_stiffness": 2e6},
+            "DEM_D_Linear_Custom_Constants has a dashpot along the surface",
+        ),
         ({"damping": "velocity", "clipped": "yes"}, "dashpot along the surface that is tied"),
         ({"tangential": "linear_nohistory"}, "takes tangential = none or linear_history, not"),
         ({"normal": "hertz", "tangential": "mindlin"}, "mindlin_rescale/force, not mindlin"),
@@ -33,11 +37,29 @@ def test_what_kratos_cannot_be_told_is_named(changes, said):
     assert bool(said) == bool(reason)
 
 
+@pytest.mark.parametrize(
+    ("ratio", "law"),
+    [
+        (2.0 / 7.0, "DEM_D_Linear_viscous_Coulomb"),
+        (1.333, "DEM_D_Linear_viscous_Coulomb"),
+        (4.0 / 3.0, "DEM_D_Linear_Custom_Constants"),
+        (10.0, "DEM_D_Linear_Custom_Constants"),
+    ],
+)
+def test_springs_that_no_material_has_are_told(ratio, law):
+    told = OBLIQUE.default.replace(tangential_stiffness=ratio * OBLIQUE.default.normal_stiffness)
+    model, why = stating(CONTACTS, OBLIQUE.job(told).values)
+    assert (model.name, why) == (law, "")
+
+
 @pytest.mark.live
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "submodel", "system"),
     [
+        ("oblique", "linear_history, elastic", "unequal spheres"),
+        ("slip-to-roll", "linear_history, elastic", "wall"),
+        ("prescribed-motion", "linear_history, elastic", "two spheres, turned"),
         ("oblique", "linear_history, 2/7, elastic", "unequal spheres"),
         ("oblique", "mindlin_rescale/force, elastic", "wall"),
         ("spin", "mindlin_rescale/force, elastic", "frozen sphere"),
