@@ -7,6 +7,8 @@ from harness.cases.contact_base.submodels import (
     HOOKE,
     MASSIVE,
     OLD,
+    ROLLING,
+    ROLLING_BESIDE,
     ROLLS,
     SOLID_STICKING,
     STICKING,
@@ -46,6 +48,13 @@ TURNING = named(
     quick=False,
 )
 """Rolling and twisting resistance of one contact, also under the load of attraction."""
+
+ROLLING_ON = tuple(
+    one
+    for one in (*ROLLING, *ROLLING_BESIDE)
+    if one.name in ("rolling sds, linear_history", "rolling sds, linear_history, of Ai")
+)
+"""Rolling resistance of linear springs beside friction that slides as well."""
 
 OLD_CLIPPED = named(
     {

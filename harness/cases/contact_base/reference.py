@@ -79,6 +79,7 @@ def _followed(scene: ContactScene, rules: Rules, tolerance: float) -> Followed:
     )
     law = scene.law
     dashpot = law.tangential_spring and law.tangential_damping and law.damping != "none"
+    dashpot = dashpot or law.rolling_damping or law.twisting_damping
     off = rules.damping_in_cap in ("sticking_only", "until_sliding")
     jumps = off and dashpot and path.of_kind("slides", "sticks")
     kinked = path.of_kind("slides", "sticks", "clips", "repels")

@@ -228,6 +228,9 @@ TANGENTIAL_BESIDE = named(
 
 _TIED = {"rolling_stiffness": 2e5 / 7.0, "rolling_damping": 0.0, "rolling_friction": 0.05}
 
+_AI = {**_TIED, "rolling_stiffness": 2.25 * 1e5 * 0.05**2, "rolling_damping": 0.5}
+"""Stiffness 2.25 k_n mu_r^2: Ai, Chen, Rotter and Ooi, Powder Technol. 206, 269 (2011)."""
+
 ROLLING_BESIDE = named(
     {
         "rolling sds, linear_history, tied": {**STICKING, "rolling": "sds", **_TIED},
@@ -237,6 +240,7 @@ ROLLING_BESIDE = named(
             "rolling": "sds",
             **_TIED,
         },
+        "rolling sds, linear_history, of Ai": {**STICKING, "rolling": "sds", **_AI},
     }
 )
-"""Rolling springs without a dashpot, as stiff as the tangential spring."""
+"""Rolling springs as stiff as the tangential one, without a dashpot, and one tied to k_n."""

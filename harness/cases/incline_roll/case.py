@@ -9,6 +9,7 @@ from typing import ClassVar
 from pydantic import Field
 
 from harness.cases.contact_base.contact_case import Friction
+from harness.cases.contact_base.further import ROLLING_ON
 from harness.cases.contact_base.motion import Motion
 from harness.cases.contact_base.parameters import Gravity
 from harness.cases.contact_base.presets import SLIDING, Told
@@ -36,7 +37,10 @@ class InclineRollCase(Friction, RestingCase[InclineRoll]):
 
     name = "incline-roll"
     # a linear spring without a dashpot rings on: what its phase is off hides the limit
-    beside = tuple(one for one in Friction.beside if one.name != "linear_history, elastic")
+    beside = (
+        *(one for one in Friction.beside if one.name != "linear_history, elastic"),
+        *ROLLING_ON,
+    )
     sets: ClassVar[Told] = {"rolls": SLIDING}
     systems: ClassVar[Told] = {
         "wall, rolls": {"angle": 20.0},
@@ -62,13 +66,18 @@ class InclineRollCase(Friction, RestingCase[InclineRoll]):
         }
 
     def closed_forms(self, parameters: InclineRoll) -> Mapping[str, float]:
-        """Return the momentum, and for a sphere that slides all the time both accelerations."""
+        """Return the momentum, and for a sphere that slides all the time both accelerations.
+
+        What resists rolling changes momentum and spin; a sphere that slides slides all the more.
+        """
         exact = {"momentum_ratio": 1.0}
         angle = math.radians(parameters.angle)
         expected = down_an_incline(angle, parameters.friction or 0.0, parameters.gravity)
         if not expected.rolls and parameters.tangential != "linear_nohistory":
             exact["acceleration_ratio"] = expected.acceleration / parameters.pull[0]
             exact["spin_ratio"] = expected.turning / parameters.pull[0]
+        if parameters.rolling != "none":
+            return {name: value for name, value in exact.items() if name == "acceleration_ratio"}
         return exact
 
 

@@ -8,6 +8,7 @@ from typing import ClassVar
 from pydantic import Field
 
 from harness.cases.contact_base.contact_case import Friction
+from harness.cases.contact_base.further import ROLLING_ON
 from harness.cases.contact_base.motion import Array, Motion
 from harness.cases.contact_base.parameters import Duration, Speed
 from harness.cases.contact_base.presets import SLIDING, Told
@@ -45,6 +46,7 @@ class SlipToRollCase(Friction, RestingCase[SlipToRoll]):
     """A sphere slides on a floor until it rolls, at 5/7 of its speed."""
 
     name = "slip-to-roll"
+    beside = (*Friction.beside, *ROLLING_ON)
     sets: ClassVar[Told] = {"usual": SLIDING, **MFIX}
     systems: ClassVar[Told] = {"wall": {}}
     scan = Scan("speed_ratio", "duration", (0.1, 0.3, 0.5, 0.7, 0.9, 1.1, 1.3, 1.5))
@@ -65,8 +67,8 @@ class SlipToRollCase(Friction, RestingCase[SlipToRoll]):
         return {name: (time, value / parameters.speed) for name, (time, value) in named.items()}
 
     def closed_forms(self, parameters: SlipToRoll) -> Mapping[str, float]:
-        """Return the momentum about the floor, which no force there changes."""
-        return {"momentum_ratio": 1.0}
+        """Return the momentum about the floor, which no force there changes, but a torque does."""
+        return {"momentum_ratio": 1.0} if parameters.rolling == "none" else {}
 
 
 CASE = SlipToRollCase()

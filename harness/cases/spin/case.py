@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 from pydantic import Field
 
 from harness.cases.contact_base.contact_case import ContactCase, Friction
+from harness.cases.contact_base.further import ROLLING_ON
 from harness.cases.contact_base.impact import impact, relative_velocity
 from harness.cases.contact_base.motion import Motion
 from harness.cases.contact_base.parameters import ContactSystem, Speed, Turning
@@ -44,6 +45,7 @@ class SpinCase(Friction, ContactCase[Spin]):
     """A spinning sphere meets a wall or a sphere: spin left, velocity gained."""
 
     name = "spin"
+    beside = (*Friction.beside, *ROLLING_ON)
     sets: ClassVar[Told] = {"usual": SLIDING, **SPIN}
     shown = "spin_ratio"
     scan = Scan("spin_ratio", "spin", (25.0, 50.0, 100.0, 150.0, 200.0, 300.0, 400.0))

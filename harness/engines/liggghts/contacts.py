@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
 
 from harness.engines.contact_model import DASHPOTS, ContactModel, Values, takes
 
@@ -16,33 +18,87 @@ RULES = {
 }
 """tangential_model_history.h and surface_model_default.h."""
 
+TURNING = {**RULES, "wall_turning": "levered"}
+"""rolling_model_epsd.h, _epsd2.h and _epsd3.h, which take the spin at a wall with its lever.
 
-def tied(values: Values) -> str:
-    """Return why a rolling or twisting spring cannot be stated, or nothing where it can."""
-    if values["rolling"] == "sds" == values["twisting"]:
-        return "has one limit for rolling and twisting together"
-    if values["rolling"] == "sds" and not (
-        values["rolling_damping"] == 0.0
-        and _equal(values["rolling_stiffness"], values["tangential_stiffness"])
-    ):
-        return "has rolling springs (epsd2) as stiff as the tangential one, without a dashpot"
-    why = _twisting(values) if values["twisting"] == "sds" else ""
-    return f"has twisting springs (epsd2, torsionTorque) {why}" if why else ""
+They add up a torque that keeps its direction while the normal turns: with the normal it turns only
+where all moves in one plane.
+"""
+
+AI = 2.25
+"""Of k_n (mu_r R*)^2, the stiffness per radian: Ai et al., Powder Technol. 206, 269 (2011)."""
+
+SPRINGS = {"rolling": ("mu_r", "N/m"), "twisting": ("mu_w", "N m")}
+"""Of both kinds of springs: their limit, and the unit of their stiffness."""
 
 
-def _twisting(values: Values) -> str:
-    """Return which twisting springs are the only ones, or nothing for one of them."""
-    if values["twisting_damping"] != 0.0:
-        return "without a dashpot only"
-    radius, pair = float(values["radius_1"]), "radius_2" in values
-    # the limit is told over R*, and the script has one for all contacts
-    if pair and (values["planes"] or not _equal(radius, values["radius_2"])):
-        return "with one R* only: of a sphere on walls, or of two equal spheres"
-    own = float(values["tangential_stiffness"]) * (radius / 2.0 if pair else radius) ** 2
-    if _equal(values["twisting_stiffness"], own):
+def as_tangential(kind: str, values: Values) -> str:
+    """Return why epsd2 does not have a spring, or nothing where it has."""
+    if why := _turns_aside(kind, values):
+        return why
+    if values[f"{kind}_damping"] != 0.0:
+        return f"has {kind} springs without a dashpot only"
+    own = float(values["tangential_stiffness"])
+    if kind == "rolling":
+        tie = f"k_t = {own:.6g} N/m"
+    elif "radius_2" in values and values["planes"]:
+        return "has twisting springs of k_t R*^2, and R* at a wall is another"
+    else:
+        own *= _reduced_radius(values) ** 2
+        tie = f"k_t R*^2 = {own:.6g} N m"
+    return "" if _equal(values[f"{kind}_stiffness"], own) else f"has {kind} springs of {tie}"
+
+
+def as_normal(kind: str, values: Values) -> str:
+    """Return why epsd does not have a spring, or nothing where it has."""
+    return _turns_aside(kind, values) or _of_normal(kind, values, AI, AI)
+
+
+def by_factor(kind: str, values: Values) -> str:
+    """Return why epsd3 does not have a spring, or nothing where it has.
+
+    Its factor, in the place of 2.25, is at least 1 (global_properties.cpp).
+    """
+    return _turns_aside(kind, values) or _of_normal(kind, values, 1.0, math.inf)
+
+
+def _of_normal(kind: str, values: Values, least: float, most: float) -> str:
+    """Return why a spring is not a factor of k_n times its limit squared, or nothing.
+
+    The limit over R* is LIGGGHTS's mu; the spring of the rolling displacement is the torque's over
+    R*^2, so that R* is in neither.
+    """
+    limit, unit = SPRINGS[kind]
+    whole = float(values["normal_stiffness"]) * float(values[f"{kind}_friction"]) ** 2
+    stiffness = float(values[f"{kind}_stiffness"])
+    if whole > 0.0 and least * whole * (1.0 - SAME) <= stiffness <= most * whole * (1.0 + SAME):
         return ""
-    here = "half the radius between two spheres" if pair else "the radius on a wall"
-    return f"of k_t R*^2 = {own:.6g} N m, R* {here}"
+    more, factor = ("", f"{least:g} ") if least == most else (" or more", "")
+    return f"has {kind} springs of {factor}k_n {limit}^2 = {least * whole:.6g} {unit}{more}"
+
+
+def _turns_aside(kind: str, values: Values) -> str:
+    """Return why a twisting spring, which resists rolling as well, is no other; or nothing.
+
+    It has but a twist to resist where spheres spin about the vertical, one above another.
+    """
+    if kind == "rolling":
+        return ""
+    aside = ["gravity_x", "gravity_y"]
+    for body in ("1", "2") if "radius_2" in values else ("1",):
+        aside += [f"{name}_{body}" for name in ("x", "y", "vx", "vy", "wx", "wy")]
+    if values["motion_1"] == "prescribed" or any(values[name] != 0.0 for name in aside):
+        return "has twisting springs that resist rolling as well"
+    return ""
+
+
+def _reduced_radius(values: Values) -> float:
+    """Return R* of the pair, or of the sphere on a wall [m]."""
+    one = float(values["radius_1"])
+    if "radius_2" not in values:
+        return one
+    other = float(values["radius_2"])
+    return one * other / (one + other)
 
 
 def from_material(values: Values) -> str:
@@ -62,14 +118,27 @@ def _equal(one: str | float, other: str | float) -> bool:
 
 _SPRINGS = "none linear_nohistory linear_history linear_history_classic"
 _SOLIDS = "none linear_nohistory mindlin mindlin_classic"
+_TURNING: dict[str, Callable[[str, Values], str]] = {
+    "epsd2": as_tangential,
+    "epsd": as_normal,
+    "epsd3": by_factor,
+}
+
+
+def _turning(kind: str, name: str) -> ContactModel:
+    """Return model hooke/stiffness with a rolling_friction, for rolling or for twisting."""
+    torsion = " torsionTorque" if kind == "twisting" else ""
+    return ContactModel(
+        name + torsion,
+        takes("hooke", DASHPOTS, _SPRINGS, **{kind: "sds"}),
+        TURNING,
+        partial(_TURNING[name], kind),
+    )
+
 
 CONTACTS = (
-    ContactModel(
-        "hooke/stiffness",
-        takes("hooke", DASHPOTS, _SPRINGS, rolling="none sds", twisting="none sds"),
-        RULES,
-        tied,
-    ),
+    ContactModel("hooke/stiffness", takes("hooke", DASHPOTS, _SPRINGS), RULES),
+    *(_turning(kind, name) for kind in SPRINGS for name in _TURNING),
     ContactModel("hertz/stiffness", takes("hertz", "none viscoelastic", _SOLIDS), RULES),
     ContactModel(
         "hertz",

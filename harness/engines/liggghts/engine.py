@@ -42,17 +42,8 @@ class Liggghts(LammpsLanguage):
     words_compare = False
     programs = ("liggghts",)
     self_contained = True
-    unused_values = frozenset(
-        (
-            "interface",
-            "surface_energy",
-            "rolling_stiffness",
-            "rolling_damping",
-            "twisting_stiffness",
-            "twisting_damping",
-        )
-    )
-    """Of contacts with friction: tied to other values, or refused."""
+    unused_values = frozenset(("interface", "surface_energy"))
+    """Of contacts with friction: refused but for one value."""
     traits = Traits(
         install_hint="apt install liggghts (Debian, Ubuntu), or --program liggghts=PATH",
         versions=("LIGGGHTS-PUBLIC 3.8.0",),

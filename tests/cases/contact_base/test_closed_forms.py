@@ -30,6 +30,34 @@ def test_the_integration_of_the_law_gives_the_closed_forms(case, trial):
         assert integrated[name] == pytest.approx(value, rel=2e-8, abs=1e-9), name
 
 
+ROLLS = {
+    "rolling": "sds",
+    "rolling_stiffness": 1e3,
+    "rolling_damping": 0.5,
+    "rolling_friction": 0.05,
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "exact"),
+    [
+        ("slip-to-roll", {}, set()),
+        ("incline-roll", {}, set()),
+        ("incline-roll", {"angle": 60.0}, {"acceleration_ratio"}),
+    ],
+)
+def test_rolling_resistance_takes_away_the_closed_forms_that_it_changes(name, changes, exact):
+    """The momentum about the floor falls by mu_r g / 2 of the time at most: it must be seen."""
+    case = get_case(name)
+    parameters = case.default.replace(**changes, **ROLLS)
+    integrated = case.observed(parameters, followed(case.scene(parameters), Rules()).motion)
+    found = case.closed_forms(parameters)
+    assert set(found) == exact
+    for quantity, value in case.closed_forms(case.default.replace(**changes)).items():
+        same = integrated[quantity] == pytest.approx(value, abs=1e-6)
+        assert same == (quantity in exact), quantity
+
+
 def test_cases_have_closed_forms_where_they_say_so():
     for name, least in zip(NAMES, (24, 8, 16, 4, 12), strict=True):
         assert len(exact_trials(name)) >= least, name
