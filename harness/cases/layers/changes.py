@@ -60,6 +60,11 @@ class Change:
         return low <= 0.0 <= high or max(-low, high) <= self.own
 
     @property
+    def overlaps(self) -> bool:
+        """Return whether the intervals of both angles overlap, the weaker sense of the same."""
+        return abs(self.difference.value) <= self.own + self.mean.half_width
+
+    @property
     def word(self) -> str:
         """Return whether the angle is the same; of one that moves a little, by how much at most."""
         low, high = self.difference.low, self.difference.high

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from harness.cases.layers.averages import Mean, difference_of, extrapolated, unpaired
 from harness.cases.layers.changes import BOX, LITTLE, Change, changed_in, compared, over_box
 from harness.cases.layers.conclusion import Found, layers_told, seeds_of, signed
@@ -24,6 +26,7 @@ def sentences(found: Found) -> list[str]:
         f"the difference is ±{widest:.2f} deg at the widest)."
         + (f" It moves, but stays {LITTLE}, in {'; '.join(little)}." if little else "")
         + (f" It moves further in {'; '.join(moved)}." if moved else "")
+        + _overlapping(every)
     ]
     if narrow:
         told.append(
@@ -35,6 +38,13 @@ def sentences(found: Found) -> list[str]:
         listed = "; ".join(f"{layers_told(h)}: {signed(one)}" for h, one in endless.items())
         told.append(f"Softness, extrapolated to an endless box, linear in 1/length: {listed} deg.")
     return told
+
+
+def _overlapping(every: Sequence[tuple[Change, str]]) -> str:
+    """Return in how many changes the intervals of both angles overlap."""
+    apart = [f"{one.name} at {place}" for one, place in every if not one.overlaps]
+    told = f" The intervals of both angles overlap in {len(every) - len(apart)} of {len(every)}"
+    return told + (f", not in {'; '.join(apart)}." if apart else ".")
 
 
 def _moved(one: Change, place: str) -> str:

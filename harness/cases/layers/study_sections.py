@@ -160,7 +160,8 @@ HELD_AGAINST = (
     "angle itself, a second half of the rule that was added when paired differences of 0.01 to "
     f"0.03 deg had excluded zero. Else it is within {MARGIN_DEG:g} deg where that interval is, "
     "which the test of softness calls the same: a third word that was added when angles in the "
-    "largest boxes were known to 0.1 deg. A box is held against the next one towards that of the "
+    "largest boxes were known to 0.1 deg. Whether the intervals of both angles overlap is a weaker "
+    "question, told beside it. A box is held against the next one towards that of the "
     "study, and of several boxes at a thickness and stiffness the two largest say whether the "
     "angle depends on the box; what smaller ones differ by is told apart. Each change was stated "
     "in the code before one of its runs was made, half the rate at four soft layers and twice the "
@@ -186,11 +187,12 @@ def _of_changes(some: Compared) -> Table:
             f"{change.difference.value:+.3f}",
             f"{change.difference.half_width:.3f}",
             change.word,
+            "yes" if change.overlaps else "no",
         )
         for change in some.changes
     ]
     head = ("change", "seeds", "angle (deg)", "difference (deg)", "95 % interval (± deg)",
-            "the same")  # fmt: skip
+            "the same", "intervals overlap")  # fmt: skip
     one = some.reference[0]
     stop = mean_of([*seeds_of(some.reference).values()])
     return Table(
