@@ -225,7 +225,7 @@ def test_the_verdict_is_the_one_of_the_world_that_it_was_shown(softness, words):
     # a line to an endless box where there are three
     ends = [list(line.get_xdata()) for line in over_box.lines]
     assert [one for one in ends if len(one) == 2 and one[0] == 0.0] == [
-        [0.0, 1 / 16], [0.0, 1 / 16], [0.0, 1 / 12], [0.0, 1 / 12]
+        [0.0, 1 / 16], [0.0, 1 / 16], [0.0, 1 / 16], [0.0, 1 / 12], [0.0, 1 / 12]
     ]  # fmt: skip
     labels = " ".join(axes.get_legend_handles_labels()[1])
     assert all(word in labels for word in ("lost", "kept", "10.2078", "Peyneau", "mine.csv"))
@@ -281,9 +281,10 @@ def test_changes_at_more_layers_are_held_against_the_runs_over_the_thickness():
                             "2 layers at 30000 weights", "4 layers at 300 weights",
                             "4 layers at 30000 weights", "8 layers at 300 weights",
                             "8 layers at 30000 weights"]  # fmt: skip
-    assert {row[0]: row[-1] for row in tables["2 layers at 30000 weights"].rows}[
+    assert {row[0]: row[-2:] for row in tables["2 layers at 30000 weights"].rows}[
         "twice the rate"
-    ] == "no"
+    ] == ("no", "no")
+    assert "not in twice the rate at 2 layers at 30000 weights." in told
     rows = {row[0]: row for row in tables["8 layers at 300 weights"].rows}
     # each box against the next one towards that of the study
     assert rows["larger box, 27 x 14 for 18 x 9 d"][1] == "4"
@@ -313,16 +314,23 @@ def test_softness_is_told_in_every_box_and_rate_that_both_stiffnesses_have():
     (softness,) = [one for one in found.sections if one.title == "Softness"]
     told = {row[:3]: row[3:] for row in softness.tables[1].rows}
     assert list(told) == [
-        ("4", "16 x 8", "0.1"), ("4", "16 x 8", "0.2"), ("8", "12 x 6", "0.1"),
-        ("8", "27 x 14", "0.1"),
+        ("4", "16 x 8", "0.1"), ("4", "16 x 8", "0.2"), ("4", "36 x 18", "0.1"),
+        ("8", "12 x 6", "0.1"), ("8", "27 x 14", "0.1"),
     ]  # fmt: skip
     assert float(told["4", "16 x 8", "0.1"][0]) == pytest.approx(-1.5, abs=0.1)
     assert float(told["4", "16 x 8", "0.2"][0]) == pytest.approx(-0.5, abs=0.2)
-    assert [row[-1] for row in told.values()] == ["depends on softness"] * 4
-    assert [row[2] for row in told.values()] == ["12", "4", "7", "3"]
+    assert [row[-1] for row in told.values()] == ["depends on softness"] * 5
+    assert [row[2] for row in told.values()] == ["12", "4", "5", "7", "3"]
     # three boxes at each stiffness, the smallest of the soft ones moved
     (endless,) = [one for one in found.verdict if "endless box" in one]
+    assert "4 layers: " in endless
     assert "8 layers: -0." in endless
+
+
+@pytest.mark.parametrize(("apart", "overlaps"), [(0.5, True), (0.7, False)])
+def test_intervals_overlap_up_to_their_sum(apart, overlaps):
+    mean, difference = Mean(10.0 + apart, 0.2, 5), Mean(apart, 0.4, 5)
+    assert Change("larger box", mean, difference, own=0.4).overlaps is overlaps
 
 
 def test_the_two_largest_boxes_say_whether_the_angle_depends_on_the_box():
