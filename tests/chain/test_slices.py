@@ -49,6 +49,6 @@ def test_an_interrupt_between_two_slices_ends_the_run(monkeypatch, name):
 def test_what_the_exact_solver_cannot_do_is_said_in_a_line():
     with pytest.raises(RequestError, match=r"^height = 5000: must be less than 5000 .*$"):
         exact.run(Tower(height=5000), 0.01)
-    tower = Tower(height=30)
+    tower = Tower(height=100)  # of 30 it is a matter of the processor's rounding
     with pytest.raises(RequestError, match=r"^duration = .* cannot be told to rounding .*$"):
-        exact.run(tower, 300 * tower.contact_time, samples=10)
+        exact.run(tower, 1000 * tower.contact_time, samples=10)

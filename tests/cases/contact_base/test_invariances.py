@@ -274,6 +274,19 @@ def test_level_full_takes_every_submodel_over_four_ranks(submodel, level, most):
     assert invariance._most_ranks(case, Trial(submodel, "wall", case.default), level) == most
 
 
+def test_the_force_at_touch_is_left_out_where_a_motion_begins_there(lammps):
+    case = few("prescribed-motion", ["twisting sds, mindlin"], ["unequal spheres"])
+    (trial,) = [t for t in chosen(case, "full") if t.system == "unequal spheres"]
+    one = ways.first_ways(case, trial, "full")
+    invariance._run([one], lammps)
+    motion = one.motion(ways.PLAIN)
+    first = (np.arange(len(motion.force)) == 0)[:, None, None]
+    moved = replace(motion, force=motion.force + 1.0 * first)
+    sizes = dict.fromkeys(("position", "velocity", "omega", "force", "torque"), 1.0)
+    assert invariance.difference(motion, moved, sizes)["force"] == 1.0
+    assert invariance.difference(motion, moved, sizes, 1)["force"] == 0.0
+
+
 def test_ranks_need_a_launcher_of_their_own(lmp):
     with (
         Lammps(lmp=lmp, launcher="mpirun -n 1") as engine,
