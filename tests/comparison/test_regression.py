@@ -98,6 +98,14 @@ def test_other_parameters_fail_even_with_the_same_numbers():
     assert all("wrong input: stiffness = 2000000.0" in check.triage for check in failed)
 
 
+@pytest.mark.parametrize(("part", "said"), [(5e-14, 0), (1e-9, 1)])
+def test_a_derived_parameter_may_differ_in_the_processors_last_bits(part, said):
+    known = {"duration": 2.7517674731056374}
+    now = {"duration": known["duration"] * (1.0 + part)}
+    assert now != known
+    assert len(changed_parameters(now, known)) == said
+
+
 def test_parameters_of_one_side_only_are_no_difference_and_nested_ones_are_seen():
     assert changed_parameters({"a": 1, "new": 2}, {"a": 1, "old": 3}) == []
     (said,) = changed_parameters({"contact": {"tail": "clipped"}}, PATH.parameters)
