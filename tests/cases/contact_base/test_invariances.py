@@ -324,3 +324,19 @@ def test_every_case_and_submodel_is_invariant_but_for_known_defects():
     unexpected = (Verdict.FAIL, Verdict.FIXED)
     assert [(row.name, row.verdict) for row in told if row.verdict in unexpected] == []
     assert sum(row.verdict is Verdict.PASS for row in told) > 2900
+
+
+@pytest.mark.slow
+def test_ranks_change_no_bit_of_any_case_and_submodel_but_for_known_defects(lmp):  # noqa: ARG001
+    cases = tuple(case for case in all_cases().values() if isinstance(case, ContactCase))
+    with Lammps() as engine:
+        version = engine.identify().engine_version
+        if not release_of("29 Aug 2024") <= release_of(version) <= release_of("22 Jul 2025 - 9"):
+            pytest.skip(f"LAMMPS {version} may have other defects")
+        found = invariance._all_over_ranks(cases, engine, "full")
+    told = told_apart(found, known_defects(), {"lammps": version})
+    unexpected = (Verdict.FAIL, Verdict.FIXED)
+    assert [(row.name, row.verdict) for row in told if row.verdict in unexpected] == []
+    for ranks in ("2 ranks", "4 ranks"):
+        seen = [row for row in told if row.cell.invariance == ranks]
+        assert sum(row.verdict is Verdict.PASS for row in seen) > 400
