@@ -5,11 +5,20 @@ that the user names in ``NUMBA_CACHE_DIR`` comes first.
 
 Numba compiles again when the file of a kernel changes, but not when a kernel that it calls does,
 in another file. So the machine code lies under a stamp of all files of the kernel's folder.
+
+Kept kernels are pickles, which run code as they are read: they are read only from a folder that
+this user alone may write.
 """
 
 from __future__ import annotations
 
+import atexit
+import contextlib
 import hashlib
+import os
+import shutil
+import sys
+import tempfile
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -19,7 +28,7 @@ from typing import Any, TypeVar, cast
 
 import numba
 
-from harness.home import KERNELS, cache_place
+from harness.home import KERNELS, cache_place, make_private, writable_by_others
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 Result = TypeVar("Result")
@@ -37,6 +46,39 @@ def _stamp(folder: Path) -> str:
     return found.hexdigest()[:16]
 
 
+@cache
+def _kernel_folder(place: Path, stamp: str) -> Path:
+    """Return the folder below ``place`` for kernels of a stamp, made if need be.
+
+    One of this user's that others could write, as an earlier version made them, is emptied: what
+    is in it may be theirs. In place of one of another user's, or a link, it is a temporary one,
+    with a note on stderr.
+    """
+    folder = place / stamp
+    with contextlib.suppress(OSError):
+        make_private(folder)
+        mine = not folder.is_symlink() and folder.stat().st_uid == os.geteuid()
+        if mine and writable_by_others(folder):
+            aside = Path(tempfile.mkdtemp(dir=place))
+            folder.rename(aside / stamp)
+            shutil.rmtree(aside)
+            make_private(folder)
+    if not folder.is_dir():
+        return folder  # it cannot be made: numba chooses one of its own
+    linked = "it is a link" if folder.is_symlink() else ""
+    why = linked or writable_by_others(place, 0) or writable_by_others(folder)
+    if not why:
+        return folder
+    private = Path(tempfile.mkdtemp(prefix="dem-harness-kernels-"))
+    atexit.register(shutil.rmtree, private, ignore_errors=True)
+    print(
+        f"dem-harness: kernels in {folder} are not used, {why}: remove it, or name another place "
+        "in DEM_HARNESS_HOME; until then they are compiled in each run",
+        file=sys.stderr,
+    )
+    return private
+
+
 def jit(function: Function, **options: Any) -> Function:
     """Compile a function with options of ``numba.njit``, keeping its Python type.
 
@@ -48,10 +90,35 @@ def jit(function: Function, **options: Any) -> Function:
         try:
             # numba asks for the folder here and not again: other users of numba keep theirs
             place = Path(given) if given else cache_place().path / KERNELS
-            config.CACHE_DIR = str(place / _stamp(Path(function.__code__.co_filename).parent))
-            return cast(Function, numba.njit(cache=True, **options)(function))
+            stamp = _stamp(Path(function.__code__.co_filename).parent)
+            config.CACHE_DIR = str(_kernel_folder(place, stamp))
+            return cast(Function, _kept(numba.njit(cache=True, **options)(function)))
+        except RuntimeError:  # nowhere can it be kept
+            return cast(Function, numba.njit(**options)(function))
         finally:
             config.CACHE_DIR = given
+
+
+def _kept(dispatcher: Any) -> Any:
+    """Return a kernel whose machine code is kept where it can be: a full disk ends no run."""
+    keeper = getattr(dispatcher, "_cache", None)  # numba has no other way to be asked
+    if keeper is None:
+        return dispatcher
+    save = keeper.save_overload
+
+    def save_or_tell(*arguments: Any) -> None:
+        try:
+            save(*arguments)
+        except OSError as error:
+            _tell_once(f"{keeper.cache_path} cannot be written ({error.strerror or error})")
+
+    keeper.save_overload = save_or_tell
+    return dispatcher
+
+
+@cache
+def _tell_once(why: str) -> None:
+    print(f"dem-harness: cache of kernels {why}; kernels are compiled anew", file=sys.stderr)
 
 
 def compiled(function: Function) -> Function:

@@ -7,6 +7,8 @@ one or two lines that name the option or file, the value, and what is allowed.
 from __future__ import annotations
 
 import errno
+from collections.abc import Mapping
+from typing import Any
 
 FULL = (errno.ENOSPC, errno.EDQUOT)
 """Numbers of the system's errors that speak of a full disk."""
@@ -34,6 +36,10 @@ def cannot_write(what: str, error: OSError) -> HarnessError:
     """Return the error of an option or file that cannot be written, and what the system says."""
     kind = FullDiskError if error.errno in FULL else RequestError
     return kind(f"{what}: {error.strerror or error}")
+
+
+class CombinationError(RequestError):
+    """Values that are allowed each by itself, but not together."""
 
 
 class EngineError(HarnessError, RuntimeError):
@@ -73,6 +79,21 @@ class EngineInputError(EngineError, kind="refused"):
 
 class EngineOutputError(EngineError, kind="bad output"):
     """The engine ended without a complete, finite result."""
+
+
+class EngineUndecidedError(EngineOutputError, kind="undecided"):
+    """A run that ended well without the event that it waits for: ``values`` were measured.
+
+    ``provenance``, ``seconds`` and ``ranks`` are those of the run.
+    """
+
+    provenance: Any = None
+    seconds = 0.0
+    ranks: int | None = None
+
+    def __init__(self, message: str, values: Mapping[str, float]) -> None:
+        super().__init__(message)
+        self.values = values
 
 
 class EngineLostAtomsError(EngineInputError, kind="lost atoms"):

@@ -8,6 +8,7 @@ import stat
 import sys
 from pathlib import Path
 
+import hypothesis
 import pytest
 
 from harness.cases.incline.result import Crests, InclineRun, Motion
@@ -24,6 +25,11 @@ SYNTHETIC = Provenance("synthetic", "1")
 # harness anew, and each program that a test starts: 7 s of a worker
 sys.dont_write_bytecode = False
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
+
+# a first example may wait for a kernel to be compiled, and any for a busy machine
+hypothesis.settings.register_profile("no deadline", deadline=None)
+hypothesis.settings.load_profile("no deadline")
 
 
 @pytest.fixture(autouse=True, scope="session")

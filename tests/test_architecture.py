@@ -74,7 +74,7 @@ ENGLISH = {
 }  # fmt: skip
 """Names that are words as well: only their imports can be told from the word."""
 
-LINES, FUNCTION_LINES, PARAMETERS = 250, 60, 8
+LINES, FUNCTION_LINES, PARAMETERS = 700, 60, 8
 
 
 def folder(path):

@@ -1,6 +1,9 @@
 """Where numba keeps compiled kernels: in the cache folder, or where the user says."""
 
+import contextlib
+import errno
 import os
+import pickle
 import subprocess
 import sys
 import time
@@ -48,6 +51,27 @@ def test_a_kernel_is_kept_in_the_cache_folder_or_where_the_user_says(tmp_path, o
     assert all(path.is_relative_to(where) for path in kept)
     # other users of numba in the same process keep their own place
     assert said.strip() == repr(mine)
+
+
+def test_a_full_disk_costs_a_line_and_no_run(monkeypatch, capsys, tmp_path):
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setenv(VARIABLE, str(tmp_path))
+    monkeypatch.setattr("numba.core.caching.IndexDataCacheFile.save", full)
+    kernels = [jit(lambda x: 2.0 * x), jit(lambda x: 3.0 * x)]
+    assert [kernel(2.0) for kernel in kernels] == [4.0, 6.0]
+    (said,) = capsys.readouterr().err.splitlines()
+    assert "No space left on device" in said
+    assert "kernels are compiled anew" in said
+
+
+def test_a_kernel_that_can_be_kept_nowhere_runs(monkeypatch):
+    def nowhere(*_, **__):
+        raise RuntimeError("cannot cache function 'twice': no locator available")
+
+    monkeypatch.setattr("numba.core.dispatcher.FunctionCache", nowhere)
+    assert jit(lambda x: 2.0 * x)(2.0) == 4.0
 
 
 @pytest.mark.slow
@@ -129,3 +153,89 @@ def test_threads_that_import_kernels_side_by_side_are_each_told_their_folder(mon
     assert all(first == last != before for first, last in told)
     after = numba.config.CACHE_DIR
     assert after == before
+
+
+class Runs:
+    """A pickle that makes a folder as it is read: what a stranger's kernel could do."""
+
+    def __init__(self, mark):
+        self.mark = str(mark)
+
+    def __reduce__(self):
+        return os.mkdir, (self.mark,)
+
+
+@pytest.fixture
+def kernel(tmp_path):
+    """Return a function that runs a kernel in a process of its own: what it says on stderr."""
+    (tmp_path / "kernel.py").write_text(KERNEL)
+    environment = {**os.environ, "PYTHONPATH": str(PROJECT), VARIABLE: str(tmp_path / "home")}
+    environment["NUMBA_CACHE_DIR"] = ""
+
+    def run(umask=0o022, first=""):
+        command = [sys.executable, "-B", "-c", f"{first}\nimport kernel"]
+        return subprocess.run(
+            command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True,
+            umask=umask,
+        ).stderr  # fmt: skip
+
+    return run
+
+
+def plant(folder, mark):
+    """Put a pickle that runs code in the place of each kept kernel."""
+    planted = list(folder.rglob("*.nbi"))
+    assert planted
+    for path in planted:
+        path.write_bytes(pickle.dumps(Runs(mark)))
+
+
+def test_kernels_are_kept_for_this_user_alone_whatever_the_umask(tmp_path, kernel):
+    assert kernel(umask=0o002) == ""
+    (folder,) = (tmp_path / "home" / "cache" / "numba").iterdir()
+    for path in (folder, folder.parent, folder.parent.parent):
+        assert path.stat().st_mode & 0o777 == 0o700
+    plant(folder, tmp_path / "mark")  # it is this user's: what lies there is read
+    with contextlib.suppress(subprocess.CalledProcessError):
+        kernel()
+    assert (tmp_path / "mark").is_dir()
+
+
+def test_kernels_that_others_could_write_are_not_read(tmp_path, kernel):
+    kernel()
+    (folder,) = (tmp_path / "home" / "cache" / "numba").iterdir()
+    folder.chmod(0o775)
+    plant(folder, tmp_path / "mark")
+    assert kernel() == ""
+    assert not (tmp_path / "mark").exists()
+    assert folder.stat().st_mode & 0o777 == 0o700
+    assert list(folder.rglob("*.nbc"))
+
+
+STRANGER = """
+import os
+own = os.geteuid() + 1
+os.geteuid = lambda: own
+"""
+
+
+@pytest.mark.parametrize("how", ["another user", "link"])
+def test_kernels_of_another_user_are_not_read(tmp_path, kernel, how):
+    kernel()
+    (folder,) = (tmp_path / "home" / "cache" / "numba").iterdir()
+    plant(folder, tmp_path / "mark")
+    first = ""
+    if how == "link":
+        folder.rename(tmp_path / "elsewhere")
+        folder.symlink_to(tmp_path / "elsewhere")
+    elif os.geteuid() == 0:
+        for path in (folder.parent, folder):
+            os.chown(path, 4321, -1)
+    else:
+        first = STRANGER
+    said = kernel(first=first)
+    assert not (tmp_path / "mark").exists()
+    assert said.count("\n") == 1
+    assert f"kernels in {folder} are not used, it " in said
+    assert ("is a link" if how == "link" else "belongs to user") in said
+    assert "DEM_HARNESS_HOME" in said

@@ -71,8 +71,11 @@ class CaseStudy(ABC):
     def arms(self, level: Level) -> Sequence[Arm]:
         """Return the runs of a level."""
 
-    def cost(self, level: Level, engine_of: EngineOf) -> StudyCost:
-        """Measure an engine in short runs, and return what a level costs on 1, 16 and 256 cores."""
+    def cost(self, level: Level, engine_of: EngineOf, runs: Sequence[Row] = ()) -> StudyCost:
+        """Return what a level costs on 1, 16 and 256 cores.
+
+        By the wall times of ``runs`` of this study, else measured on an engine in short runs.
+        """
         raise RequestError(f"--cost: the study {self.title!r} does not tell what it costs")
 
     @abstractmethod

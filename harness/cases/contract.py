@@ -30,7 +30,7 @@ from harness.comparison.verdicts import Check, Kind, failed_run, judge, not_test
 from harness.engines.contract import Engine, Job, Output, Template
 from harness.engines.cost import job_seconds
 from harness.engines.traits import Traits
-from harness.errors import EngineError, RequestError
+from harness.errors import EngineError, EngineUndecidedError, RequestError
 from harness.observables.declared import Observable, numbers
 from harness.observables.provenance import Provenance
 from harness.parameters.base import Parameters
@@ -57,11 +57,12 @@ class Reference:
 
 @dataclass(frozen=True)
 class Measured:
-    """The quantities of one run, by their declared names, and who made it."""
+    """The quantities of one run, by their declared names, who made it, on which MPI ranks."""
 
     values: Mapping[str, float]
     provenance: Provenance | None = None
     seconds: float = 0.0
+    ranks: int | None = None
 
 
 @dataclass(frozen=True)
@@ -157,6 +158,13 @@ class Case(ABC, Generic[P]):
         """Return what a run is expected to take [s], in an engine of these rules or a solver."""
         return 0.0 if rules is None else job_seconds(self.job(parameters), rules)
 
+    def part_seconds(self, parameters: P, rules: Traits) -> float:
+        """Return what the longest part of a run between two restart files is expected to take [s].
+
+        All of it unless the case says otherwise.
+        """
+        return self.seconds(parameters, rules)
+
     def measure(self, parameters: P, engine: Engine) -> Measured:
         """Run once in an engine and return what was measured.
 
@@ -194,6 +202,10 @@ class Case(ABC, Generic[P]):
             findings.checks += self._judged(plan, output, engine)
         return findings
 
+    def seconds_to_verify(self, engine: Engine) -> float:
+        """Return what :meth:`verify` is expected to take [s], timed in short runs; 0: not known."""
+        return 0.0
+
     def verify_own(self, study: Study) -> Findings:
         """Judge what needs no engine: closed forms and solvers of this package."""
         return Findings(self.name)
@@ -218,7 +230,12 @@ class Case(ABC, Generic[P]):
 
     def measured(self, parameters: P, output: Output, traits: Traits) -> Measured:
         """Return the quantities of an output; raise EngineError for one that is not declared."""
-        values = dict(self.read(parameters, output, traits))
+        try:
+            values = dict(self.read(parameters, output, traits))
+        except EngineUndecidedError as error:
+            error.provenance, error.seconds = output.provenance, output.seconds
+            error.ranks = output.ranks
+            raise
         declared = {observable.name for observable in self.quantities}
         where = f"case {self.name!r} of package {type(self).__module__.partition('.')[0]!r}"
         for name, value in values.items():
@@ -227,7 +244,7 @@ class Case(ABC, Generic[P]):
             if not isinstance(value, (int, float)):
                 told = " ".join(repr(value).split())[:60]
                 raise EngineError(f"{where} returned {name} = {told}: not one number")
-        return Measured(values, output.provenance, output.seconds)
+        return Measured(values, output.provenance, output.seconds, output.ranks)
 
     def _judged(self, plan: Plan[P], output: Output | EngineError, engine: Engine) -> list[Check]:
         name = f"{self.name}: {plan.name}, {engine.name}"

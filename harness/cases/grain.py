@@ -51,6 +51,19 @@ class Grain(Parameters):
         """Return the time step [s]."""
         return self.contact_time / self.steps_per_contact
 
+    def settings(self) -> dict[str, float]:
+        """Return what a script says it ran with, by the names of its results."""
+        shared = 0.5 if self.contact.effective_mass == "half" else 1.0
+        return {
+            "mass_kg": self.mass,
+            "stiffness_N_per_m": self.stiffness,
+            "damping_coefficient_N_s_per_m": 2.0
+            * self.contact.zeta
+            * math.sqrt(self.stiffness * self.mass * shared),
+            "gravity_m_per_s2": self.gravity,
+            "step_s": self.step,
+        }
+
     @property
     def hertz_speed(self) -> float:
         """Return sqrt(g d) [m/s], at which a Hertz spring stands for k."""

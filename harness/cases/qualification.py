@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,6 +11,7 @@ from harness.cases.registry import all_cases
 from harness.comparison.findings import Findings
 from harness.comparison.verdicts import Check, Verdict
 from harness.engines.contract import Engine
+from harness.engines.cost import STATED_SECONDS, in_words
 
 
 @dataclass(frozen=True)
@@ -46,17 +47,27 @@ class Qualification:
 
 
 def qualify(
-    engine: Engine, cases: Iterable[Case[Any]] | None = None, study: Study | None = None
+    engine: Engine,
+    cases: Iterable[Case[Any]] | None = None,
+    study: Study | None = None,
+    tell: Callable[[str], None] | None = None,
 ) -> Qualification:
     """Run the cases that qualify an engine, those given or all that there are, and judge them.
 
-    A case that the engine cannot state at all says nothing of it.
+    A case that the engine cannot state at all says nothing of it. ``tell`` is told beforehand what
+    a long qualification is expected to take, of an engine whose runs are not kept.
     """
-    chosen = all_cases().values() if cases is None else cases
-    found = {
-        case.name: case.verify(engine, study or Study())
-        for case in chosen
-        if case.qualifies and engine.states(case.template)
-    }
+    wanted = all_cases().values() if cases is None else cases
+    chosen = [case for case in wanted if case.qualifies and engine.states(case.template)]
+    if tell is not None and engine.fingerprint() is None:
+        seconds = sum(case.seconds_to_verify(engine) for case in chosen)
+        announce(engine, "its qualification", seconds, tell)
+    found = {case.name: case.verify(engine, study or Study()) for case in chosen}
     checks = tuple(check for findings in found.values() for check in findings.checks)
     return Qualification(engine.name, checks, found)
+
+
+def announce(engine: Engine, what: str, seconds: float, tell: Callable[[str], None]) -> None:
+    """Tell what an engine is expected to take [s], where that is long."""
+    if seconds > STATED_SECONDS:
+        tell(f"{engine.name}: about {in_words(float(f'{seconds:.2g}'))} for {what}")

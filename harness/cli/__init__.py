@@ -148,9 +148,9 @@ def _internal(error: Exception) -> str:
 
 def _told(message: str, status: int) -> int:
     """Print an error on stderr, and with --json as an object on stdout; return the status."""
-    from harness.report.plain import printable
+    from harness.report.plain import printable, shortened
 
-    message = printable(message)
+    message = shortened(printable(message))
     with contextlib.suppress(OSError):
         print(f"dem-harness: {message}", file=sys.stderr)
         if "--json" in sys.argv[1:]:

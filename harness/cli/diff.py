@@ -36,7 +36,8 @@ def diff(asked: DiffOptions, json: Json = False) -> None:
     runs together. Engine, release, platform and scripts that differ are named.
 
     Exit status: 0 no verdict changed for the worse; 1 one did (a check that held
-    fails or is not tested, a new one fails, or one is gone at the same level);
+    fails or is not tested, a new one fails, or one is gone); what only one of two
+    levels, plans or ways to run an engine has is not comparable, and worsens nothing;
     2 a folder is not a run.
     """
     from harness.workflows import diff as hold

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
     from harness.engines.contract import Engine
@@ -95,6 +96,33 @@ class ProgramOptions(CacheOptions, WhereOptions):
         entries = self.entries()
         with open_engine(name, **self.opening(name, integrator)) as opened:
             yield cached(opened, entries, self.fresh)
+
+
+Chosen = TypeVar("Chosen", bound=ProgramOptions)
+
+
+def with_restarts(options: Chosen, engines: Iterable[str], seconds: float = math.inf) -> Chosen:
+    """Return options with which long runs leave restart files in the cache, where there is one.
+
+    ``seconds`` is the limit of time that engines are given, unless they are given one already.
+    """
+    from time import time_ns
+
+    from harness.engines.registry import options_of
+    from harness.engines.typed import engine_settings
+    from harness.home import RESTARTS, cache_place
+
+    place = cache_place(options.cache).path.absolute() / RESTARTS
+    if options.fresh:  # these are runs of their own
+        place /= f"fresh-{time_ns()}"
+    given, known = list(options.engine_option or ()), engine_settings(options.engine_option or ())
+    more = {"restarts": str(place), "limits": f"{seconds:g}" if math.isfinite(seconds) else None}
+    for name in engines:
+        taken = options_of(name)
+        for key, value in more.items():
+            if key in taken and value is not None and key not in known.get(name, {}):
+                given.append(f"{name}.{key}={value}")
+    return replace(options, engine_option=given)
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from harness.cli.output import print_wrapped
 from harness.cli.qualified import answer, completed
 from harness.cli.solvers import SolverOptions
 from harness.errors import RequestError
+from harness.report.plain import write_csv
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -126,7 +127,7 @@ class FileOptions:
 
         writers: dict[tuple[str, Path], Writer] = {}
         if self.csv is not None:
-            writers["--csv", self.csv] = lambda path: found.to_csv(path, index=False)
+            writers["--csv", self.csv] = lambda path: write_csv(found, path)
         if self.figure is not None:
             writers["--figure", self.figure] = save_figure(draw, self.figure.suffix)
         write_all(writers)

@@ -50,12 +50,13 @@ def qualification(engine: Engine | None, told: Recording) -> dict[str, Any]:
     """
     from harness.cases.qualification import qualify
     from harness.engines.registry import ALWAYS
+    from harness.store.entries import tell_stderr
 
     if engine is None or engine.name in ALWAYS:
         return {}
     told.progress(f"qualification of {engine.name}", 0, 1)
     try:
-        reason = qualify(engine).reason
+        reason = qualify(engine, tell=tell_stderr).reason
     except EngineError as error:
         reason = str(error)
     if reason:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from harness.cli.engine_options import CostOptions, ProgramOptions
+from harness.cli.engine_options import CostOptions, ProgramOptions, with_restarts
 from harness.cli.files import output_folder, read_reference
 from harness.cli.options import Json
 from harness.cli.output import print_frame, print_json, print_wrapped
@@ -19,7 +19,7 @@ from harness.errors import RequestError
 from harness.workflows.slurm_queue import ExecutorOptions
 
 if TYPE_CHECKING:
-    from harness.cases.case_study import CaseStudy, Level
+    from harness.cases.case_study import Level
     from harness.workflows.study_run import StudyResult
     from harness.workflows.sweep_local import Executor
 
@@ -48,9 +48,8 @@ class StudyOptions(CostOptions, ProgramOptions):
         """Return how much is run; raise RequestError for both options."""
         if self.quick and self.full:
             raise RequestError("--quick and --full: give one of them only")
-        for other in ("cost", "fresh"):
-            if self.runs is not None and getattr(self, other):
-                raise RequestError(f"--runs and --{other}: give one of them only")
+        if self.runs is not None and self.fresh:
+            raise RequestError("--runs and --fresh: give one of them only")
         return "quick" if self.quick else "full" if self.full else "default"
 
 
@@ -68,7 +67,7 @@ def study(options: StudyOptions, where: ExecutorOptions, json: Json = False) -> 
     case, asked = study_of(options.case)
     engine, level = usual_engine(case), options.level
     if options.cost:
-        _tell_cost(asked, engine, options, where, json)
+        _print_cost(engine, options, where, json)
         return
     points = read_reference(options.reference) if options.reference else None
     executor_of = _executors(engine, options, where)
@@ -90,7 +89,7 @@ def study(options: StudyOptions, where: ExecutorOptions, json: Json = False) -> 
             earlier=options.runs,
             least_ranks=where.ranks,
         )
-        told.folder, told.status = folder, FAILED if found.count("failed") else 0
+        told.folder, told.status = folder, FAILED if _without_result(found) else 0
         _write(found, folder, options.runs)
     record = {**found.record(), "output": str(folder)}
     if json:
@@ -115,15 +114,18 @@ def _jobs(output: Path) -> Path:
     return output.with_name(f"{output.name}-jobs")
 
 
-def _tell_cost(
-    asked: CaseStudy, engine: str, options: StudyOptions, where: ExecutorOptions, json: bool
-) -> None:
+def _print_cost(engine: str, options: StudyOptions, where: ExecutorOptions, json: bool) -> None:
     """Print what a level costs on some numbers of cores, and the model behind it."""
     import pandas as pd
 
+    from harness.workflows.study_run import cost_of
+
     local = replace(where, executor="local")
-    found = asked.cost(
-        options.level, lambda ranks: _with_ranks(engine, options, local, ranks).open(engine)
+    found = cost_of(
+        options.case,
+        options.level,
+        lambda ranks: _with_ranks(engine, options, local, ranks).open(engine),
+        options.runs,
     )
     tables = {"measured": found.measured, "rows": found.rows}
     if json:
@@ -165,18 +167,21 @@ def _with_ranks(
 ) -> StudyOptions:
     """Return the options of engines whose runs take so many ranks, each with time enough."""
     from harness.engines.programs import launcher_of
-    from harness.engines.typed import engine_settings
+    from harness.engines.registry import chosen_options, engine_class
+    from harness.workflows.slurm_queue import launcher_for
     from harness.workflows.study_run import RUN_SECONDS
 
-    given = list(options.engine_option or ())
-    if "limits" not in engine_settings(given).get(engine, {}):
-        given.append(f"{engine}.limits={RUN_SECONDS}")
+    options = with_restarts(options, [engine], RUN_SECONDS)
     ranks = max(ranks, where.ranks)
     launcher = options.mpirun
     if ranks > 1 and launcher is None:
         program = options.lmp or options.programs.get(engine)
-        launcher = f"srun -n {ranks}" if where.executor == "slurm" else launcher_of(ranks, program)
-    return replace(options, engine_option=given, mpirun=launcher)
+        if where.executor == "slurm":
+            opening = chosen_options(engine, **options.opening(engine) | {"launcher": "srun"})
+            launcher = launcher_for(ranks, engine_class(engine).srun_mpi(**opening))
+        else:
+            launcher = launcher_of(ranks, program)
+    return replace(options, mpirun=launcher)
 
 
 def _write(found: StudyResult, folder: Path, earlier: Path | None) -> None:
@@ -188,12 +193,15 @@ def _write(found: StudyResult, folder: Path, earlier: Path | None) -> None:
     write_study(page, found.conclusion.sections, found.record(), tables, folder)
 
 
+def _without_result(found: StudyResult) -> int:
+    return found.count("failed") + found.count("undecided")
+
+
 def _facts(found: StudyResult, earlier: Path | None) -> Mapping[str, str]:
-    """Return who made the runs, how many, how long they took, and the command."""
+    """Return who made the runs, how many, and the command."""
     from harness import __version__
 
     versions = dict.fromkeys(row["engine_version"] for row in found.runs if row["engine_version"])
-    seconds = sum(row["wall_time_s"] or 0.0 for row in found.runs)
     level = "" if found.level == "default" else f" --{found.level}"
     level += "" if earlier is None else f" --runs {earlier}"
     missing = "; ".join(f"{name}: {reason}" for name, reason in found.missing.items())
@@ -201,9 +209,8 @@ def _facts(found: StudyResult, earlier: Path | None) -> Mapping[str, str]:
         **({"not run": missing} if missing else {}),
         "command": f"dem-harness study {found.case}{level}",
         "engine": f"{found.engine} {', '.join(versions)}",
-        "runs": f"{len(found.runs)}, {found.count('failed')} without a result"
-        + (f", {found.taken} of them taken from an earlier study" if earlier else "")
-        + f"; {seconds:.0f} s of wall time in all, those that arms share counted in each",
+        "runs": f"{len(found.runs)}, {_without_result(found)} without a result"
+        + (f", {found.taken} of them taken from an earlier study" if earlier else ""),
         "harness": __version__,
     }
 

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import re
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
-from harness.cli.engine_options import CostOptions, IntegratorOptions
+from harness.cli.engine_options import CostOptions, IntegratorOptions, with_restarts
 from harness.cli.files import Writer, output_folder, read_points, save_figure, write_all
 from harness.cli.options import Json
 from harness.cli.output import print_frame, print_json
 from harness.cli.qualified import qualification
-from harness.errors import RequestError
-from harness.report.plain import one_line
+from harness.errors import RequestError, cannot_write
+from harness.report.plain import one_line, write_csv
 from harness.workflows.slurm_queue import ExecutorOptions
 
 if TYPE_CHECKING:
@@ -25,10 +27,13 @@ if TYPE_CHECKING:
     from harness.engines.contract import Engine
     from harness.observables.reference import Points
     from harness.workflows.sweep_plan import Asked, Plan
-    from harness.workflows.sweep_run import Sweep
+    from harness.workflows.sweep_run import Row, Sweep
 
 FAILED = 3
 """Exit status where an engine died in a run, or does not qualify."""
+
+ROWS = "rows.csv"
+"""The table, also while the sweep runs."""
 
 MOST_SHOWN = 40
 """Rows on a terminal; the files hold all."""
@@ -90,7 +95,8 @@ def sweep(
     """Run a case over values of its parameters and over engines: one tidy row a run.
 
     Runs that were made before are not made again, and one that was killed goes on: every run is
-    kept as soon as it is over. A run that fails is a row with the reason.
+    kept as soon as it is over, and rows.csv holds it, what has not ended as pending. A run that
+    fails is a row with the reason, and so are values that the case refuses together.
     """
     from harness.cli.recording import recorded
 
@@ -99,14 +105,20 @@ def sweep(
     settings = where.settings()
     if settings is None:  # a cluster has limits of its own
         cost.agree(chosen.seconds(), f"{chosen.runs} runs of case {chosen.case.name!r}")
-    options = replace(options, mpirun=where.launcher(options.mpirun))
     options.check_names(chosen.engines, "--engines")
+    # a job has a limit of its own
+    limit = math.inf if settings is None else 60.0 * settings.minutes
+    options = with_restarts(options, chosen.engines, limit)
+    if options.mpirun is None and where.ranks > 1:
+        options = replace(options, mpirun=_launcher(options, chosen.engines, where.ranks))
     counts: dict[str, int] = {}
     with recorded("sweep", quiet=json) as told, _folder(options, chosen.asked) as folder:
+        table = PartialTable(folder / ROWS)
         if settings is None:
-            found, unqualified = _run(options, chosen, counts, told)
+            found, unqualified = _run(options, chosen, counts, told, table)
         else:
-            found, unqualified = _run_on_cluster(options, chosen, settings, folder, told), {}
+            found = _run_on_cluster(options, chosen, settings, folder, told, table)
+            unqualified = {}
         told.folder, told.status = folder, FAILED if found.count("failed") else told.status
         notes = _written(folder, found, points)
     notes += [f"engine {n!r} did not qualify: {reason}" for n, reason in unqualified.items()]
@@ -116,6 +128,20 @@ def sweep(
         _print(found, notes)
     if told.status:
         raise typer.Exit(told.status)
+
+
+def _launcher(options: SweepOptions, engines: Sequence[str], ranks: int) -> str:
+    """Return the scheduler's launcher of ranks, as the first engine that is started by it needs."""
+    from harness.engines.registry import chosen_options, engine_class, options_of
+    from harness.workflows.slurm_queue import launcher_for
+
+    for name in engines:
+        if "launcher" in options_of(name):
+            opening = options.opening(name, options.integrator) | {"launcher": "srun"}
+            return launcher_for(
+                ranks, engine_class(name).srun_mpi(**chosen_options(name, **opening))
+            )
+    return launcher_for(ranks, "")
 
 
 def _planned(options: SweepOptions) -> Plan:
@@ -129,7 +155,11 @@ def _planned(options: SweepOptions) -> Plan:
 
 
 def _run(
-    options: SweepOptions, chosen: Plan, counts: dict[str, int], told: Recording
+    options: SweepOptions,
+    chosen: Plan,
+    counts: dict[str, int],
+    told: Recording,
+    table: PartialTable,
 ) -> tuple[Sweep, dict[str, str]]:
     """Return the sweep, and why engines did not qualify, by their names."""
     from harness.cli.engine_options import runs_made
@@ -152,11 +182,16 @@ def _run(
                 unqualified[name] = reason
 
     executor = Local(open_one, options.entries(), options.fresh)
-    return run_plan(chosen, executor, told.progress), unqualified
+    return run_plan(chosen, executor, told.progress, table), unqualified
 
 
 def _run_on_cluster(
-    options: SweepOptions, chosen: Plan, settings: ExecutorOptions, folder: Path, told: Recording
+    options: SweepOptions,
+    chosen: Plan,
+    settings: ExecutorOptions,
+    folder: Path,
+    told: Recording,
+    table: PartialTable,
 ) -> Sweep:
     """Return the sweep, run under SLURM; engines are opened here to look up what is kept."""
     from functools import partial
@@ -174,7 +209,37 @@ def _run_on_cluster(
         lambda name: options.opening(name, options.integrator),
         cache_place(options.cache).path if entries is not None else None,
     )
-    return run_plan(chosen, executor, told.progress)
+    return run_plan(chosen, executor, told.progress, table)
+
+
+@dataclass
+class PartialTable:
+    """Writes the table of a sweep that still runs, whole each time; its runs to come are pending.
+
+    A twentieth of the time goes into it at most, however many rows there are.
+    """
+
+    file: Path
+    share: float = 0.05
+    pause: float = 1.0
+    due: float = 0.0
+
+    def __call__(self, rows: Callable[[], Sequence[Row]]) -> None:
+        """Write the rows so far, if the last time is long enough ago."""
+        from harness.atomic_write import held_folder
+        from harness.workflows.sweep_run import as_frame
+
+        begun = time.monotonic()
+        if begun < self.due:
+            return
+        try:
+            with held_folder(self.file.parent) as aside:
+                write_csv(as_frame(rows()), aside / self.file.name)
+                (aside / self.file.name).replace(self.file)
+        except OSError as error:
+            raise cannot_write(f"table {self.file}", error) from None
+        now = time.monotonic()
+        self.due = now + max(self.pause, (now - begun) / self.share)
 
 
 @contextlib.contextmanager
@@ -195,9 +260,7 @@ def _written(folder: Path, found: Sweep, points: Points | None) -> list[str]:
     from importlib.util import find_spec
 
     frame, figure, notes = found.frame(), found.figure(points=points), []
-    files: dict[tuple[str, Path], Writer] = {
-        ("table", folder / "rows.csv"): partial(frame.to_csv, index=False)
-    }
+    files: dict[tuple[str, Path], Writer] = {("table", folder / ROWS): partial(write_csv, frame)}
     if find_spec("pyarrow") is None:
         hint = "pyarrow is not installed: pip install 'dem-harness[parquet]'"
         notes.append(f"rows.parquet is not written: {hint}")

@@ -21,7 +21,9 @@ def theory(asked: ShockOptions, json: Json = False) -> None:
     """Critical angle of the incline in closed form.
 
     tan(theta_c / 2) = tan(15 deg) (1 - sqrt(shock)) / (1 + sqrt(shock));
-    10.2078 deg without rebound.
+    10.2078 deg without rebound. With --restitution two readings of the source make the shock of
+    one collision: one_shock_kept_deg, one_shock_lost_deg. event_driven_deg is the angle of rigid
+    spheres by events, every rebound followed, up to a restitution of 0.7.
     """
     from harness.cli import output
     from harness.workflows import theory as closed_forms

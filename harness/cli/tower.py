@@ -12,6 +12,7 @@ from harness.cli.files import check_target, write_all
 from harness.cli.options import Json
 from harness.cli.qualified import answer, completed
 from harness.cli.solvers import SolverOptions
+from harness.report.plain import write_csv
 
 if TYPE_CHECKING:
     from harness.engines.contract import Engine
@@ -97,7 +98,7 @@ def tower(
         told.engine = {**solver.own_record, **record}
         told.quantities = tower_quantities(record)
     if run.series is not None:
-        write_all({("--series", run.series): lambda path: found.frame().to_csv(path, index=False)})
+        write_all({("--series", run.series): lambda path: write_csv(found.frame(), path)})
     answer(record, solver.solver, json, _print)
 
 

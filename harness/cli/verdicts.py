@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -47,7 +48,7 @@ def print_verification(record: Record, folder: Path, *, verbose: bool = False) -
             "runs it again"
         )
     printer.line(f"report: {folder / 'report.html'}", wrap=False)
-    printer.outcome(checks, record["engine_errors"], strict=record.get("strict", False))
+    printer.outcome(record)
 
 
 def print_regression(rows: Sequence[Record], where: str) -> None:
@@ -128,29 +129,28 @@ class Printer:
         for text in headline_lines([Headline(**one) for one in told]):
             self.line(text, "bold")
 
-    def outcome(
-        self, checks: Sequence[Record], errors: Sequence[str], *, strict: bool = False
-    ) -> None:
+    def outcome(self, record: Record) -> None:
         """Print in words whether the verdicts hold; a run that failed ends with this.
 
-        With ``strict`` what was not tested fails as well.
+        In a strict run what was not tested fails as well. Green is only a run in which each row
+        was judged and holds.
         """
-        failed: dict[str, int] = {}
-        for check in checks:
-            if check["verdict"] == "fail":
-                failed[check["kind"]] = failed.get(check["kind"], 0) + 1
-        untested = sum(check["verdict"] == "not tested" for check in checks) if strict else 0
-        if untested:
-            failed["not tested"] = untested
-        counts = ", ".join(f"{number} {kind}" for kind, number in failed.items())
-        if counts or errors:
-            died = "an engine could not be run or died" if errors else ""
-            self.line(f"FAILED: {'; '.join(filter(None, (counts, died)))}", "bold red")
-        elif any(check["verdict"] == "pass" for check in checks):
-            from harness.report.verdict_summary import all_hold
+        from harness.report.verdict_summary import all_hold, nothing_tested
 
-            defects = sum(check["verdict"] == "known defect" for check in checks)
-            self.line(all_hold(defects), "green")
+        verdicts = [check["verdict"] for check in record["checks"]]
+        defects, untested = verdicts.count("known defect"), verdicts.count("not tested")
+        failed = Counter(c["kind"] for c in record["checks"] if c["verdict"] == "fail")
+        if record.get("strict") and untested:
+            failed["not tested"] = untested
+        why = [", ".join(f"{number} {kind}" for kind, number in failed.items())]
+        if record["engine_errors"]:
+            why.append("an engine could not be run or died")
+        if record.get("untested_cases"):
+            why.append(nothing_tested(record["untested_cases"]).lower())
+        if any(why):
+            self.line(f"FAILED: {'; '.join(filter(None, why))}", "bold red")
+        elif "pass" in verdicts:
+            self.line(all_hold(defects, untested), "yellow" if defects or untested else "green")
         else:
             self.line("Nothing was judged", "yellow")
 

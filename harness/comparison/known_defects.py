@@ -1,28 +1,78 @@
-"""Defects of releases that are known, with their cause: failures that they explain are told apart.
+"""Defects of releases that are known, with their cause and the size that this predicts.
 
-A failure in a cell that a defect names is *known defect*: shown, counted apart, never a pass. A
-cell of one that holds in a release that is said to have it is *fixed*.
+A failure in a cell that a defect names is *known defect* where it has the size that the cause
+predicts: shown, counted apart, never a pass. Another size is a failure, which names law, prediction
+and value. A cell of a defect that holds in a release that is said to have it is *fixed*.
 """
 
 from __future__ import annotations
 
+import math
+import operator
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
+from functools import reduce
+from typing import Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from harness.comparison.verdicts import Check, Verdict
+from harness.comparison.verdicts import Check, PredictedSize, Verdict
 from harness.observables.release import release_of
 from harness.parameters.base import Parameters
 
+Formula = str | float | bool
+"""A number, a word, or a formula of the coefficients of a law, as ``2 * damping_coefficient``."""
+
+
+class Prediction(Parameters):
+    """What the cause of a defect makes of a run: data from which a case computes values.
+
+    ``law`` are coefficients that the engine takes instead of those that it was given, ``rules``
+    rules of contacts (:class:`~harness.parameters.contact_rules.Rules`) by which it computes:
+    words, numbers, or formulas of the law's coefficients and the ``radius``. ``scheme`` are
+    departures of its steps (:class:`~harness.pair.stepping.Departures`). Of two runs that an
+    invariance compares both have it, or the one that ``of`` names. ``bound`` names how large
+    a difference of two runs may be, of :mod:`harness.cases.contact_base.predictions`, where the
+    cause fixes no number; ``undetermined`` says why it does not. ``error`` is a part of the
+    message of a run that fails.
+    """
+
+    law: dict[str, Formula] = Field(default_factory=dict)
+    rules: dict[str, Formula] = Field(default_factory=dict)
+    scheme: dict[str, Formula] = Field(default_factory=dict)
+    of: Literal["both", "run", "other run"] = "both"
+    bound: str = ""
+    undetermined: str = ""
+    error: str = ""
+
+    @model_validator(mode="after")
+    def _says_something(self) -> Self:
+        if not (self.law or self.rules or self.scheme or self.bound or self.error):
+            raise ValueError("needs one of law, rules, scheme, bound, error")
+        return self
+
+    def __or__(self, other: Prediction) -> Prediction:
+        """Return what two defects of one cell make of it together; the first has precedence."""
+        return Prediction(
+            law={**other.law, **self.law},
+            rules={**other.rules, **self.rules},
+            scheme={**other.scheme, **self.scheme},
+            of=self.of,
+            bound=self.bound or other.bound,
+            undetermined=self.undetermined or other.undetermined,
+            error=self.error or other.error,
+        )
+
 
 class KnownDefect(Parameters):
-    """A defect: in which cells of which engine, from which release to which, and why.
+    """A defect: in which cells of which engine, from which release to which, why, of what size.
 
     ``cases``, ``submodels`` and ``systems`` are those of cells, with ``*`` and ``?``; ``since``
     and ``until`` the first and the last release that are known to have it, empty for no bound.
-    ``invariances`` are those that it breaks, empty for one that makes values wrong.
+    ``invariances`` are those that it breaks, empty for one that makes values wrong. ``kind`` tells
+    a limitation that the engine's manual states from a defect. ``upstream`` is what the engine's
+    developers wrote of it: manual, pull request, commit, release note; or "not reported".
     """
 
     name: str
@@ -31,10 +81,12 @@ class KnownDefect(Parameters):
     submodels: tuple[str, ...] = Field(min_length=1)
     systems: tuple[str, ...] = ("*",)
     invariances: tuple[str, ...] = ("",)
+    kind: Literal["defect", "documented limitation"] = "defect"
     cause: str = Field(min_length=20)
+    predicts: Prediction
     since: str = ""
     until: str = ""
-    upstream: str = ""
+    upstream: str = Field(min_length=5)
     script: str = ""
 
     def concerns(self, check: Check, versions: Mapping[str, str]) -> bool:
@@ -51,9 +103,9 @@ class KnownDefect(Parameters):
     @property
     def note(self) -> str:
         """Return what a report says of it in a line."""
-        where = f"; upstream: {self.upstream}" if self.upstream else ""
         shown = f"; {self.script} shows it" if self.script else ""
-        return f"known defect {self.name}: {self.cause}{where}{shown}"
+        word = "known defect" if self.kind == "defect" else self.kind
+        return f"{word} {self.name}: {self.cause}; upstream: {self.upstream}{shown}"
 
 
 def defect_of(check: Check) -> str:
@@ -68,13 +120,21 @@ def _among(name: str, patterns: tuple[str, ...]) -> bool:
 def told_apart(
     checks: Iterable[Check], defects: Sequence[KnownDefect], versions: Mapping[str, str]
 ) -> tuple[Check, ...]:
-    """Return the checks, failures that a defect explains and cells where it is gone marked so.
+    """Return the checks, failures of the size that a defect predicts and cells without it marked.
 
     ``versions`` are those of the engines by name. A defect is gone where every judged check of a
-    cell holds.
+    cell holds, none is undecided (not tested, with a value), and one is not as predicted.
     """
     checks = tuple(checks)
-    failing = {c.cell.place for c in checks if c.cell and c.verdict is Verdict.FAIL}
+    failing = {
+        c.cell.place
+        for c in checks
+        if c.cell
+        and (
+            c.verdict is Verdict.FAIL
+            or (c.verdict is Verdict.NOT_TESTED and not math.isnan(c.value))
+        )
+    }
     return tuple(_marked(check, defects, versions, failing) for check in checks)
 
 
@@ -84,13 +144,72 @@ def _marked(
     versions: Mapping[str, str],
     failing: set[tuple[str, str, str, str, str]],
 ) -> Check:
-    defect = next((one for one in defects if one.concerns(check, versions)), None)
-    if defect is None or check.cell is None:
-        return check
-    note = "; ".join(filter(None, (defect.note, check.note)))
-    marked = replace(check, cell=replace(check.cell, defect=defect.name))
-    if check.verdict is Verdict.FAIL:
-        return replace(marked, verdict=Verdict.KNOWN_DEFECT, note=note, engine_died=False)
-    if check.verdict is Verdict.PASS and check.cell.place not in failing:
-        return replace(marked, verdict=Verdict.FIXED, note=f"no longer there: {note}")
-    return check
+    bare = replace(check, predict=None)
+    here = [one for one in defects if one.concerns(check, versions)]
+    undecided = check.verdict is Verdict.NOT_TESTED and not math.isnan(check.value)
+    if not here or check.cell is None or not (check.judged or undecided):
+        return bare
+    holds = check.verdict is Verdict.PASS
+    if holds and check.cell.place in failing:
+        return bare
+    ended = [one for one in here if _failed_as_predicted(check, one)]
+    sized = [one for one in here if not one.predicts.error]
+    if ended:
+        here, expected, said, known = ended, None, "", True
+    elif sized:
+        value = replace(check, cell=replace(check.cell, invariance=""))
+        wrong = [one for one in defects if check.cell.invariance and one.concerns(value, versions)]
+        here = sized
+        expected, said = _size(check, sized, [one for one in wrong if not one.predicts.error])
+        known = expected is not None and expected.includes(check.value)
+    else:
+        message = here[0].predicts.error
+        expected, said, known = None, f"{here[0].name} predicts a run that ends: {message}", False
+    # what is undecided against the law is decided against a prediction that excludes the law
+    if undecided and not (known and expected and not expected.includes(check.expected)):
+        return bare
+    note = "; ".join(filter(None, (*(one.note for one in here), said, check.note)))
+    if holds:
+        if known or (sized and expected is None):
+            return bare
+        note = f"no longer there: {note}"
+        verdict = Verdict.FIXED
+    elif not known:
+        return replace(bare, note="; ".join(filter(None, (said, check.note))))
+    else:
+        verdict = Verdict.KNOWN_DEFECT
+    # the first is named: the others stand in the note
+    marked = replace(bare, cell=replace(check.cell, defect=here[0].name), note=note)
+    return replace(marked, verdict=verdict, engine_died=check.engine_died and holds)
+
+
+def _failed_as_predicted(check: Check, defect: KnownDefect) -> bool:
+    """Return whether a run without a value ended with the message that a defect predicts."""
+    message = defect.predicts.error
+    return bool(message) and math.isnan(check.value) and message in check.note
+
+
+def _size(
+    check: Check, defects: Sequence[KnownDefect], beneath: Sequence[KnownDefect]
+) -> tuple[PredictedSize | None, str]:
+    """Return what defects predict of a check, and a sentence that says it beside the value.
+
+    Those ``beneath`` make the values of the runs wrong that an invariance compares.
+    """
+    names = " and ".join(one.name for one in defects)
+    verb = "predicts" if len(defects) == 1 else "predict"
+    together, under = _merged(defects), _merged(beneath)
+    if together is None or check.predict is None:
+        return None, f"what {names} {verb} of this row cannot be computed"
+    try:
+        size = check.predict(together, under)
+    except (ArithmeticError, ValueError) as error:
+        return None, f"what {names} {verb} of this row cannot be computed: {error}"
+    return size, (
+        f"{names} {verb} {size}, the law asks for {check.expected:.6g}, "
+        f"the engine left {check.value:.6g}"
+    )
+
+
+def _merged(defects: Sequence[KnownDefect]) -> Prediction | None:
+    return reduce(operator.or_, (one.predicts for one in defects)) if defects else None

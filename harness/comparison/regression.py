@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from harness.comparison.baseline_record import BaselineRecord
+from harness.comparison.baseline_record import BaselineRecord, name_in_cell
 from harness.comparison.divergence import Comparison, compare_series
 from harness.comparison.metadata_diff import changed_parameters, metadata_changes
 from harness.comparison.regression_tolerances import Allowed, ByCase, Override
@@ -131,6 +131,36 @@ def _failed(name: str, note: str, triage: str) -> Check:
     return Check(
         name, Kind.REGRESSION, "", nan, nan, nan, nan, Verdict.FAIL, "", note, triage
     )  # fmt: skip
+
+
+def explained_by_cells(rows: Sequence[Check], judged: Iterable[Check]) -> tuple[Check, ...]:
+    """Return rows against the baseline, with those told apart that a cell of the run explains.
+
+    A baseline is that of one release. In another a value may have moved, or be missing, because of
+    a known defect or a submodel that is not there: then the judged rows of its cell say so, and
+    those of the same quantity. Where one of them fails, or holds, the row stays a failure.
+    """
+    cells: dict[str, list[Check]] = {}
+    for check in judged:
+        if check.cell is not None and not check.cell.invariance:
+            cells.setdefault(row_name(name_in_cell(check.cell)), []).append(check)
+    return tuple(_explained(row, cells) for row in rows)
+
+
+def _explained(row: Check, cells: Mapping[str, list[Check]]) -> Check:
+    if row.verdict is not Verdict.FAIL:
+        return row
+    record, _, quantity = row.name.removeprefix("baseline: ").partition(": ")
+    found = cells.get(row_name(record), [])
+    if quantity:
+        found = [check for check in found if check.name.endswith(f": {quantity}")]
+    verdicts = {check.verdict for check in found if check.verdict is not Verdict.FINDING}
+    for verdict in (Verdict.KNOWN_DEFECT, Verdict.FIXED, Verdict.NOT_TESTED):
+        if verdict in verdicts and not verdicts & {Verdict.FAIL, Verdict.PASS}:
+            why = next(check.note for check in found if check.verdict is verdict)
+            note = "; ".join(filter(None, (why, row.note if quantity else "")))
+            return replace(row, verdict=verdict, note=note)
+    return row
 
 
 def _compare(record: BaselineRecord, known: BaselineRecord, rows: _Rows) -> None:

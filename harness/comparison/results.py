@@ -52,7 +52,8 @@ class Results:
 
     ``schema`` is the version of this form, 1 where the key is missing. ``level`` is quick,
     default or full; ``started`` ISO 8601 in UTC; ``seconds`` the wall time [s]; ``status`` the
-    exit status: 0 holds, 1 a verdict failed, 3 an engine died. ``engine`` is null when none could
+    exit status: 0 holds, 1 a verdict failed, 3 an engine died, or a case that was asked for by
+    name tested nothing (``untested_cases``). ``engine`` is null when none could
     be run, ``engines`` when none were compared. ``baseline`` is where the accepted values lie,
     empty without them, ``baseline_sha256`` their digest; ``scripts`` maps the name of each script
     that ran to its SHA-256. ``strict`` says that what is not tested counts as a failure.
@@ -70,6 +71,7 @@ class Results:
     cases: tuple[str, ...] = ()
     strict: bool = False
     engine_errors: tuple[str, ...] = ()
+    untested_cases: tuple[str, ...] = ()
     baseline: str = ""
     baseline_sha256: str = ""
     headlines: tuple[Headline, ...] = ()

@@ -28,6 +28,7 @@ class Change(StrEnum):
     MOVED = "moved"
     REMOVED = "removed"
     ADDED = "added"
+    NOT_COMPARABLE = "not comparable"
     SAME = "same"
 
 
@@ -160,22 +161,43 @@ class RunDiff(Shown):
 def diff_runs(before: Results, after: Results) -> RunDiff:
     """Return what is not the same in two runs.
 
-    Rows meet by kind and name; where a name stands more than once, in order.
+    Rows meet by kind and name; where a name stands more than once, in order. What only one of two
+    plans has, or one of two ways to run an engine can test, is not comparable.
     """
     first, second = _numbered(before.checks), _numbered(after.checks)
-    same_level = before.level == after.level
-    rows = [_row(first.get(key), second.get(key), same_level) for key in {**first, **second}]
+    plans = [(run.cases, _engines(run)) for run in (before, after)]
+    same_plan = plans[0] == plans[1] or 1 in (before.schema, after.schema)  # which named no cases
+    hows = [run.engine.how if run.engine else "" for run in (before, after)]
+    same = _Same(same_plan and before.level == after.level, hows[0] == hows[1])
+    rows = [_row(first.get(key), second.get(key), same) for key in {**first, **second}]
     rows.sort(key=_severity)
     return RunDiff(before, after, tuple(rows), _metadata(before, after))
 
 
-def _row(before: Check | None, after: Check | None, same_level: bool) -> RowDiff:
-    if after is None:
-        assert before is not None
-        # another level has other rows; at the same level one that is gone was lost
-        return RowDiff(before, None, Change.REMOVED, same_level and before.judged)
-    if before is None:
-        return RowDiff(None, after, Change.ADDED, after.verdict is Verdict.FAIL)
+@dataclass(frozen=True)
+class _Same:
+    """Whether two runs have one ``plan`` (level, cases, engines), and run the engine in one way."""
+
+    plan: bool
+    how: bool
+
+
+def _engines(run: Results) -> frozenset[str]:
+    return frozenset(told.engine for told in run.engines.declared) if run.engines else frozenset()
+
+
+def _row(before: Check | None, after: Check | None, same: _Same) -> RowDiff:
+    if before is None or after is None:
+        here = before or after
+        assert here is not None
+        if not (same.plan and same.how):
+            return RowDiff(before, after, Change.NOT_COMPARABLE, False)
+        # with the same plan a row that is gone was lost
+        lost = here.judged if after is None else here.verdict is Verdict.FAIL
+        return RowDiff(before, after, Change.REMOVED if after is None else Change.ADDED, lost)
+    untested = {before.verdict, after.verdict} - {Verdict.NOT_TESTED}
+    if not same.how and len(untested) == 1 and before.verdict is not after.verdict:
+        return RowDiff(before, after, Change.NOT_COMPARABLE, False)
     ranks = RANK[before.verdict], RANK[after.verdict]
     if ranks[1] < ranks[0]:
         return RowDiff(before, after, Change.WORSE, True)

@@ -5,11 +5,13 @@ from __future__ import annotations
 import hashlib
 import math
 import re
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import computed_field, field_serializer
+from pydantic import Field, computed_field, field_serializer
+from pydantic.json_schema import SkipJsonSchema
 
 from harness.comparison.published import Number, published
 from harness.comparison.tolerances import Tolerance
@@ -71,6 +73,38 @@ class Cell:
 
 
 @dataclass(frozen=True)
+class PredictedSize:
+    """What the cause of a known defect predicts of a row: a value in one of some intervals.
+
+    ``intervals`` are pairs (lowest, highest), none where no value is left; ``why`` says what makes
+    them as wide as they are.
+    """
+
+    intervals: tuple[tuple[float, float], ...]
+    why: str = ""
+
+    def includes(self, value: float) -> bool:
+        """Return whether a value is one of those that are predicted; NaN where none is."""
+        if not self.intervals:
+            return math.isnan(value)
+        return any(low <= value <= high for low, high in self.intervals)
+
+    def __str__(self) -> str:
+        told = " or ".join(_interval(low, high) for low, high in self.intervals) or "no value"
+        return f"{told} ({self.why})" if self.why else told
+
+
+def _interval(low: float, high: float) -> str:
+    if low in (0.0, -high):
+        return f"at most {high:.6g}"
+    return f"{0.5 * (low + high):.6g} +- {0.5 * (high - low):.2g}"
+
+
+Predict = Callable[[Any, Any], PredictedSize]
+"""Computes what a known defect's ``predicts`` makes of a row, and that of a defect beneath it."""
+
+
+@dataclass(frozen=True)
 class Check:
     """One row of a report: a value, what it is held against, and the verdict.
 
@@ -95,6 +129,10 @@ class Check:
     engine_died: bool = False
     log: str = field(default="", repr=False)
     cell: Cell | None = None
+    # what a known defect makes of the row, where a case can compute it; not published
+    predict: SkipJsonSchema[Annotated[Predict | None, Field(exclude=True)]] = field(
+        default=None, repr=False, compare=False
+    )
 
     @computed_field  # type: ignore[prop-decorator]
     @property
@@ -155,6 +193,34 @@ def judge(
         note=note,
         triage="" if holds else triage or _class(value),
     )
+
+
+def is_undecided(value: float, expected: float, uncertainty: float, width: float) -> bool:
+    """Return whether a value is too uncertain for a verdict.
+
+    It holds where difference and uncertainty are within the width of the tolerance, and fails
+    where the difference is more than both together. NaN is decided: it fails.
+    """
+    apart = abs(value - expected)
+    holds = apart <= width and uncertainty <= width
+    fails = math.isnan(apart) or apart > width + uncertainty
+    return not (holds or fails)
+
+
+def decided(check: Check, limit: str) -> Check:
+    """Return a check, one that is too uncertain for a verdict as not tested.
+
+    ``limit`` says what ended the series of its runs.
+    """
+    doubts = check.value, check.expected, check.uncertainty, check.tolerance
+    if not check.judged or not is_undecided(*doubts):
+        return check
+    why = (
+        f"undecided: {abs(check.difference):.2g} apart, uncertain by {check.uncertainty:.2g}, "
+        f"tolerance {check.tolerance:.2g}; {limit}"
+    )
+    note = "; ".join(filter(None, (check.note, why)))
+    return replace(check, verdict=Verdict.NOT_TESTED, note=note, triage=Triage.NOT_TESTED)
 
 
 def _class(value: float) -> str:

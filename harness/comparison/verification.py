@@ -32,8 +32,9 @@ class Verification(Shown):
 
     ``main`` are the findings of each case in the main engine, ``own`` those of the harness's own
     solvers, ``beside`` those of other engines, by engine and case. ``checks`` are all of them with
-    the rows against the baseline. ``status`` is the exit status: 3 when an engine died, 1 when a
-    verdict failed, else 0. ``scripts`` are the exact inputs that ran, by name, ``logs`` the
+    the rows against the baseline. ``untested_cases`` were asked for by name, and no engine tested
+    anything of them. ``status`` is the exit status: 3 where there are such or an engine died, 1
+    when a verdict failed, else 0. ``scripts`` are the exact inputs that ran, by name, ``logs`` the
     engine's log of one run that finished for each script, by the same names; ``records`` what was
     held against the baseline, ``divergences`` the series that left the band about their reference,
     ``baseline`` where the accepted ones lie and ``baseline_sha256`` their digest. ``engines`` are
@@ -55,6 +56,7 @@ class Verification(Shown):
     engines: tuple[DeclaredEngine, ...] = ()
     scripts: Mapping[str, str] = field(default_factory=dict)
     engine_errors: tuple[str, ...] = ()
+    untested_cases: tuple[str, ...] = ()
     records: tuple[BaselineRecord, ...] = ()
     divergences: tuple[Comparison, ...] = ()
     baseline: str = ""
@@ -66,7 +68,7 @@ class Verification(Shown):
     @property
     def status(self) -> int:
         """Return the exit status that the verdicts ask for."""
-        if self.engine_errors:
+        if self.engine_errors or self.untested_cases:
             return 3
         counted = {Verdict.FAIL, Verdict.NOT_TESTED} if self.strict else {Verdict.FAIL}
         return 1 if any(check.verdict in counted for check in self.checks) else 0

@@ -42,6 +42,9 @@ RESISTANCES = frozenset(
 """Values of resistance to rolling and twisting: ``unused_values`` of a code that has none."""
 
 
+MIXED = "partner_youngs_modulus"
+"""A value of jobs with two materials that a code is to mix, and of no other."""
+
 PLANES = "planes"
 """How many walls there are."""
 
@@ -68,7 +71,8 @@ class ContactModel:
     not named may be any. ``needs`` returns why values that fit so far cannot be stated (a
     coefficient that the code ties to another), or nothing. ``rules`` is what
     :class:`~harness.parameters.contact_rules.Rules` is told. ``turning`` are powers of the step in
-    the errors of springs that turn, beside those of its traits.
+    the errors of springs that turn, beside those of its traits. ``mixes``: it takes the materials
+    of two bodies; another takes one, which a job may state in place of both.
     """
 
     name: str
@@ -76,6 +80,7 @@ class ContactModel:
     rules: Mapping[str, Any] = field(default_factory=dict)
     needs: Callable[[Values], str] | None = None
     turning: tuple[float, ...] = ()
+    mixes: bool = False
 
     def fitting(self, values: Values) -> tuple[int, str]:
         """Return how many values fit before the first that does not, and the name of that one."""
@@ -91,6 +96,8 @@ class ContactModel:
         """
         if name == PLANES and self.states[name] == (0,):
             return "takes two spheres, and no wall"
+        if MIXED in values and not (name or self.mixes):
+            return "gets one material for both bodies here (materials_as = stated)"
         return self.needs(values) if self.needs and not name else ""
 
 

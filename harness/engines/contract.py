@@ -24,9 +24,11 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from harness.engines.batches import each_alone, in_batches
+from harness.engines.border import EXPECTED, Pace, checked_call, checked_run
 from harness.engines.output import Output
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineMissingError, RequestError
@@ -52,7 +54,8 @@ class Template:
     with one script names it "". ``notes`` is a sentence on each variant for the head of its script.
     ``package`` is where templates of a case outside this project lie, in
     ``templates/<engine>/``. ``scene`` makes the same system from values as arrays. ``allowed`` is
-    what values may be, for scripts that are run by hand: jobs are checked before.
+    what values may be, for scripts that are run by hand: jobs are checked before. ``neutral`` are
+    values that change nothing: one that differs from it must be read by an engine.
     """
 
     name: str
@@ -61,6 +64,7 @@ class Template:
     package: str = ""
     scene: SceneBuilder | None = None
     allowed: Mapping[str, Allowed] = field(default_factory=dict)
+    neutral: Mapping[str, Value] = field(default_factory=dict)
 
     @property
     def main(self) -> str:
@@ -90,7 +94,8 @@ class Variation:
     ``against`` names the variation that it is held against, the job as it stands unless given.
     Where it is ``exact`` no bit may change, else round-off only, of coordinates that it makes as
     large as ``reach`` [m]; ``why`` says for what reason. One that breaks whatever the law is not
-    ``everywhere``: shorter levels judge it for a few laws.
+    ``everywhere``: shorter levels judge it for a few laws. ``carried``: it takes thousands of
+    steps, and a way through the room, to have an effect on two spheres.
     """
 
     name: str
@@ -99,6 +104,7 @@ class Variation:
     against: str = ""
     exact: bool = True
     everywhere: bool = True
+    carried: bool = False
     reach: float = 0.0
     ranks: int = 1
 
@@ -112,6 +118,18 @@ class Engine(ABC):
     """Runs that go side by side."""
     ready: bool = False
     """Whether one run more costs no start of a process, and several threads may ask for one."""
+
+    def __init_subclass__(cls, **more: Any) -> None:
+        super().__init_subclass__(**more)
+        if "run" in vars(cls):
+            cls.run = checked_run(cls.run)  # type: ignore[assignment, method-assign]
+        for name in EXPECTED.keys() & vars(cls).keys():
+            setattr(cls, name, checked_call(name, getattr(cls, name)))
+
+    @cached_property
+    def pace(self) -> Pace:
+        """Return what the runs of this engine took so far."""
+        return Pace()
 
     @property
     def title(self) -> str:
@@ -212,6 +230,19 @@ class Engine(ABC):
         Raise EngineMissingError where there is none.
         """
         raise EngineMissingError(f"{self.title} has no way to run on {ranks} ranks")
+
+    def resumes(self, job: Job) -> bool:  # noqa: ARG002
+        """Return whether a run that is cut goes on where it was when it is made again."""
+        return False
+
+    def resumed_at(self, job: Job) -> float:  # noqa: ARG002
+        """Return when the restart file was left from which a run goes on [s]; 0 without one."""
+        return 0.0
+
+    @classmethod
+    def srun_mpi(cls, **options: Any) -> str:  # noqa: ARG003
+        """Return what srun's --mpi must be for ranks of an engine opened so; empty: as it is."""
+        return ""
 
     def script_digest(self, job: Job) -> str:  # noqa: ARG002
         """Return a digest of the script that a job runs; empty where the engine takes scenes."""

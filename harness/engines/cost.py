@@ -8,9 +8,13 @@ thousands of times longer than was thought.
 
 from __future__ import annotations
 
-from harness.engines.contract import Job
+from typing import TYPE_CHECKING
+
 from harness.engines.traits import Traits
 from harness.errors import RequestError
+
+if TYPE_CHECKING:
+    from harness.engines.contract import Job
 
 MOST_SECONDS = 600.0
 """The default verification takes one minute, the longest two: ten is none of this package's."""

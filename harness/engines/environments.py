@@ -12,7 +12,7 @@ import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
-from harness.home import cache_place
+from harness.home import cache_place, lock_file, make_private
 
 FOLDER = "releases"
 COMPLETE = "complete"
@@ -30,8 +30,8 @@ USED, MADE = LOCKS = ".used", ".lock"
 @contextlib.contextmanager
 def held(home: Path, lock: str, how: int = fcntl.LOCK_EX) -> Iterator[None]:
     """Hold a lock of an environment; raise BlockingIOError with LOCK_NB where another does."""
-    home.parent.mkdir(parents=True, exist_ok=True)
-    with home.with_name(home.name + lock).open("w", encoding="utf-8") as file:
+    make_private(home.parent)
+    with lock_file(home.with_name(home.name + lock)) as file:
         fcntl.flock(file, how)
         yield
 

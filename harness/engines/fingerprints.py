@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import subprocess
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -15,18 +15,35 @@ LOADER_SECONDS = 10.0
 ENVIRONMENT = ("LD_LIBRARY_PATH", "LD_PRELOAD", "DYLD_LIBRARY_PATH")
 """What else decides which code runs."""
 
+OF_PYTHON = (*ENVIRONMENT, "PYTHONPATH", "PYTHONHOME", "PYTHONUSERBASE")
+"""Likewise, in a program that imports modules."""
+
 
 def facts(
-    engine: str, how: str, files: Sequence[Path], environment: Sequence[str] = ENVIRONMENT
+    engine: str,
+    how: str,
+    files: Sequence[Path],
+    environment: Sequence[str] = ENVIRONMENT,
+    options: Mapping[str, str] | None = None,
 ) -> dict[str, Any]:
-    """Return who runs, JSON-ready, by the contents of its files, the program first."""
+    """Return who runs, JSON-ready, by the contents of its files, the program first.
+
+    ``options`` are those of the engine that no job states and that decide a result.
+    """
     return {
         "engine": engine,
         "how": how,
         "program": str(files[0]),
         "files": sorted({f"{digest(path)} {path.name}" for path in files}),
+        "options": dict(options or {}),
         "environment": {name: os.environ[name] for name in environment if name in os.environ},
     }
+
+
+def tree_files(folder: Path) -> list[Path]:
+    """Return the files below a folder, in order, but for byte code, which follows from them."""
+    found = (path for path in folder.rglob("*") if "__pycache__" not in path.parts)
+    return sorted(path for path in found if path.is_file())
 
 
 def program_files(program: Path) -> list[Path]:

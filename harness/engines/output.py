@@ -1,7 +1,7 @@
 """What a run leaves: named numbers, tables of samples, log and provenance.
 
-Scripts print the numbers as lines ``RESULT name = value``; a name may come again, with several
-numbers to a line.
+Scripts print the numbers as lines ``RESULT name = value``. A name comes once, or is that of rows,
+with several numbers to a line.
 """
 
 from __future__ import annotations
@@ -29,6 +29,12 @@ SERIES = "series"
 CLOCKS = ("time_s", "step")
 """Columns that rise from row to row."""
 
+PRINTED = 1e-12
+"""Relative difference that a number printed with 15 digits, and the formula for it, may have."""
+
+SHOWN = 80
+"""Characters of a value that a message repeats at most."""
+
 _RESULT = re.compile(r"^RESULT (\w+) = (.*)$", re.MULTILINE)
 
 
@@ -42,8 +48,9 @@ class Output:
     """The output of one job.
 
     ``results`` are pairs of name and text, in order; ``tables`` map a name to columns;
-    ``seconds`` is the wall time [s] of the run; ``title`` is the engine's name in messages, that
-    of the provenance unless given. Methods raise EngineOutputError for what is
+    ``seconds`` is the wall time [s] of the run, ``ranks`` are those of MPI; ``title`` is the
+    engine's name in messages, that of the provenance unless given. Methods raise EngineOutputError
+    for what is
     missing or cannot be read and EngineNaNError for values that are not finite, both naming
     the engine.
     """
@@ -54,6 +61,7 @@ class Output:
     log: str = field(default="", repr=False)
     seconds: float = 0.0
     title: str = ""
+    ranks: int = 1
 
     @property
     def who(self) -> str:
@@ -65,15 +73,33 @@ class Output:
         return any(key == name for key, _ in self.results)
 
     def text(self, name: str) -> str:
-        """Return the last result of this name as text."""
-        found = [value for key, value in self.results if key == name]
+        """Return the result of this name as text; it may come again, but not with another one."""
+        found = dict.fromkeys(value for key, value in self.results if key == name)
         if not found:
             raise EngineOutputError(f"{self.who} left an incomplete result ({name!r})")
-        return found[-1]
+        first, *others = found
+        if others:
+            raise EngineOutputError(
+                f"{self.who} left two results {name!r}: {first[:SHOWN]} and {others[0][:SHOWN]}"
+            )
+        return first
 
     def number(self, name: str) -> float:
-        """Return the last result of this name as a finite number."""
+        """Return the result of this name as a finite number."""
         return self._number(name, self.text(name))
+
+    def check_numbers(self, known: Mapping[str, float], source: str = "was requested") -> None:
+        """Raise EngineOutputError where a result is another number than is known of the run.
+
+        ``known`` are numbers by the names of results, of what ``source`` says; a result that is
+        not there is not checked. It may be off by what printing it with 15 digits leaves.
+        """
+        for name, value in known.items():
+            if self.has(name) and abs(self.number(name) - value) > PRINTED * abs(value):
+                raise EngineOutputError(
+                    f"{self.who} says that it ran with {name} = {self.text(name)[:SHOWN]}, "
+                    f"where {value:.15g} {source}"
+                )
 
     def rows(self, name: str, columns: int) -> NDArray[np.float64]:
         """Return all results of this name, shape (rows, columns)."""
@@ -95,7 +121,11 @@ class Output:
         table = self.tables.get(name)
         missing = [column for column in columns if table is None or column not in table]
         if table is None or missing:
-            raise EngineOutputError(f"{self.who} left no table with {', '.join(missing)}")
+            has = ", ".join(table) if table else "no columns"
+            raise EngineOutputError(
+                f"{self.who} left no table with {', '.join(missing)}: run must return them in "
+                f"tables[{name!r}], which has {has}"
+            )
         count = table[columns[0]].shape[0]
         if rows is not None and count != rows:
             raise EngineOutputError(f"{self.who} left {count} rows of a series of {rows}")
@@ -112,8 +142,8 @@ class Output:
             value = float(text)
         except ValueError:
             raise EngineOutputError(
-                f"{self.who} left an incomplete result ({name} = {text!r})"
+                f"{self.who} left an incomplete result ({name} = {text[:SHOWN]!r})"
             ) from None
         if not math.isfinite(value):
-            raise EngineNaNError(f"{self.who} returned {name} = {text}")
+            raise EngineNaNError(f"{self.who} returned {name} = {text[:SHOWN]}")
         return value

@@ -28,7 +28,23 @@ from harness.shared_memory import MARK, advice, record_segments, remove_segments
 LAST_WORDS = 4000
 """Characters that are kept of what a program said."""
 
-REFUSAL = r"^ERROR: \w+(?: = .*: must|: no such parameter).*$"  # of a generated script
+REFUSAL = r"ERROR: \w+(?: = .*: must|: no such parameter).*"  # of a generated script
+
+LAUNCHERS_WORDS = re.compile(
+    r"^(?:Primary job |mpi\S+ (?:detected|noticed) that |MPI_ABORT was invoked "
+    r"|Abort\(\d+\) on node |= +BAD TERMINATION)",
+    re.MULTILINE,
+)
+"""How launchers of MPI begin to tell that a rank failed."""
+
+FAULTS = frozenset({signal.SIGSEGV, signal.SIGBUS, signal.SIGFPE, signal.SIGILL, signal.SIGKILL})
+"""Signals of a program that did not end itself: what it had written before says nothing of why."""
+
+OUT_OF_MEMORY = (
+    r"failed to (?:re)?allocate|bad_alloc|MemoryError|out of memory"
+    r"|cannot allocate memory|failed to map segment|can't start new thread"
+)
+"""What programs say where an allocation failed; to be searched whatever the case of letters."""
 
 FIRST_LOOK, LOOK_SECONDS = 0.05, 0.5
 """[s] to the first look at a program, and at most between two."""
@@ -66,8 +82,6 @@ class Ended:
             return self._logged(EngineTimeoutError(f"{who} did not finish within {limit:g} s"))
         if self.code == 0:
             return None
-        if "bad_alloc" in self.said or "MemoryError" in self.said:
-            return self._logged(EngineMemoryError(f"{who} ran out of memory"))
         return self._logged(death(who, self.code, self.said))
 
     def _logged(self, error: EngineError) -> EngineError:
@@ -153,32 +167,57 @@ def environment_in(folder: Path, environment: Mapping[str, str] | None = None) -
     return {**given, "OMP_NUM_THREADS": "1", MARK: str(folder)}
 
 
+def signal_of(code: int) -> signal.Signals | None:
+    """Return the signal that an exit status speaks of, a process's own or its shell's."""
+    if 0 <= code <= 128:
+        return None
+    with contextlib.suppress(ValueError):
+        return signal.Signals(-code if code < 0 else code - 128)
+    return None
+
+
 def way_of_death(code: int) -> str:
     """Return what an exit status says: a signal's name, or the status."""
-    if code < 0 or code > 128:
-        number = -code if code < 0 else code - 128
-        with contextlib.suppress(ValueError):
-            return f"signal {signal.Signals(number).name}"
-    return f"exit status {code}"
+    number = signal_of(code)
+    return f"exit status {code}" if number is None else f"signal {number.name}"
 
 
 def death(who: str, code: int, said: str) -> EngineError:
-    """Return the error of a program that ended with a bad exit status, after these words."""
-    way = way_of_death(code)
-    if way == "signal SIGXFSZ" or os.strerror(errno.EFBIG) in said:
+    """Return the error of a program that ended with a bad exit status, after these words.
+
+    The status comes first: of a program that died of a fault only the last line is read, since
+    what it said before is no reason. What it said decides where it ended itself.
+    """
+    way, number, last = way_of_death(code), signal_of(code), last_words(said)
+    if number is signal.SIGXFSZ or (number not in FAULTS and os.strerror(errno.EFBIG) in said):
         most = _allowed(resource.RLIMIT_FSIZE, LARGEST_FILE)
         return EngineOutputError(f"{who} wrote a file of more than {most} bytes")
-    if way == "signal SIGBUS":
+    if number is signal.SIGBUS:
         return EngineMemoryError(f"{who} died: {way}: {advice()}")
-    if refused := re.search(REFUSAL, said, re.MULTILINE):
+    if number is signal.SIGKILL:
+        return EngineMemoryError(
+            f"{who} took more memory than there is, or was ended from outside; it died: {way}"
+        )
+    if re.search(OUT_OF_MEMORY, last if number in FAULTS else said, re.IGNORECASE):
+        return EngineMemoryError(f"{who} ran out of memory{last}")
+    refused = re.fullmatch(REFUSAL, _last_line(said))
+    if refused is not None and number not in FAULTS:
         return EngineInputError(f"{who} refused its input: {refused[0][:160]}")
-    return EngineCrashError(f"{who} died: {way}{last_words(said)}")
+    return EngineCrashError(f"{who} died: {way}{last}")
 
 
 def last_words(text: str) -> str:
     """Return the last line of what a program said, in brackets; nothing where it said nothing."""
-    lines = re.findall(r".*\w.*", text)  # not the dashes in which launchers frame an error
-    return f" (its last line: {lines[-1].strip()[:160]})" if lines else ""
+    line = _last_line(text)
+    return f" (its last line: {line[:160]})" if line else ""
+
+
+def _last_line(text: str) -> str:
+    """Return the last line that a program itself wrote, not its launcher; empty without any."""
+    own = LAUNCHERS_WORDS.split(text, maxsplit=1)[0]
+    # not the dashes in which launchers frame an error
+    lines = re.findall(r".*\w.*", own if own.strip("-\n ") else text)
+    return str(lines[-1]).strip() if lines else ""
 
 
 def first_words(text: str) -> str:

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from harness.atomic_write import held_folder
-from harness.engines.fingerprints import facts, program_files
+from harness.engines.fingerprints import ENVIRONMENT, facts, program_files
 from harness.engines.parallel import cores
 from harness.engines.process import Ended, Limits, Processes, first_text
 from harness.engines.script import ScriptSource
@@ -30,13 +30,16 @@ class ProgramEngine(ScriptSource):
     """The part of an engine that is its ``program``, by default the first of ``programs`` on PATH.
 
     ``workers`` processes run side by side, as many as there are cores unless told otherwise.
-    ``self_contained`` says that the program with its libraries is all that decides a result: runs
-    of such a one are cached. Raise RequestError for no worker, a named program that is not there,
-    EngineMissingError where none is named and there is none.
+    ``self_contained`` says that the program with its libraries is all that decides a result, else
+    ``installed_files`` may name what does: runs are cached under their contents. Raise
+    RequestError for no worker, a named program that is not there, EngineMissingError where none is
+    named and there is none.
     """
 
     programs: ClassVar[tuple[str, ...]] = ()
     self_contained: ClassVar[bool] = False
+    deciding_variables: ClassVar[tuple[str, ...]] = ENVIRONMENT
+    """Of the environment, that decide which code runs."""
 
     def __init__(
         self, program: str | None = None, workers: int | None = None, limits: Limits | None = None
@@ -82,10 +85,28 @@ class ProgramEngine(ScriptSource):
 
     @classmethod
     def fingerprint_of(cls, **options: Any) -> Mapping[str, Any] | None:
-        """Return the contents of the program and its libraries, where they are all there is."""
-        program = options.get("program")
-        files = program_files(Path(cls.find(program))) if cls.self_contained else []
-        return facts(cls.name, "executable", files) if files else None
+        """Return the contents of the program and all that it runs, where that is known."""
+        files = cls.installed_files(Path(cls.find(options.get("program"))))
+        if not files:
+            return None
+        return facts(cls.name, "executable", files, cls.deciding_variables, cls.deciding(**options))
+
+    @classmethod
+    def installed_files(cls, program: Path) -> list[Path]:
+        """Return the files that decide a result, the program first; none where not all are known.
+
+        Here the program with its libraries, where that is ``self_contained``.
+        """
+        return program_files(program) if cls.self_contained else []
+
+    @classmethod
+    def deciding(cls, **options: Any) -> Mapping[str, str]:  # noqa: ARG003
+        """Return the options, given or not, that decide a result and that no job states."""
+        return {}
+
+    def given(self) -> Mapping[str, Any]:
+        """Return the options that this engine was opened with, for :meth:`deciding`."""
+        return {}
 
     def fingerprint(self) -> Mapping[str, Any] | None:
         """Return :meth:`fingerprint_of` this program, read once."""
@@ -93,7 +114,7 @@ class ProgramEngine(ScriptSource):
 
     @cached_property
     def _fingerprint(self) -> Mapping[str, Any] | None:
-        return self.fingerprint_of(program=self.program)
+        return self.fingerprint_of(program=self.program, **self.given())
 
     def ask(self, words: Sequence[str], files: Mapping[str, str] = NO_FILES) -> tuple[str, Ended]:
         """Run a command once, beside these files; return what it says first and how it ended."""
@@ -119,8 +140,12 @@ class ProgramEngine(ScriptSource):
             seconds=seconds,
             memory=self.limits.memory,
             environment=self.environment(folder),
-            progress=lambda: len(list(folder.iterdir())),
+            progress=lambda: self.progress(folder),
         )
+
+    def progress(self, folder: Path) -> int:
+        """Return a number that changes as a process gets on: here how many files there are."""
+        return len(list(folder.iterdir()))
 
 
 def fresh_folder() -> AbstractContextManager[Path]:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import contextlib
+import traceback
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from harness import __version__
+from harness.errors import EngineError, HarnessError
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -29,13 +32,41 @@ def renderer(
     folders: Sequence[Folder], file: str, options: Mapping[str, bool]
 ) -> Callable[[Mapping[str, Any]], str]:
     """Return a function from the values of a template to its text, ended by a line feed."""
-    template = _environment(tuple(folders), tuple(sorted(options.items()))).get_template(file)
+    with _named(file):
+        template = _environment(tuple(folders), tuple(sorted(options.items()))).get_template(file)
 
     def rendered(values: Mapping[str, Any]) -> str:
-        text = template.render(version=__version__, **values)
+        with _named(file):
+            text = template.render(version=__version__, **values)
         return text if text.endswith("\n") else text + "\n"
 
     return rendered
+
+
+@contextlib.contextmanager
+def _named(file: str) -> Iterator[None]:
+    """Raise EngineError, with file and line, for a template that cannot be rendered."""
+    try:
+        yield
+    except HarnessError:
+        raise
+    except Exception as error:
+        frames = traceback.extract_tb(error.__traceback__)
+        places = [(frame.filename, frame.lineno) for frame in frames if ".j2" in frame.filename]
+        if (line := getattr(error, "lineno", None)) is not None:
+            places.append((getattr(error, "name", None) or file, line))
+        where, line = places[-1] if places else (file, None)
+        place = f"{where}, line {line}" if line else where
+        said = " ".join(str(error).split())[:160]
+        raise EngineError(
+            f"template {place} cannot be rendered: {type(error).__name__}: {said}"
+        ) from error
+
+
+def _source(folders: Sequence[Folder], name: str) -> tuple[str, str, None] | None:
+    """Return a template with its name, by which errors know it."""
+    text = text_in(folders, name)
+    return None if text is None else (text, name, None)
 
 
 @cache  # what templates include is compiled once
@@ -49,7 +80,7 @@ def _environment(folders: tuple[Folder, ...], options: tuple[tuple[str, bool], .
     }
     chosen |= options
     return Environment(
-        loader=FunctionLoader(lambda name: text_in(folders, name)),
+        loader=FunctionLoader(lambda name: _source(folders, name)),
         undefined=StrictUndefined,
         autoescape=False,
         **chosen,

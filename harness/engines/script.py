@@ -20,9 +20,10 @@ from importlib import import_module, resources
 from pathlib import Path
 from typing import Any, ClassVar
 
+from harness.engines.border import who
 from harness.engines.contract import Engine, Job, Template, Value, Values
 from harness.engines.rendering import Folder, renderer, text_in
-from harness.errors import RequestError
+from harness.errors import EngineError, RequestError
 from harness.parameters.allowed import Allowed
 
 
@@ -151,6 +152,19 @@ class ScriptSource(Engine):
                 continue
             if name not in fixed or fixed[name] != value:
                 return f"its script {script.name} has no variable {name!r} ({name} = {value!r})"
+        return self._unused(job, script)
+
+    @staticmethod
+    def _unused(job: Job, script: Script) -> str:
+        """Return which value a script declares and never uses, where that changes the motion."""
+        neutral = job.template.neutral
+        for name, value in job.values.items():
+            stem = name.rpartition("_")[0] + "_"
+            declared = [one for one in script.variables if one == name or one.startswith(stem)]
+            matters = name in neutral and value != neutral[name]
+            # it may be put together of its stem and a letter
+            if matters and script.text.count(stem if "_" in name else name) <= len(declared):
+                return f"its script {script.name} declares {name!r} and never uses it ({value!r})"
         return ""
 
     def task(self, job: Job) -> Task:
@@ -187,8 +201,12 @@ class ScriptSource(Engine):
             **cls.context(template, variant),
         }
         folders = [*cls._folders(template), *(folder for _, folder in cls._template_folders())]
-        render = renderer(folders, source, cls.jinja)
-        variables = cls.declared(render(values))
+        try:
+            render = renderer(folders, source, cls.jinja)
+            variables = cls.declared(render(values))
+        except EngineError as error:
+            package = f" of package {template.package!r}" if template.package else ""
+            raise EngineError(f"{who(cls)}: case {template.name!r}{package}: {error}") from error
         allowed = {**template.allowed, **cls.allowed}
         values["allowed"] = {n: one for n, one in allowed.items() if n in variables}
         return Script(name, render(values), variables)

@@ -17,12 +17,14 @@ of job i of a batch to ``<i>.txt`` when the job is over, and its series to ``<i>
   ``unused_values``, ``switches``, ``jinja``, ``context``, ``literal``, ``declared``, ``settings``;
 - of the program (:class:`~harness.engines.programs.ProgramEngine`): ``find``, ``self_contained``,
   ``environment``;
-- of the runs: ``shares``, ``error_of``, ``log_of``, ``read_job``, ``table``, ``command_line``;
+- of the runs: ``shares``, ``error_of``, ``log_of``, ``ranks_in``, ``read_job``, ``table``,
+  ``command_line``;
   ``run_batch`` and ``execute`` for another way to run.
 """
 
 from __future__ import annotations
 
+import signal
 from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import replace
@@ -32,7 +34,7 @@ from harness.engines.batches import collect, run_in_turn
 from harness.engines.contract import Job
 from harness.engines.output import SERIES, Output, Table, results_in
 from harness.engines.parallel import dealt, parallel_map
-from harness.engines.process import Ended, text_of
+from harness.engines.process import Ended, signal_of, text_of
 from harness.engines.programs import ProgramEngine, fresh_folder
 from harness.engines.script import Task
 from harness.engines.tables import read_csv
@@ -90,6 +92,10 @@ class ScriptedEngine(ProgramEngine):
         series = folder / f"{index}.csv"
         return self.output(task, self.log_of(folder, index), text_of(series), seconds)
 
+    def ranks_in(self, log: str) -> int:  # noqa: ARG002
+        """Return how many MPI ranks a log speaks of."""
+        return 1
+
     def table(self, series: str) -> Table:
         """Return the columns of a series."""
         return read_csv(series, self.title)
@@ -105,7 +111,7 @@ class ScriptedEngine(ProgramEngine):
             return collect(
                 (self.log_of(folder, index) for index in range(len(tasks))),
                 lambda index: self.read_job(folder, index, tasks[index], share),
-                lambda log: self.error_of(ended, log),
+                lambda log: self._ended_by_us(ended) or self.error_of(ended, log),
                 ended,
                 self.title,
             )
@@ -144,12 +150,18 @@ class ScriptedEngine(ProgramEngine):
                 outputs.append(replace(output, log=log))
         return outputs
 
+    def _ended_by_us(self, ended: Ended) -> EngineError | None:
+        """Return the error of a process that :meth:`close` ended, which no fault of it did."""
+        ours = self.processes.closed and signal_of(ended.code) is signal.SIGKILL
+        return self.closed_error() if ours else None
+
     def output(self, task: Task, log: str, series: str, seconds: float) -> Output:
         """Return the output of a task from its log and its series."""
         script = task.script
         who = replace(self.identify(), script=script.name, script_sha256=script.sha256)
         tables = {SERIES: self.table(series)} if series else {}
-        output = Output(results_in(log), who, tables, log, seconds, self.title)
+        ranks = self.ranks_in(log)
+        output = Output(results_in(log), who, tables, log, seconds, self.title, ranks)
         return (
             replace(output, seconds=output.number("seconds")) if output.has("seconds") else output
         )

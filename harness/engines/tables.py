@@ -41,14 +41,18 @@ _UNITS = {
 """Columns of a dump in SI units, by their names there."""
 
 
+_KEPT = ("xu", "yu", "zu", "vx", "vy", "vz", "omegax", "omegay", "omegaz", "radius")
+"""Columns of a dump that are the same to the last digit where a run is taken up."""
+
+
 def read_csv(text: str, who: str, *, rising: bool = False) -> Table:
     """Return the columns of a CSV by its header, each (M,).
 
-    Columns ``x_m[1]``, ``x_m[2]``, ... of N particles are one, ``x_m`` (M, N). ``rising`` keeps
-    only rows whose first column is greater than in the row before: some codes print a row
-    twice where two stretches of a run meet. Raise EngineOutputError for a text without rows, cut
-    within its last row, or that cannot be read; with ``rising``, EngineNaNError for values that
-    are not finite.
+    Columns ``x_m[1]``, ``x_m[2]``, ... of N particles are one, ``x_m`` (M, N). With ``rising`` a
+    row that is the same as the one before is left out: some codes print a row twice where two
+    stretches of a run meet. Raise EngineOutputError for a text without rows, cut within its last
+    row, or that cannot be read; with ``rising``, also for rows of one time that differ or a time
+    that falls, and EngineNaNError for values that are not finite.
     """
     import numpy as np
 
@@ -65,8 +69,27 @@ def read_csv(text: str, who: str, *, rising: bool = False) -> Table:
     if rising:
         if not np.isfinite(rows).all():
             raise EngineNaNError(f"{who} wrote a series with values that are not numbers")
-        rows = rows[np.diff(rows[:, 0], prepend=-np.inf) > 0.0]
+        rows = rows[_once(rows, names[0], who)]
     return _columns(names, rows, who)
+
+
+def _once(rows: NDArray[np.float64], clock: str, who: str) -> NDArray[np.bool_]:
+    """Return which rows (M, ...) are not those before them again; the first column is the clock.
+
+    Raise EngineOutputError for another row of the same time, or of an earlier one.
+    """
+    import numpy as np
+
+    later = np.diff(rows[:, 0], prepend=-np.inf) > 0.0
+    same = np.concatenate([[False], (rows[1:] == rows[:-1]).all(axis=1)])
+    wrong = np.flatnonzero(~later & ~same)
+    if wrong.size:
+        row = int(wrong[0])
+        raise EngineOutputError(
+            f"{who} wrote a series out of order: row {row + 1} is of {clock} = {rows[row, 0]:.9g}, "
+            f"the row before of {rows[row - 1, 0]:.9g}, and differs"
+        )
+    return later
 
 
 def _columns(names: list[str], rows: NDArray[np.float64], who: str) -> Table:
@@ -91,8 +114,8 @@ def read_dump(text: str, who: str) -> Table:
     """Return the columns of a dump, ``step`` (M,) and the rest (M, N), sorted by id.
 
     ``x``, ``vx``, ``fx`` and so on are named with their SI units. A frame that comes again where a
-    run was taken up is left out. Raise EngineOutputError for a
-    dump that is cut, or whose frames hold different particles.
+    run was taken up is left out. Raise EngineOutputError for a dump that is cut, whose frames hold
+    different particles, or are of one step with other velocities.
     """
     import numpy as np
 
@@ -117,7 +140,10 @@ def read_dump(text: str, who: str) -> Table:
             raise ValueError("particles come or go")
     except ValueError as error:
         raise EngineOutputError(f"{who} wrote a dump that cannot be read ({error})") from None
-    first = np.diff(steps, prepend=np.nan) != 0.0
-    frames = np.take_along_axis(frames, order[:, :, None], axis=1)[first]
+    frames = np.take_along_axis(frames, order[:, :, None], axis=1)
+    # forces are computed anew where a run is taken up, and places wrapped
+    state = frames[:, :, [i for i, name in enumerate(names) if name in _KEPT]]
+    first = _once(np.column_stack([steps, state.reshape(len(steps), -1)]), "step", who)
+    frames = frames[first]
     table = {_UNITS.get(n, n): frames[:, :, i] for i, n in enumerate(names) if n != "id"}
     return {"step": steps[first], **table}

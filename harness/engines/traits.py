@@ -12,6 +12,10 @@ if TYPE_CHECKING:
     from harness.parameters.contact import Contact, EffectiveMass, Spring, Tail
 
 
+HALF = "--set contact.effective_mass=half (of critical-angle --half-mass)"
+"""Options that state half the mass."""
+
+
 @dataclass(frozen=True)
 class Traits:
     """The rules of an engine.
@@ -68,7 +72,7 @@ class Traits:
         for name, known, text in rules:
             if name in values and values[name] not in known:
                 told = f"{text.format(known[0])} ({name} = {values[name]!r})"
-                return f"{told}; --half-mass states it" if known[0] == "half" else told
+                return f"{told}; {HALF} states it" if known[0] == "half" else told
         nominal = values.get("restitution") if values.get("damping") == "restitution" else None
         if nominal is not None and nominal < self.restitution_floor:
             return f"its restitution is at least {self.restitution_floor:g}"

@@ -39,12 +39,18 @@ def coefficient(law: ContactLaw, rules: Rules) -> float:
     if law.restitution is None:
         return law.damping_coefficient or 0.0
     if law.damping == "tsuji":
-        alpha = sum(factor * law.restitution**power for power, factor in enumerate(TSUJI))
-        return alpha * math.sqrt(2.0 if rules.tsuji_mass == "twice_effective" else 1.0)
+        return tsuji(law.restitution) * math.sqrt(
+            2.0 if rules.tsuji_mass == "twice_effective" else 1.0
+        )
     logarithm = -math.log(law.restitution)
     zeta = logarithm / math.hypot(math.pi, logarithm)
     linear = law.normal == "hooke" or rules.hertz_restitution == "linear"
     return zeta * (2.0 if linear else math.sqrt(5.0))
+
+
+def tsuji(restitution: float) -> float:
+    """Return alpha(e)."""
+    return sum(factor * restitution**power for power, factor in enumerate(TSUJI))
 
 
 @compiled

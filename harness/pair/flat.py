@@ -49,7 +49,8 @@ def pressed(law: Records, contact: Records, overlap: float) -> Elastic:
         if remembers(law, contact):
             radii = (contact.first_radius, contact.second_radius)
             return between(law.stiffness, radii, overlap, contact.largest)
-        return elastic(law.normal, law.stiffness, law.surface, contact.curvature, overlap)
+        stiffness = law.stiffness * contact.factor
+        return elastic(law.normal, stiffness, law.surface, contact.curvature, overlap)
     share = 1.0 if wall else 0.5
     radius = contact.curvature / share
     bare = _on_flat(law, contact, share * overlap, share * contact.largest, radius)
@@ -68,7 +69,7 @@ def _on_flat(
     modulus = 2.0 * law.stiffness
     if law.surface > 0.0:
         if depth < largest:
-            return _held(modulus, law.surface, radius, contact.least, depth, largest)
+            return held(modulus, law.surface, radius, contact.least, depth, largest)
         return ellipse(modulus, 4.0 * radius, 2.0 * radius, depth)
     if depth <= 0.0:
         return Elastic(0.0, 0.0, 0.0, 0.0)
@@ -134,7 +135,7 @@ def fold(modulus: float, surface: float, radius: float) -> tuple[float, float]:
 
 
 @compiled
-def _held(
+def held(
     modulus: float, surface: float, radius: float, least: float, depth: float, largest: float
 ) -> Elastic:
     """Return the force of a contact that opens and sticks, from the largest depth on.

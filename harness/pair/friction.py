@@ -51,7 +51,9 @@ def normal_force(g: Geometry, system: System, contact: int, sign: int) -> Normal
     eta, slope = dashpot(law.damping, law.damping_coefficient, mass, g.overlap, bare, modulus)
     force = bare.force + eta * g.closing
     pull = pull_off_force(law.normal, law.surface, curvature)
-    load = bare.force + 2.0 * pull if pull > 0.0 else sign * force
+    load = sign * force
+    if pull > 0.0:
+        load = bare.force + 2.0 * pull if law.pull_loads else abs(bare.force)
     return Normal(force, load, bare, eta, slope, bare.growth * g.closing)
 
 
@@ -60,7 +62,7 @@ def load_rate(normal: Normal, g: Geometry, closing_rate: float, law: Records, si
     """Return the rate of the load [N/s]; ``closing_rate`` is the overlap's acceleration."""
     rate = normal.elastic.slope * g.closing
     if law.surface > 0.0:
-        return rate
+        return rate if law.pull_loads or normal.elastic.force >= 0.0 else -rate
     rate += normal.eta_slope * g.closing**2 + normal.eta * closing_rate
     return sign * rate
 
@@ -87,7 +89,7 @@ def slider_of(
 @compiled
 def _tangential(g: Geometry, normal: Normal, system: System, contact: int, opening: bool) -> Slider:
     law = system.law
-    stiffness, (a, growth) = _stiffness(system, contact), _radius(g, normal, system, contact)
+    stiffness, (a, growth) = _stiffness(system, contact), contact_radius(g, normal, system, contact)
     rate, gain = 0.0, 1.0
     if law.by_radius and law.by_force:
         gain = a
@@ -118,7 +120,9 @@ def _stiffness(system: System, contact: int) -> float:
 
 
 @compiled
-def _radius(g: Geometry, normal: Normal, system: System, contact: int) -> tuple[float, float]:
+def contact_radius(
+    g: Geometry, normal: Normal, system: System, contact: int
+) -> tuple[float, float]:
     """Return the contact radius that friction takes [m], and d(ln a)/dt [1/s]."""
     one = system.contacts[contact]
     if not system.law.hertzian or g.overlap <= 0.0:
@@ -133,7 +137,7 @@ def _radius(g: Geometry, normal: Normal, system: System, contact: int) -> tuple[
 @compiled
 def _marshall(normal: Normal, system: System, contact: int, g: Geometry, u: Vector) -> Slider:
     law = system.law
-    a, growth = _radius(g, normal, system, contact)
+    a, growth = contact_radius(g, normal, system, contact)
     stiffness, powers = 0.5 * _stiffness(system, contact) * a * a, 2.0
     if law.marshall_by_radius:
         stiffness, powers = stiffness * a, 3.0

@@ -22,7 +22,7 @@ from harness.pair.geometry import geometry
 from harness.pair.locate import first_ending
 from harness.pair.path import Event, EventKind, SliderName
 from harness.pair.proceed import proceed
-from harness.pair.rates import LOAD, OPEN, SIGN, SLIDERS, STATE, TOUCH
+from harness.pair.rates import LOAD, OPEN, SIGN, SLIDERS, STATE, TOUCH, forces
 from harness.pair.records import BODY, Floats, Integers, System
 from harness.pair.scales import set_size, state_scales
 from harness.pair.slider import OFF, SLIDE
@@ -173,9 +173,10 @@ class Motion:
         name: SliderName = ""
         if SLIDERS <= column < SLIDERS + 3:
             name = SLIDER_NAMES[column - SLIDERS]
-        before, slid = self._event_values(c), self._sliding()
+        values, slid, before = self._event_values(c), self._sliding(), self._accelerations()
         kind = switch(self.y, self.system, self.modes, where)
-        self.events.append(Event(self.time, kind, self.name(c), *before, slider=name))
+        after = self._accelerations()
+        self.events.append(Event(self.time, kind, self.name(c), *values, name, before, after))
         if column == LOAD:
             self._settle(slid)
         self._rescale()
@@ -191,8 +192,15 @@ class Motion:
         g = geometry(self.y, self.system, c)
         return g.overlap, normal_force(g, self.system, c, int(self.modes[c, SIGN])).force
 
+    def _accelerations(self) -> Floats:
+        """Return what the contacts accelerate the bodies by [m/s2, rad/s2], (bodies, 6)."""
+        acting, bodies = forces(self.y, self.system, self.modes), self.system.bodies
+        inverse = np.repeat([bodies["inverse_mass"], bodies["inverse_inertia"]], 3, axis=0).T
+        return np.asarray(acting * inverse)
+
     def _note(self, kind: EventKind, c: int, slider: SliderName) -> None:
-        self.events.append(Event(self.time, kind, self.name(c), *self._event_values(c), slider))
+        values, now = self._event_values(c), self._accelerations()
+        self.events.append(Event(self.time, kind, self.name(c), *values, slider, now, now))
 
     def name(self, c: int) -> tuple[int, int]:
         """Return the bodies of a contact, or its body and plane."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -33,7 +33,8 @@ class Event:
     first plane. ``force`` is the normal force [N] just before, ``overlap`` in m. ``turns``:
     the overlap is largest or smallest there; ``attracts``: the normal force turns negative;
     ``swells``: the radius of a sphere that yields begins to grow; ``reloads``: the overlap passes
-    the one from which it opened before, where mdr tells them apart.
+    the one from which it opened before, where mdr tells them apart. ``before`` and ``after`` are
+    the accelerations [m/s2, rad/s2] by the contacts at the event, (bodies, 6).
     """
 
     time: float
@@ -42,6 +43,8 @@ class Event:
     overlap: float
     force: float
     slider: SliderName = ""
+    before: Floats = field(default_factory=lambda: np.zeros((0, 6)), compare=False, repr=False)
+    after: Floats = field(default_factory=lambda: np.zeros((0, 6)), compare=False, repr=False)
 
 
 @dataclass(frozen=True)

@@ -44,6 +44,7 @@ LAW = np.dtype(
         ("rescaled", "?"),
         ("tangential_damping", "f8"),
         ("friction", "f8"),
+        ("pull_loads", "?"),  # what attraction adds to the load of Coulomb's limit
         ("rolling", "?"),
         ("rolling_coefficients", "f8", 3),
         ("twisting", "i8"),
@@ -62,8 +63,8 @@ LAW = np.dtype(
 )
 """The law and its rules as numbers."""
 
-OF_FRICTION = ("hertzian", "cut_back", "damping_in_cap", "torque_lever", "velocity_lever",
-               "wall_lever", "mean_spin", "turns")  # fmt: skip
+OF_FRICTION = ("hertzian", "pull_loads", "cut_back", "damping_in_cap", "torque_lever",
+               "velocity_lever", "wall_lever", "mean_spin", "turns")  # fmt: skip
 """Fields that nothing asks for without friction."""
 
 OF_MDR = ("yields", "yield_stress", "bulk", "bulk_modulus", "shear_modulus", "poisson")
@@ -92,6 +93,7 @@ CONTACTS = np.dtype(
         ("least", "f8"),  # contact radius at which it ends where it sticks
         ("first_radius", "f8"),
         ("second_radius", "f8"),  # of the first again at a wall
+        ("factor", "f8"),  # on the elastic stiffness
     ]
 )
 """Of two bodies; the second is -1 - p where it is plane p."""

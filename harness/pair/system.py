@@ -71,6 +71,7 @@ def system_of(scene: ContactScene, rules: Rules) -> System:
                     *(i, j, _curvature(scene, i, j), _mass(scene, rules, i, j), 1.0, 1.0),
                     *_depths(law, bodies[i].radius, 2.0 if j >= 0 else 1.0),
                     *(bodies[i].radius, bodies[j if j >= 0 else i].radius),
+                    rules.pair_factor if j >= 0 else 1.0,
                 )
                 for i, j in pairs + walls
             ),
@@ -106,6 +107,7 @@ def same_system(scene: ContactScene, rules: Rules, others: Rules) -> bool:
 def law_of(law: ContactLaw, rules: Rules) -> Records:
     """Return the law and its rules as numbers."""
     modulus, shear = effective_moduli(law)
+    modulus, shear = modulus * rules.modulus_factor, shear * rules.shear_factor
     kinds = {
         "hooke": normal.HOOKE,
         "hertz": normal.HERTZ,
@@ -139,6 +141,7 @@ def law_of(law: ContactLaw, rules: Rules) -> Records:
         "rescaled": "rescale" in law.tangential,
         "tangential_damping": law.tangential_damping or 0.0,
         "friction": law.friction or 0.0,
+        "pull_loads": rules.cohesive_load == "with_pull_off",
         "rolling": bool(law.rolling_friction),
         "rolling_coefficients": _three(
             law.rolling_stiffness, law.rolling_damping, law.rolling_friction
@@ -179,15 +182,20 @@ def _branches(law: ContactLaw) -> dict[str, float | bool]:
 
 
 def effective_moduli(law: ContactLaw) -> tuple[float, float]:
-    """Return E* = E / (2 (1 - nu^2)) and G* = G / (2 (2 - nu)) [Pa] of two equal materials.
+    """Return E* and G* [Pa] of a contact: compliances of both bodies add up. 0 without a material.
 
-    Johnson (1985), equations 4.3 and 7.43, with G = E / (2 (1 + nu)). 0 without a material.
+    1/E* is the sum of (1 - nu^2) / E and 1/G* that of (2 - nu) / G, with G = E / (2 (1 + nu)):
+    Johnson (1985), equations 4.3 and 7.43; twice that of one where both are equal.
     """
-    if law.youngs_modulus is None or law.poisson_ratio is None:
+    if law.materials is None:
         return 0.0, 0.0
-    young, poisson = law.youngs_modulus, law.poisson_ratio
-    shear = young / (2.0 * (1.0 + poisson))
-    return young / (2.0 * (1.0 - poisson**2)), shear / (2.0 * (2.0 - poisson))
+    if not law.two_materials:
+        young, poisson = law.materials[0]
+        shear = young / (2.0 * (1.0 + poisson))
+        return young / (2.0 * (1.0 - poisson**2)), shear / (2.0 * (2.0 - poisson))
+    normal = sum((1.0 - nu**2) / young for young, nu in law.materials)
+    along = sum((2.0 - nu) * 2.0 * (1.0 + nu) / young for young, nu in law.materials)
+    return 1.0 / normal, 1.0 / along
 
 
 def first_modes(system: System) -> Integers:

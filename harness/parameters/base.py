@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from harness.errors import RequestError
+from harness.errors import CombinationError, RequestError
 from harness.parameters.allowed import allowed_in, unit_in
 
 
@@ -16,7 +16,8 @@ class Parameters(BaseModel):
 
     A field's description opens with its unit in brackets. Raise
     :class:`~harness.errors.RequestError` for a value that is not allowed, in
-    one line that names the field, the value and the range.
+    one line that names the field, the value and the range; CombinationError
+    where a validator of the whole refuses values together.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -27,7 +28,9 @@ class Parameters(BaseModel):
             try:
                 super().__init__(**values)
             except ValidationError as error:
-                raise RequestError(_one_line(type(self), error)) from None
+                together = not error.errors(include_url=False)[0]["loc"]
+                kind = CombinationError if together else RequestError
+                raise kind(_one_line(type(self), error)) from None
 
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:

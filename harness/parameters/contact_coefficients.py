@@ -36,7 +36,13 @@ TAKES: dict[str, dict[str, tuple[str, ...]]] = {
 }
 """The coefficients that each submodel takes."""
 
-MAY_TAKE = {"mdr": ("yield_stress", "surface_energy")}
+PARTNER = ("partner_youngs_modulus", "partner_poisson_ratio")
+"""The material of the second body, where it is another one."""
+
+MAY_TAKE = {
+    "mdr": ("yield_stress", "surface_energy"),
+    **dict.fromkeys(("hertz", "dmt", "jkr"), PARTNER),
+}
 """Coefficients that a normal force takes where they are given, and has no default for."""
 
 _DEFAULTS: dict[str, float] = {

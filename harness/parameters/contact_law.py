@@ -47,7 +47,7 @@ Friction = Annotated[float, Field(ge=0.0, le=1e9)]
 
 
 class ContactLaw(Parameters):
-    """The law of one contact, in SI units, for two bodies of one material.
+    """The law of one contact, in SI units, for two bodies of one material, or of two.
 
     A coefficient that its submodel does not take is None. Raise RequestError for one that is
     given all the same, and for one that is needed and has no default.
@@ -58,6 +58,12 @@ class ContactLaw(Parameters):
     youngs_modulus: Positive | None = Field(None, description="[Pa] of hertz, dmt, jkr and mdr")
     poisson_ratio: Annotated[float, Field(gt=-1.0, le=0.5)] | None = Field(
         None, description="[-] of hertz, dmt, jkr and mdr"
+    )
+    partner_youngs_modulus: Positive | None = Field(
+        None, description="[Pa] of what the sphere meets: as of the sphere unless given"
+    )
+    partner_poisson_ratio: Annotated[float, Field(gt=-1.0, le=0.5)] | None = Field(
+        None, description="[-] of what the sphere meets, likewise"
     )
     surface_energy: NotNegative | None = Field(
         None,
@@ -197,6 +203,22 @@ class ContactLaw(Parameters):
         """Return the law alone, without what a subclass adds."""
         values = {name: getattr(self, name) for name in ContactLaw.model_fields}
         return ContactLaw(**{name: value for name, value in values.items() if value is not None})
+
+    @property
+    def materials(self) -> tuple[tuple[float, float], tuple[float, float]] | None:
+        """Return Young's modulus [Pa] and Poisson's ratio of both bodies; None without any."""
+        if self.youngs_modulus is None or self.poisson_ratio is None:
+            return None
+        modulus, poisson = self.partner_youngs_modulus, self.partner_poisson_ratio
+        return (self.youngs_modulus, self.poisson_ratio), (
+            self.youngs_modulus if modulus is None else modulus,
+            self.poisson_ratio if poisson is None else poisson,
+        )
+
+    @property
+    def two_materials(self) -> bool:
+        """Return whether the second body has a material of its own."""
+        return self.partner_youngs_modulus is not None or self.partner_poisson_ratio is not None
 
     @property
     def lags(self) -> bool:

@@ -19,7 +19,8 @@ class Rules(Parameters):
     """What a code does where the law leaves a choice; the defaults are LAMMPS's.
 
     Four defaults are the literature's where LAMMPS's releases depart from it: ``tsuji_mass``,
-    ``marshall_stiffness``, ``wall_force`` and ``mdr_friction``.
+    ``marshall_stiffness``, ``wall_force`` and ``mdr_friction``. The last four rules are choices of
+    no code: known defects of releases, whose size they give.
     """
 
     cap: Literal["cut_back", "force_only"] = Field(
@@ -87,4 +88,18 @@ class Rules(Parameters):
     marshall_stiffness: Literal["spring", "coefficient"] = Field(
         "spring",
         description="[-] K in Marshall's twisting stiffness K a^2/2: 8 G* a, or 8 G* without a",
+    )
+    modulus_factor: float = Field(
+        1.0, gt=0.0, description="[-] on E*, by which a defect is too stiff along the normal"
+    )
+    shear_factor: float = Field(
+        1.0, gt=0.0, description="[-] on G*, by which a defect is too stiff along the surface"
+    )
+    pair_factor: float = Field(
+        1.0, gt=0.0, description="[-] on k_n of spheres with one another; walls are without it"
+    )
+    cohesive_load: Literal["with_pull_off", "elastic"] = Field(
+        "with_pull_off",
+        description="[-] what mu is multiplied by beside dmt and jkr: elastic force + 2 pull-off "
+        "force, or the size of the elastic force, with its attraction, alone",
     )

@@ -103,6 +103,10 @@ class ContactScene:
             if getattr(self, name) < 1:
                 raise RequestError(f"{name} = {getattr(self, name)}: must be at least 1")
         _finite("gravity", self.gravity)
+        if self.law.two_materials and len(self.bodies) + bool(self.planes) != 2:
+            raise RequestError(
+                "partner_youngs_modulus, partner_poisson_ratio: need two bodies, or one and planes"
+            )
         for segment in self.segments:
             if not len(segment.velocities) == len(segment.omegas) == len(self.bodies):
                 raise RequestError(

@@ -12,7 +12,7 @@ from harness.atomic_write import whole_folder
 from harness.comparison.results import Results
 from harness.comparison.run_diff import Change, RunDiff
 from harness.report.page import WIDE, Shown
-from harness.report.plain import json_text
+from harness.report.plain import json_text, write_csv
 from harness.report.target import check_folder
 from harness.report.templating import environment
 from harness.report.vector import data_uri, size
@@ -96,7 +96,7 @@ def write_diff(found: RunDiff, before: Path, after: Path, folder: Path) -> None:
         page = diff_page(found, (str(before), str(after)), list(_pairs(*runs)), _scripts(*runs))
         (aside / "diff.html").write_text(page, encoding="utf-8")
         (aside / "diff.json").write_text(json_text(found.record()), encoding="utf-8")
-        found.frame().to_csv(aside / "diff.csv", index=False)
+        write_csv(found.frame(), aside / "diff.csv")
 
 
 def _pairs(before: Path, after: Path) -> Iterator[Pair]:

@@ -15,7 +15,7 @@ from harness.report.gallery import draw_sections, write_drawn
 from harness.report.junit import junit
 from harness.report.markdown import report_markdown
 from harness.report.page import html_page
-from harness.report.plain import json_text, safe_path
+from harness.report.plain import json_text, safe_path, write_csv
 from harness.report.schema import NAME, published
 from harness.report.sections import Section
 from harness.report.summary import short_markdown
@@ -52,7 +52,7 @@ def _fill(found: Verification, folder: Path, sections: Sequence[Section]) -> Non
     logs |= {check.log_name: check.log for check in found.checks if check.log}
     _write_texts(folder / "scripts", {safe_path(n): text for n, text in found.scripts.items()})
     _write_texts(folder / "logs", logs)
-    found.frame().to_csv(folder / "results.csv", index=False, errors="replace")
+    write_csv(found.frame(), folder / "results.csv", errors="replace")
     texts = {
         "results.json": json_text(found.record()),
         NAME: published(),

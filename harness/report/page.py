@@ -136,7 +136,8 @@ def html_page(
     rows = rows_of(found)
     kinds = summaries(found.checks)
     return template.render(
-        headline=headline(found.checks),
+        headline=headline(found.checks, found.untested_cases),
+        outcome=_outcome(found),
         who=_who(found),
         told=[(h.name, text.expected(h), text.measured(h)) for h in found.headlines],
         summaries=kinds,
@@ -213,6 +214,14 @@ def figures(
     if half:
         placed[-1] = replace(placed[-1], look="tall")
     return placed
+
+
+def _outcome(found: Verification) -> str:
+    """Return the class of the headline: green only where each row was judged and holds."""
+    verdicts = {check.verdict for check in found.checks}
+    if Verdict.FAIL in verdicts or found.status:
+        return "fail"
+    return "apart" if verdicts & {Verdict.KNOWN_DEFECT, Verdict.NOT_TESTED} else ""
 
 
 def _who(found: Verification) -> str:

@@ -6,7 +6,12 @@ import json
 import math
 import re
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any, TextIO
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from pandas import DataFrame
 
 _ESCAPES = re.compile(
     r"\x1b\[[0-?]*[ -/]*[@-~]"  # colours, moves of the cursor
@@ -19,6 +24,12 @@ _CONTROLS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\u
 of characters, which no encoding writes."""
 
 _MARKUP = re.compile(r"([\\`*\[\]|])")
+FORMULA = ("=", "+", "-", "@", "\t", "\r")
+"""Beginnings of a cell that spreadsheets take for a formula, and run."""
+
+LONGEST_WORD, LONGEST_LINE = 250, 600
+"""Characters of a word and a line of an error that are shown in full: paths are as long."""
+
 _NAME = re.compile(r"[^A-Za-z0-9._+=-]+")
 LONGEST_NAME = 100
 
@@ -31,6 +42,42 @@ def printable(text: str) -> str:
 def one_line(text: str) -> str:
     """Return printable text on one line."""
     return " ".join(printable(text).split())
+
+
+def shortened(text: str) -> str:
+    """Return an error's text with long words and lines cut in their middle: a value may be huge."""
+    words = re.sub(rf"\S{{{LONGEST_WORD},}}", lambda word: _cut(word[0], 100, 40), text)
+    return "\n".join(
+        line if len(line) <= LONGEST_LINE else _cut(line, 350, 200) for line in words.split("\n")
+    )
+
+
+def _cut(text: str, first: int, last: int) -> str:
+    return f"{text[:first]}...({len(text)} characters)...{text[-last:]}"
+
+
+def csv_cell(value: Any) -> Any:
+    """Return a cell that no spreadsheet takes for a formula: a text that begins as one is quoted.
+
+    Numbers stay numbers, also those that are written as text.
+    """
+    if not (isinstance(value, str) and value.startswith(FORMULA)):
+        return value
+    try:
+        float(value)
+    except ValueError:
+        return f"'{value}"
+    return value
+
+
+def write_csv(frame: DataFrame, file: Path | TextIO, **options: Any) -> None:
+    """Write a table as CSV without its index; texts of others, such as a version, run nowhere.
+
+    ``options`` are those of ``DataFrame.to_csv``.
+    """
+    texts = [name for name, kind in frame.dtypes.items() if kind.kind not in "biufcmM"]
+    safe = frame.assign(**{str(name): frame[name].map(csv_cell) for name in texts})
+    safe.to_csv(file, index=False, **options)
 
 
 def markdown_text(text: str) -> str:

@@ -11,7 +11,7 @@ from harness.comparison.release_changes import Change
 from harness.comparison.releases import ReleaseMatrix
 from harness.report.figures.releases import changes as draw_changes
 from harness.report.gallery import picture
-from harness.report.plain import json_text
+from harness.report.plain import json_text, write_csv
 from harness.report.target import check_folder
 
 CHANGES = "Largest change of each case"
@@ -34,7 +34,7 @@ def write_releases(found: ReleaseMatrix, folder: Path) -> None:
     with whole_folder(folder) as aside:
         aside.mkdir()
         (aside / "report.md").write_text(markdown(found), encoding="utf-8")
-        found.frame().to_csv(aside / "results.csv", index=False)
+        write_csv(found.frame(), aside / "results.csv")
         (aside / "results.json").write_text(json_text(found.record()), encoding="utf-8")
         drawn = picture("changes", CHANGES, "", lambda: draw_changes(found))
         (aside / "changes.svg").write_text(drawn.svg, encoding="utf-8")

@@ -11,7 +11,7 @@ from harness.atomic_write import whole_folder
 from harness.report.gallery import draw_sections, write_drawn
 from harness.report.markdown import section_markdown
 from harness.report.page import look, parts_of
-from harness.report.plain import json_text, markdown_text
+from harness.report.plain import json_text, markdown_text, write_csv
 from harness.report.sections import Section
 from harness.report.target import check_folder
 from harness.report.templating import environment
@@ -55,7 +55,7 @@ def write_study(
         aside.mkdir()
         write_drawn(drawn, aside)
         for name, table in tables.items():
-            table.to_csv(aside / name, index=False)
+            write_csv(table, aside / name)
         (aside / "study.json").write_text(json_text(record), encoding="utf-8")
         (aside / "report.md").write_text("\n".join([*lines, ""]), encoding="utf-8")
         (aside / "report.html").write_text(html, encoding="utf-8")

@@ -20,7 +20,10 @@ def check_folder(folder: Path) -> None:
 def check_writable(folder: Path) -> None:
     """Raise RequestError when a folder cannot be made where it is asked for."""
     # nothing is made yet: what is asked for may turn out to be wrong in another way
-    there = next(parent for parent in folder.absolute().parents if parent.exists())
+    parents = folder.absolute().parents
+    if not parents:
+        raise RequestError(f"--output {folder}: is the root of all folders; name a new folder")
+    there = next(parent for parent in parents if parent.exists())
     try:
         with tempfile.TemporaryDirectory(dir=there, prefix=f".{folder.name}."):
             pass

@@ -13,7 +13,11 @@ from harness.shown import ROUND_OFF, decimals, value_text
 def summary(found: Verification) -> list[str]:
     """Return the sentences that open the report: the outcome kind by kind, and the headlines."""
     counts = "; ".join(f"{s.kind} {s.text}" for s in summaries(found.checks))
-    return [f"{headline(found.checks)}.", f"{counts}.", *headline_lines(found.headlines)]
+    return [
+        f"{headline(found.checks, found.untested_cases)}.",
+        f"{counts}.",
+        *headline_lines(found.headlines),
+    ]
 
 
 def headline_lines(headlines: Sequence[Headline]) -> list[str]:

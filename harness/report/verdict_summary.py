@@ -62,20 +62,40 @@ def summaries(checks: Sequence[Check]) -> list[KindSummary]:
     return [row for row in rows if row.checks]
 
 
-def headline(checks: Sequence[Check]) -> str:
-    """Return the outcome in a few words; what fails is counted kind by kind."""
+def headline(checks: Sequence[Check], untested_cases: Sequence[str] = ()) -> str:
+    """Return the outcome in a few words; what fails is counted kind by kind.
+
+    ``untested_cases`` are those that were asked for by name and tested nothing.
+    """
     rows = summaries(checks)
     failed = [(s.kind, s.count(Verdict.FAIL)) for s in rows if s.count(Verdict.FAIL)]
+    apart = [nothing_tested(untested_cases)] if untested_cases else []
     if failed:
-        return "Failed: " + ", ".join(f"{number} {kind}" for kind, number in failed)
+        counts = ", ".join(f"{number} {kind}" for kind, number in failed)
+        return "; ".join([f"Failed: {counts}", *apart])
     if not any(s.judged for s in rows):
-        return "Nothing was judged"
-    return all_hold(sum(s.count(Verdict.KNOWN_DEFECT) for s in rows))
+        return apart[0] if apart else "Nothing was judged"
+    defects, untested = (
+        sum(s.count(verdict) for s in rows)
+        for verdict in (Verdict.KNOWN_DEFECT, Verdict.NOT_TESTED)
+    )
+    return "; ".join([*apart, all_hold(defects, untested, rest=bool(apart))])
 
 
-def all_hold(defects: int) -> str:
-    """Return the outcome in words of a run in which none failed, beside known defects."""
-    return "All verdicts hold" + (f" but {defects} known defects" if defects else "")
+def nothing_tested(cases: Sequence[str]) -> str:
+    """Return which cases tested nothing, in words."""
+    return f"Nothing was tested in {', '.join(cases)}"
+
+
+def all_hold(defects: int, untested: int, *, rest: bool = False) -> str:
+    """Return the outcome in words of a run in which none failed.
+
+    Known defects and rows that were not tested stand in it; ``rest``: of the other cases.
+    """
+    counts = {"known defects": defects, "not tested": untested}
+    apart = ", ".join(f"{number} {name}" for name, number in counts.items() if number)
+    holds = "all other verdicts hold" if rest else "All verdicts hold"
+    return "; ".join(filter(None, (holds, apart)))
 
 
 def by_severity(checks: Sequence[Check]) -> list[Check]:

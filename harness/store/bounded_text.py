@@ -9,10 +9,10 @@ LONGEST = 2**27
 """Bytes: the results of the longest verification are a hundredth of it."""
 
 
-def bounded_text(path: Path) -> str:
+def bounded_text(path: Path, longest: int = LONGEST) -> str:
     """Return a file's text; raise OSError for one that is too long, UnicodeDecodeError."""
     with path.open("rb") as file:
-        data = file.read(LONGEST + 1)
-    if len(data) > LONGEST:
-        raise OSError(errno.EFBIG, f"is longer than {LONGEST} bytes")
+        data = file.read(longest + 1)
+    if len(data) > longest:
+        raise OSError(errno.EFBIG, f"is longer than {longest} bytes")
     return data.decode("utf-8")

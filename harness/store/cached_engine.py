@@ -105,7 +105,7 @@ class CachedEngine(Engine):
 _PASSED_ON = frozenset(
     (
         *("name", "title", "states", "refuses", "check", "fingerprint", "fingerprint_of"),
-        *("ready", "workers"),
+        *("ready", "workers", "resumes", "resumed_at", "srun_mpi"),
         *("twin", "twin_options", "script_digest", "inputs", "logs", "variations"),
     )
 )

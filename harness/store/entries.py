@@ -20,6 +20,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from harness.engines import environments
+from harness.home import OTHERS, lock_file, make_private, writable_by_others
 
 FORM = b"dem-harness entry 1"
 LIMIT = 2 * 1024**3
@@ -43,7 +44,8 @@ class Entries:
     ``limit`` [bytes] bounds its size, give or take a tenth, with that of the environments of
     releases in it; those that are used are counted and stay. What goes wrong
     with the folder later is told once, and nothing more is written: a cache
-    must not end a run. Raise OSError when the folder cannot be made or written.
+    must not end a run. Raise OSError when the folder cannot be made or written, or belongs to
+    another user, or may be written by all: results in it could be anybody's.
     """
 
     def __init__(self, folder: Path, limit: int = LIMIT, tell: Tell = tell_stderr) -> None:
@@ -53,7 +55,11 @@ class Entries:
         self._lock = threading.Lock()
         self._unpruned = limit  # the first entry written looks through the folder
         self._broken = False
-        (folder / ASIDE).mkdir(parents=True, exist_ok=True)
+        make_private(folder / ASIDE)
+        for each in (folder, folder / ASIDE):
+            # a group may share one, and root of a container use its owner's: it is data, never run
+            if os.geteuid() and (why := writable_by_others(each, OTHERS)):
+                raise PermissionError(f"{each}: {why}; make it yours alone, or name another place")
         with tempfile.TemporaryFile(dir=folder / ASIDE):
             pass
 
@@ -115,7 +121,7 @@ class Entries:
             try:
                 os.replace(aside, place)  # noqa: PTH105
             except FileNotFoundError:
-                path.parent.mkdir(exist_ok=True)
+                path.parent.mkdir(mode=0o700, exist_ok=True)
                 os.replace(aside, place)  # noqa: PTH105
         except BaseException:
             Path(aside).unlink(missing_ok=True)
@@ -128,7 +134,7 @@ class Entries:
             if self._unpruned < self._limit / 10:
                 return
             self._unpruned = 0
-        with (self.folder / PRUNING).open("w") as lock, contextlib.suppress(BlockingIOError):
+        with lock_file(self.folder / PRUNING) as lock, contextlib.suppress(BlockingIOError):
             # who prunes measures anew: of several at a time one does, and the others go on
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             self._prune()

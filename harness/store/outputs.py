@@ -41,6 +41,7 @@ def pack(output: Output, template: str = "") -> bytes:
         "log": output.log,
         "seconds": output.seconds,
         "title": output.title,
+        "ranks": output.ranks,
         "template": template,
     }
     stream = io.BytesIO()
@@ -68,6 +69,7 @@ def unpack(data: bytes) -> Output:
         log=facts["log"],
         seconds=facts["seconds"],
         title=facts["title"],
+        ranks=facts.get("ranks", 1),
     )
 
 

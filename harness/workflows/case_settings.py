@@ -23,7 +23,7 @@ def parameters_of(case: Case[Any], settings: Mapping[str, str]) -> Parameters:
     """Return the parameters of a case with settings as ``height=3`` and ``contact.tail=clipped``.
 
     ``preset`` chooses the set that they change. Raise RequestError, naming the setting and what
-    is allowed, for a name or value that is not.
+    is allowed, for a name or value that is not, CombinationError for values that are not together.
     """
     base = _preset(case, settings[PRESET]) if PRESET in settings else default_of(case)
     tree = _tree((name, text) for name, text in settings.items() if name != PRESET)
@@ -32,7 +32,7 @@ def parameters_of(case: Case[Any], settings: Mapping[str, str]) -> Parameters:
             return case.parameters(**_values(case.parameters, tree))
         return _changed(base, tree, "")
     except RequestError as error:
-        raise RequestError(f"--set: {error}") from None
+        raise type(error)(f"--set: {error}") from None
 
 
 def _tree(settings: Iterable[tuple[str, str]]) -> Tree:

@@ -6,6 +6,7 @@ import csv
 import hashlib
 import io
 import math
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,14 +14,17 @@ from typing import Any
 
 from harness.cases.contract import Case, Measured
 from harness.engines.registry import engine_class
-from harness.errors import EngineMissingError, HarnessError, RequestError
+from harness.errors import EngineMissingError, EngineUndecidedError, HarnessError, RequestError
 from harness.observables.provenance import Provenance
 from harness.parameters.base import Parameters
 from harness.workflows.sweep_local import Executor, Ran, Work
-from harness.workflows.sweep_run import DONE, parameter_columns, quantity_key
+from harness.workflows.sweep_run import DONE, UNDECIDED, parameter_columns, quantity_key
 
 OF_A_RUN = ("engine", "engine_version", "ranks", "script", "status", "wall_time_s")
 """Columns beside parameters and quantities that a run is known by."""
+
+RESTARTS = re.compile(r"^#> restarts\n.*?^#< restarts\n", re.MULTILINE | re.DOTALL)
+"""Marks in a script, and the lines between them: how a run that was cut goes on."""
 
 FURTHER = {"arm", "reason"}
 LARGEST = 2**28
@@ -31,9 +35,9 @@ Key = tuple[str, ...]
 
 @dataclass(frozen=True)
 class EarlierRuns:
-    """The runs of a file that were done, by engine, ranks and parameters."""
+    """The runs of a file that were done or are undecided, by engine, ranks and parameters."""
 
-    rows: Mapping[Key, Measured]
+    rows: Mapping[Key, Measured | EngineUndecidedError]
 
     def count(self, engine: str, ranks: int, runs: Iterable[Parameters]) -> int:
         """Return how many of some runs are there."""
@@ -76,8 +80,13 @@ def _made(executor: Executor, work: Work, places: Sequence[int]) -> Iterator[tup
 
 
 def script_digest(case: Case[Any], engine: str) -> str:
-    """Return a digest of the script that an engine runs for a case: another one is another run."""
-    texts = engine_class(engine).inputs([case.template])
+    """Return a digest of the script that an engine runs for a case: another one is another run.
+
+    Without what a script has between :data:`RESTARTS`, which does nothing in a run that writes no
+    restart file.
+    """
+    inputs = engine_class(engine).inputs([case.template])
+    texts = {name: RESTARTS.sub("", text) for name, text in inputs.items()}
     return hashlib.sha256(repr(sorted(texts.items())).encode()).hexdigest()[:12]
 
 
@@ -94,24 +103,34 @@ def read_runs(path: Path, case: Case[Any], one: Parameters) -> EarlierRuns:
         quantities = {quantity.name: quantity_key(quantity) for quantity in case.quantities}
         _check_columns(rows.fieldnames or (), (*OF_A_RUN, *parameters, *quantities.values()), where)
         scripts: dict[str, str] = {}
-        found: dict[Key, Measured] = {}
+        found: dict[Key, Measured | EngineUndecidedError] = {}
+        results: dict[Key, tuple[str, Measured]] = {}
         for number, row in enumerate(rows, start=2):
             told = f"{where}, row {number}"
             if None in row or None in row.values():
                 raise RequestError(f"{told}: has not as many values as there are columns")
-            if row["status"] != DONE:
+            if row["status"] not in (DONE, UNDECIDED):
                 continue
             _check_script(row, case, scripts, told)
             key = tuple(_plain(row[name]) for name in ("engine", "ranks", *parameters))
             values = {name: _number(row, column, told) for name, column in quantities.items()}
             kept = {name: value for name, value in values.items() if value is not None}
             who = Provenance(row["engine"], row["engine_version"])
-            ran = Measured(kept, who, _number(row, "wall_time_s", told) or 0.0)
-            if found.setdefault(key, ran) != ran:
+            ranks = int(_number(row, "ranks", told) or 1)
+            ran = Measured(kept, who, _number(row, "wall_time_s", told) or 0.0, ranks)
+            result = row["status"], ran
+            if results.setdefault(key, result) != result:
                 raise RequestError(f"{told}: the run of another row with another result")
+            found[key] = ran if row["status"] == DONE else _undecided(ran, row)
     except csv.Error as error:
         raise RequestError(f"{where}: is no table ({error})") from None
     return EarlierRuns(found)
+
+
+def _undecided(ran: Measured, row: Mapping[str, str]) -> EngineUndecidedError:
+    error = EngineUndecidedError(row.get("reason") or "undecided", ran.values)
+    error.provenance, error.seconds, error.ranks = ran.provenance, ran.seconds, ran.ranks
+    return error
 
 
 def _text(path: Path, where: str) -> str:

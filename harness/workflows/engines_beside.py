@@ -9,7 +9,7 @@ from typing import Any
 
 from harness.cases.contract import Case, Study
 from harness.cases.parts import failed_part
-from harness.cases.qualification import qualify
+from harness.cases.qualification import announce, qualify
 from harness.cases.registry import all_cases
 from harness.comparison.baseline_record import BaselineRecord
 from harness.comparison.engines import DeclaredEngine
@@ -20,6 +20,7 @@ from harness.engines.registry import engine_class
 from harness.engines.traits import Traits
 from harness.errors import EngineMissingError, RequestError
 from harness.observables.provenance import Provenance
+from harness.store.entries import tell_stderr
 from harness.workflows.engine_rows import NO_TRAITS, declared, untested, version_rows
 from harness.workflows.engine_selection import EngineSelection
 
@@ -36,6 +37,8 @@ class Beside:
     findings: dict[str, dict[str, Findings]] = field(default_factory=dict)
     checks: list[Check] = field(default_factory=list)
     errors: list[str] = field(default_factory=list)
+    kinds: dict[str, type[Engine]] = field(default_factory=dict)
+    """The classes of engines that ran, by the name that they give themselves."""
 
     @property
     def records(self) -> list[BaselineRecord]:
@@ -61,6 +64,8 @@ class EnginesBeside:
     study: Study
     main: Engine | None
     found: Beside = field(default_factory=Beside)
+    steps: dict[str, float] = field(default_factory=dict)
+    """That a case took in the engines so far, by its name: what the next is expected to take."""
 
     def run(self) -> Beside:
         """Run the engines, add what was recorded with missing ones, and hold all together."""
@@ -88,6 +93,7 @@ class EnginesBeside:
                 rows = [failed_part(f"{name}: identification", error, kind=Kind.ANALYTIC)]
                 self._without(name, traits, rows[0].note, rows)
             else:
+                self.found.kinds[engine.name] = engine_class(name)
                 self._keep(name, self._engine(engine, who))
 
     def _opened(self, name: str, stack: ExitStack) -> tuple[Engine, Provenance]:
@@ -108,7 +114,8 @@ class EnginesBeside:
         """Keep the rows of an engine that ran, and how it died if it was named."""
         self.found.checks += rows
         if name in self.asked.named:
-            self.found.errors += [f"{name}: {row.note}" for row in rows if row.engine_died]
+            died = [f"{name}: {row.note}" for row in rows if row.engine_died]
+            self.found.errors += dict.fromkeys(died)
 
     def _engine(self, engine: Engine, who: Provenance) -> list[Check]:
         """Return the rows of an engine: version, qualification, then case by case."""
@@ -116,7 +123,11 @@ class EnginesBeside:
         self.study.progress(f"engine {name}", 0, stages)
         told = declared(name, engine.traits, who)
         checks = version_rows(name, engine.traits, who)
+        read = getattr(engine, "read", 0)
         failures, rows = self._qualification(engine)
+        # of one whose runs are kept nobody knows how many are left to be made
+        kept = getattr(engine, "read", 0) > read
+        seconds_per_step = 0.0 if kept else engine.pace.seconds_per_step
         checks += rows
         self.found.declared.append(replace(told, unqualified=failures))
         self.study.progress(f"engine {name}", 1, stages)
@@ -124,14 +135,19 @@ class EnginesBeside:
             self.study.progress(f"engine {name}", stages, stages)
             return [*checks, *untested(name, self._judging, f"it did not qualify: {failures}")]
         for done, case in enumerate(self._judging, 2):
+            steps = self.steps.get(case.name, 0.0) / engine.workers
+            announce(engine, f"the {case.name}", steps * seconds_per_step, tell_stderr)
+            before = engine.pace.steps
             checks += self._case(case, engine)
+            taken = engine.pace.steps - before
+            self.steps[case.name] = max(taken, self.steps.get(case.name, 0.0))
             self.study.progress(f"engine {name}", done, stages)
         return checks
 
     def _qualification(self, engine: Engine) -> tuple[str, list[Check]]:
         """Return why an engine does not qualify, or nothing, and the rows of its qualification."""
         try:
-            found = qualify(engine, self._qualifying, self.study)
+            found = qualify(engine, self._qualifying, self.study, tell_stderr)
         except Exception as error:
             row = failed_part(f"{engine.name}: qualification", error, kind=Kind.ANALYTIC)
             return row.note, [row]

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 from harness.errors import RequestError
 from harness.home import history_place
+from harness.report import plain
 from harness.shown import Shown
 from harness.store import history_query
 from harness.store.history import History
@@ -160,7 +161,7 @@ def write_csv(file: Path, **wanted: Unpack[HistoryQuery]) -> None:
         block = list(islice(rows, BLOCK))
         while block or not stream.tell():
             frame = table(block, quantities=wanted.get("quantity") is not None)
-            frame.to_csv(stream, index=False, header=not stream.tell())
+            plain.write_csv(frame, stream, header=not stream.tell())
             block = list(islice(rows, BLOCK))
 
 

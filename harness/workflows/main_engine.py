@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -16,7 +16,8 @@ from harness.comparison.findings import Findings
 from harness.comparison.verdicts import Check, judge_count
 from harness.engines.contract import Engine
 from harness.engines.parallel import parallel_map
-from harness.engines.registry import DEFAULT, engine_class, open_engine
+from harness.engines.registry import DEFAULT, open_engine
+from harness.errors import EngineError
 from harness.observables.provenance import Provenance
 from harness.workflows.engine_rows import untested
 from harness.workflows.engines_beside import Beside
@@ -33,7 +34,7 @@ class MainRun:
     """What the cases left, as they go.
 
     ``checks`` are all rows in order, those of the findings among them; ``broken`` says why a case
-    ended early.
+    ended early, ``raised`` are those that did by an exception, which is a failed row.
     """
 
     cases: Sequence[Case[Any]]
@@ -44,6 +45,7 @@ class MainRun:
     own: dict[str, Findings] = field(default_factory=dict)
     checks: list[Check] = field(default_factory=list)
     broken: dict[str, str] = field(default_factory=dict)
+    raised: set[str] = field(default_factory=set)
 
     @property
     def who(self) -> str:
@@ -92,6 +94,7 @@ class MainRun:
     def _keep(self, case: Case[Any], engine: str, outcome: Findings | Check) -> None:
         if isinstance(outcome, Check):
             self.checks.append(outcome)
+            self.raised.add(case.name)
             self.broken[case.name] = f"its part ended early: {outcome.note}"
             return
         (self.main if engine else self.own)[case.name] = outcome
@@ -111,8 +114,11 @@ class MainRun:
         if self.engine is not None:
             found |= self.engine.inputs([get_case(name).template for name in self.main])
         for name, by_case in beside.findings.items():
-            if any(told.engine == name for told in beside.declared):
-                found |= engine_class(name).inputs([get_case(case).template for case in by_case])
+            if name in beside.kinds:
+                templates = [get_case(case).template for case in by_case]
+                # one that fails to render left its row
+                with suppress(EngineError):
+                    found |= beside.kinds[name].inputs(templates)
         return found
 
 

@@ -1,5 +1,9 @@
 """The runs of a sweep on a cluster: arrays of chunks under SLURM, told as they are over.
 
+Runs are chunked by what they are expected to take, so that a job fits its time with a margin. One
+that does not is refused before anything is queued, unless its engine lets it go on from a restart
+file: it is submitted again as long as it gets on.
+
 A job opens the engine on its node with the same cache, and writes a line for each run into a file
 of the sweep's folder, which must be one that the nodes see. Whoever waits reads these lines: a
 sweep that is killed leaves its jobs in the queue, and the same command takes them up again.
@@ -9,26 +13,49 @@ from __future__ import annotations
 
 import itertools
 import json
+import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from harness.engines.registry import chosen_options, fingerprint_of
-from harness.errors import EngineCrashError
+from harness.engines.cost import in_words
+from harness.engines.registry import chosen_options, engine_class, fingerprint_of
+from harness.errors import EngineCrashError, RequestError
 from harness.parameters.base import Parameters
 from harness.store.entries import tell_stderr
 from harness.store.keys import key_of, source_digest
-from harness.workflows.slurm_jobs import Order, last_line, submit, told_of
-from harness.workflows.slurm_queue import USUAL, ExecutorOptions, check_slurm, end_of, queued
+from harness.workflows.case_list import default_of, parameters_in
+from harness.workflows.slurm_jobs import Order, last_line, logs_of, submit, told_of
+from harness.workflows.slurm_queue import (
+    USUAL,
+    ExecutorOptions,
+    check_launcher,
+    check_slurm,
+    end_of,
+    queued,
+)
 from harness.workflows.sweep_local import Local, Ran, Work
+
+K = TypeVar("K")
 
 MOST_JOBS = 1000
 """Of one array: what SLURM takes unless it is told otherwise."""
 
 LOOK_SECONDS = (0.5, 10.0)
 """Between two looks at the queue: at first, and after a while."""
+
+MARGIN = 3.0
+"""By which a job's time must exceed what its runs are expected to take: estimates of steps are good
+to it."""
+
+PART_MARGIN = 1.5
+"""The same of a part between two restart files, whose number of steps is known."""
+
+GAIN = 0.5
+"""Part of the speed of so many ranks that is counted on."""
 
 SETTLE_SECONDS = 5.0
 """After the end of a job, for its last lines to be seen on another machine."""
@@ -60,21 +87,115 @@ class Slurm:
         left = {i: p for i, p in enumerate(work.parameters) if i not in known}
         if not left:
             return iter(known.items())
+        self._check(work, left)
         opening = {} if work.solves else dict(self.opening(work.engine))
         facts: dict[str, Any] = {"case": work.case.name, "engine": work.engine, "opening": opening}
         if not work.solves:
             facts["who"] = fingerprint_of(work.engine, chosen_options(work.engine, **opening))
         waiting = _Waiting(self._group(facts), self.tell)
+        waiting.again = partial(self._again, work, opening, waiting)
         for place, parameters in left.items():
             name = key_of(parameters.model_dump(mode="json"))
             waiting.places.setdefault(name, []).append(place)
+            waiting.runs[name] = parameters
         known |= dict(waiting.told(errors=False))
         waiting.attach()
         missing = [name for name in waiting.places if name not in waiting.covered()]
+        waiting.marks |= self._marks(work, waiting.runs)
         if missing:
-            chosen = {name: left[waiting.places[name][0]] for name in missing}
+            chosen = {name: waiting.runs[name] for name in missing}
             waiting.jobs |= self._submitted(work, opening, chosen, waiting.group)
         return itertools.chain(known.items(), waiting.outcomes())
+
+    def check(self, work: Work) -> None:
+        """Raise RequestError for work that cannot be run so; nothing is submitted."""
+        if not work.parameters:
+            return
+        check_launcher(*self._launching(work))
+        costs = self._costs(work, dict(enumerate(work.parameters)))
+        if not all(self._fits(seconds) for seconds in costs.values()):
+            known = dict(self.local.known(work))
+            self._check(work, {i: p for i, p in enumerate(work.parameters) if i not in known})
+
+    def _launching(self, work: Work) -> tuple[str | None, str, int]:
+        """Return launcher, what srun's --mpi must be, and the ranks of a run."""
+        if work.solves:
+            return None, "", 1
+        options = chosen_options(work.engine, **self.opening(work.engine))
+        mpi = engine_class(work.engine).srun_mpi(**options)
+        return options.get("launcher"), mpi, self.settings.ranks
+
+    def _costs(self, work: Work, runs: Mapping[K, Parameters]) -> dict[K, float]:
+        """Return what runs are expected to take in a job [s]."""
+        rules = None if work.solves else engine_class(work.engine).traits
+        solver = work.engine if work.solves else ""
+        speed = max(1.0, GAIN * self.settings.ranks)
+        return {i: work.case.seconds(one, rules, solver) / speed for i, one in runs.items()}
+
+    def _fits(self, seconds: float, margin: float = MARGIN) -> bool:
+        return margin * seconds <= 60.0 * self.settings.minutes
+
+    def _check(self, work: Work, left: Mapping[int, Parameters]) -> None:
+        """Raise RequestError for a run that fits no job and cannot go on in another."""
+        costs = self._costs(work, left)
+        for place in sorted(left, key=lambda i: -costs[i]):
+            if self._fits(costs[place]):
+                return
+            seconds, margin = costs[place], MARGIN
+            if self._resumes(work, left[place]):
+                rules = engine_class(work.engine).traits
+                seconds = work.case.part_seconds(left[place], rules)
+                seconds, margin = seconds / max(1.0, GAIN * self.settings.ranks), PART_MARGIN
+                if self._fits(seconds, margin):
+                    continue
+            part = " between two restart files" if margin == PART_MARGIN else ""
+            least = math.ceil(margin * seconds / 60.0)
+            raise RequestError(
+                f"--time {self.settings.minutes:g}: the run {label(work, left[place])} of case "
+                f"{work.case.name!r} is expected to take {in_words(seconds)}{part}, {margin:g} "
+                f"times that must fit a job: --time {least} at least, or more --ranks"
+            )
+
+    def _resumes(self, work: Work, parameters: Parameters) -> bool:
+        if work.solves:
+            return False
+        with self.local.open_one(work.engine) as engine:
+            return engine.resumes(work.case.job(parameters))
+
+    def _marks(self, work: Work, runs: Mapping[str, Parameters]) -> dict[str, float]:
+        """Return when runs left their last restart files [s], 0 without any."""
+        if work.solves:
+            return {}
+        with self.local.open_one(work.engine) as engine:
+            return {name: engine.resumed_at(work.case.job(one)) for name, one in runs.items()}
+
+    def _again(
+        self, work: Work, opening: dict[str, Any], waiting: _Waiting, names: Sequence[str], *,
+        ended_some: bool,
+    ) -> bool:  # fmt: skip
+        """Submit the runs that a job left if it got on, and return whether it did."""
+        runs = {name: waiting.runs[name] for name in names}
+        marks = self._marks(work, runs)
+        if not (ended_some or any(marks[n] > waiting.marks.get(n, 0.0) for n in marks)):
+            return False
+        waiting.marks |= marks
+        waiting.jobs |= self._submitted(work, opening, runs, waiting.group)
+        return True
+
+    def _chunks(self, work: Work, chosen: Mapping[str, Parameters]) -> list[list[str]]:
+        """Return the names of the runs of each job: as many as fit its time, ``chunk`` at most."""
+        workers = 1 if self.settings.ranks > 1 else self.settings.cpus
+        chunks: list[list[str]] = []
+        total = longest = 0.0
+        for name, seconds in self._costs(work, chosen).items():
+            total, longest = total + seconds, max(longest, seconds)
+            # of runs side by side, each begun as a core is free
+            bound = total / workers + longest * (1.0 - 1.0 / workers)
+            if not chunks or len(chunks[-1]) == self.settings.chunk or not self._fits(bound):
+                chunks.append([])
+                total = longest = seconds
+            chunks[-1].append(name)
+        return chunks
 
     def _group(self, facts: Mapping[str, Any]) -> Path:
         """Return the folder of jobs that this source and this engine would submit."""
@@ -88,8 +209,7 @@ class Slurm:
         self, work: Work, opening: dict[str, Any], chosen: dict[str, Parameters], group: Path
     ) -> dict[str, list[str]]:
         """Submit the runs in chunks and return the names of those in each job, written down."""
-        names, size = list(chosen), self.settings.chunk
-        chunks = [names[first : first + size] for first in range(0, len(names), size)]
+        chunks = self._chunks(work, chosen)
         stamp = time.time_ns()
         orders = [
             Order(
@@ -116,6 +236,16 @@ class Slurm:
         return found
 
 
+def label(work: Work, parameters: Parameters) -> str:
+    """Return what tells a run from the others of its work, as ``height = 8, seed = 3``."""
+    default = default_of(work.case) if len(work.parameters) == 1 else None
+    others = work.parameters if default is None else [default]
+    columns = [{name: info.default for name, info in parameters_in(one)} for one in others]
+    own = {name: info.default for name, info in parameters_in(parameters)}
+    apart = [name for name in own if any(one.get(name) != own[name] for one in columns)]
+    return ", ".join(f"{name} = {own[name]}" for name in apart) or "with its default values"
+
+
 @dataclass
 class _Waiting:
     """The runs that are not told of yet, by name, and the jobs that they are in."""
@@ -126,6 +256,9 @@ class _Waiting:
     jobs: dict[str, list[str]] = field(default_factory=dict)
     read: dict[Path, int] = field(default_factory=dict)
     reasons: set[str] = field(default_factory=set)
+    runs: dict[str, Parameters] = field(default_factory=dict)
+    marks: dict[str, float] = field(default_factory=dict)
+    again: Callable[..., bool] = lambda *_, **__: False
 
     def attach(self) -> None:
         """Take up the jobs of an earlier process that are still in the queue."""
@@ -163,8 +296,7 @@ class _Waiting:
             live = queued()
             self._tell_of_waits(live or {})
             for job in [job for job in self.jobs if live is not None and job not in live]:
-                names = [name for name in self.jobs.pop(job) if name in self.places]
-                yield from self._ended(job, names)
+                yield from self._ended(job, self.jobs.pop(job))
             if self.jobs and self.places:
                 time.sleep(pause)
                 pause = min(1.2 * pause, LOOK_SECONDS[1])
@@ -184,6 +316,15 @@ class _Waiting:
             time.sleep(LOOK_SECONDS[0])
         lost = [name for name in names if name in self.places]
         if lost:
-            why = f"SLURM's job {job} ended before it: {end_of(job)}{last_line(self.group, job)}"
+            end, started = end_of(job), bool(logs_of(self.group, job))
+            cancelled = end == "CANCELLED" or not started
+            if not cancelled and self.again(lost, ended_some=len(lost) < len(names)):
+                self.tell(f"SLURM's job {job} ended ({end or 'not known how'}): its rest goes on")
+                return
+            how = f"ended before it: {end or 'not known how'}{last_line(self.group, job)}"
+            if not started:
+                cause = "was cancelled" if end in ("", "CANCELLED") else f"ended ({end})"
+                how = f"{cause} before it started"
+            why = f"SLURM's job {job} {how}"
             for name in lost:
                 yield from ((place, EngineCrashError(why)) for place in self.places.pop(name))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import json
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +14,12 @@ from typing import Any
 from harness.cases.contract import Measured
 from harness.cases.registry import get_case
 from harness.engines.registry import open_engine
-from harness.errors import EngineCrashError, EngineError, RequestError
+from harness.errors import (
+    EngineCrashError,
+    EngineError,
+    EngineUndecidedError,
+    RequestError,
+)
 from harness.observables.provenance import Provenance
 from harness.parameters.base import Parameters
 from harness.store.cached_engine import CachedEngine
@@ -62,12 +68,15 @@ def run_order(order: Order) -> None:
 
 
 def _line(ran: Ran) -> dict[str, Any]:
-    if not isinstance(ran, Measured):
+    if not isinstance(ran, Measured | EngineUndecidedError):
         return {"error": str(ran), "refused": isinstance(ran, RequestError)}
     who = ran.provenance
+    undecided = {"undecided": str(ran)} if isinstance(ran, EngineUndecidedError) else {}
     return {
+        **undecided,
         "values": dict(ran.values),
         "seconds": ran.seconds,
+        "ranks": ran.ranks,
         "engine": who.engine if who else "",
         "engine_version": who.engine_version if who else "",
     }
@@ -78,7 +87,11 @@ def told_of(told: Mapping[str, Any]) -> Ran:
     if "error" in told:
         return (RequestError if told["refused"] else EngineCrashError)(told["error"])
     who = Provenance(told["engine"], told["engine_version"], how="SLURM")
-    return Measured(told["values"], who, told["seconds"])
+    if "undecided" in told:
+        error = EngineUndecidedError(told["undecided"], told["values"])
+        error.provenance, error.seconds, error.ranks = who, told["seconds"], told["ranks"]
+        return error
+    return Measured(told["values"], who, told["seconds"], told["ranks"])
 
 
 def submit(orders: Sequence[Order], group: Path, settings: ExecutorOptions) -> list[str]:
@@ -97,10 +110,18 @@ def submit(orders: Sequence[Order], group: Path, settings: ExecutorOptions) -> l
         raise RequestError(f"--executor slurm: it refuses the jobs: {why.strip()}") from None
 
 
+SUBMITIT = re.compile(r"^\s*submitit\b|\bsubmitit (?:DEBUG|INFO|WARNING|ERROR)\b")
+
+
+def logs_of(group: Path, job: str) -> list[Path]:
+    """Return what a job printed: nothing where it never started, as SLURM makes the file then."""
+    return sorted((group / "jobs").glob(f"{job}_*log.out"))
+
+
 def last_line(group: Path, job: str) -> str:
-    """Return the last line that a job printed, in brackets."""
-    for log in sorted((group / "jobs").glob(f"{job}_*log.out")):
+    """Return the last line that a job printed, in brackets; not those of submitit about itself."""
+    for log in logs_of(group, job):
         lines = log.read_text(encoding="utf-8", errors="replace").split("\n")
-        said = [line.strip() for line in lines if line.strip()]
+        said = [line.strip() for line in lines if line.strip() and not SUBMITIT.search(line)]
         return f" (its last line: {said[-1][:160]})" if said else ""
     return ""

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import getpass
 import math
+import os
 import re
+import shlex
 import shutil
 import subprocess
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from pathlib import Path
 from typing import Any, Literal
 
 from harness.errors import RequestError
@@ -26,8 +29,8 @@ USUAL = ("None", "Priority", "Resources", "BeginTime", "Prolog", "JobArrayTaskLi
 class ExecutorOptions:
     """Where runs are made, and what SLURM is asked for.
 
-    That is the queue, minutes and cores of a job, and runs in a job. ``ranks`` are those of one
-    MPI run; ``sbatch`` are further options of sbatch as NAME=VALUE.
+    That is the queue, minutes and cores of a job, and the most runs of a job. ``ranks`` are those
+    of one MPI run; ``sbatch`` are further options of sbatch as NAME=VALUE.
     """
 
     executor: Literal["local", "slurm"] = "local"
@@ -62,9 +65,11 @@ class ExecutorOptions:
                 raise RequestError(f"--{one.name} {value}: goes with --executor slurm only")
         return None
 
-    def launcher(self, named: str | None) -> str | None:
-        """Return the launcher of an MPI run: the one that is named, or the scheduler's."""
-        return f"srun -n {self.ranks}" if named is None and self.ranks > 1 else named
+    @property
+    def minutes(self) -> float:
+        """Return the time of a job; infinite where it is given to sbatch in words of its own."""
+        named = self.further.get("time", self.time)
+        return float(named) if isinstance(named, int) else math.inf
 
     def parameters(self, known: Sequence[str]) -> dict[str, Any]:
         """Return them as submitit takes them; ``known`` are the names that it has."""
@@ -83,6 +88,37 @@ class ExecutorOptions:
             "additional_parameters": beyond,
             **named,
         }
+
+
+def launcher_for(ranks: int, mpi: str) -> str:
+    """Return the scheduler's launcher of an MPI run; ``mpi`` is what srun's --mpi must be."""
+    return f"srun --mpi={mpi} -n {ranks}" if mpi else f"srun -n {ranks}"
+
+
+def check_launcher(launcher: str | None, mpi: str, ranks: int) -> None:
+    """Raise RequestError for an srun that would start as many separate runs as there are ranks."""
+    words = shlex.split(launcher or "")
+    if not (mpi and words and Path(words[0]).name == "srun"):
+        return
+    named = re.search(r"--mpi[= ](\S+)", launcher or "")
+    usual = named[1] if named else os.environ.get("SLURM_MPI_TYPE") or _usual_mpi()
+    if usual != mpi:
+        raise RequestError(
+            f"--mpirun {launcher!r}: ranks of this program need --mpi={mpi} "
+            f"(here it would be {usual or 'none'}): "
+            f"--mpirun {launcher_for(ranks, mpi)!r}, or leave --mpirun out"
+        )
+    if mpi not in (_said(["srun", "--mpi=list"]) or mpi):
+        raise RequestError(
+            f"--mpirun {launcher!r}: this SLURM has no MPI plugin {mpi} (srun --mpi=list), which "
+            "ranks of this program need; give another one"
+        )
+
+
+def _usual_mpi() -> str:
+    """Return what srun's --mpi is unless it is given."""
+    shown = re.search(r"^MpiDefault\s*=\s*(\S+)", _said(["scontrol", "show", "config"]) or "", re.M)
+    return shown[1] if shown else ""
 
 
 def check_slurm() -> None:
@@ -110,13 +146,13 @@ def queued() -> dict[str, str] | None:
 
 
 def end_of(job: str) -> str:
-    """Return how a job ended in SLURM's word, as ``TIMEOUT`` or ``CANCELLED``."""
+    """Return how a job ended in SLURM's word, as ``TIMEOUT`` or ``CANCELLED``; empty: not known."""
     told = _said(["scontrol", "--oneliner", "show", "job", job]) or ""
     shown = re.search(r"JobState=(\w+)", told)
     if shown:
         return shown[1]
     accounted = _said(["sacct", "--noheader", "--allocations", "--format=State", f"--jobs={job}"])
-    return next(iter((accounted or "").split()), "GONE")
+    return next(iter((accounted or "").split()), "")
 
 
 def _said(words: Sequence[str]) -> str | None:

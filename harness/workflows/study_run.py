@@ -8,22 +8,31 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from harness.cases.case_study import Arm, CaseStudy, Conclusion, Level, Row
+from harness.cases.case_study import (
+    Arm,
+    CaseStudy,
+    Conclusion,
+    EngineOf,
+    Level,
+    Row,
+    StudyCost,
+)
 from harness.cases.contract import Case
 from harness.cases.registry import all_cases, get_case
 from harness.engines.registry import engine_class
 from harness.errors import EngineMissingError, RequestError
-from harness.home import cache_place
+from harness.home import RESTARTS, cache_place
 from harness.observables.reference import ReferencePoints
+from harness.parameters.base import Parameters
 from harness.shown import Shown
 from harness.store.entries import Entries
 from harness.workflows.case_run import usual_engine
-from harness.workflows.earlier_runs import read_runs, script_digest
+from harness.workflows.earlier_runs import EarlierRuns, read_runs, script_digest
 from harness.workflows.opened import opened
 from harness.workflows.progress import Progress, silent
-from harness.workflows.sweep_local import Executor, Local
+from harness.workflows.sweep_local import CheckedExecutor, Executor, Local, Work
 from harness.workflows.sweep_plan import Asked, Plan, Point
-from harness.workflows.sweep_run import DONE, FAILED, as_frame, run_plan
+from harness.workflows.sweep_run import DONE, FAILED, UNDECIDED, as_frame, run_plan
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -31,7 +40,7 @@ if TYPE_CHECKING:
     from harness.shown.figure import Figure
 
 RUN_SECONDS = 7200
-"""That a run may take: the longest of a default level take a quarter of an hour on an idle core."""
+"""That a run may take, or its part between two restart files: half an hour on an idle core."""
 
 ExecutorOf = Callable[[int], Executor]
 """Returns what runs work with so many ranks of MPI in each run."""
@@ -55,7 +64,7 @@ class StudyResult(Shown):
     taken: int = 0
 
     def count(self, status: str) -> int:
-        """Return how many runs have a status: ``done``, ``failed`` or ``not tested``."""
+        """Return how many runs have a status, as ``done``, ``undecided`` or ``failed``."""
         return sum(row["status"] == status for row in self.runs)
 
     def record(self) -> dict[str, Any]:
@@ -65,6 +74,7 @@ class StudyResult(Shown):
             "level": self.level,
             "engine": self.engine,
             "runs": len(self.runs),
+            "undecided": self.count(UNDECIDED),
             "failed": self.count(FAILED),
             "missing": dict(self.missing),
             "test": self.conclusion.test,
@@ -78,7 +88,7 @@ class StudyResult(Shown):
 
     def told(self) -> dict[str, str]:
         """Return the verdict and how many runs it rests on."""
-        runs = f"{self.count(DONE)} done, {self.count(FAILED)} failed"
+        runs = ", ".join(f"{self.count(one)} {one}" for one in (DONE, UNDECIDED, FAILED))
         return {"verdict": " ".join(self.conclusion.verdict), "runs": runs, "level": self.level}
 
     def drawn(self) -> Figure:
@@ -110,6 +120,25 @@ def planned(name: str, level: Level) -> tuple[int, float]:
     return len(runs), sum(case.seconds(one, rules) for one, _ in runs)
 
 
+def cost_of(name: str, level: Level, engine_of: EngineOf, earlier: Path | None = None) -> StudyCost:
+    """Return what a level of a study costs, by the wall times in a runs.csv or as measured here.
+
+    Raise RequestError for a case without a study and for a bad file, EngineError where an engine
+    is to be measured and is not here.
+    """
+    case, asked = study_of(name)
+    if earlier is None:
+        return asked.cost(level, engine_of)
+    read_runs(earlier, case, asked.arms(level)[0].parameters[0])  # raises for a bad file
+    import pandas as pd
+
+    frame = pd.read_csv(earlier)
+    runs = frame[frame["status"] == DONE].to_dict("records")
+    if not runs:
+        raise RequestError(f"--runs {earlier}: has no run that is done")
+    return asked.cost(level, engine_of, [{str(key): row[key] for key in row} for row in runs])
+
+
 def study(
     name: str,
     level: Level = "default",
@@ -130,14 +159,17 @@ def study(
     engine is not here.
     """
     case, asked = study_of(name)
-    patient = partial(opened, options={"limits": str(RUN_SECONDS)})
-    local = Local(patient, Entries(cache_place().path))
+    place = cache_place().path
+    options = {"limits": str(RUN_SECONDS), "restarts": str(place / RESTARTS)}
+    local = Local(partial(opened, options=options), Entries(place))
     chosen = executor_of or (lambda _: local)
     arms, engine = asked.arms(level), usual_engine(case)
     known = earlier and read_runs(earlier, case, arms[0].parameters[0])
     rows: dict[str, Sequence[Row]] = {}
     missing: dict[str, str] = {}
     taken = 0
+    if executor_of is not None:
+        _check_all(case, engine, arms, executor_of, least_ranks, known or EarlierRuns({}))
     for ranks in sorted({max(arm.ranks, least_ranks) for arm in arms}):
         some = [arm for arm in arms if max(arm.ranks, least_ranks) == ranks]
         try:
@@ -158,6 +190,29 @@ def study(
     )
 
 
+def _check_all(
+    case: Case[Any],
+    engine: str,
+    arms: Sequence[Arm],
+    executor_of: ExecutorOf,
+    least_ranks: int,
+    known: EarlierRuns,
+) -> None:
+    """Raise RequestError for runs that an executor cannot make, before any is begun."""
+    runs: dict[int, list[Parameters]] = {}
+    for arm in arms:
+        ranks = max(arm.ranks, least_ranks)
+        left = [one for one in arm.parameters if not known.count(engine, ranks, [one])]
+        runs.setdefault(ranks, []).extend(left)
+    for ranks, some in runs.items():
+        try:
+            run = executor_of(ranks)
+        except (EngineMissingError, RequestError):  # said where these arms are run
+            continue
+        if isinstance(run, CheckedExecutor):
+            run.check(Work(case, engine, some))
+
+
 def _rows_of(
     case: Case[Any],
     engine: str,
@@ -171,4 +226,8 @@ def _rows_of(
     plan = Plan(Asked(case.name, {}, {}), case, (engine,), tuple(points))
     made = iter(run_plan(plan, run, progress).rows)
     how = {"ranks": ranks, "script": script_digest(case, engine)}
-    return {arm.name: [{**how, **next(made)} for _ in arm.parameters] for arm in arms}
+    found = [{**how, **next(made)} for arm in arms for _ in arm.parameters]
+    for row in found:
+        row["ranks"] = row["ranks"] or ranks  # what was asked for, of a run that did not end
+    rest = iter(found)
+    return {arm.name: [next(rest) for _ in arm.parameters] for arm in arms}

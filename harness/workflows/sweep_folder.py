@@ -10,6 +10,7 @@ from pathlib import Path
 
 from harness.atomic_write import held_folder
 from harness.errors import RequestError
+from harness.home import lock_file
 from harness.report.target import check_writable
 from harness.workflows.sweep_plan import Asked
 
@@ -30,7 +31,11 @@ def held_sweep(folder: Path, asked: Asked) -> Iterator[None]:
     there = {path.name for path in folder.iterdir() if not path.name.startswith(".")}
     if there and REQUEST not in there:
         raise RequestError(f"--output {folder}: holds something else than a sweep; name another")
-    with (folder / LOCK).open("w", encoding="utf-8") as lock:
+    with contextlib.ExitStack() as held:
+        try:
+            lock = held.enter_context(lock_file(folder / LOCK))
+        except OSError as error:
+            raise RequestError(f"--output {folder}: {LOCK}: {error.strerror}") from None
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:

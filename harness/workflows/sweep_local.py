@@ -7,7 +7,7 @@ import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from harness import __version__
 from harness.cases.contract import Case, Measured
@@ -48,6 +48,14 @@ class Executor(Protocol):
 
     def __call__(self, work: Work) -> Iterator[tuple[int, Ran]]:
         """Yield the place and the outcome of each run as soon as it is known, in any order."""
+
+
+@runtime_checkable
+class CheckedExecutor(Protocol):
+    """An executor that can say beforehand what it cannot run."""
+
+    def check(self, work: Work) -> None:
+        """Raise RequestError for work that cannot be run; nothing is begun."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +118,9 @@ class Local:
 
     def _kept(self, work: Work, key: str) -> Measured | None:
         kept = None if self.fresh or self.entries is None else self.entries.get(key)
-        return None if kept is None else Measured(json.loads(kept), version_of_solver(work.engine))
+        if kept is None:
+            return None
+        return Measured(json.loads(kept), version_of_solver(work.engine), ranks=1)
 
 
 def solved(case: Case[Any], parameters: Parameters, solver: str) -> Ran:
@@ -119,7 +129,7 @@ def solved(case: Case[Any], parameters: Parameters, solver: str) -> Ran:
         found = case.solve(parameters, solver)
     except HarnessError as error:
         return error
-    return Measured(found.values, version_of_solver(solver), found.seconds)
+    return Measured(found.values, version_of_solver(solver), found.seconds, 1)
 
 
 def version_of_solver(solver: str) -> Provenance:

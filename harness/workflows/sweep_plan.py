@@ -6,20 +6,24 @@ import itertools
 import math
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from harness.cases.contract import Case
 from harness.cases.registry import get_case
 from harness.engines.registry import engine_class, engine_names
-from harness.errors import RequestError
+from harness.errors import CombinationError, RequestError
 from harness.parameters.base import Parameters
+from harness.store.bounded_text import bounded_text
 from harness.workflows.case_run import usual_engine
 from harness.workflows.case_settings import parameters_of
 from harness.workflows.sweep_values import MOST_VALUES, as_text, flat, values_of
 
 ALL = "all"
+LARGEST_FILE = 1_000_000
+"""Bytes of a sweep file."""
+
 KEYS = ("case", "engines", "quantity", "set", "over")
 
 
@@ -43,13 +47,26 @@ class Point:
 
 
 @dataclass(frozen=True)
+class RefusedPoint:
+    """A combination that the case refuses: what was swept and set, as text, and why."""
+
+    swept: Mapping[str, str]
+    settings: Mapping[str, str]
+    reason: str
+
+
+@dataclass(frozen=True)
 class Plan:
-    """All that a sweep runs, checked: the points, each in every engine or solver."""
+    """All that a sweep runs, checked: the points, each in every engine or solver.
+
+    ``refused`` are combinations that are not run, by their places among all.
+    """
 
     asked: Asked
     case: Case[Any]
     engines: tuple[str, ...]
     points: tuple[Point, ...]
+    refused: Mapping[int, RefusedPoint] = field(default_factory=dict)
 
     def solves(self, engine: str) -> bool:
         """Return whether this is a solver of the case, of this package."""
@@ -57,7 +74,7 @@ class Plan:
 
     @property
     def runs(self) -> int:
-        """Return how many runs there are."""
+        """Return how many runs there are, without what is refused."""
         return len(self.points) * len(self.engines)
 
     def seconds(self) -> float:
@@ -79,12 +96,19 @@ def asked_in(file: Path) -> Asked:
     tables of parameters.
     """
     try:
-        with file.open("rb") as stream:
-            found = tomllib.load(stream)
+        return _asked(file, tomllib.loads(bounded_text(file, LARGEST_FILE)))
     except OSError as error:
         raise RequestError(f"{file}: {error.strerror or error}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise RequestError(f"{file}: is not TOML ({error})") from None
+    except RecursionError:
+        raise RequestError(f"{file}: is nested too deep; must be lists of values") from None
+    except RequestError:
+        raise
+    except ValueError as error:  # of tomllib, of decoding, of a number with too many digits
+        raise RequestError(f"{file}: is not TOML ({str(error)[:200]})") from None
+
+
+def _asked(file: Path, found: Mapping[str, Any]) -> Asked:
+    """Return the sweep of the contents of a file."""
     for key, value in found.items():
         if key not in KEYS:
             raise RequestError(f"{file}: {key!r} is not known: must be one of {', '.join(KEYS)}")
@@ -105,7 +129,8 @@ def asked_in(file: Path) -> Asked:
 def plan(asked: Asked) -> Plan:
     """Return the runs of a sweep; nothing is run.
 
-    Raise RequestError for a name or a value that is not allowed, by itself or beside the others.
+    Values that are not allowed together are a point that is refused; raise RequestError for a name
+    or a value that is not allowed by itself, and where every point is refused.
     """
     case = get_case(asked.case)
     if not asked.over:
@@ -118,17 +143,26 @@ def plan(asked: Asked) -> Plan:
     runs = math.prod(len(some) for some in values.values()) * len(engines)
     if runs > MOST_VALUES:
         raise RequestError(f"--over: {runs} runs are asked for: must be at most {MOST_VALUES}")
-    points = []
-    for combination in itertools.product(*values.values()):
+    points, refused = [], {}
+    for place, combination in enumerate(itertools.product(*values.values())):
         swept = dict(zip(values, combination, strict=True))
-        points.append(Point(swept, _parameters(case, asked.fixed, swept)))
+        try:
+            points.append(Point(swept, _parameters(case, asked.fixed, swept)))
+        except CombinationError as error:
+            refused[place] = RefusedPoint(swept, {**asked.fixed, **swept}, str(error))
+    if not points:
+        where = ", ".join(f"{name}={value}" for name, value in refused[0].swept.items())
+        every = f" (so are all {len(refused)} points)" if len(refused) > 1 else ""
+        raise RequestError(f"--over {where}: {refused[0].reason}{every}")
     _check_quantity(case, asked.quantity)
-    return Plan(asked, case, engines, tuple(points))
+    return Plan(asked, case, engines, tuple(points), refused)
 
 
 def _parameters(case: Case[Any], fixed: Mapping[str, str], swept: Mapping[str, str]) -> Parameters:
     try:
         return parameters_of(case, {**fixed, **swept})
+    except CombinationError as error:
+        raise CombinationError(str(error).removeprefix("--set: ")) from None
     except RequestError as error:
         if str(error) == _fault(case, fixed):  # not of what is swept
             raise

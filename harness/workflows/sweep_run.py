@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from harness.cases.contract import Measured
-from harness.errors import EngineError, EngineMissingError, RequestError
+from harness.errors import (
+    EngineError,
+    EngineMissingError,
+    EngineUndecidedError,
+    HarnessError,
+    RequestError,
+)
 from harness.home import cache_place
 from harness.observables.declared import Observable
 from harness.parameters.base import Parameters
@@ -18,8 +25,8 @@ from harness.store.entries import Entries
 from harness.workflows.case_list import parameters_in
 from harness.workflows.case_settings import PRESET
 from harness.workflows.progress import Progress, silent
-from harness.workflows.sweep_local import Executor, Local, Ran, Work
-from harness.workflows.sweep_plan import ALL, Asked, Plan, Point, plan
+from harness.workflows.sweep_local import CheckedExecutor, Executor, Local, Ran, Work
+from harness.workflows.sweep_plan import ALL, Asked, Plan, Point, RefusedPoint, plan
 from harness.workflows.sweep_values import as_text
 
 if TYPE_CHECKING:
@@ -29,6 +36,11 @@ if TYPE_CHECKING:
     from harness.shown.figure import Figure
 
 DONE, FAILED, NOT_TESTED = "done", "failed", "not tested"
+UNDECIDED, REFUSED, PENDING = "undecided", "refused", "pending"
+"""A run that ended without the event it waits for; values that a case refuses together; a run that
+has not ended, in the table of a sweep that has not either."""
+
+STATUSES = (DONE, UNDECIDED, FAILED, NOT_TESTED, REFUSED, PENDING)
 
 Row = Mapping[str, Any]
 
@@ -49,16 +61,15 @@ class Sweep(Shown):
     missing: Mapping[str, str] = field(default_factory=dict)
 
     def count(self, status: str) -> int:
-        """Return how many rows have a status: ``done``, ``failed`` or ``not tested``."""
+        """Return how many rows have a status, one of :data:`STATUSES`."""
         return sum(row["status"] == status for row in self.rows)
 
     def record(self) -> dict[str, Any]:
         """Return it as a JSON-ready mapping."""
-        counts = {"done": DONE, "failed": FAILED, "not_tested": NOT_TESTED}
         return {
             "case": self.case,
             "over": list(self.over),
-            **{name: self.count(status) for name, status in counts.items()},
+            **{one.replace(" ", "_"): self.count(one) for one in STATUSES if one != PENDING},
             "missing_engines": dict(self.missing),
             "rows": [dict(row) for row in self.rows],
         }
@@ -69,7 +80,7 @@ class Sweep(Shown):
 
     def told(self) -> dict[str, str]:
         """Return how many runs there are, over what, and in which engines."""
-        counts = ((self.count(status), status) for status in (DONE, FAILED, NOT_TESTED))
+        counts = ((self.count(status), status) for status in STATUSES)
         return {
             "runs": ", ".join(f"{number} {status}" for number, status in counts if number),
             "case": f"{self.case} over {', '.join(self.over)}",
@@ -118,7 +129,10 @@ def as_frame(rows: Sequence[Row]) -> pd.DataFrame:
     """Return flat rows as a table; what a row does not have is NaN."""
     import pandas as pd
 
-    return pd.DataFrame([{k: math.nan if v is None else v for k, v in r.items()} for r in rows])
+    frame = pd.DataFrame([{k: math.nan if v is None else v for k, v in r.items()} for r in rows])
+    if "ranks" in frame and frame["ranks"].isna().any():  # whole numbers also where a run has none
+        frame = frame.astype({"ranks": "Int64"})
+    return frame
 
 
 def sweep(
@@ -147,33 +161,60 @@ def sweep(
     return run_plan(plan(asked), executor, progress)
 
 
-def run_plan(chosen: Plan, executor: Executor | None = None, progress: Progress = silent) -> Sweep:
-    """Run a sweep that was checked."""
+Partial = Callable[[Callable[[], Sequence[Row]]], None]
+"""Takes a function that returns the rows so far, whenever a run is over."""
+
+
+def run_plan(
+    chosen: Plan,
+    executor: Executor | None = None,
+    progress: Progress = silent,
+    partial: Partial | None = None,
+) -> Sweep:
+    """Run a sweep that was checked; ``partial`` is given the rows as runs are over."""
     run = executor or Local(entries=Entries(cache_place().path))
     parameters = [point.parameters for point in chosen.points]
-    rows: list[Row] = []
+    ran: dict[str, dict[int, Ran]] = {engine: {} for engine in chosen.engines}
     missing: dict[str, str] = {}
+
+    def rows() -> list[Row]:
+        return [
+            row for engine, outcomes in ran.items() if engine not in missing
+            for row in _rows(chosen, engine, outcomes)
+        ]  # fmt: skip
+
+    works = [Work(chosen.case, engine, parameters) for engine in chosen.engines]
+    if isinstance(run, CheckedExecutor):
+        for work in works:
+            run.check(work)
     # a cluster is given all of it before any is waited for
-    streams = [_stream(run, Work(chosen.case, engine, parameters)) for engine in chosen.engines]
+    streams = [_stream(run, work) for work in works]
     for engine, stream in zip(chosen.engines, streams, strict=True):
-        ran: dict[int, Ran] = {}
+        own = ran[engine]
         progress(engine, 0, len(parameters))
         try:
             for place, outcome in stream:
-                ran[place] = outcome
-                progress(engine, len(ran), len(parameters))
+                own[place] = outcome
+                progress(engine, len(own), len(parameters))
+                if partial is not None:
+                    partial(rows)
         except EngineMissingError as error:
             if ALL not in chosen.asked.engines.split(","):
                 raise
             missing[engine] = str(error)
-            continue
         except EngineError as error:  # the engine died as a whole
-            ran = {place: ran.get(place, error) for place in range(len(parameters))}
-        points = enumerate(chosen.points)
-        rows += [_row(chosen, engine, point, ran[place]) for place, point in points]
+            ran[engine] = {place: own.get(place, error) for place in range(len(parameters))}
     over = _columns(chosen.points[0], chosen.asked.over)
     quantities = tuple(quantity_key(quantity) for quantity in chosen.case.quantities)
-    return Sweep(chosen.case.name, tuple(rows), over, quantities, chosen.asked.quantity, missing)
+    return Sweep(chosen.case.name, tuple(rows()), over, quantities, chosen.asked.quantity, missing)
+
+
+def _rows(chosen: Plan, engine: str, ran: Mapping[int, Ran]) -> list[Row]:
+    """Return a row for each point, in the order in which they were asked for."""
+    rows = [_row(chosen, engine, one, ran.get(i)) for i, one in enumerate(chosen.points)]
+    for place, refused in sorted(chosen.refused.items()):
+        rows.insert(place, _refused_row(chosen, engine, refused))
+    return rows
 
 
 def _stream(run: Executor, work: Work) -> Iterator[tuple[int, Ran]]:
@@ -189,23 +230,56 @@ def _raising(error: EngineError) -> Iterator[tuple[int, Ran]]:
     yield
 
 
-def _row(chosen: Plan, engine: str, point: Point, ran: Ran) -> Row:
-    found = ran.values if isinstance(ran, Measured) else {}
-    who = ran.provenance if isinstance(ran, Measured) else None
-    status = DONE
-    if not isinstance(ran, Measured):
-        status = NOT_TESTED if isinstance(ran, RequestError) else FAILED
+def _row(chosen: Plan, engine: str, point: Point, ran: Ran | None) -> Row:
+    ended = ran if isinstance(ran, Measured | EngineUndecidedError) else None
+    found: Mapping[str, float] = ended.values if ended else {}
+    who = ended.provenance if ended else None
     preset = {PRESET: point.swept[PRESET]} if PRESET in point.swept else {}
     return {
         "engine": engine,
         "engine_version": who.engine_version if who else "",
+        "ranks": ended.ranks if ended else None,
         **preset,
         **parameter_columns(point.parameters),
         **{quantity_key(q): found.get(q.name) for q in chosen.case.quantities},
-        "status": status,
-        "reason": "" if isinstance(ran, Measured) else " ".join(str(ran).split()),
-        "wall_time_s": ran.seconds if isinstance(ran, Measured) else None,
+        "status": _status(ran),
+        "reason": " ".join(str(ran).split()) if isinstance(ran, HarnessError) else "",
+        "wall_time_s": ended.seconds if ended else None,
     }
+
+
+def _status(ran: Ran | None) -> str:
+    if ran is None:
+        return PENDING
+    if isinstance(ran, Measured):
+        return DONE
+    if isinstance(ran, EngineUndecidedError):
+        return UNDECIDED
+    return NOT_TESTED if isinstance(ran, RequestError) else FAILED
+
+
+def _refused_row(chosen: Plan, engine: str, refused: RefusedPoint) -> Row:
+    """Return the row of values that are not allowed together: those that are known, and why."""
+    same = [p for p in chosen.points if p.swept.get(PRESET) == refused.swept.get(PRESET)]
+    example = (same or chosen.points)[0]
+    row = dict(_row(chosen, engine, example, None))
+    units = {name: info.unit for name, info in parameters_in(example.parameters)}
+    for name, text in refused.settings.items():
+        for column in [c for c in row if c.startswith(f"{name}.")]:
+            row[column] = None
+        parameter = f"{name}.name" if f"{name}.name" in units else name
+        row[key_of(parameter, units.get(parameter, ""))] = _plain_value(text)
+    if not same:  # of another preset
+        known = {key_of(name, units.get(name, "")) for name in refused.settings}
+        row |= {key_of(n, u): None for n, u in units.items() if key_of(n, u) not in known}
+    return {**row, "status": REFUSED, "reason": " ".join(refused.reason.split())}
+
+
+def _plain_value(text: str) -> float | int | str:
+    for kind in (int, float):
+        with contextlib.suppress(ValueError):
+            return kind(text)
+    return text
 
 
 def parameter_columns(parameters: Parameters) -> dict[str, Any]:

@@ -6,14 +6,15 @@ import platform
 import time
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager, ExitStack
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from harness import __version__
-from harness.cases.contract import Study
+from harness.cases.contract import Case, Study
 from harness.comparison.known_defects import KnownDefect, defect_of, told_apart
-from harness.comparison.regression import Baseline, Regression
+from harness.comparison.regression import Baseline, Regression, explained_by_cells
 from harness.comparison.verdicts import Check
 from harness.comparison.verification import Verification
 from harness.engines.contract import Engine
@@ -45,18 +46,18 @@ def verify(
 
     ``level`` is ``quick``, ``default`` or ``full``. ``cases`` are names, groups or ``all``: those
     that run by default unless given. ``engine`` is an open one, the default one unless given;
-    ``engines`` are held beside it: names, or ``all``; ``open_one`` opens one by its name. The
-    results are held against a ``baseline``: read, in a folder, the committed one for None, none
-    for False. With ``strict`` what is not tested counts as a failure.
+    ``engines`` are held beside it, opened by ``open_one``: names, or ``all``. ``baseline`` is read,
+    in a folder, the committed one for None, none for False. With ``strict`` not tested fails.
 
-    An engine that fails leaves rows that say so and status 3, a case that raises a failed row;
-    the rest goes on. Raise RequestError for an unknown level, case or engine, and a damaged file.
+    An engine that fails leaves rows that say so and status 3, as does a case asked for by name or
+    group of which no engine tested anything; a case that raises is a failed row; the rest goes on.
+    Raise RequestError for an unknown level, case or engine, and a damaged file.
     """
+    cases = ",".join(cases) if cases is not None and not isinstance(cases, str) else cases
     chosen, asked = chosen_cases(cases), asked_engines(engines)
     study = Study(checked_level(level), progress, open_one, cases=tuple(chosen))
     known = None if baseline is False else chosen_baseline(baseline)
-    defects = known_defects()
-    started, clock = datetime.now(UTC), time.monotonic()
+    begun, clock = datetime.now(UTC).isoformat(timespec="seconds"), time.monotonic()
     with ExitStack() as own:
         run = MainRun(chosen, study)
         run.open(engine, own)
@@ -64,13 +65,12 @@ def verify(
         beside = EnginesBeside(asked, chosen, study, run.engine).run()
         scripts, logs = run.scripts(beside), run.engine.logs() if run.engine else {}
     measured = Measured(study.level, run.who, chosen, run.findings, run.broken)
-    regression = Regression() if known is None else baseline_rows(measured, known, beside.records)
-    checks = told_apart((*run.checks, *beside.checks), defects, _versions(run, beside))
-    died = [check.note for check in checks[: len(run.checks)] if check.engine_died]
+    checks = told_apart((*run.checks, *beside.checks), known_defects(), _versions(run, beside))
+    regression = _regression(measured, known, beside, checks)
     return Verification(
         level=study.level,
         cases=tuple(case.name for case in chosen),
-        started=started.isoformat(timespec="seconds"),
+        started=begun,
         seconds=time.monotonic() - clock,
         platform=f"{here()}, Python {platform.python_version()}",
         harness_version=__version__,
@@ -81,15 +81,46 @@ def verify(
         beside=beside.findings,
         engines=tuple(beside.declared),
         scripts=scripts,
-        engine_errors=(*died, *beside.errors),
+        engine_errors=(*_died(checks[: len(run.checks)]), *beside.errors),
+        untested_cases=_untested_cases(chosen, cases, run, beside),
         records=tuple(measured.records),
         divergences=(*run.divergences, *regression.divergences),
         baseline=known.where if known else "",
         baseline_sha256=known.digest if known else "",
         logs=logs,
         strict=strict,
-        defects=_found(defects, checks),
+        defects=_found(known_defects(), checks),
     )
+
+
+def _regression(
+    measured: Measured, known: Baseline | None, beside: Beside, checks: Sequence[Check]
+) -> Regression:
+    """Return the rows against the baseline, those that judged ``checks`` explain told apart."""
+    if known is None:
+        return Regression()
+    found = baseline_rows(measured, known, beside.records)
+    return replace(found, checks=explained_by_cells(found.checks, checks))
+
+
+def _died(checks: Sequence[Check]) -> list[str]:
+    return [check.note for check in checks if check.engine_died]
+
+
+def _untested_cases(
+    chosen: Sequence[Case[Any]], wanted: str | Iterable[str] | None, run: MainRun, beside: Beside
+) -> tuple[str, ...]:
+    """Return the cases asked for by name or group of which no engine has a judged row.
+
+    Own solvers do not count: they are no test of an engine.
+    """
+    names = () if wanted is None else wanted.split(",") if isinstance(wanted, str) else wanted
+    if not names or "all" in {name.strip() for name in names}:
+        return ()
+    by_engine = (run.main, *beside.findings.values())
+    rows = {case.name: [c for by in by_engine if case.name in by for c in by[case.name].checks]
+            for case in chosen if case.name not in run.raised}  # fmt: skip
+    return tuple(name for name, checks in rows.items() if not any(c.judged for c in checks))
 
 
 def _found(

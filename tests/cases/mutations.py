@@ -1,7 +1,8 @@
 """Faults of an engine's outputs, each by its name, for the standing test of the judges.
 
 A mutation changes the output of a job; which jobs it is planted in is said apart, by a target.
-Outputs are recorded once and replayed under each mutation.
+Outputs are recorded once and replayed under each mutation. :data:`SHOWN_BY` names what each must
+turn: a row by its name, or by the words of its note where the output is refused when it is read.
 """
 
 from __future__ import annotations
@@ -180,6 +181,32 @@ def _with_nan(column):
     return changed
 
 
+def one_sample(name, where, by=0.01):
+    """Return a mutation of one sample of a column, by a part of its largest value.
+
+    ``where`` is a part of the rows; of a tower it is the second particle's.
+    """
+
+    def change(table):
+        there = next(key for key in table if key == name or (name == FORCE and key.endswith("_N")))
+        column = np.array(table[there], dtype=float)
+        row = round(where * (len(column) - 1))
+        place = row if column.ndim == 1 else (row, min(1, column.shape[1] - 1))
+        column[place] += by * np.abs(column).max()
+        return {**table, there: column}
+
+    return on_table(change)
+
+
+def single_samples(names):
+    """Return one wrong sample of each column: the first, the last, two in between."""
+    return {
+        f"one {name} off at {where:.0%}": one_sample(name, where)
+        for name in names
+        for where in (0.0, 0.35, 0.7, 1.0)
+    }
+
+
 TABLE = {
     **ROWS,
     "no table": lambda _, output: replace(output, tables={}) if output.tables else output,
@@ -196,8 +223,34 @@ PATHS = {
     "x_m and vx_m_per_s swapped": _swapped("x_m", "vx_m_per_s"),
 }
 
+
+def _late_breaks(table):
+    """Return a table whose contacts open most of a sample early, by forces near 0.
+
+    The force of a closed contact is lowered over its last three samples by 0.8 of what it changes
+    from one to the next. No other sample is touched.
+    """
+    name = next(key for key in table if key.endswith("_N"))
+    force = np.array(table[name], dtype=float)
+    assert name == "contact_force_N"
+    for contact in force.T:
+        for row in np.flatnonzero((contact[:-1] > 0.0) & (contact[1:] <= 0.0)):
+            if row > 3 and (contact[row - 3 : row + 1] > 0.0).all():
+                lower = 0.8 * (contact[row - 1] - contact[row])
+                contact[row - 2 : row + 1] -= min(lower, 0.9 * contact[row])
+    return {**table, name: force}
+
+
+def _late_clock(table):
+    """Return a table with one sample half a step late."""
+    step = np.array(table["step"], dtype=float)
+    step[len(step) // 2] += 0.5
+    return {**table, "step": step}
+
+
 TOWERS = {
     **TABLE,
+    "one sample half a step late": on_table(_late_clock),
     **columns(("step", "x_m", "vx_m_per_s", FORCE)),
     "x_m and vx_m_per_s swapped": _swapped("x_m", "vx_m_per_s"),
     "the last particle lost": on_table(
@@ -207,6 +260,12 @@ TOWERS = {
         lambda t: _with(t, "x_m", lambda x: x[:, [1, 0, *range(2, x.shape[1])]])
     ),
 }
+
+PATH_SAMPLES = single_samples(PATH[1:])
+TOWER_SAMPLES = single_samples(("x_m", "vx_m_per_s", FORCE))
+
+CONTACT_CHANGES = {"contacts open early": on_table(_late_breaks)}
+"""Of towers whose table holds the force of each contact."""
 
 
 def on_results(change):
@@ -291,6 +350,14 @@ RESULTS = {
     ),
 }
 
+
+def _late_crest(rows, case):
+    """Return crests, the second one two steps late: far less than the time between two."""
+    late = np.zeros_like(rows)
+    late[1:2, 1] = 2.0 * case.step
+    return rows + late if len(rows) > 2 else rows
+
+
 CRESTS = {
     "first crest lost": _of_crests(lambda rows, _: rows[1:]),
     "last crest lost": _of_crests(lambda rows, _: rows[:-1]),
@@ -305,6 +372,7 @@ CRESTS = {
     "energy at the crests halved": _of_crests(lambda rows, _: rows * [1.0, 1.0, 0.5, 1.0]),
     "energy at the crests negated": _of_crests(lambda rows, _: rows * [1.0, 1.0, -1.0, 1.0]),
     "time at the crests halved": _of_crests(lambda rows, _: rows * [1.0, 0.5, 1.0, 1.0]),
+    "second crest two steps late": _of_crests(_late_crest),
     "time and energy at the crests swapped": _of_crests(lambda rows, _: rows[:, [0, 2, 1, 3]]),
 }
 
@@ -365,3 +433,92 @@ OF_A_DROP = {
     "stiffness 1 % off": scaled(stiffness=1.01),
     "half the restitution": scaled(restitution=0.5),
 }
+
+
+LOST_ROWS, ORDER = r"left \d+ rows of a series of \d+", "a series that is out of order"
+NO_TABLE, NOT_NUMBERS = "left no table with", "values that are not numbers"
+CLOCK, SAMPLE_TIMES = r"took \d+ steps of \S+ s and tells of", "at other times than were asked for"
+LAST_CREST, CREST_COUNT = "another time or energy than at its last crest", r"after \d+ crests of"
+CONTRADICTION = "that contradict each other: particle"
+FALL = r"free fall|angular momentum|restitution head-on|static contact"
+CREST_ENERGY, CREST_TIME = "energy, the worst of", "time, the worst of"
+
+SHOWN_BY = {
+    **dict.fromkeys(ROWS, LOST_ROWS),
+    "rows in reverse": ORDER,
+    "a row twice": rf"{ORDER}|{LOST_ROWS}",
+    "no rows": rf"left an incomplete series|{LOST_ROWS}",
+    "no table": NO_TABLE,
+    **{f"{name} lost": NO_TABLE for name in (*PATH, "step", FORCE)},
+    **{f"{name} not a number in one row": NOT_NUMBERS for name in (*PATH, "step", FORCE)},
+    **{f"{name} negated": ORDER for name in ("time_s", "step")},
+    **{f"step {change}": SAMPLE_TIMES for change in ("doubled", "halved")},
+    "one sample half a step late": SAMPLE_TIMES,
+    "the last particle lost": r"left x_m of \d+, not \d+",
+    **{f"result {lost} left out": rf"left an incomplete result \('{lost}'\)" for lost in TOLD},
+    "time_s doubled": CLOCK,
+    "margin_J and time_s swapped": CLOCK,
+    "steps doubled": rf"{CLOCK}|{LOST_ROWS}",
+    "time_s and steps doubled": rf"{LAST_CREST}|{LOST_ROWS}",
+    "time_s and steps halved": rf"passed a crest after the end of its run|{LOST_ROWS}",
+    **{
+        name: rf"{LAST_CREST}|energy told and of its path"
+        for name in RESULTS
+        if name.startswith("margin_J ") and "swapped" not in name
+    },
+    "moves on said to be trapped": CREST_COUNT,
+    "trapped said to move on": CREST_COUNT,
+    "no result at all": r"left an incomplete result|ends at .* s, undecided, before the time limit",
+    "six digits of the numbers": rf"{CREST_ENERGY}|scale invariance",
+    **{name: CREST_COUNT for name in CRESTS if " lost" in name or " twice" in name},
+    **{name: rf"{CREST_ENERGY}|{LAST_CREST}" for name in CRESTS if name.startswith("energy at")},
+    "time at the crests halved": rf"{CREST_TIME}|{LAST_CREST}",
+    "second crest two steps late": CREST_TIME,
+    "time and energy at the crests swapped": CREST_COUNT,
+    "second sphere displaced by 1e-4 d": rf"{CREST_ENERGY}|{LAST_CREST}",
+    "contacts open early": "contact changes, largest time difference",
+}
+"""What a fault turns, in every case and target unless :data:`SHOWN_THERE` says otherwise."""
+
+_PLACES = ("x_m", "y_m", "x_m and y_m", "x_m and vx_m_per_s")
+_SPEEDS = ("vx_m_per_s", "vy_m_per_s", "velocities")
+_CHANGES = ("doubled", "halved", "negated", "swapped")
+_WHOLE = {f"{name} {change}" for name in (*_PLACES, *_SPEEDS, FORCE) for change in _CHANGES}
+
+SHOWN_THERE = {
+    "tower": {
+        **dict.fromkeys(_WHOLE, CONTRADICTION),
+        **dict.fromkeys(TOWER_SAMPLES, CONTRADICTION),
+        "six digits of the table": CONTRADICTION,
+        "the first two particles swapped": CONTRADICTION,
+        "gravity 1e-3 off": CONTRADICTION,
+        "speed 1e-4 off": "force, largest difference over the peak",
+        "stiffness 1e-4 off": CONTRADICTION,  # it has another step
+        "mass 1e-4 off": CONTRADICTION,
+    },
+    "incline": {
+        **{f"{name} {change}": "largest distance" for name in _PLACES for change in _CHANGES},
+        **{f"{name} {change}": "largest velocity apart" for name in _SPEEDS for change in _CHANGES},
+        **dict.fromkeys(single_samples(PATH[1:3]), "largest distance|energy told|rise of energy"),
+        **dict.fromkeys(single_samples(PATH[3:]), "velocity apart|energy told|rise of energy"),
+        "time_s halved": r"samples does not have the \d+ times of the plan",
+        "six digits of the table": "samples missing in between",
+        **dict.fromkeys(VALUES, rf"{CREST_ENERGY}|{CLOCK}"),
+        **dict.fromkeys(DAMPING, "largest velocity apart"),
+    },
+    "drop": {
+        **dict.fromkeys(_WHOLE, FALL),
+        "time_s doubled": "free fall",
+        "time_s halved": "free fall",
+        "six digits of the table": "free fall",
+        "gravity 1 % off": "free fall",
+        "stiffness 1 % off": "static contact",
+        "half the restitution": "restitution head-on",
+    },
+}
+"""What a fault turns in a case of its own."""
+
+
+def shown_by(case, fault):
+    """Return the pattern of the row, or of its note, that a fault of a case must turn."""
+    return SHOWN_THERE[case].get(fault) or SHOWN_BY[fault]

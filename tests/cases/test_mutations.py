@@ -1,9 +1,11 @@
 """The standing test of the judges: a fault that is planted in an engine's outputs must show.
 
-Each must fail a row of the case's own verification at level quick; the regression against the
-baseline, which comes later, is not among them.
+Each must fail the row that is there for it (``mutations.shown_by``) in the case's own verification
+at level quick; the regression against the baseline, which comes later, is not among them. Made
+blind for one fault, a judge is so found out, whatever else fails.
 """
 
+import re
 from dataclasses import replace
 
 import pytest
@@ -11,8 +13,9 @@ import pytest
 from harness.cases.contract import Study
 from harness.cases.drop.case import CASE as DROP
 from harness.cases.incline import checks as incline_checks
+from harness.cases.incline import reference_paths
 from harness.cases.incline.case import CASE as INCLINE
-from harness.cases.tower import against_exact
+from harness.cases.tower import against_exact, engine_runs
 from harness.cases.tower import checks as tower_checks
 from harness.cases.tower.case import CASE as TOWER
 from harness.comparison.triage import Triage
@@ -98,11 +101,14 @@ def planted(engine, kept, target, output=None, values=None):
     )
 
 
-def assert_seen(case, engine):
+def assert_seen(case, engine, fault):
     checks = case.verify(engine, QUICK).checks
     assert engine.acted
     failed = [row for row in checks if row.verdict is Verdict.FAIL]
-    assert failed
+    shown = [f"{row.name}: {row.note}" for row in failed]
+    # a run that contradicts itself, or what was asked for, is told before any of its rows
+    pattern = f"{mutations.shown_by(case.name, fault)}|says that it ran with"
+    assert any(re.search(pattern, row) for row in shown), (pattern, shown)
     assert not any(row.kind is Kind.REGRESSION for row in failed)
     assert [row.note for row in failed if row.triage is Triage.HARNESS] == []
 
@@ -110,7 +116,7 @@ def assert_seen(case, engine):
 def all_of(case, mutations_of, *without):
     """Return parameters of a test, by their names; ``without`` are faults that do not act."""
     return [
-        pytest.param(case, target, mutation, id=f"{target}, {name}")
+        pytest.param(case, target, name, mutation, id=f"{target}, {name}")
         for target, mutations in mutations_of.items()
         for name, mutation in mutations.items()
         if (target, name) not in without
@@ -127,7 +133,10 @@ OUTPUTS = [
             "passages": mutations.RESULTS,
             "sampled passages": mutations.PATHS | mutations.RESULTS,
             "steady runs": mutations.RESULTS | mutations.CRESTS,
-            "motions": mutations.PATHS | mutations.RESULTS | mutations.CRESTS,
+            "motions": mutations.PATHS
+            | mutations.PATH_SAMPLES
+            | mutations.RESULTS
+            | mutations.CRESTS,
             "recursion": mutations.RESULTS | mutations.CRESTS,
         },
         # all are trapped, or all move on
@@ -139,6 +148,7 @@ OUTPUTS = [
         ("sampled passages", "six digits of the numbers"),
     ),
     *all_of(TOWER, dict.fromkeys(("all towers", "tower of 2", "ladder"), mutations.TOWERS)),
+    *all_of(TOWER, {"all towers": mutations.TOWER_SAMPLES}),
     *all_of(DROP, {"all drops": mutations.PATHS}),
 ]
 
@@ -155,8 +165,10 @@ VALUES = [
     *all_of(DROP, {"all drops": mutations.OF_A_DROP}),
 ]
 
-faults = pytest.mark.parametrize(("case", "target", "mutation"), OUTPUTS)
-values = pytest.mark.parametrize(("case", "target", "change"), VALUES)
+CHANGES = all_of(TOWER, {"tower of 2": mutations.CONTACT_CHANGES})
+
+faults = pytest.mark.parametrize(("case", "target", "fault", "mutation"), OUTPUTS)
+values = pytest.mark.parametrize(("case", "target", "fault", "change"), VALUES)
 
 
 @pytest.mark.parametrize("case", ALIKE, ids=lambda case: case.name)
@@ -166,13 +178,56 @@ def test_an_engine_without_a_fault_passes(case):
 
 
 @faults
-def test_a_fault_of_an_output_shows(case, target, mutation):
-    assert_seen(case, planted(ALIKE[case](), KEPT, target, mutation))
+def test_a_fault_of_an_output_shows(case, target, fault, mutation):
+    assert_seen(case, planted(ALIKE[case](), KEPT, target, mutation), fault)
+
+
+@pytest.mark.parametrize(("case", "target", "fault", "mutation"), CHANGES)
+def test_a_contact_that_changes_at_another_time_shows(case, target, fault, mutation):
+    assert_seen(case, planted(ALIKE[case](), KEPT, target, mutation), fault)
+
+
+def _no_contact_changes(monkeypatch):
+    row = against_exact._events
+
+    def blind(name, found, triage):
+        return replace(row(name, found, triage), verdict=Verdict.PASS)
+
+    monkeypatch.setattr(against_exact, "_events", blind)
+
+
+def _no_sample_times(monkeypatch):
+    monkeypatch.setattr(engine_runs, "_check_times", lambda *_: None)
+
+
+def _no_times_at_crests(monkeypatch):
+    rows = reference_paths._at_crests
+
+    def blind(name, run, own, held):
+        return rows(name, replace(run, crests=own.crests), own, held)
+
+    monkeypatch.setattr(reference_paths, "_at_crests", blind)
+
+
+@pytest.mark.parametrize(
+    ("blind", "case", "target", "fault"),
+    [
+        (_no_contact_changes, TOWER, "tower of 2", "contacts open early"),
+        (_no_sample_times, TOWER, "tower of 2", "one sample half a step late"),
+        (_no_times_at_crests, INCLINE, "motions", "second crest two steps late"),
+    ],
+    ids=["contact changes", "sample times", "times at crests"],
+)
+def test_a_judge_made_blind_is_found_out(monkeypatch, blind, case, target, fault):
+    known = mutations.CONTACT_CHANGES | mutations.TOWERS | mutations.CRESTS
+    blind(monkeypatch)
+    with pytest.raises(AssertionError):
+        assert_seen(case, planted(ALIKE[case](), KEPT, target, known[fault]), fault)
 
 
 @values
-def test_other_values_than_were_asked_for_show(case, target, change):
-    assert_seen(case, planted(ALIKE[case](), KEPT, target, values=change))
+def test_other_values_than_were_asked_for_show(case, target, fault, change):
+    assert_seen(case, planted(ALIKE[case](), KEPT, target, values=change), fault)
 
 
 @pytest.mark.parametrize(
@@ -224,5 +279,5 @@ def test_lammps_without_a_fault_passes(lammps, case):
 @pytest.mark.slow
 @pytest.mark.live
 @faults
-def test_a_fault_of_an_output_of_lammps_shows(lammps, case, target, mutation):
-    assert_seen(case, planted(*lammps, target, mutation))
+def test_a_fault_of_an_output_of_lammps_shows(lammps, case, target, fault, mutation):
+    assert_seen(case, planted(*lammps, target, mutation), fault)

@@ -10,10 +10,10 @@ from harness.comparison.tolerances import Tolerance
 
 
 def tolerances_of(case):
-    """Return the tolerances of a case: those of its module, and of its baseline."""
+    """Return the tolerances of a case: those of its modules, and of its baseline."""
     found = dict(get_case(case).regression)
-    module = f"harness.cases.{case.replace('-', '_')}.tolerances"
-    if find_spec(module):
+    folder = f"harness.cases.{case.replace('-', '_')}"
+    for module in filter(find_spec, (f"{folder}.tolerances", f"{folder}.case")):
         for name, value in vars(import_module(module)).items():
             if isinstance(value, Tolerance):
                 found[name] = value

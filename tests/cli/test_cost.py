@@ -27,7 +27,7 @@ ENDLESS = [
     ("impulse", "--heights", "1-10000"),
     ("critical-angle", "--stiffness", "1e308"),
     ("critical-angle", "--stiffness", "1e308", "--engine", "reference"),
-    ("critical-angle", "--diameter", "1e-15", "--engine", "liggghts"),
+    ("critical-angle", "--diameter", "1e-15", "--engine", "lammps"),
     ("critical-angle", "--stiffness", "1e13", "--extrapolate"),
     ("critical-angle", "--method", "steady", "--wells", "10000", "--stiffness", "1e11"),
     ("tower", "--height", "10000000"),
@@ -50,6 +50,15 @@ def test_what_would_hardly_end_is_refused_with_the_cost(harness, words):
     assert re.search(r"\d minutes are the limit", said)
     assert "--force" in said
     assert said.count("\n") == 1
+
+
+def test_an_engine_that_is_not_here_is_missing_whatever_a_run_would_cost(harness, monkeypatch):
+    # --force, which a refusal for the cost proposes, would not help
+    monkeypatch.setenv("PATH", "")
+    words = ("critical-angle", "--engine", "liggghts", "--contact", "plastic")
+    said = [harness(*words, *more, status=3).stderr for more in ((), ("--diameter", "1e-15"))]
+    assert said[0] == said[1]
+    assert "would take" not in said[0]
 
 
 def test_force_runs_it_all_the_same(answer):

@@ -1,6 +1,8 @@
 """The options that choose engines: where they go, and what they refuse."""
 
 import json
+import os
+import shutil
 import sys
 
 import pytest
@@ -126,3 +128,28 @@ def test_an_engine_of_ones_own_runs_by_module_and_class(command):
 def test_a_verification_with_engines_is_not_kept_as_a_whole(tmp_path):
     assert _key(VerifyOptions(quick=True, engines="all"), EngineOptions()) is None
     assert _kept(Entries(tmp_path / "cache"), None, tmp_path / "run") is None
+
+
+@pytest.mark.slow
+@pytest.mark.live
+@pytest.mark.parametrize("name", ["yade", "kratos", "esys", "mfix"])
+def test_a_second_command_runs_nothing(command, tmp_path, name):
+    """Neither the run nor the qualification of another code, which take it most of a minute."""
+    words = ["run", "drop", "--engine", name, "--cache", str(tmp_path / "cache"), "--json"]
+    tail, mass = ("clipped", "full") if name != "mfix" else ("attractive", "half")
+    words += ["--set", f"contact.tail={tail}", "--set", f"contact.effective_mass={mass}"]
+    if name == "mfix":
+        program = os.environ.get("DEM_HARNESS_MFIX")
+        if program is None:
+            pytest.skip("no MFiX here: DEM_HARNESS_MFIX does not name its solver")
+        words += ["--program", f"mfix={program}"]
+    elif name == "kratos":
+        pytest.importorskip("KratosMultiphysics.DEMApplication")
+    elif shutil.which({"esys": "esysparticle"}.get(name, name)) is None:
+        pytest.skip(f"no {name} on PATH")
+    first, second = (json.loads(command(*words).out) for _ in range(2))
+    assert first["qualified"]
+    assert first["engine_runs"] > 5
+    assert (first["engine_runs_from_cache"], second["engine_runs"]) == (0, 0)
+    assert second["engine_runs_from_cache"] == first["engine_runs"]
+    assert second["quantities"] == first["quantities"]

@@ -146,7 +146,7 @@ def test_a_random_command_line_as_a_user_gives_it(files, kernels, seed):
     ) as process:
         wait_for_start(process)
         try:
-            out, err = process.communicate(timeout=5 if words[0] in LONG else 120)
+            out, err = process.communicate(timeout=5 if words[0] in LONG else 400)
         except subprocess.TimeoutExpired:
             assert words[0] in LONG
             process.send_signal(signal.SIGINT)

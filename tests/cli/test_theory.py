@@ -31,6 +31,32 @@ def test_options(answer, options, angle):
     assert answer("theory", *options)["critical_angle_deg"] == pytest.approx(angle, abs=1e-4)
 
 
+def test_a_restitution_stands_beside_rigid_spheres_whichever_reading_is_chosen(answer):
+    kept = answer("theory", "--restitution", "0.5")
+    lost = answer("theory", "--restitution", "0.5", "--reading", "lost")
+    # tan(theta/2) = tan(15 deg) (1 - v) / (1 + v), v^2 = 1/4 + 3/4 e^2, or 1 - v in its place
+    v = math.sqrt(0.25 + 0.75 * 0.5**2)
+    readings = {"kept": _angle((1 - v) / (1 + v)), "lost": _angle(v / (2 - v))}
+    for record in (kept, lost):
+        assert record["critical_angle_deg"] == pytest.approx(readings[record["reading"]], abs=1e-9)
+        assert record["one_shock_kept_deg"] == pytest.approx(readings["kept"], abs=1e-9)
+        assert record["one_shock_lost_deg"] == pytest.approx(readings["lost"], abs=1e-9)
+        # measured by an independent DEM, its stiffness to infinity: tests/cases/incline/test_rigid
+        assert record["event_driven_deg"] == pytest.approx(10.7224, abs=1e-3)
+        assert "event_driven_deg" in record["caveat"]
+    # rigid spheres need a steeper row where they rebound, the first reading says a flatter one
+    without = answer("theory", "--restitution", "0")
+    assert kept["critical_angle_deg"] < without["critical_angle_deg"] < kept["event_driven_deg"]
+    assert without["event_driven_deg"] == pytest.approx(without["critical_angle_deg"], abs=1e-7)
+    assert "caveat" not in without or without["caveat"] is None
+
+
+def test_above_the_restitution_of_a_passage_there_is_no_event_driven_angle(answer):
+    record = answer("theory", "--restitution", "0.8")
+    assert record["event_driven_deg"] is None
+    assert answer("theory", "--impulse-ratio", "0.53")["event_driven_deg"] is None
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [

@@ -4,14 +4,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from harness.comparison.baseline_record import BaselineRecord, Quantity
+from harness.comparison.baseline_record import BaselineRecord, Quantity, name_in_cell
 from harness.comparison.divergence import Series
 from harness.comparison.metadata_diff import changed_parameters
-from harness.comparison.regression import Baseline, Expected, against_baseline
+from harness.comparison.regression import (
+    Baseline,
+    Expected,
+    against_baseline,
+    explained_by_cells,
+)
 from harness.comparison.regression_tolerances import UNSTATED, Allowed, Override
 from harness.comparison.tolerances import Tolerance
 from harness.comparison.triage import Triage
-from harness.comparison.verdicts import Kind, Verdict
+from harness.comparison.verdicts import Cell, Kind, Verdict, judge
 from harness.errors import EngineMemoryError
 
 TIME = np.linspace(0.0, 1.0, 101)
@@ -206,3 +211,68 @@ def test_override_decides_by_name():
 def test_a_case_that_states_no_tolerance_has_that_of_round_off():
     assert Allowed(TOLERANCES).of("other", "x/y", "z") == (UNSTATED, "")
     assert Allowed(TOLERANCES).of("incline", PATH.name, "series") == (UNSTATED, "")
+
+
+CELL = Cell("oblique", "mindlin", "wall", "lammps")
+CONTACT = BaselineRecord(
+    name=name_in_cell(CELL),
+    parameters={},
+    quantities={"tangential_ratio": Quantity(0.5, 0.0, ""), "spin_ratio": Quantity(0.2, 0.0, "")},
+    engine="lammps",
+    engine_version="1 Jan 2025",
+    levels=("quick",),
+    case="incline",
+)
+
+
+def in_cell(quantity, verdict, note="", cell=CELL):
+    name = f"oblique, wall: mindlin, lammps{quantity and f': {quantity}'}"
+    row = judge(name, Kind.ANALYTIC, 1.0, 1.0, Tolerance("", 1.0, 0.0, "a test"), note=note)
+    return replace(row, verdict=verdict, cell=cell)
+
+
+def against_cells(measured, *judged):
+    found = rows(*measured, baseline=Baseline({CONTACT.name: CONTACT}, "here"))
+    return explained_by_cells(found.checks, judged)
+
+
+@pytest.mark.parametrize("verdict", [Verdict.KNOWN_DEFECT, Verdict.FIXED])
+def test_a_value_that_a_known_defect_moved_is_told_with_it(verdict):
+    left, moved_too = against_cells(
+        [moved(CONTACT, "tangential_ratio", 0.1)],
+        in_cell("tangential_ratio", verdict, "known defect no-friction: its cause"),
+        in_cell("spin_ratio", Verdict.PASS),
+    )
+    assert (left.verdict, moved_too.verdict) == (verdict, Verdict.PASS)
+    assert "no-friction" in left.note
+
+
+def test_a_value_that_moved_beside_a_known_defect_of_another_quantity_fails():
+    _, spin = against_cells(
+        [moved(CONTACT, "spin_ratio", 0.1)],
+        in_cell("tangential_ratio", Verdict.KNOWN_DEFECT, "its cause"),
+        in_cell("spin_ratio", Verdict.PASS),
+    )
+    assert spin.verdict is Verdict.FAIL
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        in_cell("tangential_ratio", Verdict.FAIL),
+        in_cell("tangential_ratio", Verdict.KNOWN_DEFECT, cell=replace(CELL, system="pair")),
+        in_cell("tangential_ratio", Verdict.KNOWN_DEFECT, cell=replace(CELL, invariance="turned")),
+    ],
+)
+def test_a_value_that_no_row_of_its_cell_explains_fails(other):
+    row, _ = against_cells([moved(CONTACT, "tangential_ratio", 0.1)], other)
+    assert row.verdict is Verdict.FAIL
+
+
+@pytest.mark.parametrize("verdict", [Verdict.KNOWN_DEFECT, Verdict.NOT_TESTED])
+def test_a_record_that_is_missing_is_told_with_what_became_of_its_cell(verdict):
+    (row,) = against_cells([], in_cell("", verdict, "the release has no such submodel"))
+    assert row.verdict is verdict
+    assert row.note == "the release has no such submodel"
+    (row,) = against_cells([])
+    assert "nothing says why" in row.note

@@ -8,7 +8,7 @@ from harness.comparison.known_defects import KnownDefect, defect_of, told_apart
 from harness.comparison.release_cells import cell_rows, defects_of, reasons_of_records
 from harness.comparison.releases import Column, release_matrix
 from harness.comparison.tolerances import Tolerance
-from harness.comparison.verdicts import Cell, Kind, finding, judge, not_tested
+from harness.comparison.verdicts import Cell, Kind, PredictedSize, finding, judge, not_tested
 from harness.observables.provenance import Provenance
 from harness.report.releases import markdown
 
@@ -19,6 +19,8 @@ DEFECT = KnownDefect(
     cases=("slide",),
     submodels=("spring",),
     cause="the spring is multiplied by a length that it has none of",
+    predicts={"rules": {"factor": 1.2}},
+    upstream="not reported",
     since="1 Mar 2023",
     until="1 Mar 2025",
 )
@@ -26,7 +28,8 @@ DEFECT = KnownDefect(
 
 def check(submodel, error, system="wall"):
     row = judge(f"slide: {submodel}, {system}", Kind.ANALYTIC, 0.5 + error, 0.5, WIDTH)
-    return replace(row, cell=Cell("slide", submodel, system, "toy"))
+    size = PredictedSize(((0.6 - 1e-6, 0.6 + 1e-6),))
+    return replace(row, cell=Cell("slide", submodel, system, "toy"), predict=lambda *_: size)
 
 
 def release(version, error):

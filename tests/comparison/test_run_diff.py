@@ -83,6 +83,36 @@ def test_a_check_that_is_gone_is_worse_at_the_same_level_only():
     assert diff_runs(run(row(verdict="finding", kind="finding")), run()).status == 0
 
 
+OTHERWISE = {"engine": {"engine": "lammps", "engine_version": "1 Jan 2030", "how": "executable"}}
+
+
+@pytest.mark.parametrize(
+    ("rows", "changes"),
+    [
+        (([row()], []), {"level": "full"}),
+        (([], [row()]), {"level": "full"}),
+        (([], [row(verdict="fail")]), {"level": "full"}),
+        (([row()], [row(verdict="not tested")]), OTHERWISE),
+        (([row(verdict="not tested")], [row()]), OTHERWISE),
+        (([row()], []), OTHERWISE),
+    ],
+)
+def test_what_only_one_level_or_way_of_running_has_is_not_comparable(rows, changes):
+    before, after = rows
+    found = diff_runs(run(*before), run(*after, **changes))
+    assert only(found).change is Change.NOT_COMPARABLE
+    assert found.status == 0
+
+
+@pytest.mark.parametrize(
+    ("before", "after"), [("pass", "fail"), ("pass", "known defect"), ("known defect", "fail")]
+)
+def test_what_both_ways_of_running_judged_is_compared(before, after):
+    found = diff_runs(run(row(verdict=before)), run(row(verdict=after), **OTHERWISE))
+    assert only(found).change is Change.WORSE
+    assert found.status == 1
+
+
 @pytest.mark.parametrize(("verdict", "status"), [("pass", 0), ("fail", 1)])
 def test_a_check_that_is_new(verdict, status):
     found = diff_runs(run(), run(row(verdict=verdict)))

@@ -11,6 +11,7 @@ import pytest
 from harness.engines.process import Processes, death, first_words, last_words, text_of
 from harness.errors import (
     EngineCrashError,
+    EngineInputError,
     EngineMemoryError,
     EngineOutputError,
     EngineTimeoutError,
@@ -68,6 +69,24 @@ def test_what_it_says_is_kept_and_a_good_end_is_no_error(python):
         ("print('oh'); raise SystemExit(7)", EngineCrashError, r"died: exit status 7 .*line: oh\)"),
         ("import os; os.abort()", EngineCrashError, "died: signal SIGABRT"),
         ("bytearray(10**10)", EngineMemoryError, "out of memory"),
+        (
+            "print('ERROR: angle = 5: must be 4'); raise SystemExit('no')",
+            EngineCrashError,
+            r"exit status 1 \(its last line: no\)",
+        ),
+        ("raise SystemExit('ERROR: angle = 5: must be 4')", EngineInputError, "refused its input"),
+        (
+            "import os; print('ERROR: angle = 5: must be 4', flush=True); os.kill(os.getpid(), 11)",
+            EngineCrashError,
+            "died: signal SIGSEGV",
+        ),
+        (
+            "import os; print('std::bad_alloc', flush=True); print('3', flush=True); "
+            "os.kill(os.getpid(), 11)",
+            EngineCrashError,
+            "died: signal SIGSEGV",
+        ),
+        ("import os; os.kill(os.getpid(), 9)", EngineMemoryError, "signal SIGKILL"),
     ],
 )
 def test_each_way_to_die_has_its_error_with_the_last_words(python, source, error, words):

@@ -35,14 +35,6 @@ def test_columns_of_particles_are_one_in_the_order_of_their_numbers():
         read_csv("time_s,x_m[1],x_m[3]\n0,1,2\n", "it")
 
 
-def test_rows_that_do_not_rise_are_left_out_where_that_is_asked_for():
-    text = "time_s,x_m\n0,1\n0,2\n1,3\n0.5,4\n"
-    assert read_csv(text, "it")["x_m"].tolist() == [1.0, 2.0, 3.0, 4.0]
-    assert read_csv(text, "it", rising=True)["x_m"].tolist() == [1.0, 3.0]
-    with pytest.raises(EngineNaNError, match="not numbers"):
-        read_csv(text.replace("0.5", "nan"), "it", rising=True)
-
-
 @pytest.mark.parametrize(
     "text", ["", "a,b\n", "a,b\n1,2", "a,b\n1,2\n3\n", "a,b\n1,2\n3,x\n", "a,b\n1,2,3\n"]
 )
@@ -53,10 +45,13 @@ def test_a_csv_that_is_cut_or_damaged_is_bad_output(text):
 
 def test_a_frame_that_comes_again_where_a_run_was_taken_up_is_left_out():
     text = dump([(1, 10.0, 0.1, -1.0)], [(1, 11.0, 0.1, -1.0)])
-    again = dump([], [(1, 12.0, 0.2, -2.0)], [(1, 13.0, 0.2, -2.0)]).partition("\n5\n")
+    again = dump([], [(1, 12.0, 0.1, -2.0)], [(1, 13.0, 0.2, -2.0)]).partition("\n5\n")
     table = read_dump(text + "ITEM: TIMESTEP" + again[1] + again[2], "it")
     assert table["step"].tolist() == [0.0, 5.0, 10.0]
     assert table["x_m"].tolist() == [[10.0], [11.0], [13.0]]
+    other = again[2].replace("12.0 0.1", "12.0 0.2")
+    with pytest.raises(EngineOutputError, match=r"row 3 is of step = 5, .* and differs"):
+        read_dump(text + "ITEM: TIMESTEP" + again[1] + other, "it")
 
 
 def test_a_dump_is_one_table_sorted_by_id_with_units_in_its_names():
@@ -104,3 +99,17 @@ def test_any_cut_of_a_recorded_dump_is_seen():
         if cut not in whole_frames:
             with pytest.raises(EngineOutputError, match="dump"):
                 read_dump(text[:cut], "it")
+
+
+ROWS = "time_s,x_m\n0,1\n0.1,2\n0.1,2\n0.2,3\n"
+
+
+def test_a_row_that_comes_again_is_one_and_another_of_its_time_is_an_error():
+    table = read_csv(ROWS, "it", rising=True)
+    assert table["time_s"].tolist() == [0.0, 0.1, 0.2]
+    with pytest.raises(EngineOutputError, match=r"row 3 is of time_s = 0.1, .* and differs"):
+        read_csv(ROWS.replace("2\n0.2", "2.1\n0.2"), "it", rising=True)
+    with pytest.raises(EngineOutputError, match=r"row 4 is of time_s = 0.05, the row before of"):
+        read_csv(ROWS.replace("0.2", "0.05"), "it", rising=True)
+    with pytest.raises(EngineNaNError, match="not numbers"):
+        read_csv(ROWS.replace("0.2", "nan"), "it", rising=True)

@@ -1,6 +1,7 @@
 """Every rule in which codes differ moves a result by what is predicted, in a limit case."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -295,6 +296,52 @@ def test_a_rule_that_lets_the_motion_chatter_is_refused_there():
     scene = impact(law, (0.17, 0.05, -0.1), (-2.5, 8.5, 10.0))
     with pytest.raises(RequestError, match=r"^rules: sticking and sliding take turns .*in_cap"):
         integrate(scene, Rules(damping_in_cap="sticking_only"))
+
+
+@pytest.mark.parametrize("factor", [0.5, 2.0])
+def test_factors_on_the_moduli(factor):
+    """The normal force is proportional to E*, that of a spring that sticks to G*."""
+    law = HERTZ.replace(damping="none", restitution=None, tangential_damping=0.0, friction=10.0)
+    scene = guided(law, (100, FORTH, STILL))
+    plain = integrate(scene).forces[-1, 0]
+    harder = integrate(scene, Rules(modulus_factor=factor)).forces[-1, 0]
+    assert harder == pytest.approx([plain[0], 0.0, factor * plain[2]], rel=1e-12)
+    sheared = integrate(scene, Rules(shear_factor=factor)).forces[-1, 0]
+    assert sheared == pytest.approx([factor * plain[0], 0.0, plain[2]], rel=1e-12)
+
+
+@pytest.mark.parametrize("law", [LINEAR, HERTZ], ids=["hooke", "hertz"])
+def test_a_factor_on_pairs_leaves_walls_alone(law):
+    law = law.replace(damping="none", restitution=None, tangential_damping=0.0)
+    wall = guided(law, (100, FORTH, STILL))
+    pair = guided(law, (100, STILL, STILL), (1, STILL, STILL))
+    first = replace(pair.bodies[0], position=(0.0, 0.0, RADIUS - PRESSED))
+    second = Body(RADIUS, MASS, (0.0, 0.0, -RADIUS))
+    pieces = tuple(
+        replace(piece, velocities=(STILL, STILL), omegas=(STILL, STILL)) for piece in pair.segments
+    )
+    pair = replace(pair, bodies=(first, second), planes=(), segments=pieces)
+    rules = Rules(pair_factor=3.0)
+    assert np.all(integrate(wall, rules).forces == integrate(wall).forces)
+    assert integrate(pair, rules).forces == pytest.approx(3.0 * integrate(pair).forces, rel=1e-12)
+
+
+def test_the_load_of_the_limit_beside_cohesion():
+    """mu times the elastic force and twice the pull-off force, or the size of the force alone."""
+    law = HERTZ.replace(
+        normal="dmt", damping="none", restitution=None, tangential_damping=0.0, surface_energy=1.0
+    )
+    scene = guided(law, (20_000, FORTH, STILL))
+    ends = {
+        rule: integrate(scene, Rules(cohesive_load=rule)).forces[-1, 0]
+        for rule in ("with_pull_off", "elastic")
+    }
+    pull_off = 4.0 * math.pi * 1.0 * RADIUS
+    normal = ends["elastic"][2]
+    assert ends["with_pull_off"][2] == normal
+    assert ends["elastic"][0] == pytest.approx(-law.friction * abs(normal), rel=1e-9)
+    held = normal + 2.0 * pull_off
+    assert ends["with_pull_off"][0] == pytest.approx(-law.friction * held, rel=1e-9)
 
 
 def test_every_rule_has_a_test():

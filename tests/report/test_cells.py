@@ -151,6 +151,7 @@ DEFECT = KnownDefect(
     cases=("slide",),
     submodels=("spring-force",),
     cause="the spring has half of its stiffness",
+    predicts={"error": "that is finite"},
     since="1 Jan 2029",
     upstream="issue 1",
     script="reports/defects/weak/in.toy",

@@ -2,6 +2,7 @@ import html
 import json
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -11,7 +12,7 @@ from harness.report import folder as report_folder
 from harness.report.folder import write
 from harness.report.gallery import draw_sections
 from harness.report.sections import Drawing, Section
-from harness.report.target import check_folder
+from harness.report.target import check_folder, check_writable
 from tests.report.conftest import DIVERGED, draw
 
 FIGURES = {"one", "two", "broad", "odd", "four-rows", "extra"}
@@ -168,6 +169,11 @@ def test_a_folder_that_cannot_be_made_is_refused(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(RequestError, match="cannot be written"):
         check_folder(tmp_path / "file" / "below")
+
+
+def test_the_root_of_all_folders_is_refused():
+    with pytest.raises(RequestError, match=r"^--output /: is the root"):
+        check_writable(Path("/"))
 
 
 @pytest.mark.parametrize("stop", [KeyboardInterrupt, OSError])

@@ -1,6 +1,8 @@
 from dataclasses import replace
 
+from harness.comparison.verdicts import Verdict
 from harness.report.summary import short_markdown
+from harness.report.verdict_summary import headline
 
 COMMENT = 65_536
 """Characters that a comment on GitHub holds."""
@@ -40,3 +42,15 @@ def test_text_opens_no_tag_and_mentions_nobody(verification):
 def test_the_headlines_are_told_with_who_measured_them(verification):
     told = "- critical angle: expected 10.2078 deg; toy 10.2070 ± 0.0004 deg (step to 0)"
     assert told in short_markdown(verification).splitlines()
+
+
+def test_the_headline_counts_known_defects_and_what_was_not_tested(verification):
+    holds, other = verification.checks[0], verification.checks[1]
+    defect = replace(other, verdict=Verdict.KNOWN_DEFECT)
+    untested = replace(other, verdict=Verdict.NOT_TESTED)
+    text = headline([holds, defect, defect, untested])
+    assert text == "All verdicts hold; 2 known defects, 1 not tested"
+    assert headline([holds]) == "All verdicts hold"
+    assert headline([untested], ["oblique", "spin"]) == "Nothing was tested in oblique, spin"
+    text = headline([holds, untested], ["spin"])
+    assert text == "Nothing was tested in spin; all other verdicts hold; 1 not tested"

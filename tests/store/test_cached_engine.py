@@ -71,7 +71,7 @@ class Synthetic(Engine):
         if run.motion is Motion.MOVES_ON:
             results["crest"] = f"1 {100 * run.case.step!r} {run.margin_J!r} 1"
         table = {name: np.linspace(0.1, 0.3, 7) ** 0.5 for name in COLUMNS}
-        table["force"] = np.arange(6.0).reshape(3, 2) / 7.0
+        table["force"] = np.arange(14.0).reshape(7, 2) / 7.0
         tables = {"series": table, "of all / things": table} if job.sampled else {}
         return Output(tuple(results.items()), self.identify(), tables, "a log: ±\n", 0.1 + 0.2, "S")
 

@@ -1,3 +1,4 @@
+import contextlib
 import fcntl
 import os
 import subprocess
@@ -10,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from harness.engines.environments import COMPLETE, USED, held
-from harness.store.entries import ABANDONED_SECONDS, ASIDE, Entries
+from harness.store.entries import ABANDONED_SECONDS, ASIDE, PRUNING, Entries
 from harness.store.keys import key_of
 
 KEY, OTHER = key_of({"n": 1}), key_of({"n": 2})
@@ -248,3 +249,35 @@ def test_a_killed_writer_leaves_whole_entries(tmp_path, said):
     assert kept
     assert None not in kept
     assert said == []
+
+
+def test_a_cache_that_all_may_write_or_of_another_user_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(os, "geteuid", lambda: 4321)
+    tmp_path.chmod(0o777)
+    if os.getuid() == 0:
+        os.chown(tmp_path, 4321, -1)
+        with pytest.raises(PermissionError, match=r"others may write it \(mode 777\); make it"):
+            Entries(tmp_path)
+        os.chown(tmp_path, 1234, -1)
+    tmp_path.chmod(0o700)
+    with pytest.raises(PermissionError, match=r"it belongs to user \d+; make it yours alone"):
+        Entries(tmp_path)
+
+
+def test_folders_of_a_cache_are_this_user_s_alone(entries):
+    entries.put(KEY, b"")
+    for path in (entries.folder, entries.folder / ASIDE, path_of(entries, KEY).parent):
+        assert path.stat().st_mode & 0o777 == 0o700
+
+
+@pytest.mark.parametrize("name", [PRUNING, f"releases/2025.7.22.4.0{USED}"])
+def test_no_lock_empties_what_a_link_points_to(tmp_path, said, name):
+    target = tmp_path / "thesis.tex"
+    target.write_text("years of work")
+    lock = tmp_path / "cache" / name
+    lock.parent.mkdir(parents=True)
+    lock.symlink_to(target)
+    Entries(tmp_path / "cache", limit=10, tell=said.append).put(KEY, b"payload")
+    with contextlib.suppress(OSError), held(tmp_path / "cache/releases/2025.7.22.4.0", USED):
+        pass
+    assert target.read_text() == "years of work"

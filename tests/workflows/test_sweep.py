@@ -2,10 +2,18 @@ import math
 
 import pandas as pd
 import pytest
+from pydantic import model_validator
 
 from harness import __version__
+from harness.cli import sweep as cli_sweep
+from harness.cli.sweep import PartialTable
 from harness.engines.output import Output
-from harness.errors import EngineCrashError, EngineMissingError, RequestError
+from harness.errors import (
+    EngineCrashError,
+    EngineMissingError,
+    EngineUndecidedError,
+    RequestError,
+)
 from harness.observables.reference import Points
 from harness.store.cached_engine import CachedEngine
 from harness.store.entries import Entries
@@ -13,7 +21,7 @@ from harness.workflows import sweep
 from harness.workflows.sweep_folder import held_sweep
 from harness.workflows.sweep_local import Local
 from harness.workflows.sweep_plan import Asked, asked_in, plan, with_options
-from harness.workflows.sweep_run import drawn_columns, key_of
+from harness.workflows.sweep_run import drawn_columns, key_of, run_plan
 from harness.workflows.sweep_values import as_text, values_of
 from tests.workflows import fakes
 
@@ -75,6 +83,7 @@ def test_every_combination_is_a_flat_row_in_every_engine():
     assert first == {
         "engine": "toy",
         "engine_version": "1",
+        "ranks": 1,
         "slope": 1.0,
         "count": 1,
         "end.x_m": 3.0,
@@ -219,7 +228,12 @@ def test_a_file_says_what_is_swept_and_options_change_it(tmp_path):
         ("[over]\nslope = 1\n", "case: must be given"),
         ('case = "line"\nover = 3\n', r"over: must be a table \[over\]"),
         ('case = "line"\nstiffness = 3\n', "'stiffness' is not known: must be one of case"),
+        ("case = " + "[" * 100_000, "is nested too deep"),
+        ('case = "line"\n[over]\nslope = ' + "[" * 900 + "]" * 900, "nested too deep|must be"),
+        ("case = " + "1" * 5000, "is not TOML"),
+        ("#" * 1_000_001, "is longer than 1000000 bytes"),
     ],
+    ids=["no TOML", "no case", "no table", "unknown", "deep", "deep list", "digits", "long"],
 )
 def test_a_bad_file_is_named(tmp_path, text, said):
     file = tmp_path / "s.toml"
@@ -227,6 +241,12 @@ def test_a_bad_file_is_named(tmp_path, text, said):
     with pytest.raises(RequestError, match=said) as caught:
         asked_in(file)
     assert str(file) in str(caught.value)
+
+
+def test_a_device_that_does_not_end_is_refused(tmp_path):
+    (tmp_path / "s.toml").symlink_to("/dev/zero")
+    with pytest.raises(RequestError, match=r"s.toml: is longer than 1000000 bytes"):
+        asked_in(tmp_path / "s.toml")
 
 
 def test_two_sweeps_in_one_folder_are_refused(tmp_path):
@@ -278,3 +298,100 @@ def test_many_values_of_the_second_parameter_are_told_by_a_bar():
 def test_nothing_is_drawn_where_nothing_was_measured(monkeypatch):
     monkeypatch.setattr(fakes.Toy, "_one", lambda *_: EngineCrashError("dead"))
     assert sweep("line", {"slope": "1,2"}, engines="toy").figure() is None
+
+
+class Strict(fakes.LineParameters):
+    """Refuses some slopes beside some counts."""
+
+    @model_validator(mode="after")
+    def _together(self):
+        if self.slope * self.count > 5.0:
+            raise ValueError(f"slope = {self.slope:g}: is too steep for count = {self.count}")
+        return self
+
+
+@pytest.fixture
+def strict(monkeypatch):
+    monkeypatch.setattr(fakes.Line, "parameters", Strict)
+    monkeypatch.setattr(fakes.Line, "presets", {"usual": Strict()})
+
+
+@pytest.mark.usefixtures("strict")
+def test_a_corner_that_is_refused_is_a_row_and_the_others_run():
+    found = sweep("line", {"slope": "1,3", "count": "1,2"}, fixed={"end.x": "4"}, engines="toy")
+    rows = [(row["slope"], row["count"], row["status"], row["y_m"]) for row in found.rows]
+    assert rows == [
+        (1, 1, "done", 4),
+        (1, 2, "done", 4),
+        (3, 1, "done", 12),
+        (3, 2, "refused", None),
+    ]
+    last = found.rows[-1]
+    assert last["reason"] == "slope = 3: is too steep for count = 2"
+    assert last["end.x_m"] == 4
+    assert list(last) == list(found.rows[0])
+    assert found.record()["refused"] == 1
+    assert "1 refused" in found.told()["runs"]
+
+
+@pytest.mark.usefixtures("strict")
+def test_where_every_corner_is_refused_the_request_is():
+    said = (
+        r"^--over slope=6, count=1: slope = 6: is too steep for count = 1 \(so are all 2 points\)"
+    )
+    with pytest.raises(RequestError, match=said):
+        sweep("line", {"slope": "6", "count": "1,2"}, engines="toy")
+    # a value that is not allowed by itself is a slip of the pen
+    with pytest.raises(RequestError, match=r"^--over slope=-2"):
+        sweep("line", {"slope": "1,-2", "count": "1,2"}, engines="toy")
+
+
+def test_a_run_that_is_undecided_keeps_what_it_measured(monkeypatch):
+    def read(self, parameters, output, traits):  # noqa: ARG001
+        y = output.number("y")
+        if parameters.slope == 2.0:
+            raise EngineUndecidedError("undecided: it never turned", {"y": y})
+        return {"y": y, "twice": 2.0 * y}
+
+    monkeypatch.setattr(fakes.Line, "read", read)
+    found = sweep("line", {"slope": "1,2"}, engines="toy")
+    one = found.rows[1]
+    assert (one["status"], one["reason"]) == ("undecided", "undecided: it never turned")
+    assert (one["y_m"], one["twice_m"], one["engine_version"], one["ranks"]) == (4.0, None, "1", 1)
+    assert (found.count("done"), found.count("undecided"), found.count("failed")) == (1, 1, 0)
+
+
+def test_a_sweep_that_runs_has_its_table_with_what_is_pending(tmp_path):
+    file, seen = tmp_path / "rows.csv", []
+    table = PartialTable(file, pause=0.0, share=1.0)
+
+    def partial(rows):
+        table.due = 0.0
+        table(rows)
+        seen.append(list(pd.read_csv(file)["status"]))
+
+    chosen = plan(Asked("line", {"slope": "1:3:3"}, {}, "toy,pencil"))
+    run_plan(chosen, Local(), partial=partial)
+    assert seen[0].count("pending") == 5
+    assert seen[-1] == ["done"] * 6
+    assert [one.count("pending") for one in seen] == sorted(
+        (one.count("pending") for one in seen), reverse=True
+    )
+    assert [path.name for path in tmp_path.iterdir() if path.name[0] != "."] == ["rows.csv"]
+
+
+def test_the_table_costs_a_twentieth_of_the_time_at_most(tmp_path, monkeypatch):
+    clock = [0.0]
+    monkeypatch.setattr(cli_sweep.time, "monotonic", lambda: clock[0])
+    table, written = PartialTable(tmp_path / "rows.csv"), []
+
+    def rows():
+        clock[0] += 3.0  # as of many rows
+        written.append(clock[0])
+        return [{"status": "pending"}]
+
+    for _ in range(10_000):
+        table(rows)
+        clock[0] += 0.1
+    assert 3.0 * len(written) <= 0.06 * clock[0] + 3.0
+    assert len(written) > 10

@@ -9,6 +9,7 @@ from harness.comparison.verdicts import Kind, Verdict
 from harness.engines import registry as engine_registry
 from harness.errors import EngineCrashError, RequestError
 from harness.report.plain import finite
+from harness.report.summary import short_markdown
 from harness.workflows import sections, verify
 from harness.workflows.engine_selection import EngineSelection, asked_engines
 from tests.workflows import fakes
@@ -105,8 +106,28 @@ def test_without_its_engine_own_solvers_are_checked_all_the_same():
 def test_a_case_without_a_template_is_not_tested():
     found = verified(engine=fakes.Blind())
     assert row(found, "blind: line").note == "it has no template 'line'"
+
+
+@pytest.mark.parametrize("cases", ["line", "lines", ["line"], "line,gate"])
+def test_a_case_that_was_asked_for_and_tested_nothing_is_status_3(cases):
+    found = verified(cases, engine=fakes.Blind())
+    assert "line" in found.untested_cases
+    assert found.status == 3
+    assert found.record()["untested_cases"] == list(found.untested_cases)
+    assert "Nothing was tested in" in short_markdown(found)
+
+
+def test_a_case_that_nobody_named_may_be_not_tested():
+    for cases in (None, "all"):
+        found = verified(cases, engine=fakes.Blind())
+        assert not found.untested_cases
+        assert found.status != 3
+
+
+def test_an_engine_beside_tests_a_case_that_the_main_one_cannot_state():
+    found = verified("line", engine=fakes.Blind(), engines="other")
+    assert not found.untested_cases
     assert found.status == 0
-    assert verified(engine=fakes.Blind(), strict=True).status == 1
 
 
 def test_what_ran_is_told_by_its_scripts():
@@ -195,10 +216,11 @@ def test_engines_beside_qualify_first_and_what_is_wrong_with_one_is_told_of_it()
     assert row(found, "missing: line").note == "no such program; to get it: buy one"
     assert row(found, "dead: identification").triage == "engine error: crashed"
     assert row(found, "line: usual, dying").engine_died
-    assert "AttributeError" in row(found, "confused: qualification").note
+    why = "engine 'confused' of package 'tests': run raised AttributeError: no attribute"
+    assert any(why in check.note and check.engine_died for check in found.checks)
     assert "nothing was checked" in row(found, "blind: line").note
     told = {error.partition(":")[0] for error in found.engine_errors}
-    assert told == {"missing", "dead", "dying"}
+    assert told == {"missing", "dead", "dying", "confused"}
     assert found.status == 3
 
 

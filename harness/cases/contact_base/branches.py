@@ -11,7 +11,7 @@ _ONE_FLAT = ("wall", "two spheres", "frozen sphere")
 
 BRANCHES = (
     Submodel("mdr, mdr damping", {**MDR, **STIFF}, _ONE_FLAT, quick=False),
-    Submodel("mdr, yield", YIELDS, _ONE_FLAT, quick=False),
+    Submodel("mdr, yield", YIELDS, _ONE_FLAT),
     Submodel("mdr, bulk", RESPONDS, _ONE_FLAT, quick=False),
 )
 """What mdr has beside its elastic branch, of one contact, and the dashpot that goes with it."""

@@ -21,6 +21,7 @@ from harness.cases.contact_base.submodels import (
     SYSTEMS,
     TANGENTIAL,
     TANGENTIAL_BESIDE,
+    TWO_MATERIALS,
     Submodel,
     Trial,
 )
@@ -44,12 +45,15 @@ P = TypeVar("P", bound=ContactSystem)
 SAME = 1e-9
 """Difference of integrations that differ by their rules, where these change nothing."""
 
-LONGER = ("unequal spheres", "frozen sphere", "two spheres, turned")
+LONGER = ("unequal spheres", "frozen sphere", "two spheres, turned", *TWO_MATERIALS)
 """Systems that the shortest level leaves out.
 
 In the others the submodels take turns there, but those of earlier interfaces, whose walls and pairs
-share no code.
+share no code. Two materials are gone through by one submodel of a case (``two_materials_of``).
 """
+
+
+PAIRS = [name for name in TWO_MATERIALS if name.startswith("two")]
 
 
 class ContactCase(Case[P]):
@@ -65,6 +69,8 @@ class ContactCase(Case[P]):
     beside: ClassVar[Sequence[Submodel]] = ()
     """Submodels that codes compared with one another go through as well."""
     systems: ClassVar[Told] = SYSTEMS
+    two_materials_of: ClassVar[str] = ""
+    """The submodel that meets a sphere of another material at the shortest level, too."""
     sets: ClassVar[Told]
     """What the presets change of the default parameters, by name; the first is the default."""
     invariant: ClassVar[Sequence[Submodel]] = ()
@@ -76,8 +82,12 @@ class ContactCase(Case[P]):
     """The figure with all codes."""
     shown: ClassVar[str] = ""
     """The quantity whose error is drawn; the first unless named."""
+    every_level: ClassVar[Sequence[str]] = ()
+    """Systems in which the shortest level runs each submodel, whoever's turn it is."""
     powers: ClassVar[tuple[float, ...]] = ()
     """Of the step in the error, where these are not those of the law."""
+    lasts: ClassVar[bool] = False
+    """Whether contacts last throughout: none begins or ends."""
 
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)
@@ -97,13 +107,20 @@ class ContactCase(Case[P]):
     def observed(self, parameters: P, motion: Motion) -> Mapping[str, float]:
         """Return the quantities of a motion, whoever computed it."""
 
+    def sizes(self, parameters: P) -> Mapping[str, float]:
+        """Return the size that a ratio has in a run, by name, in which its tolerance is a part.
+
+        That of its limit, or the largest that it has; those that are left out are of the size 1.
+        """
+        return {}
+
     def closed_forms(self, parameters: P) -> Mapping[str, float]:
         """Return the quantities whose exact value is known, by name."""
         return {}
 
     def job(self, parameters: P) -> Job:
         """Return the job of one run."""
-        return job_of(self.scene(parameters), parameters.interface)
+        return job_of(self.scene(parameters), parameters.interface, parameters.materials_as)
 
     def read(self, parameters: P, output: Output, traits: Traits) -> Mapping[str, float]:
         """Return the quantities of a run; raise EngineOutputError for one that is cut."""
@@ -153,16 +170,24 @@ class ContactCase(Case[P]):
         names = [one.name for one in (*self.submodels, *self.beside) if one.quick]
         for submodel in self.submodels if submodels is None else submodels:
             systems = {
-                system: {**PLAIN, **submodel.law, **changes, "steps_per_contact": coarsest}
+                system: self._told(submodel, system, coarsest)
                 for system, changes in self.systems.items()
                 if (level != "quick" or (submodel.quick and system not in LONGER))
                 and submodel.stated_in(system, changes)
             }
             if systems and level == "quick" and submodel.law.get("interface") != "old":
-                turn = [*systems][names.index(submodel.name) % len(systems)]
-                systems = {turn: systems[turn]}
+                others = [name for name in systems if name not in self.every_level]
+                turn = others[names.index(submodel.name) % len(others)] if others else ""
+                every = [name for name in systems if name == turn or name in self.every_level]
+                of_two = submodel.name == self.two_materials_of
+                pairs = [name for name in PAIRS if of_two and name in self.systems]
+                systems = {name: self._told(submodel, name, coarsest) for name in (*every, *pairs)}
             for system, told in systems.items():
                 yield Trial(submodel.name, system, base.replace(**told))
+
+    def _told(self, submodel: Submodel, system: str, steps: int) -> dict[str, Any]:
+        """Return what a submodel in a system changes of the case's parameters."""
+        return {**PLAIN, **submodel.law, **self.systems[system], "steps_per_contact": steps}
 
     def expected_rows(self, level: LevelName, engine: Engine) -> int:
         """Return a row for each trial, at least, and for the invariances of one."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -42,16 +42,18 @@ class Failed(Tried):
 class Climbed(Tried):
     """What a trial left: limits of its quantities, and its finest motion, which ``command`` runs.
 
-    ``plain`` is what is expected under the default rules. A force jumps where an impact
-    ``slides``, or a contact ``ends``, within a step.
+    ``plain`` is what is expected under the default rules. A force ``jumps`` within a step.
+    ``levels`` are the parameters of the runs that the limits are of, and ``extrapolate`` makes
+    limits of what such runs leave.
     """
 
     limits: Mapping[str, Limit]
     plain: Mapping[str, Reference]
     motion: Motion
     kinked: bool
-    slides: bool
-    ends: bool
+    jumps: bool
+    levels: tuple[Any, ...]
+    extrapolate: Callable[[Sequence[Mapping[str, float]]], dict[str, Limit]]
 
 
 @dataclass(frozen=True)

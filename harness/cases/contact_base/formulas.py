@@ -6,12 +6,14 @@ from collections.abc import Iterator
 
 from harness.parameters.contact_law import ContactLaw
 
+_EQUAL = "E* = E / (2 (1 - nu^2))"
+_TWO = "1/E* = (1 - nu_1^2) / E_1 + (1 - nu_2^2) / E_2"
 NORMAL = {
     "hooke": "F = k_n delta, delta the overlap",
-    "hertz": "F = 4/3 E* a delta, a = sqrt(R* delta), E* = E / (2 (1 - nu^2))",
-    "dmt": "F = 4/3 E* a delta - 4 pi gamma R*, a = sqrt(R* delta), E* = E / (2 (1 - nu^2))",
+    "hertz": f"F = 4/3 E* a delta, a = sqrt(R* delta), {_EQUAL}",
+    "dmt": f"F = 4/3 E* a delta - 4 pi gamma R*, a = sqrt(R* delta), {_EQUAL}",
     "jkr": "F = 4 E* a^3 / (3 R*) - 4 sqrt(pi gamma E* a^3), with "
-    "delta = a^2 / R* - 2 sqrt(pi gamma a / E*), E* = E / (2 (1 - nu^2))",
+    f"delta = a^2 / R* - 2 sqrt(pi gamma a / E*), {_EQUAL}",
     "mdr": "F = 2 R^2 E / (1 - nu^2) (theta - sin theta cos theta) on each side of a rigid flat, "
     "cos theta = 1 - d / (2 R), d the depth of the flat: half the overlap, all of it at a wall; of "
     "two sizes the mean of both sides, the flat where the surfaces cross at the largest overlap",
@@ -44,7 +46,9 @@ DAMPING = {
     "mdr": "eta_n = eta_0 sqrt(m* k), k = 2 E_eff a, a the contact radius, E_eff = E / (1 - nu^2) "
     "at a wall and half of it between spheres: the slope of the elastic force",
 }
-_MINDLIN = "8 G* a, G* = E / (4 (2 - nu) (1 + nu))"
+_EQUALLY = "G* = E / (4 (2 - nu) (1 + nu))"
+_BOTH = "1/G* = (2 - nu_1) / G_1 + (2 - nu_2) / G_2, G = E / (2 (1 + nu))"
+_MINDLIN = f"8 G* a, {_EQUALLY}"
 _ADDED = f"the spring force grows by k_t times each displacement, k_t = {_MINDLIN}"
 _TOTAL = f"spring k_t xi of the whole displacement xi, k_t = {_MINDLIN}"
 _SHRINKS = "; it shrinks with a while the contact opens (Thornton et al. 2013)"
@@ -73,6 +77,13 @@ TWISTING = {
 
 def formulas(law: ContactLaw) -> Iterator[tuple[str, str]]:
     """Yield each part of a law that is there, and its formula."""
+    for part, formula in _parts(law):
+        two = formula.replace(_EQUAL, _TWO).replace(_EQUALLY, _BOTH)
+        yield part, two if law.two_materials else formula
+
+
+def _parts(law: ContactLaw) -> Iterator[tuple[str, str]]:
+    """Yield parts and formulas for two bodies of one material."""
     yield "normal force", NORMAL[law.normal]
     if law.yield_stress is not None:
         yield "yield", YIELD

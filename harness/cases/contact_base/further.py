@@ -27,6 +27,7 @@ COHESIVE_FRICTION = named(
         "mindlin, jkr": {**_STICKIER, "normal": "jkr"},
     },
     quick=False,
+    two_materials=("mindlin, jkr",),
 )
 """Friction that attraction loads: at most mu (F + 2 F_pull-off), F the elastic force."""
 

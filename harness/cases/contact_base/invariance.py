@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from harness.cases.contact_base.motion import FORCES, Motion, motion_of
+from harness.cases.contact_base.predictions import PredictedDifference
+from harness.cases.contact_base.reference import rules_of
 from harness.cases.contact_base.rounding import why_not
 from harness.cases.contact_base.submodels import Trial
 from harness.cases.contact_base.tolerances import SINGLE
@@ -181,7 +183,10 @@ def _row(name: str, way: Way, one: Ways, traits: Traits) -> Check:
     tolerance = Tolerance("1", width + lost, 0.0, "; ".join(filter(None, whys)))
     against = repr(way.against) if way.against else "the run as it stands"
     held = f"against {against}; largest difference: {worst}"
-    return judge(name, Kind.INVARIANCE, apart[worst], 0.0, tolerance, note=held)
+    row = judge(name, Kind.INVARIANCE, apart[worst], 0.0, tolerance, note=held)
+    two = (way, one.ways[way.against], rules_of(way.job, traits))
+    predict = PredictedDifference(*two, sizes, width + lost, touch, difference)
+    return replace(row, predict=predict)
 
 
 def difference(

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +14,8 @@ from harness.cases.contract import LevelName
 from harness.parameters.contact_law import ContactLaw
 
 if TYPE_CHECKING:
+    from harness.cases.contact_base.contact_case import ContactCase
+    from harness.cases.contact_base.reference import Followed
     from harness.comparison.convergence import Limit
 
 STEPS: Mapping[LevelName, tuple[int, ...]] = {
@@ -25,10 +29,19 @@ A contact begins half a step after the start and, the steps being parts of its o
 at the same phase of a step on every rung: what is left is a series in the step.
 """
 
+FINEST: Mapping[LevelName, int] = {"quick": 25_600, "default": 51_200, "full": 204_800}
+"""Up to which a step is halved while a limit is too uncertain for its verdict, by level."""
+
+SECONDS: Mapping[LevelName, float] = {"quick": 10.0, "default": 20.0, "full": 60.0}
+"""That a run may take for it, as an engine's cost estimates it."""
+
 RECORDED = 400
 """The rung that every level has: its values are those of the baseline."""
 
 ROUND_OFF = 1e-13
+
+RESOLVED = 4.0
+"""Steps of an interval between two switches whose error shows in the runs themselves."""
 
 MOST_POWERS = 3
 """That the five rungs of a ladder tell apart."""
@@ -40,6 +53,16 @@ def powers(law: ContactLaw, further: Sequence[float] = ()) -> tuple[float, ...]:
     Those of velocity Verlet, and what ``further`` ones the scheme has.
     """
     return tuple(sorted({*further, *_powers(law)}))[:MOST_POWERS]
+
+
+def lasting_powers(law: ContactLaw, further: Sequence[float] = ()) -> tuple[float, ...]:
+    """Return the lowest powers of the step where no contact begins or ends: forces are smooth.
+
+    Velocity Verlet is even in the step without a dashpot and a spring that follows the motion by
+    steps, and if the scheme has no ``further`` ones.
+    """
+    even = law.damping == "none" and not law.tangential_spring and not further
+    return (2.0, 4.0, 6.0) if even else (1.0, 2.0, 3.0)
 
 
 def _powers(law: ContactLaw) -> tuple[float, ...]:
@@ -82,6 +105,7 @@ def climb(
     kinked: bool,
     jumps: bool = False,
     known: int = 1,
+    bounds: Mapping[str, Array] | None = None,
 ) -> dict[str, Limit]:
     """Return the limit of each quantity that every rung has, finite, by its name.
 
@@ -91,6 +115,8 @@ def climb(
     error that this leaves goes with the step squared, rungs weigh accordingly, and only
     the first power is told apart, or as many as are ``known`` where the motion up to it has none.
     Where the force ``jumps`` there, it goes with the step. Else the series holds on all rungs.
+    ``bounds`` are least errors of the rungs by the name of a quantity, as :func:`unresolved` gives
+    them.
     """
     h = 1.0 / np.asarray(steps, dtype=float)
     terms = (1.0, *(p for p in terms if p > 1.0))[:known] if kinked else terms
@@ -99,16 +125,52 @@ def climb(
     for name in rungs[0]:
         y = np.array([one.get(name, np.nan) for one in rungs])
         if np.isfinite(y).all():
-            found[name] = _limit(h, y, weights, terms)
+            least = (bounds or {}).get(name, np.zeros_like(h))
+            found[name] = _limit(h, y, weights, terms, least)
     return found
 
 
-def _limit(h: Array, y: Array, weights: Array, terms: Sequence[float]) -> Limit:
-    """Return the limit; the error of a rung is how far the series misses it, times its weight."""
+def _limit(h: Array, y: Array, weights: Array, terms: Sequence[float], least: Array) -> Limit:
+    """Return the limit; the error of a rung is how far the series misses it, times its weight.
+
+    It is no smaller than the ``least`` errors.
+    """
     from harness.comparison.convergence import limit
 
     scale = float(np.abs(y).max()) or 1.0
     columns = np.column_stack([np.ones_like(h), *(h**p for p in terms)])
     series = np.linalg.lstsq(columns / weights[:, None], y / scale / weights, rcond=None)[0]
     missed = float(np.abs((columns @ series - y / scale) / weights).max())
-    return limit(h, y, scale * max(missed, ROUND_OFF) * weights, terms)
+    errors = scale * max(missed, ROUND_OFF) * weights
+    return limit(h, y, np.maximum(errors, least), terms)
+
+
+def unresolved(
+    case: ContactCase[Any], parameters: Any, integrated: Followed, steps: Array
+) -> dict[str, Array]:
+    """Return what switches within a few steps of one another may hide from runs, by quantity.
+
+    ``steps`` are the durations of a step [s], shape (rungs,). A switch takes effect at the end of
+    a step. The interval between two of them, shorter than :data:`RESOLVED` steps, is off by up to
+    a step, or missed as a whole: the velocities by the change of the acceleration times that. As
+    long as every run misses it, their values lie on a series that leads elsewhere, and nothing in
+    them shows it.
+    """
+    motion = integrated.motion
+    plain = case.observed(parameters, motion)
+    found = {name: np.zeros_like(steps) for name in plain}
+    for one in integrated.intervals:
+        if one.duration >= RESOLVED * steps.max():
+            continue
+        kick = one.change * one.duration
+        later = (motion.time >= one.begin)[:, None, None]
+        kicked = replace(
+            motion,
+            velocity=motion.velocity + later * kick[:, :3],
+            omega=motion.omega + later * kick[:, 3:],
+        )
+        hidden = np.minimum(1.0, steps / one.duration) * (one.duration < RESOLVED * steps)
+        for name, value in case.observed(parameters, kicked).items():
+            if math.isfinite(value - plain.get(name, math.nan)):
+                found[name] += abs(value - plain[name]) * hidden
+    return found

@@ -53,9 +53,15 @@ def motion_of(output: Output, scene: ContactScene) -> Motion:
     left = output.tables.get(SERIES, {})
     told = {p: n for p, n in COLUMNS.items() if p not in FORCES or any(c in left for c in n)}
     table = output.table(["step", *(n for names in told.values() for n in names)])
-    bodies = table["x_m"].shape[1]
-    if bodies != len(scene.bodies) or table["step"][-1] != scene.steps // scene.every * scene.every:
-        raise EngineOutputError(f"{output.who} left samples of {bodies} bodies, or too few")
+    shapes = {n: table[n].shape[1:] for names in told.values() for n in names}
+    for name, shape in shapes.items():
+        if shape != (len(scene.bodies),):
+            columns = shape[0] if shape else "no"
+            raise EngineOutputError(
+                f"{output.who} left {columns} columns of {name} of {len(scene.bodies)} bodies"
+            )
+    if table["step"][-1] != scene.steps // scene.every * scene.every:
+        raise EngineOutputError(f"{output.who} left samples of {table['step'][-1]:g} steps alone")
     parts = {part: np.stack([table[n] for n in names], axis=2) for part, names in told.items()}
     for part in set(FORCES) - set(told):
         parts[part] = np.full_like(parts["position"], np.nan)

@@ -12,6 +12,7 @@ from harness.theory import hertz_impact
 
 Partner = Literal["wall", "sphere", "frozen"]
 Interface = Literal["current", "old"]
+Materials = Literal["stated", "mixed"]
 
 Radius = Annotated[float, Field(ge=1e-9, le=1e3)]
 """[m]: an atom is smaller, a mountain larger."""
@@ -51,6 +52,14 @@ class ContactSystem(ContactLaw):
         None, description="[m] of the sphere that it meets; as large unless given"
     )
     density: Density = Field(2500.0, description="[kg/m3] of the spheres")
+    partner_density: Density | None = Field(
+        None, description="[kg/m3] of the sphere that it meets; as dense unless given"
+    )
+    materials_as: Materials = Field(
+        "stated",
+        description="[-] stated: an engine gets the one material that stands for two in contact; "
+        "mixed: it gets both, and mixes them",
+    )
     interface: Interface = Field(
         "current", description="[-] old: an engine's earlier contact styles, where it has some"
     )
@@ -68,6 +77,16 @@ class ContactSystem(ContactLaw):
             raise ValueError(
                 f"partner_radius = {self.partner_radius!r}: partner = 'wall' has none "
                 "(partner = sphere, frozen does)"
+            )
+        if self.partner == "wall" and self.partner_density is not None:
+            raise ValueError(
+                f"partner_density = {self.partner_density!r}: partner = 'wall' has none "
+                "(partner = sphere, frozen does)"
+            )
+        if self.materials_as == "mixed" and not self.two_materials:
+            raise ValueError(
+                "materials_as = 'mixed': needs two materials (partner_youngs_modulus or "
+                "partner_poisson_ratio)"
             )
         if (
             (self.lags or self.surface_energy or self.damping == "mdr")
@@ -105,8 +124,13 @@ class ContactSystem(ContactLaw):
         """Return m* [kg]: m against a wall or a frozen sphere."""
         if self.partner != "sphere":
             return self.mass
-        other = sphere_mass(self.second_radius, self.density)
-        return self.mass * other / (self.mass + other)
+        return self.mass * self.second_mass / (self.mass + self.second_mass)
+
+    @property
+    def second_mass(self) -> float:
+        """Return the mass of the sphere that it meets [kg]."""
+        density = self.density if self.partner_density is None else self.partner_density
+        return sphere_mass(self.second_radius, density)
 
     @property
     def reduced_radius(self) -> float:
@@ -126,25 +150,40 @@ class ContactSystem(ContactLaw):
         if self.partner == "wall":
             return [first]
         r = self.second_radius
-        second = Body(
-            r, sphere_mass(r, self.density), (0.0, 0.0, -r), frozen=self.partner == "frozen"
-        )
+        second = Body(r, self.second_mass, (0.0, 0.0, -r), frozen=self.partner == "frozen")
         return [first, second]
 
 
-def reduced_modulus(parameters: ContactSystem) -> float:
-    """Return E* [Pa] of two bodies of one material."""
-    assert parameters.youngs_modulus is not None
-    assert parameters.poisson_ratio is not None
-    return parameters.youngs_modulus / 2.0 / (1.0 - parameters.poisson_ratio**2)
+def reduced_modulus(parameters: ContactLaw) -> float:
+    """Return E* [Pa] of two bodies: 1/E* is the sum of (1 - nu^2) / E."""
+    assert parameters.materials is not None
+    (young, poisson), (other, its) = parameters.materials
+    if not parameters.two_materials:
+        return young / 2.0 / (1.0 - poisson**2)
+    return young * other / (other * (1.0 - poisson**2) + young * (1.0 - its**2))
 
 
-def reduced_shear_modulus(parameters: ContactSystem) -> float:
-    """Return G* [Pa] of two bodies of one material: G / (2 (2 - nu))."""
-    assert parameters.youngs_modulus is not None
-    assert parameters.poisson_ratio is not None
-    nu = parameters.poisson_ratio
-    return parameters.youngs_modulus / 4.0 / (1.0 + nu) / (2.0 - nu)
+def reduced_shear_modulus(parameters: ContactLaw) -> float:
+    """Return G* [Pa] of two bodies: 1/G* is the sum of (2 - nu) / G, G = E / (2 (1 + nu))."""
+    assert parameters.materials is not None
+    (young, poisson), (other, its) = parameters.materials
+    if not parameters.two_materials:
+        return young / 4.0 / (1.0 + poisson) / (2.0 - poisson)
+    shear, another = young / 2.0 / (1.0 + poisson), other / 2.0 / (1.0 + its)
+    return shear * another / (another * (2.0 - poisson) + shear * (2.0 - its))
+
+
+def one_material(parameters: ContactLaw) -> tuple[float, float]:
+    """Return E [Pa] and nu of the one material that has E* and G* of two in contact.
+
+    Two equal bodies have r = G*/E* = (1 - nu) / (2 (2 - nu)), hence nu = (1 - 4 r) / (1 - 2 r),
+    and E = 2 (1 - nu^2) E*. For 1/r of a pair is a mean of those of both materials, nu lies
+    between theirs; of one Poisson's ratio E = 2 E_1 E_2 / (E_1 + E_2).
+    """
+    modulus = reduced_modulus(parameters)
+    ratio = reduced_shear_modulus(parameters) / modulus
+    poisson = (1.0 - 4.0 * ratio) / (1.0 - 2.0 * ratio)
+    return 2.0 * (1.0 - poisson**2) * modulus, poisson
 
 
 def hertz_spring(parameters: ContactSystem) -> float:

@@ -35,6 +35,8 @@ def published(parameters: ContactSystem, restitution: float) -> Published | None
     mu = parameters.friction or 0.0
     if mu <= 0.0:
         return None
+    if parameters.two_materials:  # the theory has those of equal ones, or with nu = 1/2
+        return None
     if parameters.normal == "hertz" and "mindlin" in parameters.tangential:
         return _partial_slip(parameters, mu, restitution)
     linear = parameters.normal == "hooke" and parameters.tangential.startswith("linear")

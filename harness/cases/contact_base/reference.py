@@ -6,11 +6,14 @@ import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from harness.cases.contact_base.motion import Motion
+import numpy as np
+
+from harness.cases.contact_base.motion import Array, Motion
 from harness.engines.contact_model import stating
 from harness.engines.contract import Job
 from harness.engines.traits import Traits
 from harness.errors import RequestError
+from harness.pair.path import ContactPath, Event
 from harness.parameters.contact_rules import Rules
 from harness.parameters.contact_scene import ContactScene
 
@@ -22,17 +25,31 @@ LONGEST = 64
 
 
 @dataclass(frozen=True)
+class Interval:
+    """The time between two switches of a contact: from one on, how long [s], and what it is worth.
+
+    ``change`` is how far the accelerations by the contacts differ in it from those after it at
+    most, (bodies, 6) [m/s2, rad/s2].
+    """
+
+    begin: float
+    duration: float
+    change: Array
+
+
+@dataclass(frozen=True)
 class Followed:
     """The motion of a scene, and whether friction began or ceased to slide in it.
 
     ``jumps``: with a jump of the force, as the dashpot is off while it slides. ``ended``: when the
-    contact last ended [s], NaN if it did not.
+    contact last ended [s], NaN if it did not. ``intervals`` lie between its switches.
     """
 
     motion: Motion
     kinked: bool
     jumps: bool
     ended: float
+    intervals: tuple[Interval, ...] = ()
 
 
 def rules_of(job: Job, traits: Traits) -> Rules:
@@ -84,7 +101,21 @@ def _followed(scene: ContactScene, rules: Rules, tolerance: float) -> Followed:
     jumps = off and dashpot and path.of_kind("slides", "sticks")
     kinked = path.of_kind("slides", "sticks", "clips", "repels")
     ends = [event.time for event in path.of_kind("ends")]
-    return Followed(motion, bool(kinked), bool(jumps), ends[-1] if ends else math.nan)
+    ended = ends[-1] if ends else math.nan
+    return Followed(motion, bool(kinked), bool(jumps), ended, _intervals(path))
+
+
+def _intervals(path: ContactPath) -> tuple[Interval, ...]:
+    """Return the times between switches of one contact, in order of their ends."""
+    latest: dict[tuple[int, int], Event] = {}
+    found = []
+    for event in path.of_kind("begins", "slides", "sticks", "clips", "repels"):
+        first = latest.get(event.contact)
+        if first is not None and event.time > first.time:
+            change = np.maximum(abs(first.after - event.after), abs(event.before - event.after))
+            found.append(Interval(first.time, event.time - first.time, change))
+        latest[event.contact] = event
+    return tuple(found)
 
 
 def jumps_at_the_end(scene: ContactScene, rules: Rules) -> bool:

@@ -108,5 +108,5 @@ def speed_ratios(
 ) -> dict[str, float]:
     """Return the speed halfway, by a name, speed and spin at the end, over a speed [m/s]."""
     u, spin = rolling(parameters, motion)
-    found = {halfway: u[len(u) // 2], "speed_ratio": u[-1], "spin_ratio": spin[-1]}
+    found = {halfway: u[len(u) // 2], "speed_ratio": u[-1], "rim_speed_ratio": spin[-1]}
     return {name: float(value) / speed for name, value in found.items()}

@@ -12,11 +12,18 @@ import sys
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from harness.cases.contact_base.parameters import ContactSystem, hertz_spring, reduced_modulus
-from harness.cases.contact_base.tolerances import SMOOTH
+from harness.cases.contact_base.parameters import (
+    ContactSystem,
+    hertz_spring,
+    reduced_modulus,
+    reduced_shear_modulus,
+)
 from harness.errors import RequestError
 from harness.parameters.contact_scene import ContactScene
 from harness.theory import dashpot, hertz_impact
+
+SMOOTH = 1e-6
+"""Of a quantity's size: the width of a limit where the law is smooth over the run."""
 
 SHALLOWEST = 4.0 * sys.float_info.epsilon / SMOOTH
 """Of the radii: both coordinates are rounded, before and after a step, to eps each; what they are
@@ -133,6 +140,38 @@ def dashpots(parameters: ContactSystem, overlap: float) -> float:
     share = {"mass_velocity": mass, "mdr": spring}
     share["viscoelastic"] = mass * math.sqrt(parameters.reduced_radius * overlap)
     return (parameters.damping_coefficient or 0.0) * share.get(parameters.damping, 1.0)
+
+
+def elastic_force(parameters: ContactSystem, overlap: float) -> float:
+    """Return the elastic force of hooke or hertz at an overlap [N]."""
+    power = 1.0 if parameters.normal_stiffness is not None else 1.5
+    return stiffness(parameters, overlap) * overlap / power
+
+
+def twisting_limit(parameters: ContactSystem, overlap: float) -> float:
+    """Return the largest torque about the normal over the normal force [m]; Marshall's 2/3 a mu.
+
+    0 where nothing resists twisting.
+    """
+    if parameters.twisting == "marshall":
+        return 2.0 / 3.0 * _contact_radius(parameters, overlap) * (parameters.friction or 0.0)
+    return parameters.twisting_friction or 0.0
+
+
+def twisting_spring(parameters: ContactSystem, overlap: float) -> tuple[float, float]:
+    """Return stiffness [N m] and dashpot [N m s] of twisting; Marshall's k_t, eta_t by a^2 / 2."""
+    if parameters.twisting != "marshall":
+        return parameters.twisting_stiffness or 0.0, parameters.twisting_damping or 0.0
+    a = _contact_radius(parameters, overlap)
+    k = parameters.tangential_stiffness
+    if k is None:
+        k = 8.0 * reduced_shear_modulus(parameters) * a
+    eta = (parameters.tangential_damping or 0.0) * dashpots(parameters, overlap)
+    return 0.5 * k * a * a, 0.5 * eta * a * a
+
+
+def _contact_radius(parameters: ContactSystem, overlap: float) -> float:
+    return math.sqrt(parameters.reduced_radius * overlap)
 
 
 def met(

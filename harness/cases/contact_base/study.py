@@ -5,14 +5,24 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from harness.cases.contact_base.evidence import Climbed, Evidence, Failed
-from harness.cases.contact_base.impact import steps_of
-from harness.cases.contact_base.ladder import RECORDED, STEPS, climb, powers
+from harness.cases.contact_base.ladder import (
+    FINEST,
+    RECORDED,
+    SECONDS,
+    STEPS,
+    climb,
+    lasting_powers,
+    powers,
+    unresolved,
+)
 from harness.cases.contact_base.motion import motion_of
+from harness.cases.contact_base.predictions import PredictedValue
 from harness.cases.contact_base.reference import (
     followed,
     jumps_at_the_end,
@@ -20,22 +30,25 @@ from harness.cases.contact_base.reference import (
     rules_of,
 )
 from harness.cases.contact_base.submodels import Trial
-from harness.cases.contact_base.tolerances import jump_of, width_of
-from harness.cases.contract import Study
+from harness.cases.contact_base.tolerances import width_of
+from harness.cases.contract import LevelName, Study
 from harness.comparison.baseline_record import BaselineRecord, Quantity, made_by, name_in_cell
 from harness.comparison.convergence import Limit
 from harness.comparison.findings import Findings
+from harness.comparison.tolerances import Tolerance
 from harness.comparison.verdicts import (
     Cell,
     Check,
     Kind,
+    decided,
     failed_run,
     finding,
+    is_undecided,
     judge,
     not_tested,
 )
 from harness.engines.contract import Engine, Output
-from harness.errors import EngineError, EngineNaNError
+from harness.errors import EngineError, EngineNaNError, RequestError
 from harness.parameters.contact_rules import Rules
 
 if TYPE_CHECKING:
@@ -43,6 +56,9 @@ if TYPE_CHECKING:
 
 
 NO_FORCE = "its output tells no forces"
+
+Run = tuple[Any, Output | EngineError]
+"""Parameters, and what an engine made of them."""
 
 MOVED = 10.0
 """Errors of a rung by which the rungs must differ for their order to be told."""
@@ -61,66 +77,142 @@ def verify_trials(
             findings.checks.append(replace(row, cell=_cell(case, trial, engine)))
         else:
             runnable.append(trial)
-    steps = STEPS[study.level]
-    rungs = [t.parameters.replace(steps_per_contact=n) for t in runnable for n in steps]
-    outputs = engine.run([case.job(one) for one in rungs]) if rungs else []
+    refined = _refined(case, engine, study.level, runnable)
     climbed, failed = [], []
-    for number, trial in enumerate(runnable):
-        own = slice(number * len(steps), (number + 1) * len(steps))
-        runs = list(zip(rungs[own], outputs[own], strict=True))
-        try:
-            found = _climbed(case, trial, runs, engine)
-        except EngineError as error:
-            row = failed_run(_name(case, trial, engine), Kind.ANALYTIC, error)
+    for number, (trial, runs, found) in enumerate(refined):
+        if isinstance(found, EngineError):
+            row = failed_run(_name(case, trial, engine), Kind.ANALYTIC, found)
             # with values that are no numbers it ran, and went wrong
-            died = not isinstance(error, EngineNaNError)
+            died = not isinstance(found, EngineNaNError)
             cell = _cell(case, trial, engine)
             findings.checks.append(replace(row, engine_died=died, cell=cell))
-            failed.append(_failed(case, trial, runs, engine, error))
+            failed.append(_failed(case, trial, runs, engine, found))
         else:
             findings.checks += _judged(case, found, engine)
             climbed.append(found)
-            findings.records.append(_record(case, trial, runs[steps.index(RECORDED)], engine))
+            recorded = runs[STEPS[study.level].index(RECORDED)]
+            findings.records.append(_record(case, trial, recorded, engine))
         study.progress(case.name, number + 1, len(runnable))
     drawn = study.level != "quick"
     findings.evidence = Evidence(engine.title, tuple(climbed), drawn=drawn, failed=tuple(failed))
     return findings
 
 
+def _refined(
+    case: ContactCase[Any], engine: Engine, level: LevelName, trials: Sequence[Trial]
+) -> list[tuple[Trial, list[Run], Climbed | EngineError]]:
+    """Return the runs of trials and their limits, with half the step again while one is undecided.
+
+    No further than :data:`FINEST` allows, or :data:`SECONDS` for a run.
+    """
+    steps = STEPS[level]
+    wanted = [t.parameters.replace(steps_per_contact=n) for t in trials for n in steps]
+    outputs = engine.run([case.job(one) for one in wanted]) if wanted else []
+    parts = [slice(i * len(steps), (i + 1) * len(steps)) for i in range(len(trials))]
+    runs: list[list[Run]] = [list(zip(wanted[p], outputs[p], strict=True)) for p in parts]
+    found = [_climbed(case, *one, engine, level) for one in zip(trials, runs, strict=True)]
+    going = [*range(len(trials))]
+    while True:
+        finer = {i: _finer(case, found[i], runs[i][-1][0], engine, level) for i in going}
+        following = {i: parameters for i, parameters in finer.items() if parameters is not None}
+        if not following:
+            return list(zip(trials, runs, found, strict=True))
+        going = [*following]
+        outputs = engine.run([case.job(one) for one in following.values()])
+        for (i, parameters), output in zip(following.items(), outputs, strict=True):
+            runs[i].append((parameters, output))
+            found[i] = _climbed(case, trials[i], runs[i], engine, level)
+
+
+def _finer(
+    case: ContactCase[Any],
+    found: Climbed | EngineError,
+    last: Any,
+    engine: Engine,
+    level: LevelName,
+) -> Any:
+    """Return the parameters of a run with half the last step, None where none is to be made."""
+    if isinstance(found, EngineError) or not _undecided_in(case, found, engine):
+        return None
+    steps = 2 * last.steps_per_contact
+    if steps > FINEST[level]:
+        return None
+    parameters = last.replace(steps_per_contact=steps)
+    try:
+        seconds = case.seconds(parameters, engine.traits)
+    except RequestError:  # more steps than any run may have
+        return None
+    return parameters if seconds <= SECONDS[level] else None
+
+
+def _undecided_in(case: ContactCase[Any], found: Climbed, engine: Engine) -> bool:
+    """Return whether a limit is too uncertain for its verdict."""
+    return any(
+        is_undecided(reached.value, expected.value, reached.uncertainty, width)
+        for name, expected in found.references.items()
+        if (reached := found.limits.get(name)) is not None and math.isfinite(expected.value)
+        for width in [_tolerance(case, found, name, engine).width(expected.value)]
+    )
+
+
+def _tolerance(case: ContactCase[Any], found: Climbed, name: str, engine: Engine) -> Tolerance:
+    units = {quantity.name: quantity.unit for quantity in case.quantities}
+    return width_of(
+        units[name],
+        kinked=found.kinked,
+        digits=engine.traits.digits,
+        size=case.sizes(found.finest).get(name, 1.0),
+        along_path=bool(case.scene(found.finest).segments) and not found.jumps,
+    )
+
+
 def _climbed(
     case: ContactCase[Any],
     trial: Trial,
-    runs: Sequence[tuple[Any, Output | EngineError]],
+    runs: Sequence[Run],
     engine: Engine,
-) -> Climbed:
-    """Return the limits of a trial; raise the EngineError of a run that failed."""
+    level: LevelName,
+) -> Climbed | EngineError:
+    """Return the limits of a trial, or the error of a run that failed."""
     rungs = []
     for parameters, output in runs:
         if isinstance(output, EngineError):
-            raise output
-        motion = motion_of(output, case.scene(parameters))
+            return output
+        try:
+            motion = motion_of(output, case.scene(parameters))
+        except EngineError as error:
+            return error
         rungs.append(case.observed(parameters, motion))
     finest = runs[-1][0]
+    # what is expected, and what switches, is the same for all steps
+    first = runs[len(STEPS[level]) - 1][0]
     steps = [parameters.steps_per_contact for parameters, _ in runs]
     rules = rules_of(case.job(finest), engine.traits)
-    integrated = followed(case.scene(finest), rules)
-    terms = case.powers or powers(trial.parameters, powers_of(case.job(finest), engine.traits))
-    ends = jumps_at_the_end(case.scene(finest), rules)
+    integrated = followed(case.scene(first), rules)
+    of_law = lasting_powers if case.lasts else powers
+    terms = case.powers or of_law(finest, powers_of(case.job(finest), engine.traits))
+    ends = jumps_at_the_end(case.scene(first), rules)
     jumps = integrated.jumps or ends
     kinked = integrated.kinked or jumps
-    slides = integrated.jumps and math.isfinite(integrated.ended)
     # up to the end of an impact that codes bring on behind the motion the series is that of its law
     known = 2 if ends and trial.parameters.lags and not integrated.kinked else 1
-    limits = climb(terms, steps, rungs, kinked=kinked, jumps=jumps, known=known)
-    references, plain = case.expected(finest, rules), case.expected(finest, Rules())
+    # a series without weights holds on the finest runs best
+    used = slice(0 if kinked else -len(STEPS[level]), None)
+    durations = np.array([case.scene(parameters).step for parameters, _ in runs[used]])
+    bounds = unresolved(case, first, integrated, durations) if kinked else {}
+    extrapolate = partial(
+        climb, terms, steps[used], kinked=kinked, jumps=jumps, known=known, bounds=bounds
+    )
+    limits, levels = extrapolate(rungs[used]), tuple(parameters for parameters, _ in runs[used])
+    references, plain = case.expected(first, rules), case.expected(first, Rules())
     told = trial, references, rules, finest, _command(output.log)
-    return Climbed(*told, limits, plain, motion, kinked, slides, ends)
+    return Climbed(*told, limits, plain, motion, kinked, jumps, levels, extrapolate)
 
 
 def _failed(
     case: ContactCase[Any],
     trial: Trial,
-    runs: Sequence[tuple[Any, Output | EngineError]],
+    runs: Sequence[Run],
     engine: Engine,
     error: EngineError,
 ) -> Failed:
@@ -153,29 +245,31 @@ def _judged(case: ContactCase[Any], found: Climbed, engine: Engine) -> list[Chec
             told = not_tested(_name(case, trial, engine), Kind.CROSS_CODE, NO_FORCE)
             rows.append(replace(told, cell=_cell(case, trial, engine)))
             continue
-        digits = engine.traits.digits
-        finest, where = found.finest, {"slides": found.slides, "ends": found.ends}
-        jump = jump_of(finest.law, steps_of(finest), name, **where)
-        tolerance = width_of(units[name], kinked=found.kinked, jump=jump, digits=digits)
         row = judge(
             f"{_name(case, trial, engine)}: {name}",
             Kind.ANALYTIC if expected.kind == "closed form" else Kind.CROSS_CODE,
             reached.value if reached else math.nan,
             expected.value,
-            tolerance,
+            _tolerance(case, found, name, engine),
             uncertainty=reached.uncertainty if reached else math.nan,
         )
-        rows.append(replace(row, cell=_cell(case, trial, engine, reached)))
+        steps = found.finest.steps_per_contact
+        row = decided(row, f"{steps} steps of a contact are the finest that the level runs")
+        of = (case, found.levels, found.extrapolate, found.rules)
+        predict = PredictedValue(*of, name, units[name], engine.traits.digits, row)
+        rows.append(replace(row, cell=_cell(case, trial, engine, reached), predict=predict))
     return [*rows, *_moved_by_rules(case, found, engine)]
 
 
 def _moved_by_rules(case: ContactCase[Any], found: Climbed, engine: Engine) -> list[Check]:
     """Return a finding for the quantity that the engine's rules move most, if they move any."""
     units = {quantity.name: quantity.unit for quantity in case.quantities}
+    sizes = case.sizes(found.finest)
     moved = {}
     for name, plain in found.plain.items():
         apart = abs(found.references[name].value - plain.value)
-        if name in found.limits and apart > width_of(units[name], kinked=False).width(plain.value):
+        width = width_of(units[name], kinked=False, size=sizes.get(name, 1.0))
+        if name in found.limits and apart > width.width(plain.value):
             moved[name] = apart / (abs(plain.value) or 1.0)
     if not moved:
         return []

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -16,21 +16,35 @@ SYSTEMS: Told = {
 }
 """What the first sphere, of 1 cm radius, meets, by name."""
 
+_STIFFER = {"partner_youngs_modulus": 4e8, "partner_poisson_ratio": 0.1}
+_DENSER = {"partner": "sphere", "partner_radius": None, "partner_density": 5000.0, **_STIFFER}
+
+TWO_MATERIALS: Told = {
+    "two materials, stated": {**_DENSER, "materials_as": "stated"},
+    "two materials, mixed": {**_DENSER, "materials_as": "mixed"},
+    "wall of another material": {"partner": "wall", "partner_radius": None, **_STIFFER},
+}
+"""Of another modulus, Poisson's ratio and density, for submodels that take a material."""
+
 
 @dataclass(frozen=True)
 class Submodel:
     """A choice of submodels by its name, as changes of a case's law.
 
-    ``systems`` names those that it goes through, all unless given; ``quick``: at every level.
+    ``systems`` names those that it goes through, all unless given; those of ``TWO_MATERIALS`` only
+    where it is said to have ``two_materials``. ``quick``: at every level.
     """
 
     name: str
     law: Mapping[str, Any] = field(hash=False)
     systems: tuple[str, ...] = ()
     quick: bool = True
+    two_materials: bool = False
 
     def stated_in(self, name: str, system: Mapping[str, Any]) -> bool:
         """Return whether it goes through a system."""
+        if name in TWO_MATERIALS:
+            return self.two_materials
         return not self.systems or name in self.systems
 
 
@@ -43,9 +57,14 @@ class Trial:
     parameters: Any
 
 
-def named(laws: Told, *, quick: bool = True) -> tuple[Submodel, ...]:
+def named(
+    laws: Told, *, quick: bool = True, two_materials: Container[str] = ()
+) -> tuple[Submodel, ...]:
     """Return submodels by their names."""
-    return tuple(Submodel(name, law, quick=quick) for name, law in laws.items())
+    return tuple(
+        Submodel(name, law, quick=quick, two_materials=name in two_materials)
+        for name, law in laws.items()
+    )
 
 
 PLAIN = {
@@ -87,7 +106,8 @@ NORMAL = named(
         "hertz, coeff_restitution": {**HERTZ, **CONSTANT},
         "mdr": MDR,
         "mdr, velocity": {**MDR, **SLOW},
-    }
+    },
+    two_materials=("hertz", "hertz, viscoelastic", "hertz, coeff_restitution"),
 )
 """Normal forces and dampings."""
 
@@ -97,7 +117,8 @@ COHESIVE = named(
         "dmt, viscoelastic": {**STICKY, "normal": "dmt", **VISCOUS},
         "jkr": {**STICKY, "normal": "jkr"},
         "jkr, viscoelastic": {**STICKY, "normal": "jkr", **VISCOUS},
-    }
+    },
+    two_materials=("dmt", "jkr"),
 )
 """Normal forces with attraction."""
 
@@ -129,7 +150,8 @@ TANGENTIAL = named(
                 "mindlin_classic",
             )
         },
-    }
+    },
+    two_materials=("mindlin", "mindlin_rescale/force"),
 )
 """Tangential forces, with friction."""
 
@@ -155,7 +177,7 @@ ROLLS = {
 TWISTS = {
     "twisting": "sds",
     "twisting_stiffness": 1.0,
-    "twisting_damping": 1e-5,
+    "twisting_damping": 5e-5,
     "twisting_friction": 1e-4,
 }
 
@@ -163,7 +185,8 @@ ROLLING = named(
     {
         "rolling sds, linear_history": {**STICKING, **ROLLS},
         "rolling sds, mindlin": {**SOLID_STICKING, **ROLLS},
-    }
+    },
+    two_materials=("rolling sds, mindlin",),
 )
 """Rolling resistance, beside friction that keeps the sphere rolling."""
 
@@ -171,9 +194,13 @@ TWISTING = named(
     {
         "twisting sds, linear_history": {**STICKING, **TWISTS},
         "twisting sds, mindlin": {**SOLID_STICKING, **TWISTS},
-        "twisting marshall, linear_history": {**STICKING, "twisting": "marshall"},
+        "twisting marshall, linear_history": {
+            **{**STICKING, "damping_coefficient": 20.0},
+            "twisting": "marshall",
+        },
         "twisting marshall, mindlin": {**SOLID_STICKING, "twisting": "marshall"},
-    }
+    },
+    two_materials=("twisting marshall, mindlin",),
 )
 """Twisting resistance."""
 
@@ -222,7 +249,11 @@ TANGENTIAL_BESIDE = named(
             "tangential": "mindlin/force",
             "tangential_damping": _ALIKE,
         },
-    }
+    },
+    two_materials=(
+        *("mindlin, elastic", "mindlin/force, elastic", "mindlin_rescale/force, elastic"),
+        "mindlin, coeff_restitution, clipped",
+    ),
 )
 """Friction beside these normal forces, and without dissipation."""
 
@@ -244,3 +275,16 @@ ROLLING_BESIDE = named(
     }
 )
 """Rolling springs as stiff as the tangential one, without a dashpot, and one tied to k_n."""
+
+TWISTING_BESIDE = named(
+    {
+        "twisting sds, linear_history, tied": {
+            **STICKING,
+            "twisting": "sds",
+            "twisting_stiffness": 2e1 / 7.0,
+            "twisting_damping": 0.0,
+            "twisting_friction": 1e-4,
+        }
+    }
+)
+"""A twisting spring without a dashpot, of k_t R*^2 for the sphere of 1 cm on a plane."""

@@ -6,8 +6,10 @@ import math
 from collections.abc import Iterator, Sequence
 from operator import mul
 
+from harness.cases.contact_base.parameters import Materials, one_material
 from harness.engines.contract import Job, Template, Value
 from harness.errors import RequestError
+from harness.parameters.contact_coefficients import PARTNER
 from harness.parameters.contact_law import ContactLaw
 from harness.parameters.contact_scene import ZERO, Body, ContactScene, Plane, Segment, Vector
 
@@ -21,16 +23,19 @@ OF_MDR = ("yield_stress", "bulk_response")
 """Parts of a law that are told where they are there."""
 
 
-def values_of(scene: ContactScene, interface: str = "current") -> dict[str, Value]:
+def values_of(
+    scene: ContactScene, interface: str = "current", materials: Materials = "stated"
+) -> dict[str, Value]:
     """Return what a script is told of a scene with one or two spheres and parallel planes.
 
+    Two ``materials`` are stated as the one that stands for both, or both are given, to be mixed.
     Raise RequestError for one with more, or with other planes.
     """
     if len(scene.bodies) > 2:
         raise RequestError(f"bodies: scripts take one or two, got {len(scene.bodies)}")
     values: dict[str, Value] = {
         "interface": interface,
-        **_law(scene.law),
+        **_law(scene.law, materials),
         **dict(_planes(scene.planes)),
         **dict(zip(("gravity_x", "gravity_y", "gravity_z"), scene.gravity, strict=True)),
         "room": _room(scene),
@@ -43,20 +48,26 @@ def values_of(scene: ContactScene, interface: str = "current") -> dict[str, Valu
     return {**values, **dict(_segments(scene))} if scene.segments else values
 
 
-def job_of(scene: ContactScene, interface: str) -> Job:
+def job_of(scene: ContactScene, interface: str, materials: Materials = "stated") -> Job:
     """Return the job of a scene, which writes its samples."""
     where = "plane" if len(scene.bodies) == 1 else "pair"
     variant = f"prescribed-{where}" if scene.segments else where
-    return Job(TEMPLATE, values_of(scene, interface), variant, sampled=True)
+    return Job(TEMPLATE, values_of(scene, interface, materials), variant, sampled=True)
 
 
-def _law(law: ContactLaw) -> dict[str, Value]:
-    values = {name: getattr(law, name) for name in ContactLaw.model_fields if name not in OF_MDR}
+def _law(law: ContactLaw, materials: Materials) -> dict[str, Value]:
+    apart = (*OF_MDR, *PARTNER)
+    values = {name: getattr(law, name) for name in ContactLaw.model_fields if name not in apart}
     told: dict[str, Value] = {n: 0.0 if v is None else v for n, v in values.items()}
     if law.yield_stress is not None:
         told["yield_stress"] = law.yield_stress
     if law.bulk_response:
         told["bulk_response"] = "yes"
+    if law.two_materials and law.materials:
+        if materials == "stated":
+            told |= zip(("youngs_modulus", "poisson_ratio"), one_material(law), strict=True)
+        else:
+            told |= zip(PARTNER, law.materials[1], strict=True)
     return {**told, "clipped": "yes" if law.clipped else "no"}
 
 
@@ -151,8 +162,17 @@ def _default(bodies: int, segments: int = 0) -> dict[str, Value]:
     }
 
 
+NEUTRAL: dict[str, Value] = {
+    **dict(zip(("up_x", "up_y", "up_z"), UP, strict=True)),
+    **dict.fromkeys(("drift_x", "drift_y", "drift_z"), 0.0),
+    **dict.fromkeys(("gravity_x", "gravity_y", "gravity_z"), 0.0),
+    **{"friction": 0.0, "surface_energy": 0.0, "rolling": "none", "twisting": "none"},
+}
+"""Values that an engine may leave unread, where they are these."""
+
 TEMPLATE = Template(
     name="contacts",
+    neutral=NEUTRAL,
     variants={
         "plane": _default(bodies=1),
         "pair": _default(bodies=2),

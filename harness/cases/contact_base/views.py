@@ -22,6 +22,7 @@ SAME: Axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 DIMENSIONS = {
     "normal_stiffness": (0, 1, -2),
     "youngs_modulus": (-1, 1, -2),
+    "partner_youngs_modulus": (-1, 1, -2),
     "surface_energy": (0, 1, -2),
     "yield_stress": (-1, 1, -2),
     "tangential_stiffness": (0, 1, -2),
@@ -173,11 +174,25 @@ class Renumbered:
             Segment(piece.steps, piece.velocities[::-1], piece.omegas[::-1])
             for piece in scene.segments
         )
-        return replace(scene, bodies=scene.bodies[::-1], segments=segments)
+        law = _exchanged(scene.law)
+        return replace(scene, bodies=scene.bodies[::-1], law=law, segments=segments)
 
     def back(self, motion: Motion) -> Motion:
         """Return a motion in the first order."""
         return Motion(motion.time, *(getattr(motion, name)[:, ::-1] for name in PARTS))
+
+
+def _exchanged(law: ContactLaw) -> ContactLaw:
+    """Return a law with the material of the second body first."""
+    if not (law.two_materials and law.materials):
+        return law
+    (young, poisson), (other, its) = law.materials
+    return law.replace(
+        youngs_modulus=other,
+        poisson_ratio=its,
+        partner_youngs_modulus=young,
+        partner_poisson_ratio=poisson,
+    )
 
 
 PARTS = ("position", "velocity", "omega", "force", "torque")

@@ -66,6 +66,14 @@ EXCHANGED = ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
 DIRECTION, WAY = (0.6, -0.48, 0.64), 5.0
 """Of a moving frame, and how far it goes in a run, in radii: spheres cross boundaries in turn."""
 
+SLANTED = (0.35, -0.88, 0.32)
+"""What z is turned to for a pair that is carried: less than a bin of LAMMPS's apart along z, and in
+another order along y. Codes that sort by bins have now one of them first, now the other."""
+
+CARRIED, FAR, MANY = "carried", 20.0, 4200
+"""A pair carried along z by so many radii in so many steps, or some more: six pieces of a
+prescribed motion, in each of the last two of which LAMMPS sorts once by default."""
+
 SMALLER = views.Units(2.0**-12, 2.0**-36, 2.0**-12)
 """4096 times smaller, of the same density, modulus and speed: powers of two round nothing."""
 
@@ -120,7 +128,8 @@ def _systems(submodel: Submodel, level: LevelName) -> Sequence[str]:
     if level == "full" or (level == "quick" and not submodel.quick):
         return ()
     stated = submodel.systems or SYSTEMS[level]
-    return [name if name in stated else EQUAL for name in SYSTEMS[level]]
+    unequal = "unequal spheres"
+    return [EQUAL if name == unequal and unequal not in stated else name for name in SYSTEMS[level]]
 
 
 def first_ways(case: ContactCase[Any], trial: Trial, level: LevelName) -> Ways:
@@ -129,7 +138,18 @@ def first_ways(case: ContactCase[Any], trial: Trial, level: LevelName) -> Ways:
     seen = [way for way in _views(scene, trial) if level != "quick" or way.name in QUICK]
     if scene.law.normal == "mdr" and has_width(scene):
         seen.append(_way(STEPPED, replace(scene, every=1), trial, judged=False))
+    if level != "quick" and not scene.planes and scene.law.normal != "mdr":
+        seen.append(_carried(case, trial, scene.steps))
     return Ways(case, trial, {way.name: way for way in (_way(PLAIN, scene, trial), *seen)})
+
+
+def _carried(case: ContactCase[Any], trial: Trial, steps: int) -> Way:
+    """Return the way of a pair through the room in many steps, of which it has ``steps``."""
+    finer = trial.parameters.steps_per_contact * math.ceil(MANY / steps)
+    scene = _sampled(case.scene(trial.parameters.replace(steps_per_contact=finer)))
+    speed = FAR * trial.parameters.radius / scene.duration
+    view = views.View(views.axes_about(SLANTED), (0.0, 0.0, speed))
+    return _way(CARRIED, scene, trial, view, drift=speed, judged=False)
 
 
 def _views(scene: ContactScene, trial: Trial) -> Iterator[Way]:
@@ -157,12 +177,14 @@ def later_ways(one: Ways, engine: Engine, level: LevelName) -> Iterator[Way]:
         back = _way("reversed in time", views.turned_back(plain.scene, motion), one.trial)
         yield replace(back, back=views.run_backwards)
     # spheres alone are seen from a moving frame, in which they cross boundaries
-    carrier = one.ways.get(PLAIN if plain.scene.planes else MOVED)
-    there = one.motion(carrier.name) if carrier else None
-    if carrier is not None and there is not None:
+    alone = not plain.scene.planes
+    for name, carried in ((MOVED if alone else PLAIN, False), (CARRIED if alone else PLAIN, True)):
+        carrier, there = one.ways.get(name), one.motion(name)
+        if carrier is None or there is None:
+            continue
         ends = there.position[[0, -1]].mean(axis=1)
         for told in engine.variations(carrier.job, ends.tolist()):
-            if level != "quick" or told.name in QUICK:
+            if told.carried is carried and (level != "quick" or told.name in QUICK):
                 few = level == "full" or one.trial.submodel in one.case.over_ranks
                 yield replace(_varied(carrier, told), judged=told.everywhere or few)
 
@@ -177,7 +199,9 @@ def _way(name: str, scene: ContactScene, trial: Trial, view: Any = None, **more:
     """Return the way of a scene, seen in a view."""
     seen = scene if view is None else view.scene(scene)
     back = {} if view is None else {"back": view.back}
-    return Way(name, seen, job_of(seen, trial.parameters.interface), **back, **more)
+    parameters = trial.parameters
+    job = job_of(seen, parameters.interface, parameters.materials_as)
+    return Way(name, seen, job, **back, **more)
 
 
 def _varied(carrier: Way, told: Variation) -> Way:

@@ -64,7 +64,7 @@ def of_way(way: Way, one: Ways, sizes: Mapping[str, float], *, single: bool) -> 
     far = float(np.abs(motion.position).max()) + way.drift * scene.duration + way.reach
     fast = float(np.abs(motion.velocity).max()) + way.drift
     rounded = far / sizes["position"] + fast / sizes["velocity"]
-    width = ROUNDINGS * scene.steps * float(np.finfo(float).eps) * rounded
+    width = ROUNDINGS * way.scene.steps * float(np.finfo(float).eps) * rounded
     if single:
         room = float(one.ways[PLAIN].job.values["room"])
         shown = room / sizes["position"] + fast / sizes["velocity"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Mapping, Sequence
 
 from harness.cases.case_text import tolerances_of
@@ -18,10 +19,14 @@ from harness.comparison.baseline_record import BaselineRecord, Quantity, made_by
 from harness.comparison.findings import Findings
 from harness.comparison.verdicts import Check, Kind, judge, not_tested
 from harness.engines.contract import Engine, Job, Output
+from harness.engines.cost import STATED_SECONDS
 from harness.engines.traits import Traits
-from harness.errors import EngineError
+from harness.errors import EngineError, HarnessError
 from harness.parameters.contact import PLASTIC, SOURCE
 from harness.report.sections import Section
+
+LONGER = 4.0
+"""How many times as long the second of two runs is that tell what a step costs."""
 
 
 class DropCase(Case[Drop]):
@@ -79,6 +84,25 @@ class DropCase(Case[Drop]):
         refused = [c for c in (SOURCE, PLASTIC) if engine.traits.refuses_contact(c)]
         return len(list(drop_tests(engine.traits))) + len(refused)
 
+    def seconds_to_verify(self, engine: Engine) -> float:
+        """Return the steps of the drops times what one takes, from runs of different lengths [s].
+
+        The first run is not timed: an engine may compile then. What starting a run takes drops out.
+        """
+        drops = [test.case for test in drop_tests(engine.traits)]
+        steps = sum(drop.steps for drop in drops) / engine.workers
+        short = min(drops, key=lambda drop: drop.steps)
+        longer = short.replace(duration=LONGER * short.duration)
+        try:
+            _seconds(engine, short)
+            least = _seconds(engine, short)
+            if least / short.steps * steps < STATED_SECONDS:
+                return 0.0
+            more = _seconds(engine, longer) - least
+        except HarnessError:
+            return 0.0  # which its verification tells
+        return max(0.0, more / (longer.steps - short.steps) * steps)
+
     def verify(self, engine: Engine, study: Study) -> Findings:
         """Run the drops that an engine can state and judge each against what its rules ask for."""
         tests = list(drop_tests(engine.traits))
@@ -113,6 +137,13 @@ class DropCase(Case[Drop]):
 
         found = [*([main] if main is not None else []), *beside.values()]
         return sections_of([one.evidence for one in found if one.evidence is not None])
+
+
+def _seconds(engine: Engine, drop: Drop) -> float:
+    """Return the wall time of one drop; raise the error of one that fails."""
+    clock = time.monotonic()
+    whole(run_drops(engine, [drop])[0])
+    return time.monotonic() - clock
 
 
 def _judged(name: str, test: DropTest, run: DropRun | EngineError) -> Check:

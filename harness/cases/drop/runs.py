@@ -36,8 +36,9 @@ def run_drops(engine: Engine, cases: Sequence[Drop]) -> list[DropRun | EngineErr
 def read(case: Drop, output: Output) -> DropRun:
     """Return the drop that an output tells of, every sample of it.
 
-    Raise EngineOutputError for what is missing or cut, EngineNaNError for values that are not
-    finite.
+    Raise EngineOutputError for what is missing or cut, or ran with other settings, EngineNaNError
+    for values that are not finite.
     """
+    output.check_numbers({**case.settings(), "steps": case.steps})
     table = output.table(COLUMNS, case.steps // case.every + 1)
     return DropRun(case, path_in(table), output.seconds, output.provenance)

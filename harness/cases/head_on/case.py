@@ -18,7 +18,14 @@ from harness.cases.contact_base.parameters import ContactSystem, Speed
 from harness.cases.contact_base.presets import HEAD_ON, Told
 from harness.cases.contact_base.scales import met
 from harness.cases.contact_base.scans import NORMALS, Scan
-from harness.cases.contact_base.submodels import COHESIVE, NORMAL, NORMAL_BESIDE, OLD_NORMAL
+from harness.cases.contact_base.submodels import (
+    COHESIVE,
+    NORMAL,
+    NORMAL_BESIDE,
+    OLD_NORMAL,
+    SYSTEMS,
+    TWO_MATERIALS,
+)
 from harness.parameters.contact_scene import ContactScene
 from harness.report.sections import Drawing
 
@@ -41,6 +48,7 @@ class HeadOnCase(ContactCase[HeadOn]):
 
     name = "head-on"
     sets: ClassVar[Told] = {"elastic": {}, **HEAD_ON}
+    systems: ClassVar[Told] = {**SYSTEMS, **TWO_MATERIALS}
     submodels = (*NORMAL, *COHESIVE, *OLD_NORMAL, *BRANCHES, *OLD_CLIPPED, *TOGETHER)
     beside = NORMAL_BESIDE
     invariant = (*NORMAL, *COHESIVE, *OLD_NORMAL, *BRANCHES, *TOGETHER)

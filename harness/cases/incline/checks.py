@@ -213,7 +213,8 @@ def _route(verifying: Verifying, name: str, case: Incline) -> Check:
     )
     width = Tolerance("deg", min(stated, cap), 0.0, why)
     value, expected = steady.value_deg, passage.value_deg
-    return judge(name, Kind.CROSS_CODE, value, expected, width, uncertainty=stated)
+    note = f"passage: {passage.phases_note}"
+    return judge(name, Kind.CROSS_CODE, value, expected, width, uncertainty=stated, note=note)
 
 
 def _motions(verifying: Verifying) -> list[Check]:

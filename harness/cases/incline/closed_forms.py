@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from harness.errors import RequestError
+from harness.hard_sphere.critical_angle import MOST_RESTITUTION
+from harness.hard_sphere.critical_angle import critical_angle as of_rigid_spheres
 from harness.parameters.contact import Contact
 from harness.shown import Shown, record_frame
 from harness.theory.critical_angle import STATIC_ANGLE_DEG, critical_angle, no_flight_bound
@@ -36,9 +38,23 @@ PASSAGES = 0.4
 """Restitution up to which a passage is measured, where the hops in the well have died out."""
 
 
+NO_PASSAGE = f"none: above e = {MOST_RESTITUTION:g} the grain flies over the crest"
+
+ONE_SHOCK_CAVEAT = (
+    "critical_angle_deg takes one collision for the many rebounds in a well: rigid spheres, "
+    "event_driven_deg, differ from both readings at every restitution above 0"
+)
+
+
 @dataclass(frozen=True, repr=False)
 class Theory(Shown):
-    """What the closed forms say; angles in degrees, energies in m g d at the critical angle."""
+    """What the closed forms say; angles in degrees, energies in m g d at the critical angle.
+
+    Of a restitution, ``one_shock_kept_deg`` and ``one_shock_lost_deg`` are both readings of the
+    source, and ``event_driven_deg`` is the angle of rigid spheres whose every rebound is followed,
+    None above a restitution of 0.7, where the grain flies over the crest. The closed form with the
+    reading that was chosen is ``critical_angle_deg``.
+    """
 
     critical_angle_deg: float
     shock: float
@@ -48,6 +64,11 @@ class Theory(Shown):
     well_depth: float
     gain_per_crest: float
     steady_energy: float | None
+    restitution: float | None = None
+    one_shock_kept_deg: float | None = None
+    one_shock_lost_deg: float | None = None
+    event_driven_deg: float | None = None
+    caveat: str | None = None
 
     def record(self) -> dict[str, Any]:
         """Return the fields as a JSON-ready mapping."""
@@ -58,8 +79,19 @@ class Theory(Shown):
         return record_frame([self])
 
     def told(self) -> dict[str, str]:
-        """Return the angle, and the shock that it belongs to."""
+        """Return the angle and its shock; of a restitution rigid spheres and both readings."""
         reading = f", reading: {self.reading}" if self.reading else ""
+        if self.restitution is not None:
+            events = self.event_driven_deg
+            return {
+                "rigid spheres, every rebound": f"{events:.7g} deg (event-driven)"
+                if events is not None
+                else NO_PASSAGE,
+                "one shock, energy kept": f"{self.one_shock_kept_deg:.7g} deg (closed form)",
+                "one shock, velocity lost": f"{self.one_shock_lost_deg:.7g} deg (closed form)",
+                "shock": f"{self.shock:.7g} of the energy is left{reading}",
+                "case": f"incline, e = {self.restitution:g}",
+            }
         return {
             "critical angle": f"{self.critical_angle_deg:.7g} deg",
             "shock": f"{self.shock:.7g} of the energy is left{reading}",
@@ -94,8 +126,9 @@ def theory(
     At most one of the three may be given. ``reading`` says how a restitution or
     an impulse ratio makes a shock: ``kept`` (energy after over before; default
     for a restitution) or ``lost`` (from the velocity lost, as the source prints
-    it; default for an impulse ratio). Raise RequestError for more than one, for
-    a reading without use, and for values out of range.
+    it; default for an impulse ratio). Beside a restitution stand both readings, and the
+    event-driven angle of rigid spheres, which follows every rebound. Raise RequestError for more
+    than one, for a reading without use, and for values out of range.
     """
     given = {"shock": shock, "restitution": restitution, "impulse-ratio": impulse_ratio}
     names = [name for name, value in given.items() if value is not None]
@@ -108,12 +141,26 @@ def theory(
     if restitution is not None:
         reading = reading or "kept"
         shock = shock_from_restitution(restitution, reading)
-    elif impulse_ratio is not None:
+        return replace(_at(shock, reading), **_of_rebounds(restitution))
+    if impulse_ratio is not None:
         reading = reading or "lost"
         shock = shock_from_impulse_ratio(impulse_ratio, reading)
     elif shock is None:
         shock = SHOCK_WITHOUT_REBOUND
     return _at(shock, reading)
+
+
+def _of_rebounds(e: float) -> dict[str, Any]:
+    """Return what stands beside the reading of a restitution: the other, and rigid spheres."""
+    return {
+        "restitution": e,
+        **{
+            f"one_shock_{reading}_deg": critical_angle(shock_from_restitution(e, reading))
+            for reading in READINGS
+        },
+        "event_driven_deg": of_rigid_spheres(e) if e <= MOST_RESTITUTION else None,
+        "caveat": ONE_SHOCK_CAVEAT if e else None,
+    }
 
 
 def _at(shock: float, reading: Reading | None) -> Theory:

@@ -66,6 +66,21 @@ class CriticalAngle(Shown):
             **more,
         )
 
+    @property
+    def phases(self) -> int:
+        """Return how many starts within a step the value is the mean of."""
+        return max(1, len({sample.phase for sample in self.samples}))
+
+    @property
+    def phases_note(self) -> str:
+        """Return, for a row, what tells a value of a passage from others at the same steps."""
+        if self.method != "passage":
+            return ""
+        return (
+            f"mean over {self.phases} starts within a step; over another number of them it is "
+            f"another mean, by up to {self.mean_error_deg:.1g} deg"
+        )
+
     def record(self) -> dict[str, Any]:
         """Return the result as a flat JSON-ready mapping (keys of the command line)."""
         case = self.case

@@ -98,13 +98,15 @@ def _cell(
     if isinstance(own, CriticalAngle):
         shown = replace(shown, reference_deg=own.value_deg)
     angles.append(shown)
-    rows = [_against_theory(name, stated, shown, traits)]
+    rows = [_against_theory(name, stated, shown, found.phases_note, traits)]
     if engine.name != OWN:
         rows.append(_against_reference(beside, found, own, traits, shown.closed_form_deg))
     return rows
 
 
-def _against_theory(name: str, stated: Stated, shown: EngineAngle, traits: Traits) -> Check:
+def _against_theory(
+    name: str, stated: Stated, shown: EngineAngle, phases: str, traits: Traits
+) -> Check:
     of_theory = stated.role == PLASTIC_ROLE and traits.spring == "linear"
     if of_theory and shown.stiffness >= STIFF:
         return judge(
@@ -114,12 +116,12 @@ def _against_theory(name: str, stated: Stated, shown: EngineAngle, traits: Trait
             shown.closed_form_deg,
             ENGINES_PLASTIC,
             uncertainty=shown.uncertainty_deg,
-            note=lineage_note(traits),
+            note="; ".join(filter(None, (phases, lineage_note(traits)))),
         )
     own = "not the limit of the closed form, but a class of its own"
     soft = f"below {STIFF:g} N/m the bias of the stiffness is not small"
     why = f"{shown.rules.text}; {soft if of_theory else own}"
-    note = "; ".join(filter(None, (why, lineage_note(traits))))
+    note = "; ".join(filter(None, (why, phases, lineage_note(traits))))
     return finding(name, shown.value_deg, shown.closed_form_deg, "deg", note, shown.uncertainty_deg)
 
 
@@ -143,7 +145,7 @@ def _against_reference(
         own.value_deg,
         same_rules(traits, own, closed_form),
         uncertainty=angle.uncertainty_deg,
-        note="; ".join(filter(None, (note, lineage_note(traits)))),
+        note="; ".join(filter(None, (note, angle.phases_note, lineage_note(traits)))),
     )
 
 
@@ -171,8 +173,7 @@ def same_rules(traits: Traits, off: CriticalAngle, closed_form: float) -> Tolera
     whole range; the digits of an output are an error of the margin.
     """
     known = REFERENCE_ANGLE
-    phases = max(1, len({sample.phase for sample in off.samples}))
-    jitter = max(known.absolute, 2.0 * off.uncertainty_deg / phases)
+    jitter = max(known.absolute, 2.0 * off.uncertainty_deg / off.phases)
     slope = passage_margin_slope(closed_form, SHOCK_WITHOUT_REBOUND)
     digits = MARGIN_DIGITS * 10.0 ** (1 - traits.digits) / slope
     why = f"{known.reason}; {traits.digits} digits of its output are worth {digits:.1g} deg"

@@ -92,11 +92,11 @@ def _path_parts(verifying: Verifying, reference: Reference) -> Iterator[Part]:
         for case in MOTIONS:
             name = f"incline: path at {case.angle:.2f} deg, {who}"
             find = partial(_run_of, evidence.motions, case)
-            yield _held(name, 5, find, partial(motion_rows, name, reference))
+            yield _held(name, 6, find, partial(motion_rows, name, reference))
     for case in verifying.stated(CASES):
         name = f"{passage_row(case)}, {who}"
         find = partial(_run_of, evidence.passages, case)
-        yield _held(name, 3, find, partial(passage_rows, name, reference))
+        yield _held(name, 4, find, partial(passage_rows, name, reference))
     if not verifying.refusal(RECURSION_CASE, "steady"):
         name = f"incline: crests at {RECURSION_CASE.angle:g} deg, {who}"
         yield _held(name, 3, lambda: evidence.recursion, partial(crests_rows, name, reference))
@@ -131,9 +131,9 @@ def is_compared(case: Incline, contact: str, stiffness: float) -> bool:
 
 def _angle(name: str, reference: Reference, phases: int, found: CriticalAngle) -> list[Check]:
     own = critical_angle(found.case, engine=reference, phases=phases)
-    return [
-        judge(name, Kind.CROSS_CODE, found.value_deg, own.value_deg, tolerances.REFERENCE_ANGLE)
-    ]
+    values = found.value_deg, own.value_deg
+    row = judge(name, Kind.CROSS_CODE, *values, tolerances.REFERENCE_ANGLE, note=found.phases_note)
+    return [row]
 
 
 def _worth_of_the_step(who: str, found: CriticalAngle) -> list[Check]:

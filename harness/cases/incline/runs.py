@@ -17,7 +17,7 @@ from harness.cases.incline.routes import Start
 from harness.cases.incline.template import Route, job_of, scene_of, values_of
 from harness.cases.runs import complete, run_jobs
 from harness.engines.contract import Engine, Output
-from harness.engines.output import SERIES, Table
+from harness.engines.output import SERIES, SHOWN, Table
 from harness.engines.scene import STAGES, Scene
 from harness.errors import EngineError, EngineOutputError, RequestError
 from harness.observables.trajectory import Trajectory
@@ -79,6 +79,7 @@ def read_by(
 
     Errors are those of :func:`read`.
     """
+    _check_settings(case, route, output)
     # a script that judges by its own looks names its route, and tells whether the grain touches
     judged = output.has("route") or output.has("touching") or not output.tables
     path = path_in(output.table(COLUMNS)) if every is not None else None
@@ -110,6 +111,18 @@ def read_by(
         provenance=output.provenance,
         trajectory=path,
     )
+
+
+def _check_settings(case: Incline, route: Route, output: Output) -> None:
+    """Raise EngineOutputError where a run says that it had other settings than the case's."""
+    if output.has("route") and output.text("route") != route:
+        raise EngineOutputError(
+            f"{output.who} ran the route {output.text('route')[:SHOWN]!r}, not {route!r}"
+        )
+    output.check_numbers({**case.settings(), "angle_deg": case.angle})
+    if output.has("crest"):
+        count = sum(name == "crest" for name, _ in output.results)
+        output.check_numbers({"crests_passed": float(count)}, "is how many it tells of")
 
 
 def _told(

@@ -61,7 +61,7 @@ class InclineRollCase(Friction, RestingCase[InclineRoll]):
         gained = pull * float(motion.time[-1] - motion.time[half])
         return {
             "acceleration_ratio": float(u[-1] - u[half]) / gained,
-            "spin_ratio": float(spin[-1] - spin[half]) / gained,
+            "rim_acceleration_ratio": float(spin[-1] - spin[half]) / gained,
             "momentum_ratio": float(u[-1] + 0.4 * spin[-1]) / (pull * float(motion.time[-1])),
         }
 
@@ -75,7 +75,7 @@ class InclineRollCase(Friction, RestingCase[InclineRoll]):
         expected = down_an_incline(angle, parameters.friction or 0.0, parameters.gravity)
         if not expected.rolls and parameters.tangential != "linear_nohistory":
             exact["acceleration_ratio"] = expected.acceleration / parameters.pull[0]
-            exact["spin_ratio"] = expected.turning / parameters.pull[0]
+            exact["rim_acceleration_ratio"] = expected.turning / parameters.pull[0]
         if parameters.rolling != "none":
             return {name: value for name, value in exact.items() if name == "acceleration_ratio"}
         return exact

@@ -1,32 +1,54 @@
-"""Means over seeds with their intervals, paired differences, and the fit over the thickness."""
+"""Means over seeds, the one test of a difference, limits by several models, the fit over thickness.
+
+Intervals are of 95 %, Student's t. The seed is the unit: it decides base, sizes and places.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
-from scipy.special import stdtrit
+from scipy import stats
+from scipy.optimize import curve_fit
 
 from harness.errors import RequestError
 
-RESAMPLES, FITS = 4000, 200
-EXPONENTS = (0.05, 4.0)
-"""Range of 1/nu in which the fit looks for it."""
+CONFIDENCE = 0.95
+
+MARGIN_DEG = 0.3
+"""Differences within it count as none: what the angles are asked to be known to."""
+
+Word = Literal["the same", "differs", "undecided"]
+
+FEW = 4
+"""Seeds below which the scatter of a box is not taken from its own seeds alone."""
+
+BOX_POWERS = (1.0, 2.0, 3.0)
+"""Models of a box: the angle is linear in 1/length to one of these powers."""
+
+RATE_POWERS = (1.0, 0.5)
+"""Models of the rate of lowering: linear in it, or in its root."""
+
+REJECTED = 0.05
+"""A model whose chi-squared is exceeded by chance less often than this is left out."""
 
 
 @dataclass(frozen=True)
 class Mean:
-    """A mean over ``count`` seeds with the half width of its 95 % interval; ``scatter`` of one."""
+    """A mean over ``count`` seeds with the half width of its 95 % interval; ``scatter`` of one.
+
+    ``freedom``: degrees of freedom by which the scatter is known.
+    """
 
     value: float
     half_width: float
     count: int
     scatter: float = math.nan
+    freedom: float = math.nan
 
     @property
     def low(self) -> float:
@@ -38,22 +60,27 @@ class Mean:
         """Return the upper end of the interval."""
         return self.value + self.half_width
 
+    @property
+    def word(self) -> Word:
+        """Return what the test says of a difference."""
+        if self.low >= -MARGIN_DEG and self.high <= MARGIN_DEG:
+            return "the same"
+        return "differs" if self.low > 0.0 or self.high < 0.0 else "undecided"
+
+
+def _quantile(freedom: float) -> float:
+    return float(stats.t.ppf(0.5 + CONFIDENCE / 2, freedom))
+
 
 def mean_of(values: Sequence[float]) -> Mean:
-    """Return the mean of values with its 95 % interval; NaN where fewer than two leave none.
-
-    The interval is the wider of the percentile bootstrap over seeds and Student's t: of a handful
-    of seeds the bootstrap alone covers less than it says.
-    """
+    """Return the mean of values with its interval; NaN where fewer than two leave none."""
     data = np.asarray(values, dtype=float)
     count = len(data)
     if count < 2:
         return Mean(float(data.mean()) if count else math.nan, math.nan, count)
     scatter = float(data.std(ddof=1))
-    student = float(stdtrit(count - 1, 0.975)) * scatter / math.sqrt(count)
-    low, high = np.percentile(_resampled(data).mean(axis=1), (2.5, 97.5))
-    mean = float(data.mean())
-    return Mean(mean, max(student, mean - float(low), float(high) - mean), count, scatter)
+    half = _quantile(count - 1) * scatter / math.sqrt(count)
+    return Mean(float(data.mean()), half, count, scatter, count - 1.0)
 
 
 def difference_of(one: Mapping[int, float], other: Mapping[int, float]) -> Mean:
@@ -61,89 +88,125 @@ def difference_of(one: Mapping[int, float], other: Mapping[int, float]) -> Mean:
     return mean_of([one[seed] - other[seed] for seed in sorted(set(one) & set(other))])
 
 
-def unpaired(one: Mean, other: Mean) -> Mean:
-    """Return the difference of two means whose errors are independent."""
-    half = math.hypot(one.half_width, other.half_width)
-    return Mean(one.value - other.value, half, min(one.count, other.count))
+def welch(one: Mean, other: Mean) -> Mean:
+    """Return the difference of the means of independent samples, with Welch's interval."""
+    parts = [mean.scatter**2 / mean.count for mean in (one, other)]
+    variance, count = sum(parts), min(one.count, other.count)
+    value = one.value - other.value
+    if not variance > 0.0:  # no scatter at all, or none that is known
+        return Mean(value, variance, count)
+    below = sum(part**2 / mean.freedom for part, mean in zip(parts, (one, other), strict=True))
+    return Mean(value, _quantile(variance**2 / below) * math.sqrt(variance), count)
 
 
-def extrapolated(x: Sequence[float], means: Sequence[Mean]) -> Mean:
-    """Return the value at x = 0 of the weighted line through means, with its 95 % interval.
+def with_scatter_of(mean: Mean, smaller: Mean) -> Mean:
+    """Return the mean of a box of few seeds with the scatter of a smaller box, if that is more.
+
+    A larger box averages over more grains and scatters less; of a handful of seeds the scatter is
+    hardly known.
+    """
+    own = mean.scatter if mean.count > 1 else 0.0
+    if mean.count >= FEW or smaller.count <= mean.count or own > smaller.scatter:
+        return mean
+    half = _quantile(smaller.freedom) * smaller.scatter / math.sqrt(mean.count)
+    return Mean(mean.value, half, mean.count, smaller.scatter, smaller.freedom)
+
+
+@dataclass(frozen=True)
+class Model:
+    """theta = limit + slope x^power through means; ``chance`` of a larger chi-squared."""
+
+    power: float
+    limit: Mean
+    slope: float
+    chance: float
+
+    def curve(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the angle [deg] at x, same shape."""
+        return self.limit.value + self.slope * x**self.power
+
+
+@dataclass(frozen=True)
+class Limit:
+    """The value at x = 0 of several models; those that the means do not reject count."""
+
+    models: tuple[Model, ...]
+
+    @property
+    def kept(self) -> tuple[Model, ...]:
+        """Return the models that are not rejected; all where every one is."""
+        return tuple(one for one in self.models if one.chance >= REJECTED) or self.models
+
+    @property
+    def mean(self) -> Mean:
+        """Return the middle of the intervals of the models that count, and half their range."""
+        return covering([one.limit for one in self.kept])
+
+
+def covering(means: Sequence[Mean]) -> Mean:
+    """Return the interval that holds those of all means: the distance between them is in it."""
+    low, high = min(one.low for one in means), max(one.high for one in means)
+    return Mean(0.5 * (low + high), 0.5 * (high - low), min(one.count for one in means))
+
+
+def limit_of(means: Mapping[float, Mean], powers: Sequence[float]) -> Limit:
+    """Return the limit at x = 0 of means by x, by lines in x to each power.
 
     Raise RequestError for fewer than three: two would always lie on a line.
     """
-    return line_through(x, means)[1]
-
-
-def line_through(x: Sequence[float], means: Sequence[Mean]) -> tuple[float, Mean]:
-    """Return the slope of the weighted line through means, and its value at x = 0.
-
-    Raise RequestError for fewer than three.
-    """
     if len(means) < 3:
         raise RequestError(f"an extrapolation needs three values, {len(means)} are there")
-    weights = [1.0 / max(one.half_width, 1e-4) for one in means]
-    line, covariance = np.polyfit(x, [one.value for one in means], 1, w=weights, cov="unscaled")
-    least = min(one.count for one in means)
-    return float(line[0]), Mean(float(line[1]), math.sqrt(covariance[1, 1]), least)
+    return Limit(tuple(_model(means, power) for power in powers))
+
+
+def _model(means: Mapping[float, Mean], power: float) -> Model:
+    x = np.array([*means]) ** power
+    values = np.array([mean.value for mean in means.values()])
+    normal = float(stats.norm.ppf(0.5 + CONFIDENCE / 2))
+    # t over the normal quantile: what few seeds do not know of their scatter is in the error
+    errors = np.maximum([mean.half_width / normal for mean in means.values()], 1e-4)
+    (slope, limit), covariance = np.polyfit(x, values, 1, w=1.0 / errors, cov="unscaled")
+    squares = float(np.sum(((limit + slope * x - values) / errors) ** 2))
+    least = min(mean.count for mean in means.values())
+    half = normal * math.sqrt(covariance[1, 1])
+    chance = float(stats.chi2.sf(squares, len(x) - 2))
+    return Model(power, Mean(float(limit), half, least), float(slope), chance)
 
 
 @dataclass(frozen=True)
 class Fit:
-    """theta(h) = limit + amplitude h^-exponent, with 95 % intervals.
+    """theta(h) = limit + amplitude h^-exponent of layers in equal boxes, limits by covariance."""
 
-    They are those of fits to means drawn from their own intervals.
-    """
-
-    limit: float
+    limit: Mean
     amplitude: float
-    exponent: float
-    limit_interval: tuple[float, float]
-    exponent_interval: tuple[float, float]
+    exponent: Mean
 
     def curve(self, layers: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the fitted angle [deg] at a thickness, same shape."""
-        return self.limit + self.amplitude * layers**-self.exponent
+        return self.limit.value + self.amplitude * layers**-self.exponent.value
 
 
-def fit_over_thickness(angles: Mapping[int, Sequence[float]]) -> Fit:
-    """Return the finite-size fit to angles [deg] of seeds, by the number of layers.
+def fit_over_thickness(means: Mapping[int, Mean]) -> Fit:
+    """Return the finite-size fit to mean angles [deg] by the number of layers, in equal boxes.
 
-    Raise RequestError for fewer than four thicknesses: three unknowns would fit any three.
+    Raise RequestError for fewer than five thicknesses (three unknowns nearly fit any four), and
+    for means that no such law fits.
     """
-    layers = np.array(sorted(angles), dtype=float)
-    if len(layers) < 4:
-        raise RequestError(f"layers: a fit needs four thicknesses, {len(layers)} are there")
-    means = [mean_of(angles[int(h)]) for h in layers]
-    # of values that are all the same, as of one seed without disorder, nothing is known of errors
-    errors = np.maximum([one.half_width / 1.96 for one in means], 1e-4)
-    values = np.array([one.value for one in means])
-    best = _least_squares(layers, values, 1.0 / errors)
-    drawn = np.random.default_rng(0).normal(values, errors, (FITS, len(layers)))
-    again = np.array([_least_squares(layers, row, 1.0 / errors) for row in drawn])
-    low, high = np.percentile(again, (2.5, 97.5), axis=0)
-    ends = [(float(a), float(b)) for a, b in zip(low, high, strict=True)]
-    return Fit(*best, limit_interval=ends[0], exponent_interval=ends[2])
-
-
-def _least_squares(
-    layers: NDArray[np.float64], angles: NDArray[np.float64], weights: NDArray[np.float64]
-) -> tuple[float, float, float]:
-    """Return limit, amplitude and exponent; for a given exponent the others are linear."""
-
-    def linear(exponent: float) -> tuple[NDArray[np.floating[Any]], float]:
-        design = np.column_stack([np.ones_like(layers), layers**-exponent]) * weights[:, None]
-        found, _, _, _ = np.linalg.lstsq(design, angles * weights, rcond=None)
-        return found, float(np.sum((design @ found - angles * weights) ** 2))
-
-    found = minimize_scalar(lambda p: linear(p)[1], bounds=EXPONENTS, method="bounded")
-    limit, amplitude = linear(float(found.x))[0]
-    return float(limit), float(amplitude), float(found.x)
-
-
-def _resampled(
-    data: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """Return samples of the data drawn with replacement (RESAMPLES, data), the same every time."""
-    chosen = np.random.default_rng(0).integers(0, len(data), (RESAMPLES, len(data)))
-    return data[chosen]
+    if len(means) < 5:
+        raise RequestError(f"layers: a fit needs five thicknesses, {len(means)} are there")
+    layers = np.array(sorted(means), dtype=float)
+    listed = [means[int(h)] for h in layers]
+    values = np.array([one.value for one in listed])
+    errors = np.maximum([one.half_width / 1.96 for one in listed], 1e-4)
+    start = (values.min(), np.ptp(values), 0.7)
+    try:
+        best, covariance = curve_fit(
+            lambda h, limit, amplitude, exponent: limit + amplitude * h**-exponent,
+            layers, values, start, errors, absolute_sigma=True,
+        )  # fmt: skip
+    except RuntimeError:
+        raise RequestError("layers: no law limit + amplitude h^-exponent fits") from None
+    half = _quantile(len(layers) - 3) * np.sqrt(np.diag(covariance))
+    least = min(one.count for one in listed)
+    limit, amplitude, exponent = (float(one) for one in best)
+    return Fit(Mean(limit, float(half[0]), least), amplitude, Mean(exponent, float(half[2]), least))

@@ -2,20 +2,43 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain, pairwise
+from statistics import fmean
+from typing import Literal
 
 from harness.cases.case_study import Row
-from harness.cases.layers.averages import Mean, difference_of, extrapolated, mean_of, unpaired
-from harness.cases.layers.conclusion import (
+from harness.cases.layers.averages import (
+    BOX_POWERS,
     MARGIN_DEG,
-    START,
-    Found,
-    interval,
-    layers_told,
-    seeds_of,
+    RATE_POWERS,
+    Limit,
+    Mean,
+    Word,
+    covering,
+    difference_of,
+    limit_of,
+    mean_of,
+    welch,
+    with_scatter_of,
 )
 from harness.cases.layers.study import LIMIT, REFERENCE, THICKNESS
+
+STOP, START = "stop_angle_deg", "start_angle_deg"
+
+TEST = (
+    "One test judges every difference of two angles, of softness as of any change. The same: the "
+    f"95 % interval of the difference lies within ±{MARGIN_DEG:g} deg. Differs: it excludes zero "
+    "and does not lie within that margin. Undecided: anything else; zero within a wide interval "
+    "shows nothing. Runs on the same base (box, kind of base and seed are equal: the same base, "
+    "sizes and places) are subtracted seed by seed, with the interval of Student's t over the "
+    "pairs; runs on other bases take Welch's. Runs of one system on one rank and on two are "
+    "averaged seed by seed. The margin was fixed after pilot runs and before most others; that "
+    "this one test judges all changes, and what is paired, was settled when 265 runs were known, "
+    "before any run that was added to them was over."
+)
 
 DEFINITIONS = {
     "kinetic over elastic energy below 1e-3": "stop_angle_at_100_times_the_ratio_deg",
@@ -23,54 +46,48 @@ DEFINITIONS = {
 }
 """Other definitions of the arrest than energies at a ratio of 1e-5, from the same runs."""
 
-SAME = ("layers", "stiffness_over_weight", "contact.restitution", "base", "rate_deg", "length_d",
-        "width_d", "steps_per_contact", "rise_deg", "ranks")  # fmt: skip
-"""Columns that tell arms apart."""
-
-LITTLE = f"within {MARGIN_DEG:g} deg"
+Kind = Literal["protocol", "box", "system"]
+"""What is changed: how the angle is measured, the box, or what is measured."""
 
 BOX = {"length_d", "width_d"}
 PHYSICAL = {"base", "contact.restitution"}
-"""Columns of what may move the angle: another system, not another way to measure the same one."""
+SYSTEM = ("layers", "stiffness_over_weight", "contact.restitution", "base", "rate_deg", "length_d",
+          "width_d", "steps_per_contact")  # fmt: skip
+"""Columns that tell systems apart; a flow is the same on any ranks, and raised after its stop."""
+
+COLUMNS = (*SYSTEM, "rise_deg", "ranks")
+"""Columns that tell arms apart."""
 
 
 @dataclass(frozen=True)
 class Change:
     """A change, the mean angle with it, and the difference that it makes [deg].
 
-    ``own`` is the half width of the interval of the angle without it, ``physical`` says whether it
-    may move the angle, ``approach`` whether it is a smaller box than the two largest.
+    ``paired`` by seed or of independent samples; ``independent`` is that difference by Welch's
+    test in any case.
     """
+
+    name: str
+    place: str
+    kind: Kind
+    mean: Mean
+    difference: Mean
+    independent: Mean
+    paired: bool
+
+    @property
+    def word(self) -> Word:
+        """Return what the test says."""
+        return self.difference.word
+
+
+@dataclass(frozen=True)
+class OwnRuns:
+    """A quantity of the same runs: another definition of the arrest, or the angle of start."""
 
     name: str
     mean: Mean
     difference: Mean
-    own: float
-    physical: bool = False
-    approach: bool = False
-
-    @property
-    def same(self) -> bool:
-        """Return whether the angle is the same within intervals.
-
-        Zero lies within the interval of the difference, or that one within the angle's own: pairs
-        of one run know a difference far better than the angle is known.
-        """
-        low, high = self.difference.low, self.difference.high
-        return low <= 0.0 <= high or max(-low, high) <= self.own
-
-    @property
-    def overlaps(self) -> bool:
-        """Return whether the intervals of both angles overlap, the weaker sense of the same."""
-        return abs(self.difference.value) <= self.own + self.mean.half_width
-
-    @property
-    def word(self) -> str:
-        """Return whether the angle is the same; of one that moves a little, by how much at most."""
-        low, high = self.difference.low, self.difference.high
-        if self.same:
-            return "yes"
-        return LITTLE if max(-low, high) <= MARGIN_DEG else "no"
 
 
 @dataclass(frozen=True)
@@ -80,30 +97,107 @@ class Compared:
     reference: Sequence[Row]
     arms: Mapping[str, Sequence[Row]]
     changes: tuple[Change, ...]
+    definitions: tuple[OwnRuns, ...]
+    starts: tuple[OwnRuns, ...]
 
     @property
     def place(self) -> str:
         """Return thickness and stiffness in words."""
-        one = self.reference[0]
-        return f"{layers_told(one['layers'])} at {one['stiffness_over_weight']:g} weights"
+        return place_of_row(self.reference[0])
+
+    @property
+    def boxes(self) -> dict[float, Mean]:
+        """Return the mean angle by the length of the box [d], rising, of arms of that alone."""
+        return _means_of_boxes(_boxes(self.reference, self.arms))
+
+    def box_limit(self) -> Limit | None:
+        """Return the limit in an endless box; None of fewer than three boxes."""
+        inverse = {1.0 / length: mean for length, mean in self.boxes.items()}
+        return limit_of(inverse, BOX_POWERS) if len(inverse) > 2 else None
+
+    def rate_limits(self) -> Iterator[tuple[Row, Limit]]:
+        """Yield a row of each box with three rates or more, and the limit of a slow descent."""
+        for base in _boxes(self.reference, self.arms):
+            rates = {
+                rows[0]["rate_deg"]: mean_of([*seeds_of(rows).values()])
+                for rows in (base, *self.arms.values())
+                if rows is base or changed_in(rows, base) == {"rate_deg"}
+            }
+            known = {rate: mean for rate, mean in rates.items() if mean.count > 1}
+            if len(known) > 2:
+                yield base[0], limit_of(known, RATE_POWERS)
 
 
-def compared(found: Found) -> list[Compared]:
+def layers_label(number: int) -> str:
+    """Return a number of layers in words."""
+    return "1 layer" if number == 1 else f"{number} layers"
+
+
+def place_of_row(row: Row) -> str:
+    """Return thickness and stiffness in words."""
+    return f"{layers_label(row['layers'])} at {row['stiffness_over_weight']:g} weights"
+
+
+def seeds_of(rows: Sequence[Row], quantity: str = STOP) -> dict[int, float]:
+    """Return a quantity by seed, the mean over runs on different ranks, of the runs that have it.
+
+    A run that stands in several arms counts once.
+    """
+    runs = {
+        (row["seed"], row["ranks"]): row[quantity]
+        for row in rows
+        if row.get(quantity) is not None
+    }  # fmt: skip
+    seeds: dict[int, list[float]] = {}
+    for (seed, _), value in sorted(runs.items()):
+        seeds.setdefault(seed, []).append(value)
+    return {seed: fmean(values) for seed, values in seeds.items()}
+
+
+def same_system(rows: Sequence[Row], arms: Mapping[str, Sequence[Row]]) -> list[Row]:
+    """Return rows and all other runs of their system, in any arm; raised ones have its stop."""
+    key = [rows[0][name] for name in SYSTEM]
+    return [
+        row for row in chain(rows, *arms.values()) if [row[name] for name in SYSTEM] == key
+    ]  # fmt: skip
+
+
+def compared(arms: Mapping[str, Sequence[Row]]) -> list[Compared]:
     """Return the changes of the arms, those of one thickness and stiffness together.
 
     They are held against the arm of that name, else against the runs over the thickness.
     """
     together: dict[tuple[object, ...], dict[str, Sequence[Row]]] = {}
-    for name, rows in found.arms.items():
+    for name, rows in arms.items():
         if rows and name not in (THICKNESS, LIMIT):
             together.setdefault(_key(rows[0]), {})[name] = rows
     listed = []
-    for key, arms in together.items():
-        over_thickness = [row for row in found.arms.get(THICKNESS, ()) if _key(row) == key]
-        reference = arms.pop(REFERENCE, over_thickness)
-        if len(seeds_of(reference)) > 1:
-            listed.append(Compared(reference, arms, tuple(_changes(reference, arms))))
+    for key, some in together.items():
+        over_thickness = [row for row in arms.get(THICKNESS, ()) if _key(row) == key]
+        alone = some.pop(REFERENCE, over_thickness)
+        if len(seeds_of(alone)) > 1:
+            listed.append(_compared(same_system(alone, arms), some, arms))
     return listed
+
+
+def _compared(
+    reference: Sequence[Row],
+    some: Mapping[str, Sequence[Row]],
+    arms: Mapping[str, Sequence[Row]],
+) -> Compared:
+    known = {
+        name: rows if "ranks" in changed_in(rows, reference) else same_system(rows, arms)
+        for name, rows in some.items()
+        if seeds_of(rows) and changed_in(rows, reference) != {"rise_deg"}
+    }
+    raised = [rows for rows in some.values() if seeds_of(rows, START)]
+    return Compared(
+        reference,
+        known,
+        (*_changes(reference, known), *_box_changes(reference, known)),
+        tuple(_definitions(reference)),
+        tuple(_starts(raised)),
+    )
 
 
 def _key(row: Row) -> tuple[object, ...]:
@@ -112,87 +206,148 @@ def _key(row: Row) -> tuple[object, ...]:
 
 def changed_in(rows: Sequence[Row], reference: Sequence[Row]) -> set[str]:
     """Return the columns in which two arms differ, seeds and results apart."""
-    return {name for name in SAME if rows[0][name] != reference[0][name]}
+    return {name for name in COLUMNS if rows[0][name] != reference[0][name]}
 
 
-def _held_against(
-    rows: Sequence[Row], reference: Sequence[Row], boxes: Sequence[Sequence[Row]]
-) -> Sequence[Row]:
-    """Return the runs that an arm differs from in one thing: of boxes, the next to the study's."""
-    own, usual = rows[0]["length_d"], reference[0]["length_d"]
-    others = [reference, *(box for box in boxes if box is not rows)]
-    between = [one for one in others if min(own, usual) <= one[0]["length_d"] <= max(own, usual)]
-    if _in_box_alone(rows, reference) and own != usual:
-        return min(between, key=lambda one: abs(one[0]["length_d"] - own))
-    return min(others, key=lambda one: len(changed_in(rows, one)))
-
-
-def _in_box_alone(rows: Sequence[Row], reference: Sequence[Row]) -> bool:
-    changed = changed_in(rows, reference)
-    return bool(changed) and changed <= BOX
-
-
-def _changes(reference: Sequence[Row], arms: Mapping[str, Sequence[Row]]) -> Iterator[Change]:
-    boxes = [
+def _boxes(
+    reference: Sequence[Row], arms: Mapping[str, Sequence[Row]]
+) -> list[Sequence[Row]]:  # fmt: skip
+    """Return the runs of the reference and of arms that differ in the box alone, by its length."""
+    others = [
         rows for rows in arms.values()
-        if _in_box_alone(rows, reference) and len(seeds_of(rows)) > 1
+        if (changed := changed_in(rows, reference)) and changed <= BOX
     ]  # fmt: skip
-    lengths = sorted({rows[0]["length_d"] for rows in (reference, *boxes)})
+    return sorted((reference, *others), key=lambda rows: rows[0]["length_d"])
+
+
+def _means_of_boxes(boxes: Sequence[Sequence[Row]]) -> dict[float, Mean]:
+    means: dict[float, Mean] = {}
+    for rows in boxes:
+        mean = mean_of([*seeds_of(rows).values()])
+        if means:
+            mean = with_scatter_of(mean, [*means.values()][-1])
+        if not math.isnan(mean.half_width):  # as of one seed without a smaller box
+            means[rows[0]["length_d"]] = mean
+    return means
+
+
+def _box_changes(
+    reference: Sequence[Row], arms: Mapping[str, Sequence[Row]]
+) -> Iterator[Change]:  # fmt: skip
+    """Yield each box against the next smaller one."""
+    boxes = {rows[0]["length_d"]: rows[0] for rows in _boxes(reference, arms)}
+    means = _means_of_boxes(_boxes(reference, arms))
+    for small, large in pairwise(means):
+        difference = welch(means[large], means[small])
+        name = f"{box_of(boxes[large])} for {box_of(boxes[small])} d"
+        place = place_of_row(reference[0])
+        yield Change(name, place, "box", means[large], difference, difference, paired=False)
+
+
+def _changes(
+    reference: Sequence[Row], arms: Mapping[str, Sequence[Row]]
+) -> Iterator[Change]:  # fmt: skip
+    """Yield each arm against the runs that it differs from in the fewest columns."""
+    boxes = _boxes(reference, arms)
     for name, rows in arms.items():
-        other = seeds_of(rows)
-        if len(other) < 2:
+        if any(rows is box for box in boxes) or len(seeds_of(rows)) < 2:
             continue
-        base = _held_against(rows, reference, boxes)
-        without, mean = mean_of([*seeds_of(base).values()]), mean_of([*other.values()])
-        changed, words = changed_in(rows, base), name.partition(", ")[0]
-        if changed & BOX:
-            words += f", {_box(rows)} for {_box(base)} d"
-        pair = sorted({rows[0]["length_d"], base[0]["length_d"]})
-        own, physical = without.half_width, bool(changed & PHYSICAL)
-        approach = bool(changed & BOX) and pair != lengths[-2:]
-        yield Change(words, mean, unpaired(mean, without), own, physical, approach)
-        start = seeds_of(rows, START)
-        if start:
-            rises = difference_of(start, other)
-            yield Change("angle of start", mean_of([*start.values()]), rises, own, physical=True)
+        base = min(boxes, key=lambda box: len(changed_in(rows, box)))
+        changed = changed_in(rows, base)
+        if changed == {"ranks"}:  # runs on other ranks are not among those without the change
+            base = [row for row in base if row["ranks"] != rows[0]["ranks"]]
+        kind: Kind = "system" if changed & PHYSICAL else "protocol"
+        other, own = seeds_of(rows), seeds_of(base)
+        means = mean_of([*other.values()]), mean_of([*own.values()])
+        independent = welch(*means)
+        paired = not changed & {*BOX, "base"}
+        difference = difference_of(other, own) if paired else independent
+        words = f"{name.partition(', ')[0].partition(' in the ')[0]}, {box_of(base[0])} d"
+        place = place_of_row(reference[0])
+        yield Change(words, place, kind, means[0], difference, independent, paired)
+
+
+def _definitions(reference: Sequence[Row]) -> Iterator[OwnRuns]:
     stop = seeds_of(reference)
-    without = mean_of([*stop.values()])
     for name, quantity in DEFINITIONS.items():
         other = seeds_of(reference, quantity)
         difference = difference_of(other, stop)
         if difference.count > 1:
-            yield Change(name, mean_of([*other.values()]), difference, without.half_width)
+            yield OwnRuns(name, mean_of([*other.values()]), difference)
 
 
-def _box(rows: Sequence[Row]) -> str:
-    return f"{rows[0]['length_d']} x {rows[0]['width_d']}"
+def _starts(raised: Sequence[Sequence[Row]]) -> Iterator[OwnRuns]:
+    for rows in raised:
+        start, stop = seeds_of(rows, START), seeds_of(rows)
+        words = f"{box_of(rows[0])} d, {rows[0]['rise_deg']:g} deg in each sqrt(d/g)"
+        yield OwnRuns(words, mean_of([*start.values()]), difference_of(start, stop))
 
 
-def over_box(some: Compared) -> dict[float, Mean]:
-    """Return the angle of stop by 1/length of the box [1/d], of arms that differ in it alone."""
-    return {1.0 / row["length_d"]: mean for row, mean in _along(some, some.reference, BOX)}
+def box_of(row: Row) -> str:
+    """Return length by width of a run's box."""
+    return f"{row['length_d']} x {row['width_d']}"
 
 
-def _along(some: Compared, base: Sequence[Row], columns: set[str]) -> Iterator[tuple[Row, Mean]]:
-    """Yield a row and the mean angle of ``base`` and of each arm that differs in some columns."""
-    for rows in (base, *some.arms.values()):
-        changed = changed_in(rows, base)
-        if len(seeds_of(rows)) > 1 and (rows is base or (changed and changed <= columns)):
-            yield rows[0], mean_of([*seeds_of(rows).values()])
+def softness_elsewhere(
+    places: Sequence[Compared],
+) -> dict[tuple[int, int, int, float], Mean]:
+    """Return soft minus stiff, paired by seed, in another box or at another rate than the study's.
+
+    The key is the layers, the length and width of the box [d] and the rate [deg/d].
+    """
+    angles: dict[tuple[int, int, int, float], dict[float, dict[int, float]]] = {}
+    for some in places:
+        for rows in some.arms.values():
+            changed = changed_in(rows, some.reference)
+            if changed and changed <= BOX | {"rate_deg"}:
+                one = rows[0]
+                key = one["layers"], one["length_d"], one["width_d"], one["rate_deg"]
+                angles.setdefault(key, {})[one["stiffness_over_weight"]] = seeds_of(rows)
+    differences = {
+        key: difference_of(by_stiffness[min(by_stiffness)], by_stiffness[max(by_stiffness)])
+        for key, by_stiffness in sorted(angles.items())
+        if len(by_stiffness) > 1
+    }
+    return {key: one for key, one in differences.items() if one.count > 1}
 
 
-def limits(some: Compared) -> Iterator[str]:
-    """Yield the limits of a slow descent and of a large box, where there are three values."""
-    boxes = [some.reference, *(rows for rows in some.arms.values()
-                               if rows and _in_box_alone(rows, some.reference))]  # fmt: skip
-    for base in boxes:
-        rates = {row["rate_deg"]: mean for row, mean in _along(some, base, {"rate_deg"})}
-        yield from _limit(f"{some.place}, {_box(base)} d, rate to zero", rates)
-    endless = f"{some.place}, length of the box to infinity, linear in 1/length"
-    yield from _limit(endless, over_box(some))
+def softness_in_an_endless_box(places: Sequence[Compared]) -> dict[int, Mean]:
+    """Return soft minus stiff in an endless box, by layers, where both have three boxes or more.
+
+    The interval covers those of each model that neither rejects.
+    """
+    limits: dict[int, dict[float, Limit]] = {}
+    for some in places:
+        limit, one = some.box_limit(), some.reference[0]
+        if limit is not None:
+            limits.setdefault(one["layers"], {})[one["stiffness_over_weight"]] = limit
+    return {
+        h: _difference_of_limits(of[min(of)], of[max(of)])
+        for h, of in sorted(limits.items())
+        if len(of) > 1
+    }
 
 
-def _limit(what: str, values: Mapping[float, Mean]) -> Iterator[str]:
-    if len(values) > 2:
-        value = extrapolated([*values], [*values.values()])
-        yield f"Extrapolated, {what}: {interval(value)} deg."
+def _difference_of_limits(soft: Limit, stiff: Limit) -> Mean:
+    pairs = list(zip(soft.models, stiff.models, strict=True))
+    kept = [pair for pair in pairs if pair[0] in soft.kept and pair[1] in stiff.kept] or pairs
+    return covering(
+        [
+            Mean(
+                one.limit.value - other.limit.value,
+                (one.limit.half_width**2 + other.limit.half_width**2) ** 0.5,
+                min(one.limit.count, other.limit.count),
+            )
+            for one, other in kept
+        ]
+    )
+
+
+def signed(one: Mean) -> str:
+    """Return a difference with its sign and the half width of its interval."""
+    return f"{one.value:+.2f} ± {one.half_width:.2f}"
+
+
+def interval(one: Mean) -> str:
+    """Return a mean with the half width of its interval."""
+    return f"{one.value:.2f} ± {one.half_width:.2f}"

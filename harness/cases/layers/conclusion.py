@@ -1,38 +1,40 @@
-"""What follows from the runs of the study: angles with intervals, a verdict, the report."""
+"""What follows from the runs of the study: angles with intervals, rows, a verdict in sentences."""
 
 from __future__ import annotations
 
-import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import pairwise
 
-from harness.cases.case_study import Conclusion, Row
+from harness.cases.case_study import Row
 from harness.cases.layers.averages import (
     Fit,
     Mean,
+    Word,
     difference_of,
     fit_over_thickness,
     mean_of,
-    unpaired,
+    welch,
+)
+from harness.cases.layers.changes import (
+    START,
+    STOP,
+    Change,
+    Compared,
+    Kind,
+    compared,
+    interval,
+    layers_label,
+    same_system,
+    seeds_of,
+    signed,
+    softness_in_an_endless_box,
 )
 from harness.cases.layers.study import LIMIT, REFERENCE, THICKNESS, grains_in
 from harness.errors import RequestError
-from harness.observables.reference import ReferencePoints
 
-MARGIN_DEG = 0.3
-"""Differences within it count as none: what the angles are asked to be known to."""
-
-TEST = (
-    "Stated in the code, whatever a run gives: at each thickness the angles of stop at the softest "
-    "and at the stiffest contact, at least a hundred apart, are subtracted seed by seed (same "
-    "base, sizes and places). The angle does not depend on softness where the 95 % interval of "
-    f"the mean difference lies within ±{MARGIN_DEG:g} deg; it does where the interval excludes "
-    "zero and is not within that margin; else it is undecided. Intervals: the wider of a "
-    "bootstrap over seeds and Student's t."
-)
-
-STOP, START = "stop_angle_deg", "start_angle_deg"
 Key = tuple[float, int]
 """Stiffness over weight, layers."""
 
@@ -45,6 +47,11 @@ class Found:
     arms: Mapping[str, Sequence[Row]]
     fits: Mapping[float, Fit] = field(default_factory=dict)
 
+    @cached_property
+    def places(self) -> list[Compared]:
+        """Return the changes at each thickness and stiffness."""
+        return compared(self.arms)
+
     @property
     def stiffnesses(self) -> list[float]:
         """Return the stiffnesses over weight, rising."""
@@ -56,7 +63,7 @@ class Found:
 
     def mean(self, stiffness: float, layers: int) -> Mean:
         """Return the mean angle of stop."""
-        return mean_of(list(self.angles[stiffness, layers].values()))
+        return mean_of([*self.angles[stiffness, layers].values()])
 
     def softness(self) -> dict[int, Mean]:
         """Return the angle of the softest minus that of the stiffest contact, by layers."""
@@ -69,57 +76,46 @@ class Found:
         }
 
 
-def concluded(arms: Mapping[str, Sequence[Row]], points: ReferencePoints | None) -> Conclusion:
-    """Return rows, verdict and sections of the runs."""
-    from harness.cases.layers.robustness import sentences
-    from harness.cases.layers.study_sections import sections_of
-
-    found = _found(arms)
-    verdict = (
-        *_of_thickness(found), *_of_softness(found), *sentences(found), *_of_undecided(arms)
-    )  # fmt: skip
-    rows = tuple(row for name, some in arms.items() for row in _rows(name, some))
-    return Conclusion(rows, verdict, TEST, sections_of(found, points))
-
-
-def seeds_of(rows: Sequence[Row], quantity: str = STOP) -> dict[int, float]:
-    """Return a quantity by seed, of the runs that have it."""
-    return {row["seed"]: row[quantity] for row in rows if row.get(quantity) is not None}
+def read_arms(arms: Mapping[str, Sequence[Row]]) -> Found:
+    """Return the angles over the thickness, each of all runs of its system, and the fits."""
+    angles = {
+        (some[0]["stiffness_over_weight"], some[0]["layers"]): seeds
+        for some in grouped(arms.get(THICKNESS, ())).values()
+        if (seeds := seeds_of(same_system(some, arms)))
+    }
+    boxes = {(row["length_d"], row["width_d"]) for row in arms.get(THICKNESS, ())}
+    fits = {}
+    for stiffness in {k for k, _ in angles} if len(boxes) == 1 else ():
+        means = {h: mean_of([*a.values()]) for (k, h), a in angles.items() if k == stiffness}
+        try:
+            fits[stiffness] = fit_over_thickness({h: m for h, m in means.items() if m.count > 1})
+        except RequestError:
+            continue  # the section says that there is no fit
+    return Found(angles, arms, fits)
 
 
 def grouped(rows: Sequence[Row]) -> dict[tuple[object, ...], list[Row]]:
     """Return rows by all that is not a seed."""
     names = ("stiffness_over_weight", "layers", "length_d", "width_d", "rate_deg", "base")
-    found: dict[tuple[object, ...], list[Row]] = {}
+    groups: dict[tuple[object, ...], list[Row]] = {}
     for row in rows:
-        found.setdefault(tuple(row[name] for name in names), []).append(row)
-    return found
+        groups.setdefault(tuple(row[name] for name in names), []).append(row)
+    return groups
 
 
-def _found(arms: Mapping[str, Sequence[Row]]) -> Found:
-    angles: dict[Key, dict[int, float]] = {}
-    for row in arms.get(THICKNESS, ()):
-        if row[STOP] is not None:
-            key = row["stiffness_over_weight"], row["layers"]
-            angles.setdefault(key, {})[row["seed"]] = row[STOP]
-    fits = {}
-    for stiffness in {k for k, _ in angles}:
-        some = {h: list(a.values()) for (k, h), a in angles.items() if k == stiffness}
-        try:
-            fits[stiffness] = fit_over_thickness({h: a for h, a in some.items() if len(a) > 1})
-        except RequestError:
-            continue  # too few thicknesses: the section says that there is no fit
-    return Found(angles, arms, fits)
+def rows_of(found: Found) -> tuple[Row, ...]:
+    """Return a row of results for each arm, of the thickness for each place."""
+    return tuple(
+        _row(name, some, same_system(some, found.arms) if name == THICKNESS else some)
+        for name, rows in found.arms.items()
+        for some in grouped(rows).values()
+    )
 
 
-def _rows(arm: str, rows: Sequence[Row]) -> list[Row]:
-    return [_row(arm, some) for some in grouped(rows).values()]
-
-
-def _row(arm: str, some: Sequence[Row]) -> Row:
+def _row(arm: str, some: Sequence[Row], system: Sequence[Row]) -> Row:
     one = some[0]
-    stop, start = mean_of([*seeds_of(some).values()]), mean_of([*seeds_of(some, START).values()])
-    single = arm == LIMIT
+    stop = mean_of([*seeds_of(system).values()])
+    start = mean_of([*seeds_of(some, START).values()])
     return {
         "arm": arm,
         "layers": one["layers"],
@@ -127,11 +123,11 @@ def _row(arm: str, some: Sequence[Row]) -> Row:
         "restitution": one["contact.restitution"] or 0.0,
         "stop_angle_deg": stop.value,
         # one grain has one well: its angle is known to the rate
-        "uncertainty_deg": one["rate_deg"] if single else stop.half_width,
+        "uncertainty_deg": one["rate_deg"] if arm == LIMIT else stop.half_width,
         "grains": grains_in(one),
         "seeds": stop.count,
         "scatter_deg": stop.scatter,
-        "undecided": len(some) - stop.count,
+        "undecided": sum(row[STOP] is None for row in some),
         "start_angle_deg": start.value if start.count else None,
         "start_uncertainty_deg": start.half_width if start.count else None,
         "length_d": one["length_d"],
@@ -143,6 +139,14 @@ def _row(arm: str, some: Sequence[Row]) -> Row:
     }
 
 
+def verdict_of(found: Found) -> tuple[str, ...]:
+    """Return what the runs say, in sentences."""
+    return (
+        *_of_thickness(found), *_of_softness(found), *_of_changes(found), *_of_own_runs(found),
+        *_of_boxes(found), *_of_undecided(found.arms),
+    )  # fmt: skip
+
+
 def _of_thickness(found: Found) -> list[str]:
     if not found.angles:
         return ["No run stopped: there is no angle."]
@@ -151,13 +155,13 @@ def _of_thickness(found: Found) -> list[str]:
     if len(layers) < 2:
         return ["One thickness only: nothing is said of the fall."]
     means = {h: found.mean(stiff, h) for h in layers}
-    told = ", ".join(f"{interval(means[h])} at {h}" for h in layers)
-    fall = unpaired(means[layers[0]], means[layers[-1]])
-    falls = all(unpaired(means[a], means[b]).low > 0.0 for a, b in pairwise(layers))
+    listed = ", ".join(f"{interval(means[h])} at {h}" for h in layers)
+    fall = welch(means[layers[0]], means[layers[-1]])
+    falls = all(welch(means[a], means[b]).low > 0.0 for a, b in pairwise(layers))
     how = "falls" if falls else "is not shown to fall"
     return [
         f"With stiff grains (k d/(m g) = {stiff:g}) the angle of stop {how} with every step in "
-        f"thickness: {told} layers (deg); "
+        f"thickness: {listed} layers (deg); "
         f"from {layers[0]} to {layers[-1]} layers by {interval(fall)} deg."
     ]
 
@@ -167,60 +171,104 @@ def _of_softness(found: Found) -> list[str]:
     if not differences:
         return ["One stiffness only: nothing is said of softness."]
     soft, stiff = found.stiffnesses[0], found.stiffnesses[-1]
-    words = {h: judged(one) for h, one in differences.items()}
-    told = "; ".join(
-        f"{layers_told(h)}: {signed(one)} deg, {words[h]}" for h, one in differences.items()
+    listed = "; ".join(
+        f"{layers_label(h)}: {signed(one)} deg, {one.word}" for h, one in differences.items()
     )
     largest = max(abs(one.value) for one in differences.values())
     first, last = min(differences), max(differences)
-    falls = {k: unpaired(found.mean(k, first), found.mean(k, last)) for k in (soft, stiff)}
+    falls = {k: welch(found.mean(k, first), found.mean(k, last)) for k in (soft, stiff)}
+    overall = _overall({one.word for one in differences.values()})
     return [
-        f"Softness, {soft:g} against {stiff:g} weights ({stiff / soft:.0f} times): {told}.",
-        f"{_overall(set(words.values()))} The largest difference is {largest:.2f} deg.",
+        f"Softness, {soft:g} against {stiff:g} weights ({stiff / soft:.0f} times): {listed}.",
+        f"{overall} The largest difference is {largest:.2f} deg.",
         f"From {first} to {last} layers the angle falls by {interval(falls[soft])} deg at {soft:g} "
         f"weights and by {interval(falls[stiff])} deg at {stiff:g}.",
     ]
 
 
-def judged(one: Mean) -> str:
-    """Return what the test says of a difference, in one word or three."""
-    if math.isnan(one.half_width):
-        return "undecided"
-    if one.low >= -MARGIN_DEG and one.high <= MARGIN_DEG:
-        return "the same"
-    return "depends on softness" if one.low > 0.0 or one.high < 0.0 else "undecided"
-
-
-def _overall(words: set[str]) -> str:
+def _overall(words: set[Word]) -> str:
     if words == {"the same"}:
         return "The angle does not depend on softness at any thickness: disorder and size do it."
-    if "depends on softness" in words:
-        where = "at every thickness" if words == {"depends on softness"} else "at some thicknesses"
+    if "differs" in words:
+        where = "at every thickness" if words == {"differs"} else "at some thicknesses"
         return f"The angle depends on softness {where}."
     return "Softness is undecided at some thicknesses, and nowhere does the angle depend on it."
+
+
+SUBJECTS: Mapping[Kind, str] = {
+    "protocol": "Another rate, step or number of ranks, in runs of their own",
+    "box": "A box against the next smaller one",
+    "system": "Another restitution, or an ordered base",
+}
+
+
+def _of_changes(found: Found) -> list[str]:
+    changes = [change for place in found.places for change in place.changes]
+    sentences = []
+    for kind, subject in SUBJECTS.items():
+        some = [change for change in changes if change.kind == kind]
+        if some:
+            sentences.append(f"{subject}: {_counted(some)}")
+    return sentences
+
+
+def _counted(some: Sequence[Change]) -> str:
+    words = Counter(change.word for change in some)
+    numbers = (
+        f"{words['the same']} the same, {words['differs']} differ, {words['undecided']} undecided"
+    )
+    moved = [f"{c.name} at {c.place}: {signed(c.difference)} deg"
+             for c in some if c.word == "differs"]  # fmt: skip
+    wide = [c.difference.half_width for c in some if c.word == "undecided"]
+    return (
+        f"of {len(some)} changes {numbers}."
+        + (f" Those that differ: {'; '.join(moved)}." if moved else "")
+        + (f" The undecided have half widths of {min(wide):.2f} to {max(wide):.2f} deg."
+           if wide else "")
+    )  # fmt: skip
+
+
+def _of_own_runs(found: Found) -> list[str]:
+    sentences = []
+    definitions = [one for place in found.places for one in place.definitions]
+    if definitions:
+        same = sum(one.difference.word == "the same" for one in definitions)
+        largest = max(abs(one.difference.value) for one in definitions)
+        sentences.append(
+            f"Other definitions of the arrest are read from the same runs and are no changes of "
+            f"their own: {same} of {len(definitions)} the same, by {largest:.2f} deg at most."
+        )
+    starts = [f"{place.place}, {one.name}: {signed(one.difference)} deg ({one.difference.count} "
+              f"seeds, {one.difference.word})"
+              for place in found.places for one in place.starts]  # fmt: skip
+    if starts:
+        sentences.append(f"Hysteresis, start minus stop of the same runs: {'; '.join(starts)}.")
+    return sentences
+
+
+def _of_boxes(found: Found) -> list[str]:
+    limits = {place.place: place.box_limit() for place in found.places}
+    listed = "; ".join(f"{name}: {interval(limit.mean)}" for name, limit in limits.items() if limit)
+    if not listed:
+        return []
+    sentences = [
+        f"In an endless box, by each model that the boxes do not reject: {listed} deg."
+    ]  # fmt: skip
+    endless = softness_in_an_endless_box(found.places)
+    if endless:
+        differences = "; ".join(
+            f"{layers_label(h)}: {signed(one)} deg, {one.word}" for h, one in endless.items()
+        )
+        sentences.append(f"Softness in an endless box: {differences}.")
+    return sentences
 
 
 def _of_undecided(arms: Mapping[str, Sequence[Row]]) -> list[str]:
     missing = sum(row[STOP] is None for rows in arms.values() for row in rows)
     left_out = [name for name, rows in arms.items() if name != REFERENCE and not rows]
-    told = []
+    sentences = []
     if missing:
-        told.append(f"Without an angle: {missing} runs, undecided or failed, see runs.csv.")
+        sentences.append(f"Without an angle: {missing} runs, undecided or failed, see runs.csv.")
     if left_out:
-        told.append(f"Not run: {'; '.join(left_out)}.")
-    return told
-
-
-def layers_told(number: int) -> str:
-    """Return a number of layers in words."""
-    return "1 layer" if number == 1 else f"{number} layers"
-
-
-def signed(one: Mean) -> str:
-    """Return a difference with its sign and the half width of its interval."""
-    return f"{one.value:+.2f} ± {one.half_width:.2f}"
-
-
-def interval(one: Mean) -> str:
-    """Return a mean with the half width of its interval."""
-    return f"{one.value:.2f} ± {one.half_width:.2f}"
+        sentences.append(f"Not run: {'; '.join(left_out)}.")
+    return sentences

@@ -19,7 +19,6 @@ from typing import NamedTuple
 import numpy as np
 
 from harness.cases.case_study import Arm, Row, StudyCost
-from harness.cases.layers.extents import RANKS
 from harness.cases.layers.parameters import Layers
 from harness.cases.layers.study import grains_in
 from harness.cases.layers.template import job_of
@@ -35,9 +34,19 @@ LAYERS = 4
 REPEATS = 3
 """The fastest counts: whatever else the machine does only slows a run down."""
 
-FALL, SPEED = 3.5, 0.05
-"""[deg], [sqrt(g d)] from the first angle to the stop, and the mean speed meanwhile: pilot runs of
-1 and 4 layers took 280 to 840 sqrt(d/g) for it at 0.1 deg for each diameter, this says 700."""
+LOWERING = {1: 18.5, 2: 29.3, 4: 50.7, 8: 54.3}
+"""[sqrt(d/g) for each d of length] from the first angle to the stop at RATE, by layers: means over
+the runs of reports/layers; a longer box is longer in coming to rest. Other thicknesses lie between,
+or are the last."""
+
+RATE = 0.1
+"""[deg for each d] at which that was measured; the time goes as its inverse."""
+
+LEAST_SPEED = 0.01
+"""[sqrt(g d)] of a flow that is not at rest: no descent takes longer than its angles at it."""
+
+RISE_DEG = 2.5
+"""[deg] from the stop to the start: what raised runs of 1 to 8 layers took."""
 
 LOOP = re.compile(r"^Loop time of (\S+) on (\d+) procs for (\d+) steps with \d+ atoms", re.M)
 
@@ -99,9 +108,10 @@ def serial_part(efficiency_of_two: float) -> float:
 
 def steps_of(case: Layers) -> float:
     """Return the steps that a run is expected to take."""
-    fall = min(FALL, case.first_angle - case.lowest_angle)
-    lowering = min(fall / case.rate / SPEED, case.time_limit)
-    raising = 0.0 if case.rise == 0.0 else FALL / case.rise
+    slowness = float(np.interp(case.layers, [*LOWERING], [*LOWERING.values()]))
+    longest = (case.first_angle - case.lowest_angle) / case.rate / LEAST_SPEED
+    lowering = min(slowness * case.length * RATE / case.rate, longest, case.time_limit)
+    raising = 0.0 if case.rise == 0.0 else RISE_DEG / case.rise
     return (20.0 + case.flow_time + lowering + raising) / case.step
 
 
@@ -151,21 +161,30 @@ def study_cost(
     return _cost(arms, speeds[1], speeds[2])
 
 
+def core_seconds(found: Mapping[str, Sequence[Row]]) -> tuple[int, float]:
+    """Return how many different runs tell of their time, and the core time [s] of them all."""
+    runs = {
+        repr([row[name] for name in row if name != "arm"]): row["wall_time_s"] * row["ranks"]
+        for row in chain.from_iterable(found.values())
+        if row.get("wall_time_s") and row.get("steps")
+    }
+    return len(runs), sum(runs.values())
+
+
 def cost_seen(arms: Sequence[Arm], found: Mapping[str, Sequence[Row]]) -> StudyCost | None:
     """Return what some arms cost by the wall times of runs that were made; None without any.
 
-    Of runs of one size the least counts: whatever else the machine did only slowed them down.
-    Without runs on two ranks nothing is taken to be gained by them.
+    Of runs of one size on one rank the least counts: whatever else the machine did only slowed them
+    down. Nothing is split over ranks: runs that were, on a machine that did more, tell nothing of
+    what two ranks gain.
     """
-    least: dict[tuple[int, int], Speed] = {}
+    least: dict[int, Speed] = {}
     for row in chain.from_iterable(found.values()):
-        if row.get("wall_time_s") and row.get("steps"):
-            grains, ranks = grains_in(row), row["ranks"]
-            one = Speed(grains, ranks, row["wall_time_s"] / row["steps"] / grains)
-            key = ranks, grains
-            least[key] = min(one, least.get(key, one), key=lambda speed: speed.seconds)
-    speeds = [[least[key] for key in sorted(least) if key[0] == r] for r in (1, RANKS)]
-    return _cost(arms, *speeds) if speeds[0] else None
+        if row.get("wall_time_s") and row.get("steps") and row["ranks"] == 1:
+            grains = grains_in(row)
+            one = Speed(grains, 1, row["wall_time_s"] / row["steps"] / grains)
+            least[grains] = min(one, least.get(grains, one), key=lambda speed: speed.seconds)
+    return _cost(arms, [least[grains] for grains in sorted(least)], ()) if least else None
 
 
 def _cost(arms: Sequence[Arm], ones: Sequence[Speed], twos: Sequence[Speed]) -> StudyCost:

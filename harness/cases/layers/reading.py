@@ -10,7 +10,7 @@ import numpy as np
 
 from harness.cases.layers.parameters import Layers
 from harness.engines.output import Output
-from harness.errors import EngineLostAtomsError, EngineOutputError
+from harness.errors import EngineLostAtomsError, EngineOutputError, EngineUndecidedError
 from harness.observables.declared import numbers
 
 if TYPE_CHECKING:
@@ -69,8 +69,8 @@ def profile_in(output: Output) -> Profile:
 def read(case: Layers, output: Output) -> Mapping[str, float]:
     """Return the declared quantities.
 
-    Raise EngineLostAtomsError for a grain below the base, EngineOutputError for a descent that is
-    undecided: a flow that never started, or never stopped, has no angle.
+    Raise EngineLostAtomsError for a grain below the base, EngineUndecidedError, with what was
+    measured, for a flow that never started or never stopped: it has no angle.
     """
     verdict = output.text("verdict")
     if verdict == "fell_through":
@@ -78,10 +78,12 @@ def read(case: Layers, output: Output) -> Mapping[str, float]:
             f"a grain fell through the base: roughness = {case.roughness:g} d is too much for "
             f"seed = {case.seed}"
         )
-    if verdict != STOPPED:
-        raise EngineOutputError(f"undecided: {_why(case, verdict, output)}")
     declared = [one.name for one in QUANTITIES]
     found = {name: output.number(name) for name in declared if output.has(name)}
+    if verdict != STOPPED:
+        if output.has("profile"):
+            found["solid_fraction"] = profile_in(output).middle_fraction
+        raise EngineUndecidedError(f"undecided: {_why(case, verdict, output)}", found)
     missing = [name for name in declared if name not in (*found, *OPTIONAL, "solid_fraction")]
     if missing:
         raise EngineOutputError(f"{output.who} left an incomplete result ({missing[0]!r})")

@@ -30,6 +30,11 @@ THICKNESS, LIMIT = "thickness", "single grain"
 """Arms: thickness and stiffness over seeds, and the incline as the limit of one grain."""
 
 
+SINGLE_CRITICAL_DEG = (10.2023, 0.0008)
+"""[deg] critical angle, and its error, at the stiffness and step of SINGLE: the smallest angle that
+keeps moving in the reference DEM, which a test runs again. In the limit of a small step it is
+10.204 at this stiffness, of rigid spheres 10.2078."""
+
 REFERENCE = "as it is"
 """The arm that the changed ones of one layer are held against."""
 
@@ -64,19 +69,23 @@ class LayersStudy(CaseStudy):
         found += [_at_more_layers(some, extent) for some in extent.thicker]
         return [*found, Arm(LIMIT, (SINGLE, SINGLE.replace(rate=SINGLE.rate / 4)))]
 
-    def cost(self, level: Level, engine_of: EngineOf) -> StudyCost:
-        """Return what a level costs, from the cost of a grain and step and of two ranks here."""
-        from harness.cases.layers.cost import study_cost
+    def cost(self, level: Level, engine_of: EngineOf, runs: Sequence[Row] = ()) -> StudyCost:
+        """Return what a level costs: by runs that were made, else as measured here."""
+        from harness.cases.layers.cost import cost_seen, study_cost
 
-        return study_cost(self.arms(level), engine_of)
+        arms = self.arms(level)
+        return cost_seen(arms, {"runs": runs}) or study_cost(arms, engine_of)
 
     def conclude(
         self, arms: Mapping[str, Sequence[Row]], points: ReferencePoints | None
     ) -> Conclusion:
         """Return angles with intervals, the verdict on softness, figures and tables."""
-        from harness.cases.layers.conclusion import concluded
+        from harness.cases.layers.changes import TEST
+        from harness.cases.layers.conclusion import read_arms, rows_of, verdict_of
+        from harness.cases.layers.study_sections import sections_of
 
-        return concluded(arms, points)
+        found = read_arms(arms)
+        return Conclusion(rows_of(found), verdict_of(found), TEST, sections_of(found, points))
 
 
 def _over_thickness(extent: Extent) -> Iterable[Layers]:

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from harness.cases.layers.averages import line_through
-from harness.cases.layers.changes import Compared, over_box
+from harness.cases.layers.changes import Compared
 from harness.cases.layers.conclusion import Found
 from harness.cases.source_angles import READINGS, source_angles
 from harness.observables.reference import PEYNEAU_ROUX, ReferencePoints
@@ -25,6 +24,9 @@ from harness.theory.critical_angle import critical_angle
 
 ASIDE = 0.04
 """Of a thickness, by which the points of two stiffnesses are set apart so that both are seen."""
+
+BESIDE = 7e-4
+"""[1/d] between the limits of places, left of zero, so that all are seen."""
 
 
 def angle_over_thickness(found: Found, points: ReferencePoints | None) -> Figure:
@@ -50,7 +52,7 @@ def angle_over_thickness(found: Found, points: ReferencePoints | None) -> Figure
         )
         fit = found.fits.get(stiffness)
         if fit is not None:
-            law = rf"${fit.limit:.2f} + {fit.amplitude:.2f}\,h^{{-{fit.exponent:.2f}}}$"
+            law = rf"${fit.limit.value:.2f} + {fit.amplitude:.2f}\,h^{{-{fit.exponent.value:.2f}}}$"
             name = f"fit at {stiffness:g}: {law}"
             axes.plot(fine, fit.curve(fine), lw=1.0, label=name, **look)
     heights = list(range(1, max(last, 10) + 1))
@@ -79,23 +81,27 @@ def angle_over_thickness(found: Found, points: ReferencePoints | None) -> Figure
 
 
 def angle_over_box(places: Sequence[Compared]) -> Figure:
-    """Draw the angle of stop against 1/length of the box, with a line through three or more."""
+    """Draw the angle of stop against 1/length of the box, with models through three or more."""
     figure = Figure(figsize=(7.4, 4.6), layout="constrained")
     axes = figure.add_subplot()
     for number, some in enumerate(places):
-        values = dict(sorted(over_box(some).items()))
+        values = {1.0 / length: mean for length, mean in some.boxes.items()}
         look: dict[str, Any] = {"color": COLOURS[number % len(COLOURS)]}
         axes.errorbar(
             [*values], [one.value for one in values.values()],
             [one.half_width for one in values.values()],
             marker=MARKERS[number % len(MARKERS)], ls="none", capsize=3, label=some.place, **look,
         )  # fmt: skip
-        if len(values) > 2:
-            slope, limit = line_through([*values], [*values.values()])
-            end = max(values)
-            axes.plot([0.0, end], [limit.value, limit.value + slope * end], lw=1.0, **look)
-            axes.errorbar(0.0, limit.value, limit.half_width, capsize=3, **look)
+        limit = some.box_limit()
+        if limit is not None:
+            fine = np.linspace(0.0, max(values), 50)
+            for model in limit.kept:
+                axes.plot(fine, model.curve(fine), lw=0.8, alpha=0.7, **look)
+            aside = BESIDE * (1 + number)
+            mean = limit.mean
+            axes.errorbar(-aside, mean.value, mean.half_width, capsize=3, lw=1.6, **look)
     axes.set(xlabel="1 / length of the box (1/d)", ylabel="angle of stop (deg)")
-    axes.set_xlim(left=-0.002)
+    axes.set_xlim(left=-BESIDE * (len(places) + 2))
+    axes.axvline(0.0, color="0.6", lw=0.7)
     legend_below(figure, 2)
     return figure

@@ -17,6 +17,7 @@ from harness.cases.contact_base.parameters import ContactSystem, Speed
 from harness.cases.contact_base.presets import OBLIQUE, SLIDING, Told
 from harness.cases.contact_base.scales import between, met
 from harness.cases.contact_base.scans import Scan
+from harness.cases.contact_base.submodels import SYSTEMS, TWO_MATERIALS
 from harness.cases.contact_base.undamped import ROLLING_UNDAMPED
 from harness.cases.contract import Study
 from harness.comparison.findings import Findings
@@ -59,6 +60,8 @@ class ObliqueCase(Friction, ContactCase[Oblique]):
     sets: ClassVar[Told] = {"usual": SLIDING, **OBLIQUE}
     beside = (*Friction.beside, *ROLLING_UNDAMPED)
     shown = "tangential_ratio"
+    systems: ClassVar[Told] = {**SYSTEMS, **TWO_MATERIALS}
+    two_materials_of = "mindlin"
     submodels = (*Friction.submodels, *RUBBING)
     invariant = submodels
     over_ranks = ("mindlin_rescale/force", "old hooke/history")
@@ -113,9 +116,14 @@ class ObliqueCase(Friction, ContactCase[Oblique]):
         found = {"normal_restitution": float(after[2]) / -down}
         if along > 0.0:
             found["tangential_ratio"] = float(after[0]) / along
-            found["spin_ratio"] = parameters.radius * float(motion.omega[-1, 0, 1]) / along
-            found["impulse_ratio"] = float((before[0] - after[0]) / (after[2] - before[2]))
+            found["rim_speed_ratio"] = parameters.radius * float(motion.omega[-1, 0, 1]) / along
+            impulses = before[0] - after[0], after[2] - before[2]
+            found["tangential_impulse_ratio"] = float(impulses[0] / impulses[1])
         return found
+
+    def sizes(self, parameters: Oblique) -> Mapping[str, float]:
+        """Return Coulomb's limit of the impulses' ratio, 1 at most: a larger one is not reached."""
+        return {"tangential_impulse_ratio": min(parameters.friction or 1.0, 1.0)}
 
 
 CASE = ObliqueCase()

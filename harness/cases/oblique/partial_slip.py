@@ -63,7 +63,7 @@ def _rebounds(case: ObliqueCase, law: str) -> Array:
             speed=1.0 / math.cos(math.radians(angle)),
         )
         told = case.expected(parameters, Rules())
-        left = told["tangential_ratio"].value - told["spin_ratio"].value
+        left = told["tangential_ratio"].value - told["rim_speed_ratio"].value
         reached.append(psi * left / told["normal_restitution"].value)
     return np.array(reached)
 

@@ -1,9 +1,14 @@
-"""The law alone: forces and torques along a motion that is given, without an integrator."""
+"""The law alone: forces and torques along a motion that is given, without an integrator.
+
+Pressed, sheared, sheared back, lifted, rolled, twisted. What resists rolling or twisting is turned
+forth and back beside the shear as well, rolling without slip, so that neither is felt by friction:
+springs and dashpots act there below their limits, slide, and come back.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import ClassVar
 
@@ -15,7 +20,16 @@ from harness.cases.contact_base.further import COHESIVE_FRICTION, TURNING
 from harness.cases.contact_base.motion import Array, Motion
 from harness.cases.contact_base.parameters import ContactSystem
 from harness.cases.contact_base.presets import SLIDING, Told
-from harness.cases.contact_base.scales import between, dashpots, energy, overlaps, pressed
+from harness.cases.contact_base.scales import (
+    between,
+    dashpots,
+    elastic_force,
+    energy,
+    overlaps,
+    pressed,
+    twisting_limit,
+    twisting_spring,
+)
 from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import (
     OLD_TANGENTIAL,
@@ -25,6 +39,8 @@ from harness.cases.contact_base.submodels import (
     TANGENTIAL,
     TANGENTIAL_BESIDE,
     TWISTING,
+    TWISTING_BESIDE,
+    TWO_MATERIALS,
 )
 from harness.cases.contact_base.undamped import (
     ROLLING_UNDAMPED,
@@ -36,6 +52,7 @@ from harness.cases.prescribed_motion.turned import levers, tangential_ratio, tur
 from harness.comparison.findings import Findings
 from harness.engines.contract import Engine
 from harness.parameters.contact_scene import ZERO, ContactScene, Segment, Vector
+from harness.theory.slider import limited_forces
 
 
 class PrescribedMotion(ContactSystem):
@@ -45,6 +62,13 @@ class PrescribedMotion(ContactSystem):
     shear: float = Field(2e-5, gt=0.0, description="[m] along the surface, and twice that back")
     lift: float = Field(0.3, ge=0.0, le=0.999, description="[-] of the overlap, after the shear")
     turn: float = Field(1e-3, ge=1e-9, le=1e3, description="[rad] of rolling and of twisting")
+    forth: float = Field(
+        1e-3,
+        ge=1e-9,
+        le=1.0,
+        description="[rad] forth and back beside the shear: rolling by 3 r / R* of it, twisting by "
+        "1.5",
+    )
     duration: float = Field(1e-3, ge=1e-12, le=1e9, description="[s] of each of the six pieces")
     turned: float = Field(
         0.0,
@@ -53,6 +77,17 @@ class PrescribedMotion(ContactSystem):
         description="[rad] by which two spheres that stick turn as one body, instead of what "
         "follows the shear",
     )
+
+    @property
+    def roll_forth(self) -> float:
+        """Return the angle of rolling beside the shear [rad]."""
+        forth = 3.0 * self.forth * self.radius / self.reduced_radius
+        return forth if self.rolling != "none" else 0.0
+
+    @property
+    def twist_forth(self) -> float:
+        """Return the angle of twisting beside the shear [rad]."""
+        return 1.5 * self.forth if self.twisting != "none" else 0.0
 
     def check(self) -> None:
         """Raise ValueError for a motion that leaves the contact, or in which it pulls."""
@@ -68,6 +103,10 @@ class PrescribedMotion(ContactSystem):
             most = math.sqrt(0.9 * left * (2.0 * reach - 1.1 * left))
         why = "resolved, and a tenth of the overlap must be left beside the top of a sphere"
         between("shear", self.shear, "m", (least, most), why)
+        if self.roll_forth and self.partner == "sphere":
+            along = self.roll_forth * self.radius
+            aside = math.sqrt(most * most - self.shear * self.shear)
+            between("forth", self.forth, "rad", (1e-9, self.forth * aside / along), why)
         pull = dashpots(self, self.overlap) * self.lift * self.overlap
         push = energy(self, left) / left
         why = "the dashpot takes more than half of the force as the sphere is lifted"
@@ -92,7 +131,7 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
     )
     beside = (
         *(*TANGENTIAL_BESIDE, *ROLLING_BESIDE),
-        *(*ROLLING_UNDAMPED, *TWISTING_UNDAMPED, *TURNING_UNDAMPED),
+        *(*ROLLING_UNDAMPED, *TWISTING_UNDAMPED, *TURNING_UNDAMPED, *TWISTING_BESIDE),
     )
     invariant = (*ROLLING, *TWISTING)
     over_ranks = ("rolling sds, mindlin", "twisting sds, mindlin")
@@ -101,6 +140,7 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
         **{name: told for name, told in SYSTEMS.items() if name != "frozen sphere"},
         # a quarter of the shear, so that it sticks
         TURNED: {"partner": "sphere", "turned": 0.08, "shear": 5e-6},
+        **TWO_MATERIALS,
     }
     scan = Scan("reversed_ratio", "shear", (1e-6, 3e-6, 1e-5, 2e-5, 4e-5))
 
@@ -109,7 +149,9 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
         if parameters.turned:
             return turned_pair(parameters)
         bodies = tuple(parameters.bodies(0.0, ZERO))
-        n, time = parameters.steps_per_contact, parameters.duration
+        # samples are taken in the middle of each piece, too
+        half, time = math.ceil(parameters.steps_per_contact / 2), parameters.duration
+        n = 2 * half
         still = (ZERO,) * len(bodies)
 
         def piece(v: Vector = ZERO, w: Vector = ZERO) -> Segment:
@@ -118,10 +160,12 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
             return Segment(n, (moved, *still[1:]), (turned, *still[1:]))
 
         d, s, turn = parameters.overlap, parameters.shear, parameters.turn
+        roll, twist = parameters.roll_forth, parameters.twist_forth
+        aside = parameters.radius * roll
         pieces = (
             piece((0.0, 0.0, -d)),
-            piece((s, 0.0, 0.0)),
-            piece((-2.0 * s, 0.0, 0.0)),
+            piece((s, -aside, 0.0), (roll, 0.0, twist)),
+            piece((-2.0 * s, aside, 0.0), (-roll, 0.0, -twist)),
             piece((0.0, 0.0, parameters.lift * d)),
             piece(w=(turn, 0.0, 0.0)),
             piece(w=(0.0, 0.0, turn)),
@@ -132,7 +176,7 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
             parameters.law,
             step=time / n,
             steps=PIECES * n,
-            every=n,
+            every=half,
             segments=pieces,
         )
 
@@ -147,23 +191,50 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
         if parameters.turned:
             ratio = tangential_ratio(motion)
             return {"shear_ratio": float(ratio[2]), "turned_ratio": float(ratio[-1])}
-        shear, back, lifted, rolled, twisted = range(2, PIECES + 1)
+        halfway, shear, halfway_back, back, lifted, rolled, twisted = 3, 4, 5, 6, 8, 10, 12
+        pressed = parameters.radius * force[:, 2]
         found = {
             name: float(force[at, 0] / force[at, 2])
             for name, at in (
+                ("half_shear_ratio", halfway),
                 ("shear_ratio", shear),
                 ("reversed_ratio", back),
                 ("lifted_ratio", lifted),
             )
         }
-        r = parameters.radius
-        if parameters.rolling != "none":
-            found["rolling_ratio"] = float(torque[rolled, 0] / (r * force[rolled, 2]))
-        if parameters.twisting != "none":
-            found["twisting_ratio"] = float(torque[twisted, 2] / (r * force[twisted, 2]))
+        turnings = (("rolling", 0, rolled), ("twisting", 2, twisted))
+        for part, axis, last in turnings:
+            if getattr(parameters, part) != "none":
+                samples = {"forth": halfway, "back": halfway_back, "lifted": lifted, "": last}
+                for name, at in samples.items():
+                    quantity = "_".join(filter(None, (part, name, "ratio")))
+                    found[quantity] = float(torque[at, axis] / pressed[at])
         if parameters.rolling != "none" and parameters.twisting != "none":
-            found["held_ratio"] = float(torque[twisted, 0] / (r * force[twisted, 2]))
+            found["held_ratio"] = float(torque[twisted, 0] / pressed[twisted])
         return found
+
+    def sizes(self, parameters: PrescribedMotion) -> Mapping[str, float]:
+        """Return Coulomb's limits of the ratios, 1 at most: larger ones are not reached.
+
+        Of torques of two sliders about one axis their sum.
+        """
+        friction, r = parameters.friction or 0.0, parameters.radius
+        rolling = (parameters.rolling_friction or 0.0) * parameters.reduced_radius / r
+        twisting = twisting_limit(parameters, parameters.overlap) / r
+        turned = ("forth", "back", "lifted")
+        shears = ("half_shear_ratio", "shear_ratio", "reversed_ratio", "lifted_ratio")
+        limits = {
+            **dict.fromkeys((*shears, "turned_ratio"), friction),
+            **{f"rolling_{name}_ratio": rolling for name in turned},
+            **dict.fromkeys(("rolling_ratio", "held_ratio"), friction + rolling),
+            **{f"twisting_{name}_ratio": twisting for name in turned},
+            "twisting_ratio": twisting,
+        }
+        return {name: min(limit, 1.0) or 1.0 for name, limit in limits.items()}
+
+    def closed_forms(self, parameters: PrescribedMotion) -> Mapping[str, float]:
+        """Return the torques of turning forth and back at a wall, where the load is constant."""
+        return dict(_turning(parameters)) if parameters.partner == "wall" else {}
 
     def axes(self, parameters: PrescribedMotion) -> tuple[str, str]:
         """Return what is drawn: torques where there are some, else the tangential force."""
@@ -193,6 +264,29 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
             shown = turned > -SLACK
             found["twisting"] = turned[shown], (torque[:, 2] / pressed)[shown]
         return found
+
+
+def _turning(parameters: PrescribedMotion) -> Iterator[tuple[str, float]]:
+    """Yield torques over radius and normal force; of hooke and hertz, whose force is known."""
+    load = elastic_force(parameters, parameters.overlap)
+    if parameters.normal not in ("hooke", "hertz"):
+        return
+    time, r = parameters.duration, parameters.radius
+    sliders = {}
+    if parameters.rolling == "sds":
+        # of r omega, and its torque of the force times r
+        law = parameters.rolling_stiffness or 0.0, parameters.rolling_damping or 0.0
+        limit = parameters.rolling_friction or 0.0
+        sliders["rolling"] = law, limit, r * parameters.roll_forth, 1.0
+    if parameters.twisting != "none":
+        law = twisting_spring(parameters, parameters.overlap)
+        limit = twisting_limit(parameters, parameters.overlap)
+        sliders["twisting"] = law, limit, parameters.twist_forth, r
+    for name, ((k, eta), limit, forth, lever) in sliders.items():
+        pieces = [(half, 0.5 * time) for half in (0.5 * forth, 0.5 * forth, -0.5 * forth)]
+        first, _, back = limited_forces(k, eta, limit * load, pieces)
+        yield f"{name}_forth_ratio", first / load / lever
+        yield f"{name}_back_ratio", back / load / lever
 
 
 CASE = PrescribedMotionCase()

@@ -68,7 +68,7 @@ class SpinCase(Friction, ContactCase[Spin]):
         return {
             "normal_restitution": float(after[2]) / parameters.speed,
             "spin_ratio": float(motion.omega[-1, 0, 1]) / parameters.spin,
-            "velocity_ratio": float(after[0]) / parameters.radius / parameters.spin,
+            "gained_speed_ratio": float(after[0]) / parameters.radius / parameters.spin,
         }
 
 

@@ -22,6 +22,7 @@ from harness.cases.contact_base.scales import (
     overlaps,
     pressed,
     resolved,
+    rest_overlap,
 )
 from harness.cases.contact_base.scans import Scan
 from harness.cases.contact_base.submodels import NORMAL, NORMAL_BESIDE
@@ -56,6 +57,15 @@ class Stacked(ContactSystem):
     def check(self) -> None:
         """Raise ValueError for values that have no meaning together."""
         meets(self, "sphere")
+        if self.partner_density is not None:
+            raise ValueError(
+                f"partner_density = {self.partner_density!r}: upper_density is that of this case"
+            )
+        if self.two_materials:
+            raise ValueError(
+                "partner_youngs_modulus, partner_poisson_ratio: spheres and plates are of one "
+                "material in this case"
+            )
         third, most = self.squeezed / 3.0, 0.5 * overlaps(self)[1]
         pressed(self, "squeeze", "", third)
         upper = abs(self.upper_offset) * self.second_radius
@@ -79,6 +89,7 @@ class StackedCase(ContactCase[Stacked]):
     submodels = tuple(one for one in NORMAL if "clipped" not in one.name)
     beside = tuple(one for one in (*NORMAL, *NORMAL_BESIDE) if "clipped" in one.name)
     sets: ClassVar[Told] = {"usual": {"partner": "sphere", **NORMAL[1].law}, **MFIX}
+    lasts = True
     systems: ClassVar[Told] = {
         "between plates": {"partner": "sphere", "partner_radius": None},
         "unequal, between plates": {"partner": "sphere", "partner_radius": 0.012},
@@ -121,6 +132,15 @@ class StackedCase(ContactCase[Stacked]):
             "lower_speed_ratio": float(speed[0]),
             "upper_speed_ratio": float(speed[1]),
         }
+
+    def sizes(self, parameters: Stacked) -> Mapping[str, float]:
+        """Return how far what is off and what weighs moves the spheres, as part of the squeeze."""
+        off = abs(parameters.offset) * parameters.radius
+        off += abs(parameters.upper_offset) * parameters.second_radius
+        weight = (parameters.mass + parameters.upper_mass) * parameters.gravity
+        size = min(1.0, (off + rest_overlap(parameters, weight)) / parameters.squeezed) or 1.0
+        names = (quantity.name for quantity in self.quantities)
+        return dict.fromkeys(names, size)
 
     def axes(self, parameters: Stacked) -> tuple[str, str]:
         """Return what is drawn: how far each sphere rises."""

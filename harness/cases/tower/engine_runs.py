@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -13,12 +14,16 @@ from harness.engines.contract import Engine, Output
 from harness.engines.output import SERIES
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineOutputError
+from harness.observables.consistency import FEWEST, contradiction
 from harness.observables.provenance import Provenance
 from harness.observables.tower import Floats, Profiles, TowerRun
-from harness.parameters.tower import Tower
+from harness.parameters.tower import Property, Tower
 
 ROUNDINGS = 4
 """A contact pressed in by fewer roundings of a position cannot be told from an open one."""
+
+PROPERTIES: dict[Property, str] = {"mass": "kg", "stiffness": "N_per_m", "diameter": "m"}
+"""Of the particles, with the units that results name."""
 
 MOTION = ("x_m", "vx_m_per_s")
 TOTAL_FORCE, CONTACTS_ON_PARTICLE, CONTACT_FORCE = "fx_N", "contacts_fx_N", "contact_force_N"
@@ -28,7 +33,15 @@ by its contacts alone, of each contact."""
 FORCES = (CONTACT_FORCE, TOTAL_FORCE, CONTACTS_ON_PARTICLE)
 
 LATE = 0.75
-"""Sampling intervals that a sample may be off its time: some codes are half a step early."""
+"""Steps that a sample may be off its time, and that velocities and forces of codes other than
+velocity Verlet may be from the positions: some are half a step early."""
+
+COARSE = 0.5
+"""[rad] of the fastest mode that a sampling interval may hold for samples to be held against each
+other: its chord is then 1 % off."""
+
+ROUNDINGS_OF_A_SAMPLE = 16
+"""Roundings of a position or velocity that adding up a sample's terms may leave."""
 
 
 def run_towers(
@@ -66,6 +79,16 @@ def read(
     for, and for a tower in which nothing ever touches; EngineNaNError for values that are not
     finite.
     """
+    output.check_numbers(
+        {
+            **{f"{name}_{unit}": case.each(name)[0] for name, unit in PROPERTIES.items()},
+            "speed_m_per_s": case.speed,
+            "gravity_m_per_s2": case.gravity,
+            "contact_time_s": case.contact_time,
+            "step_s": timing.step,
+            "steps": timing.steps,
+        }
+    )
     rows, count = timing.steps // timing.every + 1, case.particles
     written = output.tables.get(SERIES, {})
     clock = "step" if "step" in written else "time_s"
@@ -78,11 +101,11 @@ def read(
         if values.shape != (rows, width):
             raise EngineOutputError(f"{output.who} left {name} of {values.shape[-1]}, not {width}")
     time = np.asarray(table[clock] * timing.step if clock == "step" else table[clock])
-    interval = timing.step * timing.every
-    if np.abs(time - interval * np.arange(rows)).max() > LATE * interval:
-        raise EngineOutputError(f"{output.who} wrote samples at other times than were asked for")
-    _same_motion(x, v, np.diff(time), traits.digits, output.who)
+    _check_times(time, timing, clock, output.who)
+    acceleration = _accelerations(case, forces, f)
     smallest = _rounding(case, timing.step, traits, x, v)
+    least = smallest / case.each("mass")[0]
+    _same_motion(case, timing, (x, v, acceleration), least, traits, output.who)
     if forces == CONTACT_FORCE:
         force = np.where(f > smallest, f, 0.0)
     else:
@@ -90,22 +113,86 @@ def read(
         force = _forces_of_contacts(f, weight, smallest)
     if not (force > 0.0).any():
         raise EngineOutputError(f"{output.who}: no contact of the tower ever presses")
+    speed = float(v[-1, 0])
+    push = case.each("mass")[0] * (case.speed - speed + case.gravity * timing.steps * timing.step)
+    own = {"final_velocity_m_per_s": speed, "impulse_Ns": push}
+    output.check_numbers(own, "is what its series says")
     displacement = x - case.each("diameter")[0] * np.arange(count)
     return _tower_run(
         case, timing.step, time, displacement, v, force, output.provenance, profiles=profiles
     )
 
 
-def _same_motion(x: Floats, v: Floats, interval: Floats, digits: int, who: str) -> None:
-    """Raise EngineOutputError for positions that do not move with the velocities.
+def _check_times(time: Floats, timing: Timing, clock: str, who: str) -> None:
+    """Raise EngineOutputError for samples (M,) [s] at other times than were asked for."""
+    known = timing.step * timing.every * np.arange(time.size)
+    off = np.abs(time - known)
+    # steps are counted: what is left of them is the rounding of a product
+    if off.max() > (LATE if clock == "time_s" else 1e-6) * timing.step:
+        row = int(off.argmax())
+        raise EngineOutputError(
+            f"{who} wrote samples at other times than were asked for: row {row + 1} "
+            f"at {time[row]:.9g} s, not {known[row]:.9g} s"
+        )
 
-    From sample to sample a particle goes by the mean of its velocities, to within what they
-    change in an interval and the digits of the positions.
+
+def _accelerations(case: Tower, forces: str, f: Floats) -> Floats:
+    """Return the accelerations (M, N) [m/s2] by the forces of a table, 0 of a fixed base."""
+    mass, gravity = case.each("mass")[0], case.gravity
+    if forces == CONTACT_FORCE:
+        closed = np.pad(f, ((0, 0), (1, 1)))
+        f = closed[:, :-1] - closed[:, 1:]
+    acceleration = f / mass + (0.0 if forces == TOTAL_FORCE else gravity)
+    if case.base == "fixed":
+        acceleration[:, -1] = 0.0
+    return np.asarray(acceleration)
+
+
+def _same_motion(
+    case: Tower,
+    timing: Timing,
+    motion: tuple[Floats, Floats, Floats],
+    least: float,
+    traits: Traits,
+    who: str,
+) -> None:
+    """Raise EngineOutputError for positions, velocities or forces that contradict each other.
+
+    ``motion`` are positions [m], velocities [m/s] and accelerations [m/s2], each (M, N); ``least``
+    [m/s2] is the least acceleration that can be told from rounding. Samples too coarse to follow
+    the fastest mode of the chain tell only that a particle goes by the mean of its velocities, to
+    within what they change in an interval.
     """
-    moved = np.abs(np.diff(x, axis=0) - 0.5 * interval[:, None] * (v[1:] + v[:-1]))
-    room = interval.max() * np.abs(np.diff(v, axis=0)).max(initial=0.0)
-    if moved.max(initial=0.0) > room + 10.0 ** (1 - digits) * np.abs(x).max():
-        raise EngineOutputError(f"{who} wrote positions and velocities that contradict each other")
+    interval = timing.step * timing.every
+    x, v, a = motion
+    # omega is pi over the contact period; the deformable law's fastest mode grows with the chain
+    fastest = 2.0 * math.pi / case.contact_period
+    if case.law == "deformable":
+        fastest /= math.sqrt(2.0) * math.sin(math.pi / (2 * (case.height + 1)))
+    if len(x) < FEWEST or fastest * interval > COARSE:
+        moved = np.abs(np.diff(x, axis=0) - 0.5 * interval * (v[1:] + v[:-1]))
+        room = interval * np.abs(np.diff(v, axis=0)).max(initial=0.0)
+        if moved.max(initial=0.0) > room + 10.0 ** (1 - traits.digits) * np.abs(x).max():
+            raise EngineOutputError(
+                f"{who} wrote positions and velocities that contradict each other"
+            )
+        return
+    late = 0.0 if traits.integrator == "velocity-verlet" else LATE * timing.step
+    digit = max(10.0 ** (1 - traits.digits), ROUNDINGS_OF_A_SAMPLE * float(np.finfo(float).eps))
+    scales = [float(np.abs(one).max(initial=0.0)) for one in motion]
+    of_positions = digit * (scales[0] + interval * scales[1])
+    of_velocities = digit * (scales[1] + interval * scales[2]) + interval * least
+    for of, values, rates, rounding in (
+        ("positions and velocities", x, v, of_positions),
+        ("velocities and forces", v, a, of_velocities),
+    ):
+        place = contradiction(values, rates, interval, rounding, late)
+        if place is not None:
+            row, particle = place
+            raise EngineOutputError(
+                f"{who} wrote {of} that contradict each other: particle {particle + 1} at "
+                f"{row * interval:.6g} s"
+            )
 
 
 def _rounding(case: Tower, step: float, traits: Traits, x: Floats, v: Floats) -> float:

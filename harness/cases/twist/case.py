@@ -1,36 +1,27 @@
-"""Twisting resistance: a sphere spins about the line of contact until it stands."""
+"""Twisting resistance: a sphere spins about the line of contact, is stopped, and swings back.
+
+A spin that the spring stops before the torque reaches its limit swings from the start: a damped
+oscillation of frequency sqrt(k / I), I = 2/5 m r^2. A faster one slips first, at a constant rate.
+"""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import ClassVar
 
 from pydantic import Field
 
 from harness.cases.contact_base.motion import Array, Motion
-from harness.cases.contact_base.parameters import Turning, reduced_shear_modulus
+from harness.cases.contact_base.parameters import Turning
 from harness.cases.contact_base.presets import Told
 from harness.cases.contact_base.resting import Resting, RestingCase
-from harness.cases.contact_base.scales import rest_overlap
+from harness.cases.contact_base.scales import rest_overlap, twisting_limit, twisting_spring
 from harness.cases.contact_base.scans import Scan
-from harness.cases.contact_base.submodels import STICKING, TWISTING, named
+from harness.cases.contact_base.submodels import TWISTING, TWISTING_BESIDE
 from harness.cases.contact_base.undamped import TWISTING_UNDAMPED
 from harness.parameters.contact_scene import ZERO, Vector
 from harness.theory.rolling import twisting_deceleration
-
-TWISTING_BESIDE = named(
-    {
-        "twisting sds, linear_history, tied": {
-            **STICKING,
-            "twisting": "sds",
-            "twisting_stiffness": 2e1 / 7.0,
-            "twisting_damping": 0.0,
-            "twisting_friction": 1e-4,
-        }
-    }
-)
-"""A twisting spring without a dashpot, of k_t R*^2 for the sphere of 1 cm on a plane."""
+from harness.theory.slider import twisting_spin
 
 
 class Twist(Resting):
@@ -60,10 +51,13 @@ class TwistCase(RestingCase[Twist]):
     name = "twist"
     submodels = TWISTING
     beside = (*TWISTING_BESIDE, *TWISTING_UNDAMPED)
+    lasts = True
+    every_level = ("wall, stands", "wall, swings")
     sets: ClassVar[Told] = {"spins": {"friction": 0.3, **TWISTING[0].law}}
     systems: ClassVar[Told] = {
         "wall, spins": {"partner": "wall"},
-        "wall, stands": {"partner": "wall", "spin": 2.0},
+        "wall, stands": {"partner": "wall", "spin": 0.5, "duration": 120.0},
+        "wall, swings": {"partner": "wall", "spin": 5e-3, "duration": 30.0},
         "frozen sphere, spins": {"partner": "frozen"},
     }
     scan = Scan(
@@ -96,38 +90,39 @@ class TwistCase(RestingCase[Twist]):
         return {"": (1e3 * motion.time, motion.omega[:, 0, 2])}
 
     def closed_forms(self, parameters: Twist) -> Mapping[str, float]:
-        """Return the deceleration where it slips from before halfway to the end.
+        """Return the spin that the contact leaves, and what it lost.
 
-        The spring takes the torque of slipping after t with spin t - slipping t^2 / 2 of turning at
-        least, as its own torque is smaller before; a dashpot makes it sooner.
+        Of springs whose load and overlap are known, with less than critical damping.
         """
-        half, slipping = 0.5 * self.scene(parameters).duration, self._slipping(parameters)
-        turned = half * (parameters.spin - 0.5 * slipping * half)
-        loaded = (
-            slipping * 0.4 * parameters.mass * parameters.radius**2 / self._stiffness(parameters)
-        )
-        lasts = 2.0 * half * slipping < parameters.spin
-        return {"deceleration_ratio": 1.0} if lasts and loaded < turned else {}
+        load = parameters.mass * parameters.gravity
+        k, c = twisting_spring(parameters, rest_overlap(parameters, load))
+        swings = c * c < 4.0 * k * self._inertia(parameters)
+        if parameters.normal not in ("hooke", "hertz") or not swings:
+            return {}
+        end = self.scene(parameters).duration
+        spins = [self._left(parameters, time) for time in (0.5 * end, end)]
+        lost = (spins[0] - spins[1]) / (0.5 * end)
+        return {
+            "halfway_spin_ratio": spins[0] / parameters.spin,
+            "spin_ratio": spins[1] / parameters.spin,
+            "deceleration_ratio": lost / self._slipping(parameters),
+        }
 
-    def _stiffness(self, parameters: Twist) -> float:
-        """Return the stiffness of the twisting spring [N m]; Marshall's is k_t a^2 / 2."""
-        if parameters.twisting_stiffness is not None:
-            return parameters.twisting_stiffness
-        squared = self._contact_radius(parameters) ** 2
-        k = parameters.tangential_stiffness
-        if k is None:
-            k = 8.0 * reduced_shear_modulus(parameters) * math.sqrt(squared)
-        return 0.5 * k * squared
+    def _left(self, parameters: Twist, time: float) -> float:
+        """Return the spin after a time [rad/s]; its load is the weight, at rest."""
+        load = parameters.mass * parameters.gravity
+        overlap = rest_overlap(parameters, load)
+        limit = twisting_limit(parameters, overlap) * load
+        spring = twisting_spring(parameters, overlap)
+        return twisting_spin(time, parameters.spin, self._inertia(parameters), spring, limit)
 
-    def _contact_radius(self, parameters: Twist) -> float:
-        overlap = rest_overlap(parameters, parameters.mass * parameters.gravity)
-        return math.sqrt(parameters.reduced_radius * overlap)
+    def _inertia(self, parameters: Twist) -> float:
+        return 0.4 * parameters.mass * parameters.radius**2
 
     def _slipping(self, parameters: Twist) -> float:
         """Return 5/2 mu_t g / r^2 [rad/s2]."""
-        length = parameters.twisting_friction
-        if length is None:
-            length = 2.0 / 3.0 * self._contact_radius(parameters) * (parameters.friction or 0.0)
+        overlap = rest_overlap(parameters, parameters.mass * parameters.gravity)
+        length = twisting_limit(parameters, overlap)
         return twisting_deceleration(length, parameters.radius, parameters.gravity)
 
 

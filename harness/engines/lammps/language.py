@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from functools import cache
@@ -9,8 +10,8 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from harness.engines.contract import Template, Value, Values
-from harness.engines.lammps.read import error_from_text
-from harness.engines.output import Table
+from harness.engines.lammps.read import check_log, closing_error, error_from_text, has_error
+from harness.engines.output import Output, Table
 from harness.engines.parallel import dealt
 from harness.engines.process import Ended, text_of
 from harness.engines.script import Script, Task
@@ -96,6 +97,11 @@ class LammpsLanguage(ScriptedEngine):
         """Return the log of a task."""
         return text_of(folder / f"{index}.log")
 
+    def ranks_in(self, log: str) -> int:
+        """Return the ranks of the last processor grid of a log, as ``1 by 1 by 2``."""
+        grids = re.findall(r"^  (\d+) by (\d+) by (\d+) MPI processor grid", log, re.MULTILINE)
+        return math.prod(map(int, grids[-1])) if grids else 1
+
     def table(self, series: str) -> Table:
         """Return the columns of a series: a dump, or a CSV with rows twice where stretches meet."""
         if series.startswith("ITEM:"):
@@ -109,9 +115,16 @@ class LammpsLanguage(ScriptedEngine):
             return EngineTimeoutError(
                 f"{self.title} ({self.program}) did not finish within {seconds:g} s"
             )
-        if ended.code == 0 and "ERROR" not in log:
+        if ended.code == 0 and not has_error(log):
             return None
-        return error_from_text(log if "ERROR" in log else ended.said, ended.code, self.title)
+        # a log that is cut says nothing of why: then the words of the process do
+        text = log if closing_error(log) else ended.said or "".join(log.splitlines()[-1:])
+        return error_from_text(text, ended.code, self.title)
+
+    def read_job(self, folder: Path, index: int, task: Task, seconds: float) -> Output:
+        """Return the output of a finished task; raise EngineError also for an error in its log."""
+        check_log(self.log_of(folder, index), self.title)
+        return super().read_job(folder, index, task, seconds)
 
 
 def _word(text: str) -> str:

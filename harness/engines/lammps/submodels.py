@@ -29,8 +29,14 @@ def lacking(values: Values, identify: Callable[[], Provenance]) -> str:
     The old contact styles (``interface`` = old) are in every release. Nothing where LAMMPS is not
     here: that is said when it is to run.
     """
-    if values.get("normal") == "mdr" and values.get("newton") == "on":
+    newton_on = values.get("newton") == "on" or values.get("defaults") == "yes"
+    if values.get("normal") == "mdr" and newton_on:
         return "its mdr takes newton = off, not on"
+    if "partner_youngs_modulus" in values:
+        if values["planes"]:
+            return "its walls take the coefficients of the contact, and mix none (stated has them)"
+        if values["tangential"] == "mindlin_classic":
+            return "it mixes materials where G* follows from them (mindlin NULL)"
     told = () if values.get("interface") == "old" else values.values()
     for name, first in FIRST_RELEASES.items():
         if name not in told:

@@ -15,7 +15,8 @@ from typing import Any, NamedTuple
 
 from harness.engines.batches import finished
 from harness.engines.lammps.language import file_of
-from harness.engines.lammps.read import error_from_text, version_in
+from harness.engines.lammps.read import check_log, error_from_text, version_in
+from harness.engines.lammps.restarts import link_into, progress_in
 from harness.engines.process import Limits, environment_in, last_text, text_of
 from harness.engines.script import Script
 from harness.errors import (
@@ -29,15 +30,21 @@ from harness.observables.provenance import Provenance
 from harness.shared_memory import record_segments
 
 START_SECONDS = 60.0
+LOOK_SECONDS = 5.0
+"""Between two looks for new restart files."""
 
 
 class Order(NamedTuple):
-    """One run: a script, its variables, those to delete before, whether it writes a series."""
+    """One run: a script, its variables, those to delete before, whether it writes a series.
+
+    ``restarts`` is the folder of its restart files, if there is one.
+    """
 
     script: Script
     variables: Mapping[str, str]
     forget: Sequence[str]
     sampled: bool
+    restarts: Sequence[Path] = ()
 
 
 class Left(NamedTuple):
@@ -53,6 +60,7 @@ class Worker:
 
     def __init__(self, folder: Path, limits: Limits) -> None:
         self._limits = limits
+        self._killed = False
         self._folder = Path(tempfile.mkdtemp(dir=folder))
         self._errors = (self._folder / "stderr").open("w+", encoding="utf-8", errors="replace")
         self._process = subprocess.Popen(
@@ -66,7 +74,7 @@ class Worker:
         # the worker takes the name away at once; killed before that, the next run does
         record_segments(self._folder, f"mpich_shm_{self._process.pid:x}_0")
         try:
-            hello = self._listen(time.monotonic() + START_SECONDS)
+            hello = self._listen(START_SECONDS)
         except EngineError:
             self.end()
             raise
@@ -103,15 +111,18 @@ class Worker:
             "forget": job.forget,
             "variables": {**job.variables, "series": series.name},
         }
+        for path in job.restarts:
+            link_into(self._folder, path)
         start = time.monotonic()
         try:
-            answer = self._ask(order, start + self._limits.seconds)
+            answer = self._ask(order, self._limits.seconds)
             seconds = time.monotonic() - start
             text = text_of(log)
             if "error" in answer:
                 raise error_from_text(answer["error"] if "ERROR" in answer["error"] else text)
             if not finished(text):
                 raise error_from_text(text)
+            check_log(text)
         except EngineError as error:
             error.log = text_of(log)
             raise
@@ -120,6 +131,7 @@ class Worker:
     def kill(self) -> None:
         """Kill the process; whoever waits for its answer is told."""
         if self._process.poll() is None:
+            self._killed = True
             self._process.kill()
 
     def end(self) -> None:
@@ -138,25 +150,31 @@ class Worker:
             (self._folder / name).write_text(script.text, encoding="utf-8")
         return name
 
-    def _ask(self, order: dict[str, Any], deadline: float) -> dict[str, Any]:
+    def _ask(self, order: dict[str, Any], seconds: float) -> dict[str, Any]:
         assert self._process.stdin is not None
         try:
             self._process.stdin.write(json.dumps(order).encode() + b"\n")
             self._process.stdin.flush()
         except BrokenPipeError:
             raise self._death() from None
-        return self._listen(deadline)
+        return self._listen(seconds)
 
-    def _listen(self, deadline: float) -> dict[str, Any]:
-        """Return the next answer; raise on death or when the deadline has passed."""
+    def _listen(self, seconds: float) -> dict[str, Any]:
+        """Return the next answer; raise on death, or after so long without a restart file."""
         stream = self._process.stdout
         assert stream is not None
         with selectors.DefaultSelector() as selector:
             selector.register(stream, selectors.EVENT_READ)
-            if not selector.select(max(0.0, deadline - time.monotonic())):
-                raise EngineTimeoutError(
-                    f"LAMMPS (in-process) gave no answer within {self._limits.seconds:g} s"
-                )
+            state, since = progress_in(self._folder), time.monotonic()
+            while not selector.select(
+                min(LOOK_SECONDS, max(0.0, since + seconds - time.monotonic()))
+            ):
+                if (new := progress_in(self._folder)) != state:
+                    state, since = new, time.monotonic()
+                elif time.monotonic() >= since + seconds:
+                    raise EngineTimeoutError(
+                        f"LAMMPS (in-process) gave no answer within {self._limits.seconds:g} s"
+                    )
         line = stream.readline()
         if not line.endswith(b"\n"):
             raise self._death()
@@ -166,6 +184,8 @@ class Worker:
     def _death(self) -> EngineError:
         """Return what the dead process's exit status and last words speak of."""
         self._process.wait()
+        if self._killed:
+            return EngineCrashError("LAMMPS (in-process) was closed")
         said = last_text(self._folder / "stderr")
         error = error_from_text(said, self._process.returncode)
         return error if str(error) else EngineCrashError("LAMMPS (in-process) died")

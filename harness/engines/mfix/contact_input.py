@@ -15,6 +15,7 @@ from typing import Any
 
 from harness.engines.contact_model import Values
 from harness.engines.mfix.contact_balls import SPHERE, Ball, Couple
+from harness.engines.mfix.step import FIRST_STEP, Scheme
 from harness.errors import RequestError
 from harness.parameters.contact import Contact
 
@@ -32,6 +33,7 @@ class ContactInput:
     """A job of a contact as MFiX is told of it; raise RequestError for what it does not take."""
 
     values: Values
+    scheme: Scheme = "EULER"
 
     def __post_init__(self) -> None:
         if "walls_as" in self.values:
@@ -203,7 +205,8 @@ class ContactInput:
         g = self._number("gravity_x"), self._number("gravity_z")
         for ball in self.balls:
             if ball.held:
-                taken = (-self.step * g[0], -self.step * g[1])
+                part = FIRST_STEP[self.scheme] * self.step
+                taken = (-part * g[0], -part * g[1])
                 ball = replace(ball, vx=taken[0], vz=taken[1])
             yield ball.x + x, ball.z + y, ball.radius, ball.kind[1], ball.vx, ball.vz
 
@@ -231,6 +234,7 @@ class ContactInput:
             "height": height,
             "depth": max(diameter for diameter, _ in self.phases),
             "factor": self.factor,
+            "scheme": self.scheme,
             "stop": (self.steps - 0.5) * self.step,
             "interval": self.every * self.step,
             # MFiX stops at once where a tenth of DT is more than TSTOP, else takes its own step

@@ -7,16 +7,20 @@ writes (``vtp.py``, ``read.py``). The folder ``recorded`` holds output of 21.3.2
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 from harness.engines.contract import Engine, Job, Template
+from harness.engines.fingerprints import facts, program_files
 from harness.engines.mfix.contact_balls import contact_table
 from harness.engines.mfix.contact_input import ContactInput
 from harness.engines.mfix.declared import OBTAIN, TRAITS
 from harness.engines.mfix.read import check_end, forced_table, path_table
 from harness.engines.mfix.scripts import contact_files, input_files, states_contact, system_files
 from harness.engines.mfix.solver import Run, Solver, version_of
-from harness.engines.mfix.step import steps_per_contact
+from harness.engines.mfix.step import REFERENCE, Scheme, steps_per_contact
 from harness.engines.mfix.system import System, contact_in, system_of
 from harness.engines.output import SERIES, Output, Table
 from harness.engines.parallel import cores, parallel_map
@@ -39,14 +43,18 @@ class Mfix(Engine):
 
     ``workers`` processes run side by side, as many as there are cores unless told
     otherwise. Raise EngineMissingError without a program or with one that is no MFiX,
-    RequestError where there is no such file.
+    RequestError where there is no such file. ``scheme`` is MFiX's integrator.
     """
 
     name = "mfix"
     traits = TRAITS
 
     def __init__(
-        self, program: str | None = None, workers: int | None = None, limits: Limits | None = None
+        self,
+        program: str | None = None,
+        workers: int | None = None,
+        limits: Limits | None = None,
+        scheme: Scheme = "EULER",
     ) -> None:
         if program is None:
             raise EngineMissingError(f"MFiX was not found: {OBTAIN}")
@@ -54,6 +62,9 @@ class Mfix(Engine):
         self._version = version_of(self._program)
         self._workers = workers or cores()
         self._solver = Solver(self._program, limits or Limits())
+        self._scheme: Scheme = scheme
+        if scheme != "EULER":
+            self.traits = replace(self.traits, integrator=REFERENCE[scheme], contact_powers=())
 
     def identify(self) -> Provenance:
         """Return the version that the solver names, and its path."""
@@ -63,8 +74,21 @@ class Mfix(Engine):
             executable=self._program,
             how="executable",
             script="mfix.dat",
-            integrator="mfix-euler",
+            integrator=self.traits.integrator,
         )
+
+    @classmethod
+    def fingerprint_of(cls, **options: Any) -> Mapping[str, Any] | None:
+        """Return the contents of the solver and its libraries, and the integrator."""
+        if options.get("program") is None:
+            raise EngineMissingError(f"MFiX was not found: {OBTAIN}")
+        files = program_files(Path(find_program(f"program {cls.name}=", options["program"])))
+        scheme = {"scheme": options.get("scheme", "EULER")}
+        return facts(cls.name, "executable", files, options=scheme) if files else None
+
+    def fingerprint(self) -> Mapping[str, Any] | None:
+        """Return :meth:`fingerprint_of` this solver."""
+        return self.fingerprint_of(program=self._program, scheme=self._scheme)
 
     @classmethod
     def states(cls, template: Template) -> bool:
@@ -83,7 +107,7 @@ class Mfix(Engine):
             return reason
         try:
             scene = job.template.scene(job.values, self.traits.spring)
-            _stated(job.template.name, scene, _stretches(scene)[0])
+            _stated(job.template.name, scene, _stretches(scene)[0], self._scheme)
         except RequestError as error:
             return str(error)
         return ""
@@ -105,11 +129,11 @@ class Mfix(Engine):
     def _one(self, job: Job) -> Output | EngineError:
         """Run one job until it is decided, or all its steps."""
         if job.template.scene is None:
-            return self._contact(ContactInput(job.values))
+            return self._contact(ContactInput(job.values, self._scheme))
         scene, seconds = job.template.scene(job.values, self.traits.spring), 0.0
         for steps in _stretches(scene):
             try:
-                system = _stated(job.template.name, scene, steps)
+                system = _stated(job.template.name, scene, steps, self._scheme)
             except RequestError as error:
                 return EngineOutputError(f"MFiX: undecided after {seconds:.3g} s; {error}")
             found = self._solver.run(system_files(system))
@@ -158,7 +182,7 @@ def _stretches(scene: Scene) -> list[int]:
     return sorted({*(min(math.ceil(s * unit), scene.steps) for s in STRETCHES), scene.steps})
 
 
-def _stated(name: str, scene: Scene, steps: int) -> System:
+def _stated(name: str, scene: Scene, steps: int, scheme: Scheme) -> System:
     """Return a system that MFiX can be told; raise RequestError for one that it cannot."""
     refused = TRAITS.refuses_contact(contact_in(scene))
     if scene.columns is not None:
@@ -166,7 +190,7 @@ def _stated(name: str, scene: Scene, steps: int) -> System:
     if refused:
         raise RequestError(refused)
     every = scene.every or max(LOOK, math.ceil(steps / MOST_FRAMES))
-    system = system_of(name, scene, steps, every)
+    system = system_of(name, scene, steps, every, scheme)
     frames = system.steps // system.every
     if frames > MOST_FRAMES:
         raise RequestError(

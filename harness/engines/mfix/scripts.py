@@ -81,6 +81,7 @@ def keyword_file(system: System, title: str = "") -> str:
         stiffness=_number(system.stiffness),
         restitution=_number(system.restitution),
         factor=_number(system.factor),
+        scheme=system.scheme,
         interval=_number(system.every * system.step),
         regions=regions,
     )

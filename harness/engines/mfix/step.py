@@ -3,9 +3,23 @@
 from __future__ import annotations
 
 import math
+from typing import Literal
 
 from harness.errors import RequestError
 from harness.parameters.contact import Contact
+
+Scheme = Literal["EULER", "ADAMS_BASHFORTH"]
+"""MFiX's names of its integrators (``DES_INTG_METHOD``)."""
+
+REFERENCE: dict[Scheme, str] = {
+    "EULER": "mfix-euler",
+    "ADAMS_BASHFORTH": "mfix-adams-bashforth",
+}
+"""The reference DEM's names of them."""
+
+FIRST_STEP: dict[Scheme, float] = {"EULER": 1.0, "ADAMS_BASHFORTH": 0.5}
+"""The part of h a by which the first step's displacement h v + part h^2 a falls behind or ahead:
+x+ = x + h (v + h a), and x + h/2 (v + v + h a)."""
 
 LEAST_FACTOR = 10.0
 """What MFiX takes at least for ``DTSOLID_FACTOR`` (21.3.2, ``check_solids_dem.f``)."""
@@ -44,7 +58,8 @@ def factor(steps: float, contact: Contact) -> float:
 def _steps_of_factor_one(contact: Contact) -> float:
     if contact.effective_mass != "half":
         raise RequestError(
-            "effective_mass = 'full': MFiX takes half the mass, must be 'half' (--half-mass)"
+            "effective_mass = 'full': MFiX takes half the mass, must be 'half' "
+            "(--set contact.effective_mass=half, of critical-angle --half-mass)"
         )
     if contact.zeta >= 1.0:
         raise RequestError(

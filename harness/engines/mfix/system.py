@@ -30,7 +30,7 @@ from harness.engines.mfix.layout import (
     over_spheres,
     upright_line,
 )
-from harness.engines.mfix.step import factor
+from harness.engines.mfix.step import FIRST_STEP, Scheme, factor
 from harness.engines.scene import Scene
 from harness.errors import RequestError
 from harness.parameters.contact import Contact
@@ -63,6 +63,7 @@ class System:
     every: int
     upright: bool = False
     forces: bool = False
+    scheme: Scheme = "EULER"
 
     @property
     def first(self) -> int:
@@ -110,7 +111,8 @@ class System:
                 approach = other.vx * nx + other.vy * ny
                 push = self.stiffness * (self.diameter - distance) + eta * approach
                 ax, ay = ax + push * nx / self.mass, ay + push * ny / self.mass
-        return replace(sphere, vx=0.0 - ax * self.step, vy=0.0 - ay * self.step)
+        part = FIRST_STEP[self.scheme] * self.step
+        return replace(sphere, vx=0.0 - ax * part, vy=0.0 - ay * part)
 
 
 def contact_in(scene: Scene) -> Contact:
@@ -124,12 +126,19 @@ def contact_in(scene: Scene) -> Contact:
     )
 
 
-def system_of(name: str, scene: Scene, steps: int, every: int) -> System:
+def system_of(name: str, scene: Scene, steps: int, every: int, scheme: Scheme = "EULER") -> System:
     """Return the system of the first ``steps`` of a scene, a frame every so many steps.
 
-    Raise RequestError for a scene that MFiX cannot hold.
+    Raise RequestError for a scene that MFiX cannot hold, or whose forces a scheme does not tell.
     """
+    return replace(_in_box(name, scene, steps, every, scheme), scheme=scheme)
+
+
+def _in_box(name: str, scene: Scene, steps: int, every: int, scheme: Scheme) -> System:
     _check(scene)
+    if scene.forces and scheme != "EULER":
+        # a frame has the forces of the step before: the state they belong to follows from it there
+        raise RequestError(f"it tells the forces of a state in scheme EULER only, not in {scheme}")
     in_a_line = scene.mass.size > 1 and np.ptp(scene.position[:, 1]) == 0.0
     if in_a_line and scene.gravity[1] == 0.0 and not scene.velocity[:, 1].any():
         return _system(name, scene, upright_line(scene, steps + 1), steps + 1, every, upright=True)

@@ -12,8 +12,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import ClassVar
 
+from harness.engines.fingerprints import OF_PYTHON, program_files, tree_files, with_libraries
 from harness.engines.output import Output
-from harness.engines.process import first_words
+from harness.engines.process import first_text, first_words
 from harness.engines.script import Task
 from harness.engines.scripted import ScriptedEngine
 from harness.engines.traits import Traits
@@ -65,6 +66,26 @@ class Yade(ScriptedEngine):
     )
     """Of contacts with friction: refused unless they say nothing."""
     jinja: ClassVar[Mapping[str, bool]] = {"trim_blocks": False, "keep_trailing_newline": False}
+
+    deciding_variables = (*OF_PYTHON, "YADE_PREFIX")
+
+    @classmethod
+    def installed_files(cls, program: Path) -> list[Path]:
+        """Return the program, a script of Python, the libraries that it names, and theirs."""
+        text = first_text(program, 10_000)
+        named = re.search(r"^sys\.path\.insert\(1, *'(/[^']+)/py'\)", text, re.MULTILINE)
+        python = re.match(r"#!(/\S+)$", text, re.MULTILINE)
+        if (
+            named is None
+            or python is None
+            or not (library := Path(named[1], "libyade.so")).exists()
+        ):
+            return []
+        loaded = with_libraries(library)
+        interpreter = program_files(Path(python[1]))
+        if not loaded or not interpreter:
+            return []
+        return [program, *interpreter, *tree_files(library.parent), *loaded]
 
     def ask_version(self) -> Provenance:
         """Return the version that the program names."""

@@ -10,6 +10,7 @@ from harness.atomic_write import whole_folder
 from harness.errors import RequestError
 from harness.report.gallery import Picture, picture
 from harness.report.gif import base64_uri
+from harness.report.plain import write_csv
 from harness.report.target import check_writable
 from harness.reproduction.figure_data.compute import SourceFigure
 from harness.reproduction.figures.findings import angle_against_mfix_step, angle_against_restitution
@@ -62,7 +63,7 @@ def _fill(found: Reproduction, folder: Path, root: str) -> None:
         (folder / "movies" / f"{film.name}.gif.js").write_text(f'filmData("{uri}");\n', "ascii")
         (folder / "movies" / f"{film.name}.png").write_bytes(film.still)
         (folder / "dumps" / f"{film.name}.dump.gz").write_bytes(film.dump)
-    found.ledger.frame().to_csv(folder / LEDGER, index=False)
+    write_csv(found.ledger.frame(), folder / LEDGER)
     for name, page in (("report.md", markdown), ("report.html", html_page)):
         (folder / name).write_text(page(found, pictures, films, root), encoding="utf-8")
 

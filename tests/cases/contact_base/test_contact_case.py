@@ -2,7 +2,7 @@
 
 import pytest
 
-from harness.cases.contact_base.contact_case import LONGER, ContactCase
+from harness.cases.contact_base.contact_case import LONGER, PAIRS, ContactCase
 from harness.cases.contact_base.ways import SYSTEMS, chosen
 from harness.cases.registry import all_cases
 
@@ -15,12 +15,19 @@ def test_at_the_shortest_level_submodels_take_turns_in_the_systems(case):
     short_ones = [one for one in case.submodels if one.quick]
     assert {trial.submodel for trial in trials} == {one.name for one in short_ones}
     short = [system for system in case.systems if system not in LONGER]
-    assert {trial.system for trial in trials} == {*short}
+    mixes = PAIRS if case.two_materials_of else ()
+    assert {trial.system for trial in trials} == {*short, *mixes}
     for submodel in short_ones:
         systems = [trial.system for trial in trials if trial.submodel == submodel.name]
         # walls and pairs of the earlier interface share no code
         old = submodel.law.get("interface") == "old"
-        assert systems == short if old else len(systems) == 1, submodel.name
+        both = [system for system in systems if system in PAIRS]
+        assert both == (PAIRS if submodel.name == case.two_materials_of else []), submodel.name
+        alone = [system for system in systems if system not in PAIRS]
+        always = [name for name in short if name in case.every_level]
+        assert [name for name in alone if name in always] == always
+        taken = len(alone) - len(always)
+        assert alone == short if old else taken == 1, submodel.name
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)

@@ -41,7 +41,9 @@ def test_they_hold_from_the_default_level_on(lammps, name, submodels):
     checks = told(lammps, verify_trials(case, lammps, Study("default"), trials).checks)
     assert {c.cell.submodel for c in checks if c.verdict is Verdict.PASS} == set(submodels)
     broken = {c.name for c in checks if c.verdict not in (Verdict.PASS, Verdict.FINDING)}
-    assert all("marshall" in name and "twisting_ratio" in name for name in broken)
+    # the torque at its limit, and in a pair that is tilted its part about other axes
+    assert all("marshall" in name or "twisting sds, mindlin, jkr" in name for name in broken)
+    assert not [name for name in broken if "_forth" in name and "marshall" not in name]
     assert not [c for c in checks if c.verdict is Verdict.FAIL]
 
 

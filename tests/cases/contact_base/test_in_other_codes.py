@@ -1,17 +1,18 @@
 """Contact cases in codes beside LAMMPS: their own rules hold in the limit of a small step."""
 
-from dataclasses import replace
+import math
 
 import pytest
 
 from harness.cases.contact_base.study import verify_trials
-from harness.cases.contact_base.tolerances import WHY_JUMPS
 from harness.cases.contract import Study
-from harness.cases.registry import get_case
-from harness.comparison.verdicts import Verdict
-from harness.engines.contract import Engine
-from harness.engines.registry import engine_class
+from harness.cases.registry import all_cases, get_case
+from harness.comparison.known_defects import told_apart
+from harness.comparison.verdicts import Kind, Verdict
+from harness.engines.registry import DEFAULT, engine_class, engine_names
 from harness.errors import EngineMissingError, RequestError
+from harness.store.known_defects import known_defects
+from tests.cases.contact_base.perturbed import Planted
 
 pytestmark = pytest.mark.live
 
@@ -64,28 +65,6 @@ def test_every_case_holds_under_the_rules_that_a_code_declares(code):
         assert [check for check in judged if check.verdict is not Verdict.PASS] == []
 
 
-class Planted(Engine):
-    """An engine that is told a coefficient other than it is asked for."""
-
-    name, title = "liggghts", "Planted"
-
-    def __init__(self, inner, coefficient, factor):
-        self.inner, self.traits = inner, inner.traits
-        self.change = coefficient, factor
-
-    def identify(self):
-        return self.inner.identify()
-
-    def refuses(self, job):
-        return self.inner.refuses(job)
-
-    def run(self, jobs):
-        name, factor = self.change
-        changed = [{**job.values, name: job.values[name] * factor} for job in jobs]
-        told = zip(jobs, changed, strict=True)
-        return self.inner.run([replace(job, values=values) for job, values in told])
-
-
 def springs(name, engine, *systems):
     """Return a case, and what it finds of linear springs with friction in some systems."""
     case = get_case(name)
@@ -96,16 +75,16 @@ def springs(name, engine, *systems):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("coefficient", "shows"),
+    "coefficient",
     [
-        ("friction", {"tangential_ratio", "spin_ratio", "impulse_ratio"}),
-        ("tangential_stiffness", {"tangential_ratio", "spin_ratio"}),
-        ("normal_stiffness", {"normal_restitution", "tangential_ratio", "spin_ratio"}),
-        ("damping_coefficient", {"normal_restitution"}),
-        ("tangential_damping", set()),
+        "friction",
+        "tangential_stiffness",
+        "normal_stiffness",
+        "damping_coefficient",
+        "tangential_damping",
     ],
 )
-def test_the_width_of_a_jump_hides_no_fault(coefficient, shows):
+def test_a_force_that_jumps_within_a_step_hides_no_fault(coefficient):
     """A percent is a twentieth of the smallest defect that is known of any code."""
     try:
         with engine_class("liggghts")(workers=1) as inner:
@@ -115,18 +94,47 @@ def test_the_width_of_a_jump_hides_no_fault(coefficient, shows):
     except EngineMissingError as error:
         pytest.skip(str(error))
     rows = {check.name.rpartition(": ")[2]: check for check in found.checks if check.judged}
-    wide = {name for name, row in rows.items() if row.why == WHY_JUMPS}
-    assert wide == {"tangential_ratio", "spin_ratio", "impulse_ratio"}
     (climbed,) = found.evidence.climbed
     other = climbed.finest.replace(**{coefficient: 1.01 * getattr(climbed.finest, coefficient)})
     moved = case.expected(other, climbed.rules)
-    # what moves a value by more than the width and its jitter, at most as large, fails
+    # what moves a value by more than the tolerance, and its uncertainty twice, fails
     seen = {
         name
         for name, row in rows.items()
-        if abs(moved[name].value - row.expected) > 2.0 * row.tolerance
+        if abs(moved[name].value - row.expected) > row.tolerance + 2.0 * row.uncertainty
     }
-    failed = {name for name, row in rows.items() if row.verdict is Verdict.FAIL}
-    assert seen <= failed == shows
+    # of a percent of this dashpot an impact shows less than its jitter
+    assert seen or coefficient == "tangential_damping"
+    assert seen <= {name for name, row in rows.items() if row.verdict is Verdict.FAIL}
     # along a path that is given the forces have no jitter: a third of it, in every coefficient
     assert Verdict.FAIL in {row.verdict for row in along_a_path.checks}
+
+
+@pytest.mark.slow
+def test_no_row_fails_at_quick_in_any_engine_and_uncertainties_cover_what_is_left():
+    """All contact cases in every engine that is here, at the shortest level."""
+    rows = []
+    contacts = [case for case in all_cases().values() if case.group == "contacts"]
+    for name in engine_names():
+        try:
+            with engine_class(name)() as engine:
+                versions = {name: engine.identify().engine_version}
+                if name != DEFAULT and not engine.traits.contact_models:
+                    continue
+                for case in contacts:
+                    found = case.verify(engine, Study("quick"))
+                    rows += told_apart(found.checks, known_defects(), versions)
+        except EngineMissingError:
+            continue
+    rows = [one for one in rows if one.kind in (Kind.ANALYTIC, Kind.CROSS_CODE)]
+    assert rows
+    assert [one.name for one in rows if one.verdict is Verdict.FAIL] == []
+    # defects apart: what is left of a value is its step's, and some units in the last place
+    limits = [
+        one for one in rows if one.verdict is Verdict.PASS and not math.isnan(one.uncertainty)
+    ]
+    covered = [
+        abs(one.difference) <= one.uncertainty + 1e-9 * (1.0 + abs(one.expected)) for one in limits
+    ]
+    assert sum(covered) >= 0.95 * len(covered)
+    assert all(one.uncertainty <= one.tolerance for one in limits)

@@ -7,7 +7,6 @@ import pytest
 
 from harness.cases.contact_base.ladder import RECORDED, STEPS, climb, powers
 from harness.cases.contact_base.motion import crossing, peak, value_at
-from harness.cases.contact_base.tolerances import jump_of
 from harness.cases.prescribed_motion.turned import CHORDS
 from harness.cases.registry import get_case
 from harness.errors import RequestError
@@ -104,15 +103,6 @@ def test_a_pair_that_turns_as_one_body_keeps_its_forces_with_levers_to_the_conta
     overlap, shear = parameters.overlap, parameters.shear
     strained = held * (1.0 - parameters.turned * overlap / shear)
     assert to_centre["turned_ratio"].value == pytest.approx(strained, rel=width)
-
-
-def test_a_jump_is_worth_what_friction_passes_on_in_a_step():
-    law = ContactLaw(damping="coeff_restitution", restitution=1.0, friction=0.4, **SPRING)
-    sliding = {"slides": True, "ends": False}
-    assert jump_of(law, 1000, "spin_ratio", **sliding) == pytest.approx(np.pi / 1000)
-    assert jump_of(law, 1000, "tangential_velocity_ratio", **sliding) == pytest.approx(np.pi / 2500)
-    assert jump_of(law, 1000, "normal_restitution", **sliding) == 0.0
-    assert jump_of(ContactLaw(), 1000, "spin_ratio", slides=False, ends=True) == 1e-3
 
 
 def test_only_two_free_spheres_turn_as_one_body():

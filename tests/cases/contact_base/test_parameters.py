@@ -11,6 +11,7 @@ from harness.engines.lammps.engine import Lammps
 from harness.engines.lammps.variations import variations
 from harness.errors import RequestError
 from harness.pair.integration import integrate
+from harness.parameters.contact_coefficients import PARTNER
 from harness.parameters.contact_law import ContactLaw
 from harness.parameters.contact_scene import Body, ContactScene, Plane
 from harness.workflows.case_run import run
@@ -72,7 +73,9 @@ def test_every_value_of_a_job_has_its_variable_in_the_script(partner):
     hertz = replace(job, values={**job.values, "normal": "hertz"})
     jobs = (job, pair, hertz)
     varied = {name for one in jobs for told in variations(one, ends) for name in told.values}
-    branches = {"yield_stress", "bulk_response"}  # of mdr, told where they are there
+    varied -= set(job.values)
+    # of mdr, and of a second material, told where they are there
+    branches = {"yield_stress", "bulk_response", *PARTNER}
     assert script.variables - set(job.values) == {"series"} | turned | varied | branches
 
 

@@ -42,6 +42,16 @@ def motion(scene):
     )
 
 
+def test_the_materials_of_two_are_renumbered_with_them():
+    law = LAW.replace(partner_youngs_modulus=4e8, partner_poisson_ratio=0.1)
+    other = views.Renumbered().scene(replace(PAIR, law=law)).law
+    assert other.materials == law.materials[::-1]
+    assert views.Renumbered().scene(PAIR).law == LAW
+    smaller = SMALLER.scene(replace(PAIR, law=law)).law
+    scale = smaller.youngs_modulus / law.youngs_modulus
+    assert smaller.partner_youngs_modulus / law.partner_youngs_modulus == scale
+
+
 def apart(one, other):
     """Return the largest difference of two motions, part by part, over the part's size."""
     return max(

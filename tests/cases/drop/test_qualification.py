@@ -5,15 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from harness.cases.drop.checks import drop_tests
 from harness.cases.drop.template import case_of, scene_of, values_of
 from harness.cases.grain import COLUMNS
 from harness.cases.qualification import qualify
 from harness.comparison.verdicts import Verdict
+from harness.engines.cost import in_words
 from harness.engines.reference.engine import INTEGRATORS, Reference
 from harness.engines.registry import open_engine
 from harness.errors import EngineCrashError, EngineTimeoutError
 from harness.observables.trajectory import Trajectory
 from harness.parameters.contact import Contact
+from tests.engine_doubles import Twin
 
 
 class Trapped(Reference):
@@ -198,3 +201,44 @@ def test_the_expectation_knows_the_rule():
     )
     halved = full.replace(effective_mass="half").zeta_against_full_mass
     assert halved == pytest.approx(full.zeta / np.sqrt(2.0))
+
+
+class Clock:
+    """Stands in for ``time``: a start takes 2 s, the first one 100 s more, a step so long."""
+
+    def __init__(self, step):
+        self.now, self.step, self.starts = 0.0, step, 0
+
+    def monotonic(self):
+        return self.now
+
+    def change_output(self, job, output):
+        self.now += 2.0 + 100.0 * (self.starts == 0) + self.step * job.values["steps"]
+        self.starts += 1
+        return output
+
+
+@pytest.mark.parametrize(("step", "long"), [(1e-2, True), (1e-6, False)])
+def test_a_long_qualification_is_announced_by_what_a_step_takes(monkeypatch, step, long):
+    clock = Clock(step)
+    monkeypatch.setattr("harness.cases.drop.case.time", clock)
+    engine, told = Twin(change_output=clock.change_output), []
+    engine.workers = 1
+    monkeypatch.setattr(engine, "fingerprint", lambda: None)
+    assert qualify(engine, tell=told.append).holds
+    count = len(list(drop_tests(engine.traits)))
+    steps = sum(job.values["steps"] for job in engine.jobs[-count:])
+    probes = engine.jobs[:-count]
+    assert len(probes) == 3
+    assert sum(job.values["steps"] for job in probes) < 0.02 * steps
+    expected = in_words(float(f"{step * steps:.2g}"))
+    assert told == [f"twin: about {expected} for its qualification"] * long
+
+
+def test_nothing_is_timed_where_nobody_is_told_or_runs_are_kept(monkeypatch):
+    engine = Twin()
+    count = len(list(drop_tests(engine.traits)))
+    assert qualify(engine).holds
+    monkeypatch.setattr(engine, "fingerprint", lambda: {"engine": "twin"})
+    assert qualify(engine, tell=pytest.fail).holds
+    assert len(engine.jobs) == 2 * count

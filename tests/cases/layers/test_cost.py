@@ -42,9 +42,15 @@ def test_independent_runs_end_with_the_longest_that_is_left():
 
 def test_steps_follow_from_times():
     case = Layers(first_angle=12.0, rate=0.1)
-    # 20 of preparation, 40 of flow, 3.5 deg at 0.1 deg a diameter and 0.05 sqrt(g d)
-    assert cost.steps_of(case) * case.step == pytest.approx(20.0 + 40.0 + 700.0)
-    assert cost.steps_of(case.replace(rate=0.05)) * case.step == pytest.approx(1460.0)
+    # 20 of preparation, 40 of flow, then by the length: four layers in 16 d
+    lowering = cost.LOWERING[4] * 16
+    assert cost.steps_of(case) * case.step == pytest.approx(60.0 + lowering)
+    assert cost.steps_of(case.replace(rate=0.05)) * case.step == pytest.approx(60 + 2 * lowering)
+    assert cost.steps_of(case.replace(rise=0.02)) * case.step == pytest.approx(185 + lowering)
+    thin = case.replace(layers=3, length=10)
+    between = 0.5 * (cost.LOWERING[2] + cost.LOWERING[4]) * 10
+    assert cost.steps_of(thin) * case.step == pytest.approx(60.0 + between)
+    assert cost.steps_of(case.replace(length=1000)) * case.step == pytest.approx(60.0 + 5000.0)
 
 
 class Timed:

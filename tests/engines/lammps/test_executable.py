@@ -44,6 +44,14 @@ def fake(faked, tmp_path, recorded):
         ("exceed memory", {"memory": GIGABYTE}, EngineMemoryError, "memory"),
         ("nan", {}, EngineNaNError, "margin_J = -nan"),
         ("half a log", {}, EngineOutputError, "without a result"),
+        ("killed", {}, EngineMemoryError, "signal SIGKILL"),
+        ("echo, then segfault", {}, EngineCrashError, "signal SIGSEGV"),
+        ("echo, then killed", {}, EngineMemoryError, "signal SIGKILL"),
+        ("echo, then exceed memory", {"memory": GIGABYTE}, EngineMemoryError, "bad_alloc"),
+        ("echo, then exit", {}, EngineCrashError, "exit status 3"),
+        ("echo, then half a log is left", {}, EngineOutputError, "without a result"),
+        ("echo, then half a log", {}, EngineOutputError, "without a result"),
+        ("error and verdict", {}, EngineLostAtomsError, "in spite of an error: ERROR: Lost atoms"),
     ],
 )
 def test_each_way_to_fail_has_its_error_and_costs_only_its_own_job(

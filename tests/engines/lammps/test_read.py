@@ -17,15 +17,17 @@ from harness.errors import (
     EngineOutputError,
 )
 from harness.observables.provenance import Provenance
+from harness.parameters.contact import PLASTIC
 
 WHO = Provenance("lammps", "22 Jul 2025 - Update 4")
-CASE = Incline(angle=10.2, steps_per_contact=100.0)
+CASE = Incline(angle=10.2, steps_per_contact=100.0, contact=PLASTIC)
+MOVING = CASE.replace(angle=10.5, wells=3)
 
 
-def read(log, series=None, case=CASE):
+def read(log, series=None, case=CASE, route="steady"):
     tables = {} if series is None else {"series": read_csv(series, "LAMMPS", rising=True)}
     output = Output(results_in(log), WHO, tables, log, 0.5)
-    return read_run(case, "steady", output, "linear", None if series is None else 1000)
+    return read_run(case, route, output, "linear", None if series is None else 1000)
 
 
 def changed(log, name, value):
@@ -51,8 +53,7 @@ def test_trapped_run_with_its_echo(recorded):
 
 
 def test_moving_run_with_its_path(recorded):
-    case = CASE.replace(wells=3)
-    run = read(recorded("steady-moves-on.log"), recorded("grain.csv"), case)
+    run = read(recorded("steady-moves-on.log"), recorded("grain.csv"), MOVING)
     assert run.motion is Motion.MOVES_ON
     assert len(run.crests.time_s) == 3
     path = run.trajectory
@@ -65,7 +66,7 @@ def test_moving_run_with_its_path(recorded):
 
 
 def test_run_cut_off_by_time_is_undecided_and_passed_no_crest(recorded):
-    run = read(recorded("passage-undecided.log"), case=Incline(angle=10.2))
+    run = read(recorded("passage-undecided.log"), None, Incline(angle=10.2), "passage")
     assert run.motion is Motion.UNDECIDED
     assert run.crests.time_s.size == 0
 
@@ -91,6 +92,21 @@ def test_line_that_says_nonsense_is_an_incomplete_result(recorded, name, value):
         read(changed(recorded("steady-trapped.log"), name, value))
 
 
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("route", "passage"),
+        ("angle_deg", "10.3"),
+        ("mass_kg", "1.000001"),
+        ("damping_coefficient_N_s_per_m", "5000"),
+        ("step_s", "6.2831853071795897e-05"),
+    ],
+)
+def test_a_run_with_other_settings_than_the_case_is_named_with_both(recorded, name, value):
+    with pytest.raises(EngineOutputError, match=rf"route|{name} = {value}, where .* was requested"):
+        read(changed(recorded("steady-trapped.log"), name, value))
+
+
 @pytest.mark.parametrize("value", ["nan", "-nan", "inf", "-inf"])
 @pytest.mark.parametrize("name", ["margin_J", "time_s"])
 def test_value_that_is_not_a_number_is_named(recorded, name, value):
@@ -105,19 +121,19 @@ def test_crest_that_is_not_a_number_is_named(recorded):
 
 def test_series_with_a_value_that_is_not_a_number(recorded):
     with pytest.raises(EngineNaNError, match="series"):
-        read(recorded("steady-moves-on.log"), recorded("grain.csv") + "0.7,1,nan,0,0\n")
+        read(recorded("steady-moves-on.log"), recorded("grain.csv") + "0.7,1,nan,0,0\n", MOVING)
 
 
 @pytest.mark.parametrize("tail", ["0.7,1,0.9\n", "0.7,1,0.9,", "0.7,1,0.9,0,0"])
 def test_series_that_was_cut_is_an_incomplete_result(recorded, tail):
     with pytest.raises(EngineOutputError, match=r"incomplete|cut in its last row"):
-        read(recorded("steady-moves-on.log"), recorded("grain.csv") + tail)
+        read(recorded("steady-moves-on.log"), recorded("grain.csv") + tail, MOVING)
 
 
 def test_series_without_rows_is_an_incomplete_result(recorded):
     header = recorded("grain.csv").splitlines()[0] + "\n"
     with pytest.raises(EngineOutputError, match="without rows"):
-        read(recorded("steady-moves-on.log"), header)
+        read(recorded("steady-moves-on.log"), header, MOVING)
 
 
 @pytest.mark.parametrize(
@@ -169,7 +185,22 @@ def test_recorded_failures_are_told_apart(recorded, name, kind, said):
         ("ERROR: Illegal model type", 1, EngineInputError, "Illegal model type"),
         ("Step 10\n", -11, EngineCrashError, "SIGSEGV"),
         ("Step 10\n", 139, EngineCrashError, "SIGSEGV"),
-        ("", -9, EngineCrashError, "SIGKILL"),
+        ("ERROR: Lost atoms: original 3 current 2", -11, EngineCrashError, "line: ERROR: Lost"),
+        ("print 'ERROR: Lost atoms'\nrun 9\n", 1, EngineCrashError, "exit status 1"),
+        ("ERROR: angle = 5: must be less\nquit 1\n", 1, EngineInputError, "angle = 5: must"),
+        ("ERROR: Unknown pair\nLast command: pair\n", 134, EngineInputError, "Unknown pair"),
+        ("ERROR: one\nERROR on proc 1: Lost atoms\n", 1, EngineLostAtomsError, "Lost atoms"),
+        # LIGGGHTS prints what it has freed already, line feeds among it
+        (
+            "ERROR: 0.05 < ze\n\x02U (./src/global_properties.cpp:489)\n",
+            1,
+            EngineInputError,
+            "0.05",
+        ),
+        ("ERROR: careful\nrun 100\n", 1, EngineCrashError, "its last line: run 100"),
+        ("# out of memory?\nStep 10\n", -11, EngineCrashError, "SIGSEGV"),
+        ("", -9, EngineMemoryError, "SIGKILL"),
+        ("", 137, EngineMemoryError, "SIGKILL"),
         ("", 3, EngineCrashError, "exit status 3"),
         ("", 255, EngineCrashError, "exit status 255"),
         ("Step 10\n", 0, EngineOutputError, "Step 10"),

@@ -16,6 +16,7 @@ GREETING = "LIGGGHTS (Version LIGGGHTS-PUBLIC 3.8.0, compiled 2022, git commit u
 
 def misbehave(mode, number, recorded):
     text = (recorded / "passage-moves-on.log").read_text(encoding="utf-8")
+    text = re.sub(r"(RESULT angle_deg = ).*", r"\g<1>13", text)
     log, series = Path(f"{number}.log"), Path(f"{number}.csv")
     if mode == "segfault":
         os.kill(os.getpid(), signal.SIGSEGV)
@@ -58,6 +59,8 @@ def main(mode, recorded, options):
     for number, job in enumerate(re.split(r"^log ", batch, flags=re.MULTILINE)[1:]):
         for kind, name in (("log", "passage-moves-on.log"), ("csv", "grain.csv")):
             text = (recorded / name).read_text(encoding="utf-8")
+            angle = float(re.search(r"angle index (\S+)", job)[1])
+            text = re.sub(r"(RESULT angle_deg = ).*", rf"\g<1>{angle}", text)
             Path(f"{number}.{kind}").write_text(text, encoding="utf-8")
         if float(re.search(r"angle index (\S+)", job)[1]) == 13.0:
             Path(f"{number}.log").unlink()

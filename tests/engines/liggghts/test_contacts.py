@@ -89,7 +89,8 @@ def test_springs_that_liggghts_does_not_have_are_named(case, parameters, changes
         (ROLL, "rolling sds, linear_history, of Ai", "wall, stands", {}, 1e-6),
         (ROLL, "rolling sds, linear_history", "wall, rolls", {}, 1e-4),
         (PATH, "rolling sds, linear_history, of Ai", "unequal spheres", {"friction": 9.0}, 1e-6),
-        (PATH, "rolling sds, linear_history", "wall", {"friction": 9.0}, 1e-6),
+        # rolling forth, it reaches its limit
+        (PATH, "rolling sds, linear_history", "wall", {"friction": 9.0}, 1e-4),
     ],
 )
 def test_liggghts_holds_against_the_law_under_its_rules(

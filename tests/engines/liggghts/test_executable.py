@@ -18,9 +18,10 @@ from harness.errors import (
     EngineTimeoutError,
     RequestError,
 )
+from harness.parameters.contact import PLASTIC
 
 HERE = Path(__file__).parent
-GOOD, BAD = (Incline(angle=angle, stiffness=5e3) for angle in (10.0, 13.0))
+GOOD, BAD = (Incline(angle=angle, stiffness=5e3, contact=PLASTIC) for angle in (10.0, 13.0))
 
 
 @pytest.fixture
@@ -59,8 +60,8 @@ def test_the_log_of_a_run_that_failed_says_what_ran_and_where_it_ended(fake):
     good, bad = run_inclines(engine, [GOOD, BAD], "passage")
     assert isinstance(good, InclineRun)
     head, digest, *rest = bad.log.splitlines()
-    assert head.startswith("# liggghts -in incline-source.in -var route passage -var angle 13")
-    assert digest.endswith(Liggghts.script(TEMPLATE, "source").sha256)
+    assert head.startswith("# liggghts -in incline-plastic.in -var route passage -var angle 13")
+    assert digest.endswith(Liggghts.script(TEMPLATE, "plastic").sha256)
     assert any(line.startswith("ERROR: 0.05 <") for line in rest)
 
 
@@ -89,7 +90,7 @@ def test_provenance_is_what_the_help_says(fake, tmp_path):
     who = run.provenance
     assert (who.engine, who.engine_version) == ("liggghts", "LIGGGHTS-PUBLIC 3.8.0")
     assert (who.executable, who.how) == (str(tmp_path / "fake-lmp"), "executable")
-    assert who.script_sha256 == Liggghts.script(TEMPLATE, "source").sha256
+    assert who.script_sha256 == Liggghts.script(TEMPLATE, "plastic").sha256
     assert who.integrator == "velocity-verlet"
 
 

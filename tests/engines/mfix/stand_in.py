@@ -19,7 +19,10 @@ from pathlib import Path
 
 NORMAL, EXITING, GONE = "normal", "exiting", "gone"
 SMALL = 1e-15
-VERSIONS = {"old": " 20.4.1", "no version": "hello", "unversioned": " 0.0"}
+VERSIONS = {"old": " 20.4.1", "unversioned": " 0.0", "blank": " " * 11}
+HELP = """ Usage: mfixsolver [-h,--help] [-p,--print-flags] [-f,--file <filename>]
+        -f,--file <filename>: specify filename of input file (Default: mfix.dat)
+        <KEYWORD>=<VALUE>: specify keyword on command line, overrides values in input desk"""
 AFTER = ("half a file", "not a number", "no ids", "frames missing", "stops early")
 """What goes wrong after the run."""
 
@@ -182,6 +185,9 @@ def vtp(now, places, fields):
 def misbehave(mode):
     if mode == "segfault":
         os.kill(os.getpid(), signal.SIGSEGV)
+    elif mode == "trap":
+        print("#14  0xffffffffffffffff in ???", flush=True)
+        os.kill(os.getpid(), signal.SIGFPE)
     elif mode == "hang":
         time.sleep(60)
     elif mode == "exceed memory":
@@ -218,6 +224,9 @@ def misbehave(mode):
 
 
 def main(mode, options):
+    if "--help" in options:
+        print("hello" if mode == "another" else HELP)
+        return
     if "--version" in options:
         print(VERSIONS.get(mode, " 21.3.2"))
         return

@@ -1,12 +1,16 @@
 """The engine with MFiX's stand-in: what it states and reads, and how a run that fails is told."""
 
+import shutil
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from harness.cases.drop.parameters import Drop
 from harness.cases.drop.runs import DropRun, run_drops
+from harness.cases.drop.template import TEMPLATE, values_of
 from harness.cases.incline.critical_angles import critical_angle
 from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import Motion
@@ -16,6 +20,9 @@ from harness.cases.tower.engine_runs import run_towers
 from harness.comparison.convergence import slope_order
 from harness.engines.mfix.declared import CONTACT
 from harness.engines.mfix.engine import MOST_FRAMES, Mfix
+from harness.engines.mfix.scripts import keyword_file
+from harness.engines.mfix.step import REFERENCE
+from harness.engines.mfix.system import system_of
 from harness.engines.reference.engine import Reference
 from harness.engines.registry import ENGINES, engine_class, open_engine
 from harness.errors import (
@@ -36,6 +43,7 @@ GOOD = Drop(
 )
 BAD = GOOD.replace(contact=CONTACT.replace(restitution=0.25))
 SINGLE = 2.0**-23
+RECORDED = Path(__file__).parent / "recorded"
 
 
 def test_it_is_registered_and_says_how_to_get_it_when_no_program_is_given():
@@ -45,14 +53,21 @@ def test_it_is_registered_and_says_how_to_get_it_when_no_program_is_given():
         open_engine("mfix")
 
 
-def test_a_build_that_was_not_told_its_version_is_unversioned(stand_in):
-    """A plain cmake build outside a checkout answers 0.0."""
-    engine = stand_in("unversioned")
+@pytest.mark.parametrize("answer", ["unversioned", "blank"])
+def test_a_build_that_was_not_told_its_version_is_unversioned(stand_in, answer):
+    """A plain cmake build outside a checkout answers 0.0, in one without tags nothing."""
+    engine = stand_in(answer)
     assert engine.identify().engine_version == "unversioned"
     (run,) = run_drops(engine, [GOOD])
     assert isinstance(run, DropRun)
     with pytest.raises(EngineMissingError, match=r"cmake -DVERSION=21\.3\.2"):
         open_engine("mfix")
+
+
+@pytest.mark.parametrize("program", ["pip", "cat", "sh"])
+def test_a_program_that_names_a_version_is_not_mfix_for_that(program):
+    with pytest.raises(EngineMissingError, match="is not an MFiX solver"):
+        open_engine("mfix", programs={"mfix": shutil.which(program) or sys.executable})
 
 
 def test_a_program_that_is_not_there_is_a_wrong_request():
@@ -66,7 +81,7 @@ def test_a_program_that_is_not_there_is_a_wrong_request():
     ("mode", "said"),
     [
         ("old", "is version 20.4.1: must be 21.3 or later"),
-        ("no version", r"is not an MFiX solver: --version gave no version \(it says: hello\)"),
+        ("another", r"not an MFiX solver: its --help does not speak of mfix\.dat \(it says: hello"),
     ],
 )
 def test_another_program_or_version_is_missing(stand_in, mode, said):
@@ -129,7 +144,7 @@ def test_half_the_mass_that_is_not_declared_fails_by_its_restitution(naive, stan
         (CONTACT.replace(restitution=0.0), "its restitution is at least 1e-20"),
         (CONTACT.replace(restitution=1e-25), "its restitution is at least 1e-20"),
         (PLASTIC.replace(tail="attractive", effective_mass="half"), "damping ratio is at most"),
-        (SOURCE, r"effective mass on a fixed sphere is half .*--half-mass states it"),
+        (SOURCE, r"effective mass on a fixed sphere is half .*--set contact.effective_mass=half"),
         (CLIPPED.replace(effective_mass="half"), "always have the attractive tail"),
     ],
     ids=["e = 0", "e = 1e-25", "overdamped", "full mass", "clipped"],
@@ -236,6 +251,7 @@ def test_the_critical_angle_is_the_reference_dem_s(stand_in):
     [
         ("segfault", {}, EngineCrashError, "SIGSEGV"),
         ("exit", {}, EngineCrashError, "exit status 3"),
+        ("trap", {}, EngineNaNError, "signal SIGFPE: its builds stop at a division by zero"),
         ("refuse", {}, EngineInputError, "refused its input: Error 1000: Required input"),
         ("unknown", {}, EngineInputError, "input: Illegal or unknown input: DES_EN_INPUT = 0.25"),
         ("invalid", {}, EngineInputError, "input: Invalid particle-particle collision model"),
@@ -260,6 +276,55 @@ def test_each_way_to_fail_has_its_error_and_costs_only_its_own_run(
     assert "# particle_input.dat" in results[1].log
     assert isinstance(results[0], DropRun)
     assert isinstance(results[2], DropRun)
+
+
+def test_adams_bashforth_is_the_recorded_run_of_mfix_and_euler_is_not():
+    """What the reference DEM computes in the scheme that the engine declares then."""
+    case = GOOD.replace(duration=4.0)
+    recorded = np.loadtxt(RECORDED / "drop_adams_bashforth.csv", delimiter=",", skiprows=1)
+    apart = {}
+    for scheme, name in REFERENCE.items():
+        (run,) = run_drops(Reference(name), [case])
+        assert run.path.time_s[::4] == pytest.approx(recorded[:, 0], rel=1e-7, abs=1e-12)
+        apart[scheme] = (
+            np.abs(run.path.y_m[::4] - recorded[:, 1]).max(),
+            np.abs(run.path.vy_m_per_s[::4] - recorded[:, 2]).max(),
+        )
+    place, speed = apart["ADAMS_BASHFORTH"]
+    assert place < 4 * SINGLE
+    assert speed < 1e-7
+    assert apart["EULER"][1] > 1e-3
+
+
+def test_adams_bashforth_is_an_option_that_its_inputs_state(stand_in):
+    program = stand_in().identify().executable
+    options = {"scheme": "ADAMS_BASHFORTH"}
+    with open_engine("mfix", program=program, options=options) as engine:
+        assert engine.identify().integrator == engine.traits.integrator == "mfix-adams-bashforth"
+        assert engine.traits.contact_powers == ()
+        assert engine.fingerprint() == Mfix.fingerprint_of(program=program, **options)
+        (run,) = run_drops(engine, [BAD.replace(contact=GOOD.contact)])
+        assert isinstance(run, DropRun)
+        tower = Tower(height=1, law="overlap", stiffness=1e5)
+        with pytest.raises(RequestError, match="forces of a state in scheme EULER only"):
+            run_towers(engine, [tower], 1.0)
+    with pytest.raises(RequestError, match=r"scheme=RK4: must be one of EULER, ADAMS_BASHFORTH"):
+        open_engine("mfix", program=program, options={"scheme": "RK4"})
+
+
+def test_a_held_sphere_is_at_its_place_after_the_first_step_of_either_scheme():
+    """By the schemes of the reference DEM: x + h (v + h a), and x + h/2 (v + v + h a)."""
+    case = GOOD.replace(gravity=9.81, gap=-1e-3)
+    scene = TEMPLATE.scene(values_of(case), "linear")
+    for scheme, average in (("EULER", 1.0), ("ADAMS_BASHFORTH", 0.5)):
+        system = system_of("drop", scene, 100, 1, scheme)
+        assert f"DES_INTG_METHOD = '{scheme}'" in keyword_file(system)
+        grain, held = system.mobile[0], system.spheres[1]
+        eta = 2.0 * case.contact.zeta * np.sqrt(0.5 * case.stiffness * case.mass)
+        press = case.stiffness * 1e-3 - eta * grain.vy
+        acceleration = -9.81 - press / case.mass
+        moved = held.vy + average * case.step * acceleration
+        assert moved == pytest.approx(0.0, abs=1e-9 * abs(acceleration) * case.step)
 
 
 def test_a_restart_file_that_a_run_leaves_does_not_stop_the_next(stand_in):

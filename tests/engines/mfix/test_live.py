@@ -10,6 +10,8 @@ from harness.cases.incline.runs import run_inclines
 from harness.cases.tower.engine_runs import run_towers
 from harness.chain import exact
 from harness.engines.mfix.declared import CONTACT
+from harness.engines.mfix.engine import Mfix
+from harness.engines.mfix.step import REFERENCE
 from harness.engines.reference.engine import Reference
 from harness.observables.windows import turnaround
 from harness.parameters.tower import Tower
@@ -17,24 +19,29 @@ from harness.parameters.tower import Tower
 pytestmark = [pytest.mark.live, pytest.mark.slow]
 
 SINGLE = 2.0**-23
-SCHEME = Reference("mfix-euler")
 
 
+@pytest.mark.parametrize("scheme", REFERENCE)
 @pytest.mark.parametrize("restitution", [0.5, 1e-20])
-def test_a_drop_is_the_reference_dem_in_its_scheme(mfix, restitution):
+def test_a_drop_is_the_reference_dem_in_its_scheme(mfix, restitution, scheme):
     contact = CONTACT.replace(restitution=restitution)
     case = Drop(contact=contact, speed=1.0, steps_per_contact=100.0, duration=4.0)
-    (run,), (expected,) = (run_drops(engine, [case]) for engine in (mfix, SCHEME))
+    with Mfix(program=mfix.identify().executable, scheme=scheme) as engine:
+        (run,) = run_drops(engine, [case])
+    (expected,) = run_drops(Reference(REFERENCE[scheme]), [case])
     assert run.path.time_s == pytest.approx(expected.path.time_s, rel=1e-9, abs=1e-12)
     assert np.abs(run.path.y_m - expected.path.y_m).max() < 4 * SINGLE
     assert np.abs(run.path.vy_m_per_s - expected.path.vy_m_per_s).max() < 1e-6
 
 
+@pytest.mark.parametrize("scheme", REFERENCE)
 @pytest.mark.parametrize("steps", [50.0, 400.0])
 @pytest.mark.parametrize("angle", [9.5, 10.3])
-def test_a_passage_is_the_reference_dem_in_its_scheme(mfix, steps, angle):
+def test_a_passage_is_the_reference_dem_in_its_scheme(mfix, steps, angle, scheme):
     case = Incline(angle=angle, contact=CONTACT, steps_per_contact=steps)
-    (run,), (expected,) = (run_inclines(engine, [case], "passage") for engine in (mfix, SCHEME))
+    with Mfix(program=mfix.identify().executable, scheme=scheme) as engine:
+        (run,) = run_inclines(engine, [case], "passage")
+    (expected,) = run_inclines(Reference(REFERENCE[scheme]), [case], "passage")
     assert (run.motion, run.steps) == (expected.motion, expected.steps)
     # single precision, and the first step of the row
     assert run.margin_J == pytest.approx(expected.margin_J, abs=2e-5)

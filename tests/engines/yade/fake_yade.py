@@ -47,13 +47,14 @@ def main(mode, recorded, options):
     path = Path(recorded, "incline.csv").read_text(encoding="utf-8")
     for run in json.loads(Path(options[3]).read_text(encoding="utf-8")):
         results = Path(run["results"])
+        told = re.sub(r"(angle_deg = ).*", rf"\g<1>{run['angle']!r}", text)
         if run["angle"] == 13.0:
-            misbehave(mode, results, text)
+            misbehave(mode, results, told)
         if run["series"]:
             rows = path[:-30] if run["angle"] == 13.0 else path
             Path(run["series"]).write_text(rows, encoding="utf-8")
         if not results.exists():
-            results.write_text(text, encoding="utf-8")
+            results.write_text(told, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -1,0 +1,144 @@
+"""What known defects predict: their data name what there is, and formulas are computed."""
+
+from dataclasses import replace
+
+import pytest
+
+from harness.cases.contact_base.predictions import BOUNDS, as_the_defect_makes_it
+from harness.cases.contact_base.study import verify_trials
+from harness.cases.contract import Study
+from harness.cases.registry import get_case
+from harness.comparison.known_defects import KnownDefect, Prediction, told_apart
+from harness.comparison.verdicts import Verdict
+from harness.engines.lammps.engine import Lammps
+from harness.errors import RequestError
+from harness.pair.stepping import Departures
+from harness.parameters.contact_law import ContactLaw
+from harness.parameters.contact_rules import Rules
+from harness.parameters.contact_scene import Body, ContactScene
+from harness.store.known_defects import known_defects
+
+LAW = ContactLaw(
+    normal="hertz",
+    youngs_modulus=1e8,
+    poisson_ratio=0.3,
+    damping="tsuji",
+    restitution=0.5,
+    tangential="mindlin",
+    friction=0.3,
+)
+PARTNER = {"partner_youngs_modulus": 2e8, "partner_poisson_ratio": 0.2}
+SCENE = ContactScene(
+    (Body(0.01, 0.01, (0.0, 0.0, 0.01)), Body(0.03, 0.1, (0.0, 0.0, -0.03))),
+    (),
+    LAW,
+    step=1e-6,
+    steps=10,
+)
+
+
+@pytest.mark.parametrize("defect", known_defects(), ids=lambda one: one.name)
+def test_every_committed_prediction_names_rules_departures_and_bounds_that_there_are(defect):
+    told = defect.predicts
+    Departures(**told.scheme)
+    assert set(told.law) <= ContactLaw.coefficients()
+    assert set(told.rules) <= set(Rules.model_fields)
+    if not {*told.law, *told.rules} - {"modulus_factor", "shear_factor", "pair_factor"}:
+        mixed = any("materials" in system for system in defect.systems)
+        scene = replace(SCENE, law=LAW.replace(**PARTNER)) if mixed else SCENE
+        _, rules = as_the_defect_makes_it(scene, Rules(), told)
+        assert all(isinstance(getattr(rules, name), float) for name in told.rules)
+    assert not told.bound or told.bound in BOUNDS
+    # one that gives no number says why
+    assert not told.bound or told.undetermined
+    assert not told.undetermined or told.bound or told.error
+
+
+def test_what_upstream_says_is_cited_or_said_to_be_missing():
+    words = ("pull request", "commit", "manual", "not reported", "changed to")
+    for defect in known_defects():
+        assert any(word in defect.upstream for word in words), defect.name
+        assert "4141" not in defect.upstream, "issue 4141 came after the mend, and is no report"
+    limits = {one.name for one in known_defects() if one.kind == "documented limitation"}
+    assert limits == {
+        "setup-with-full-step-velocity", "mdr-given-again-after-restart", "twisting-limit-by-rate",
+    }  # fmt: skip
+
+
+def test_formulas_of_the_law_and_of_the_radii_are_computed():
+    scene, rules = as_the_defect_makes_it(
+        SCENE,
+        Rules(),
+        Prediction(
+            law={"youngs_modulus": "0.75 * youngs_modulus", "friction": "mean_radius / radius"},
+            rules={"shear_factor": "((2 - poisson_ratio) * (1 + poisson_ratio))**2 / 8"},
+        ),
+    )
+    assert scene.law.youngs_modulus == pytest.approx(0.75e8)
+    assert scene.law.friction == pytest.approx(2.0)
+    # 0.61051, as measured by the script of wall-shear-modulus
+    assert rules.shear_factor == pytest.approx(0.61051, abs=1e-5)
+    assert rules.modulus_factor == 1.0
+    assert as_the_defect_makes_it(SCENE, Rules(), Prediction(rules={"tsuji_mass": "effective"}))[
+        1
+    ] == Rules(tsuji_mass="effective")
+
+
+@pytest.mark.parametrize(
+    ("told", "words"),
+    [
+        ({"law": {"friction": "2 * colour"}}, "no colour"),
+        ({"law": {"friction": "abs(friction)"}}, "must be"),
+        ({"law": {"colour": "2.0"}}, "colour"),
+        ({"rules": {"tsuji_mass": "half"}}, "tsuji_mass"),
+    ],
+)
+def test_a_formula_that_is_none_is_named(told, words):
+    with pytest.raises(RequestError, match=words):
+        as_the_defect_makes_it(SCENE, Rules(), Prediction(**told))
+
+
+@pytest.fixture(scope="module")
+def rows():
+    """Return rows of mindlin_classic in an oblique impact on a wall, as LAMMPS left them."""
+    case = get_case("oblique")
+    submodels = [one for one in case.submodels if one.name == "mindlin_classic"]
+    trials = [one for one in case.trials("default", submodels) if one.system == "wall"]
+    with Lammps(workers=1) as engine:
+        found = verify_trials(case, engine, Study("default"), trials)
+        return found.checks, {"lammps": engine.identify().engine_version}
+
+
+@pytest.mark.live
+@pytest.mark.usefixtures("lammps_here")
+def test_the_size_of_lost_friction_is_known_another_a_failure_and_none_is_fixed(rows):
+    checks, versions = rows
+    defect = next(one for one in known_defects() if one.name == "classic-cap-without-radius")
+    (row,) = (check for check in checks if check.name.endswith("impulse_ratio"))
+
+    def verdict(value, one: KnownDefect = defect):
+        holds = abs(value - row.expected) <= row.tolerance
+        as_if = replace(row, value=value, verdict=Verdict.PASS if holds else Verdict.FAIL)
+        return told_apart([as_if], [one], versions)[0].verdict
+
+    assert verdict(row.value) is Verdict.KNOWN_DEFECT
+    assert abs(row.value - row.expected) > 100.0 * row.tolerance
+    # twice the loss, a hundredth of it, no friction at all
+    lost = row.value - row.expected
+    for value in (row.expected + 2.0 * lost, row.expected + 0.01 * lost, 0.0):
+        assert verdict(value) is Verdict.FAIL
+    assert verdict(row.expected) is Verdict.FIXED
+    # a cause that predicts another size does not excuse this one
+    other = defect.replace(predicts=Prediction(scheme={"tangential_radius": True}))
+    assert verdict(row.value, other) is Verdict.FAIL
+
+
+@pytest.mark.live
+@pytest.mark.usefixtures("lammps_here")
+def test_a_row_beside_it_that_the_defect_does_not_touch_fails_as_a_failure(rows):
+    checks, versions = rows
+    (row,) = (check for check in checks if check.name.endswith("normal_restitution"))
+    assert row.verdict is Verdict.PASS
+    wrong = replace(row, value=row.value + 0.01, verdict=Verdict.FAIL)
+    (found,) = told_apart([wrong], known_defects(), versions)
+    assert found.verdict is Verdict.FAIL

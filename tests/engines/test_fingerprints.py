@@ -1,0 +1,97 @@
+"""What runs of other codes are kept under: a changed installation is another one."""
+
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+
+from harness.engines import fingerprints
+from harness.engines.esys.engine import Esys
+from harness.engines.kratos.engine import Kratos
+from harness.engines.mfix.engine import Mfix
+from harness.engines.yade.engine import Yade
+
+TRUE = Path(shutil.which("true")).resolve()
+"""A program with libraries, small."""
+
+
+def tree(folder, *names):
+    for name in names:
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("content")
+
+
+def yade(folder):
+    tree(folder, "lib/yade/py/yade/__init__.py", "lib/yade/libpkg_dem.so")
+    shutil.copy(TRUE, folder / "lib/yade/libyade.so")
+    program = folder / "yade"
+    lines = (
+        f"#!{Path(sys.executable).resolve()}",
+        f"sys.path.insert(1,'{folder}/lib/yade/py')",
+        "",
+    )
+    program.write_text("\n".join(lines))
+    program.chmod(0o755)
+    return Yade, {"program": str(program)}, folder / "lib/yade/libpkg_dem.so"
+
+
+def esys(folder):
+    tree(folder, "lib/python3/dist-packages/esys/lsm/LsmPy.so")
+    (folder / "bin").mkdir()
+    shutil.copy(TRUE, folder / "bin" / "esysparticle")
+    options = {"program": str(folder / "bin" / "esysparticle"), "launcher": str(TRUE)}
+    return Esys, options, folder / "lib/python3/dist-packages/esys/lsm/LsmPy.so"
+
+
+def kratos(folder, monkeypatch):
+    tree(folder, "KratosMultiphysics/__init__.py", "KratosMultiphysics/.libs/KratosCore.so")
+    monkeypatch.setenv("PYTHONPATH", str(folder))
+    return Kratos, {}, folder / "KratosMultiphysics/.libs/KratosCore.so"
+
+
+def mfix(folder):
+    shutil.copy(TRUE, folder / "mfixsolver")
+    return Mfix, {"program": str(folder / "mfixsolver")}, folder / "mfixsolver"
+
+
+@pytest.mark.parametrize("name", ["yade", "esys", "kratos", "mfix"])
+def test_a_changed_file_of_an_installation_is_another_engine(tmp_path, monkeypatch, name):
+    more = (monkeypatch,) if name == "kratos" else ()
+    kind, options, file = globals()[name](tmp_path, *more)
+    # read again as by another command
+    monkeypatch.setattr(fingerprints, "digest", fingerprints.digest.__wrapped__)
+    before = kind.fingerprint_of(**options)
+    assert before is not None
+    assert before == kind.fingerprint_of(**options)
+    with file.open("ab") as stream:
+        stream.write(b"\0")
+    assert kind.fingerprint_of(**options) != before
+
+
+@pytest.mark.parametrize(
+    ("kind", "one", "other"),
+    [
+        (Kratos, {"scheme": "Velocity_Verlet"}, {"scheme": "Symplectic_Euler"}),
+        (
+            Mfix,
+            {"program": str(TRUE), "scheme": "EULER"},
+            {"program": str(TRUE), "scheme": "ADAMS_BASHFORTH"},
+        ),
+    ],
+)
+def test_an_integrator_that_no_job_states_is_another_engine(
+    tmp_path, monkeypatch, kind, one, other
+):
+    if kind is Kratos:
+        kratos(tmp_path, monkeypatch)
+    first = kind.fingerprint_of(**one)
+    assert first == kind.fingerprint_of(**{key: one[key] for key in one if key != "scheme"})
+    assert first != kind.fingerprint_of(**other)
+
+
+@pytest.mark.parametrize("kind", [Yade, Kratos, Mfix])
+def test_of_a_wrapper_nothing_is_kept(script_file, kind):
+    """It hides the program that it runs."""
+    assert kind.fingerprint_of(program=script_file('exec true "$@"\n')) is None

@@ -1,0 +1,63 @@
+"""What a case is expected to take an engine is said beforehand, also where nothing draws bars."""
+
+from contextlib import nullcontext
+from dataclasses import replace
+
+import pytest
+
+from harness.cases.contract import Study
+from harness.cases.drop.case import CASE, DropCase
+from harness.comparison.findings import Findings
+from harness.engines.cost import in_words
+from harness.workflows import engines_beside
+from harness.workflows.engine_selection import EngineSelection
+from harness.workflows.engines_beside import EnginesBeside
+from harness.workflows.main_engine import MainRun
+from tests.engine_doubles import Twin
+
+PARAMETERS = CASE.presets["fall"]
+
+
+class Falls(DropCase):
+    """Two falls."""
+
+    name = "falls"
+    qualifies = False
+
+    def verify_beside(self, engine, study):  # noqa: ARG002
+        engine.run([self.job(PARAMETERS)] * 2)
+        return Findings(self.name, engine.name)
+
+
+def of_seconds(per_step):
+    """Return an engine that says what its steps took."""
+    return Twin(
+        change_output=lambda job, output: replace(output, seconds=per_step * job.values["steps"])
+    )
+
+
+@pytest.mark.parametrize(("per_step", "said"), [(1e-3, True), (1e-6, False)])
+def test_a_case_is_announced_by_the_steps_of_the_engines_before(
+    monkeypatch, capsys, per_step, said
+):
+    opened = {"twin": of_seconds(1e-9), "again": of_seconds(per_step)}
+    opened["again"].name, opened["again"].workers = "again", 1
+    monkeypatch.setattr(engines_beside, "engine_class", lambda _: Twin)
+    study = Study("quick", open_engine=lambda name: nullcontext(opened[name]))
+    EnginesBeside(EngineSelection(tuple(opened)), [Falls()], study, None).run()
+    seconds = 2 * PARAMETERS.steps * per_step
+    told = capsys.readouterr().err
+    expected = in_words(float(f"{seconds:.2g}"))
+    assert (f"dem-harness: again: about {expected} for the falls" in told) == said
+    assert "twin: about" not in told
+
+
+def test_an_engine_that_is_named_by_its_class_has_the_name_that_it_gives_itself():
+    """As ``--engines module:Class``; its inputs are asked of the class."""
+    name = "tests.engine_doubles:Twin"
+    study = Study("quick", open_engine=lambda _: nullcontext(Twin()))
+    found = EnginesBeside(EngineSelection((name,)), [Falls()], study, None).run()
+    assert [one.summary for one in found.declared] == ["qualified"]
+    assert found.kinds == {"twin": Twin}
+    run = MainRun([], study)
+    assert run.scripts(replace(found, findings={"twin": {"drop": Findings("drop", "twin")}})) == {}
