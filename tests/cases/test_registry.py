@@ -1,8 +1,11 @@
 """Cases are found by folder and by entry point; a bad plug-in touches nothing else."""
 
+import csv
 import subprocess
 import sys
+from collections import defaultdict
 from importlib.metadata import EntryPoint
+from pathlib import Path
 
 import pytest
 
@@ -14,6 +17,8 @@ from harness.cases.incline.case import InclineCase
 from harness.cli.cases import cases
 from harness.errors import RequestError
 from harness.observables.declared import Observable
+
+BASELINE = Path(__file__).parents[2] / "reports" / "baseline"
 
 
 class Ball(Case):
@@ -142,3 +147,54 @@ def test_the_list_of_cases_names_those_that_cannot_be_used(plugged, capsys):  # 
     told = capsys.readouterr().err.splitlines()
     assert told == [f"dem-harness: {fault}" for fault in registry.faults()]
     assert len(told) == 5
+
+
+def ambiguous(cases):
+    """Return the names of quantities that have another unit or meaning in another case."""
+    declared = defaultdict(set)
+    for case in cases:
+        for quantity in case.quantities:
+            declared[quantity.name].add((quantity.unit, quantity.shape, quantity.meaning))
+    return {name for name, meanings in declared.items() if len(meanings) > 1}
+
+
+def test_the_name_of_a_quantity_has_one_unit_and_one_meaning_over_all_cases():
+    cases = [registry.get_case(name) for name in registry.built_in()]
+    assert ambiguous(cases) == set()
+    assert all(quantity.unit and quantity.meaning for case in cases for quantity in case.quantities)
+
+
+@pytest.mark.parametrize(
+    ("unit", "meaning"), [("m", "largest overlap of the samples"), ("1", ""), ("mm", "")]
+)
+def test_a_name_with_another_unit_or_meaning_is_found(unit, meaning):
+    head_on = registry.get_case("head-on")
+    (ours,) = [one for one in head_on.quantities if one.name == "largest_overlap_m"]
+
+    class Other(Ball):
+        quantities = (Observable(ours.name, unit, "", meaning or ours.meaning),)
+
+    assert ambiguous([head_on, Other()]) == {"largest_overlap_m"}
+    Other.quantities = (ours,)
+    assert ambiguous([head_on, Other()]) == set()
+
+
+def test_a_name_in_the_baseline_has_the_unit_that_its_case_declares():
+    """Records also have names that no case declares; in those a name has one case."""
+    declared = {
+        (name, one.name): one.unit.removeprefix("1")
+        for name, case in registry.all_cases().items()
+        for one in case.quantities
+    }
+    units, undeclared = defaultdict(set), defaultdict(set)
+    for path in (one for one in BASELINE.glob("*.csv") if ".series" not in one.name):
+        with path.open(encoding="utf-8", newline="") as file:
+            for row in csv.DictReader(file):
+                case, name = row["case"], row["quantity"]
+                units[name].add(row["unit"])
+                if (case, name) not in declared:
+                    undeclared[name].add(case)
+                assert declared.get((case, name), row["unit"]) == row["unit"], (path.name, name)
+    assert {name: found for name, found in units.items() if len(found) > 1} == {}
+    assert {name: found for name, found in undeclared.items() if len(found) > 1} == {}
+    assert units["largest_overlap_m"] == {"m"}

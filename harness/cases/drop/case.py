@@ -64,7 +64,7 @@ class DropCase(Case[Drop]):
         path = read(parameters, output).path
         overlap = parameters.diameter - (path.x_m**2 + path.y_m**2) ** 0.5
         found = {
-            "largest_overlap_m": float(overlap.max()),
+            "largest_sampled_overlap_m": float(overlap.max()),
             "end_overlap_m": float(overlap[-1]),
             "end_speed_m_per_s": float(path.speed_m_per_s[-1]),
         }

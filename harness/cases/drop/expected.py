@@ -80,7 +80,7 @@ def _linear_impact(case: Drop) -> dict[str, Reference]:
     found = {}
     if left >= turns:
         deepest = case.speed * math.exp(-zeta * turns) * unit
-        found["largest_overlap_m"] = Reference(deepest, "closed form")
+        found["largest_sampled_overlap_m"] = Reference(deepest, "closed form")
     if left >= parts:
         found["restitution"] = Reference(restitution(case), "closed form")
         found["end_speed_m_per_s"] = Reference(restitution(case) * case.speed, "closed form")

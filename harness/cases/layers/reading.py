@@ -31,7 +31,7 @@ QUANTITIES = numbers(
     rest_coordination="[-] contacts of a grain at rest",
     rest_mean_height="[-] of the grains at rest, in d above the base",
     lowering_time="[-] from the first angle to the rest, in sqrt(d/g)",
-    steps="[-] of the whole run",
+    steps="[-] time steps that were taken",
 )
 """What a descent measures."""
 

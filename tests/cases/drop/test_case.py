@@ -15,8 +15,8 @@ from harness.report.figures.style import house_style
 from tests.engine_doubles import Crashing, Twin
 
 KNOWN = {
-    "head-on": {"restitution", "largest_overlap_m", "end_speed_m_per_s"},
-    "plastic": {"restitution", "largest_overlap_m", "end_speed_m_per_s"},
+    "head-on": {"restitution", "largest_sampled_overlap_m", "end_speed_m_per_s"},
+    "plastic": {"restitution", "largest_sampled_overlap_m", "end_speed_m_per_s"},
     "static": {"end_overlap_m"},
     "fall": {"end_overlap_m", "end_speed_m_per_s"},
     "oblique": {"angular_momentum_ratio"},
@@ -42,9 +42,9 @@ def test_the_largest_overlap_is_that_of_the_damped_spring():
     for restitution, deepest in ((0.0, math.exp(-1.0)), (1.0, 1.0)):
         contact = Contact(restitution=restitution, damping_ratio=None)
         case = Drop(contact=contact, speed=1.0, gap=1e-4)
-        expected = CASE.references(case, Reference.traits)["largest_overlap_m"].value
+        expected = CASE.references(case, Reference.traits)["largest_sampled_overlap_m"].value
         assert expected == pytest.approx(deepest * 1e-3, rel=1e-9)
-        found = CASE.measure(case, Reference()).values["largest_overlap_m"]
+        found = CASE.measure(case, Reference()).values["largest_sampled_overlap_m"]
         assert found == pytest.approx(expected, rel=2e-3)
 
 
@@ -74,7 +74,7 @@ def test_what_has_no_closed_form_has_no_reference(changes):
 
 def test_of_a_collision_that_is_not_over_the_overlap_is_known_once_it_has_turned():
     contact = Contact(restitution=1.0, damping_ratio=None)
-    for duration, known in ((0.45, set()), (0.55, {"largest_overlap_m"})):
+    for duration, known in ((0.45, set()), (0.55, {"largest_sampled_overlap_m"})):
         case = Drop(contact=contact, speed=1.0, duration=duration)
         assert CASE.references(case, Reference.traits).keys() == known
     assert len(CASE.references(case.replace(duration=1.01), Reference.traits)) == 3
