@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 LOADER_SECONDS = 10.0
+"""That a dynamic loader takes at most to name libraries."""
 
 ENVIRONMENT = ("LD_LIBRARY_PATH", "LD_PRELOAD", "DYLD_LIBRARY_PATH")
 """What else decides which code runs."""
@@ -61,20 +62,31 @@ def with_libraries(program: Path, *more: Path) -> list[Path]:
 
     The loader is asked once: the fingerprint of an engine is asked for with every batch of runs.
     """
-    try:
-        done = subprocess.run(
-            ["ldd", str(program)],
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            timeout=LOADER_SECONDS,
-            check=False,
-        )
-    except (OSError, subprocess.TimeoutExpired):
+    done = ask_program(["ldd", str(program)], LOADER_SECONDS)
+    if done is None:
         return []
     if done.returncode != 0 and "not a dynamic executable" not in done.stderr + done.stdout:
         return []
     return [program, *_paths(done.stdout.splitlines()), *more]
+
+
+def ask_program(words: Sequence[str], seconds: float) -> subprocess.CompletedProcess[str] | None:
+    """Return what a program says and its exit status, within so many seconds of wall time.
+
+    None where it cannot be started or takes longer. It is given no input.
+    """
+    try:
+        return subprocess.run(
+            words,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            errors="surrogateescape",  # as in the names of files
+            timeout=seconds,
+            check=False,
+        )
+    except (OSError, subprocess.TimeoutExpired):
+        return None
 
 
 def _paths(lines: Iterable[str]) -> Iterator[Path]:

@@ -6,7 +6,6 @@ Kratos is never imported into the harness's own process: it prints, and it may c
 from __future__ import annotations
 
 import re
-import subprocess
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -15,7 +14,7 @@ from typing import Any, ClassVar, Literal
 
 from harness.engines.contact_model import RESISTANCES
 from harness.engines.contract import Job, Template, Values
-from harness.engines.fingerprints import OF_PYTHON, program_files, tree_files
+from harness.engines.fingerprints import OF_PYTHON, ask_program, program_files, tree_files
 from harness.engines.kratos.contacts import CONTACTS
 from harness.engines.process import FAULTS, Ended, Limits, last_words, signal_of
 from harness.engines.programs import ASK_SECONDS
@@ -112,16 +111,8 @@ class Kratos(ScriptedEngine):
     @classmethod
     def installed_files(cls, program: Path) -> list[Path]:
         """Return the Python, and the package of Kratos that it would import."""
-        try:
-            asked = subprocess.run(
-                [program, "-c", WHERE],
-                stdin=subprocess.DEVNULL,
-                capture_output=True,
-                text=True,
-                timeout=ASK_SECONDS,
-                check=False,
-            )
-        except (OSError, subprocess.TimeoutExpired):
+        asked = ask_program([str(program), "-c", WHERE], ASK_SECONDS)
+        if asked is None:
             return []
         package, interpreter = Path(asked.stdout.strip()), program_files(program)
         if asked.returncode != 0 or not package.is_absolute() or not interpreter:
