@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -203,7 +204,8 @@ def _facts(found: StudyResult, earlier: Path | None) -> Mapping[str, str]:
 
     versions = dict.fromkeys(row["engine_version"] for row in found.runs if row["engine_version"])
     level = "" if found.level == "default" else f" --{found.level}"
-    level += "" if earlier is None else f" --runs {earlier}"
+    # its name alone: where it lay is of no use to a reader, and names a machine
+    level += "" if earlier is None else f" --runs {shlex.quote(earlier.name)}"
     missing = "; ".join(f"{name}: {reason}" for name, reason in found.missing.items())
     return {
         **({"not run": missing} if missing else {}),
