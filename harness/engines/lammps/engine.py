@@ -27,7 +27,7 @@ from harness.engines.lammps.restarts import (
     link_into,
     progress_in,
 )
-from harness.engines.lammps.submodels import GRANULAR, lacking
+from harness.engines.lammps.submodels import GRANULAR, lacking, needs_fresh_process
 from harness.engines.lammps.variations import variations
 from harness.engines.lammps.worker_process import Order
 from harness.engines.output import Output
@@ -238,6 +238,13 @@ class Lammps(LammpsLanguage):
             for place, folder in folders.items():
                 results[place] = folder.ended(results[place])
         return results
+
+    def run_batch(self, tasks: Sequence[Task]) -> list[Output | EngineError]:
+        """Run tasks in one process, fewer where one of them needs a process of its own."""
+        version = self.identify().engine_version
+        alone = [needs_fresh_process(task.values, version) for task in tasks]
+        first = alone.index(True) if True in alone else len(tasks)
+        return super().run_batch(tasks[: max(1, first)])
 
     def write(self, folder: Path, tasks: Sequence[Task]) -> None:
         """Write the files of a batch, and links to the folders of its restart files."""

@@ -1,10 +1,13 @@
 """What known defects predict: their data name what there is, and formulas are computed."""
 
 from dataclasses import replace
+from fnmatch import fnmatchcase
 
 import pytest
 
+from harness.cases.contact_base.motion import Motion
 from harness.cases.contact_base.predictions import BOUNDS, as_the_defect_makes_it
+from harness.cases.contact_base.reference import followed, rules_of
 from harness.cases.contact_base.study import verify_trials
 from harness.cases.contract import Study
 from harness.cases.registry import get_case
@@ -12,7 +15,8 @@ from harness.comparison.known_defects import KnownDefect, Prediction, told_apart
 from harness.comparison.verdicts import Verdict
 from harness.engines.lammps.engine import Lammps
 from harness.errors import RequestError
-from harness.pair.stepping import Departures
+from harness.pair.stepping import Departures, advance
+from harness.parameters.contact_coefficients import TAKES
 from harness.parameters.contact_law import ContactLaw
 from harness.parameters.contact_rules import Rules
 from harness.parameters.contact_scene import Body, ContactScene
@@ -41,7 +45,7 @@ SCENE = ContactScene(
 def test_every_committed_prediction_names_rules_departures_and_bounds_that_there_are(defect):
     told = defect.predicts
     Departures(**told.scheme)
-    assert set(told.law) <= ContactLaw.coefficients()
+    assert set(told.law) <= {*ContactLaw.coefficients(), *TAKES}
     assert set(told.rules) <= set(Rules.model_fields)
     if not {*told.law, *told.rules} - {"modulus_factor", "shear_factor", "pair_factor"}:
         mixed = any("materials" in system for system in defect.systems)
@@ -52,6 +56,44 @@ def test_every_committed_prediction_names_rules_departures_and_bounds_that_there
     # one that gives no number says why
     assert not told.bound or told.undetermined
     assert not told.undetermined or told.bound or told.error
+
+
+MIXED = "mixed-material-is-hooke"
+IN_2022 = [
+    (MIXED, "head-on", "hertz", 50, {"restitution": 1.3243981639545248}),
+    (MIXED, "head-on", "dmt", 200, {"restitution": 0.9909656307364325}),
+    (f"{MIXED}-damped", "head-on", "hertz, viscoelastic", 1600,
+     {"restitution": 26.558520976954387}),
+    (f"{MIXED}-tangential", "oblique", "mindlin_rescale/force", 200,
+     {"normal_restitution": 234.8296925530065, "rim_speed_ratio": 117.90370089952214}),
+    (f"{MIXED}-tangential", "prescribed-motion", "rolling sds, mindlin", 50,
+     {"shear_ratio": -0.2989062195324045, "lifted_ratio": 0.0035618326063262683,
+      "rolling_forth_ratio": -8.619681771970913e-07}),
+    (f"{MIXED}-tangential", "prescribed-motion", "twisting marshall, mindlin", 200,
+     {"lifted_ratio": 0.0006333448363762294, "twisting_ratio": -9.697411787878145e-05}),
+]  # fmt: skip
+"""Recorded from LAMMPS 23 Jun 2022 - Update 4 (wheel 2022.6.23.4.0), at so many steps."""
+
+
+@pytest.mark.parametrize(("name", "case", "submodel", "steps", "recorded"), IN_2022)
+def test_mixed_materials_of_2022_are_of_the_models_that_are_predicted(
+    name, case, submodel, steps, recorded
+):
+    case = get_case(case)
+    (defect,) = [one for one in known_defects() if one.name == name]
+    here = ("two materials, mixed", submodel)
+    (trial,) = [one for one in case.trials("full") if (one.system, one.submodel) == here]
+    assert any(fnmatchcase(submodel, pattern) for pattern in defect.submodels)
+    parameters = trial.parameters.replace(steps_per_contact=steps)
+    scene, rules = as_the_defect_makes_it(
+        case.scene(parameters), rules_of(case.job(parameters), Lammps.traits), defect.predicts
+    )
+    steps_of = Departures(**defect.predicts.scheme)
+    found = case.observed(parameters, Motion(*advance(scene, rules, steps_of)))
+    law = case.observed(parameters, followed(case.scene(parameters), rules).motion)
+    for quantity, value in recorded.items():
+        assert found[quantity] == pytest.approx(value, rel=1e-9)
+        assert law[quantity] != pytest.approx(value, rel=1e-3)
 
 
 def test_what_upstream_says_is_cited_or_said_to_be_missing():

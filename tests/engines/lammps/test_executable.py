@@ -1,5 +1,6 @@
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -7,8 +8,10 @@ from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import InclineRun, Motion
 from harness.cases.incline.runs import measured, run_inclines
 from harness.cases.incline.template import TEMPLATE, job_of
+from harness.engines.batches import run_in_turn
 from harness.engines.lammps.engine import Lammps
 from harness.engines.script import Script, Task
+from harness.engines.scripted import ScriptedEngine
 from harness.errors import (
     EngineCrashError,
     EngineInputError,
@@ -20,6 +23,7 @@ from harness.errors import (
     EngineTimeoutError,
     RequestError,
 )
+from harness.observables.provenance import Provenance
 
 FAKE = Path(__file__).parent / "fake_lmp.py"
 GIGABYTE = 1024**3
@@ -173,3 +177,26 @@ def test_real_lammps_names_its_release_and_packages(lmp):
     assert "GRANULAR" in who.packages
     assert any(character.isdigit() for character in who.engine_version)
     assert who.executable == lmp
+
+
+@pytest.mark.parametrize(
+    ("version", "sizes"), [("23 Jun 2022 - Update 4", [2, 1, 1, 1]), ("28 Mar 2023", [5])]
+)
+def test_types_whose_models_are_not_mixed_run_in_processes_of_their_own(
+    monkeypatch, version, sizes
+):
+    """Memory that nobody has set is zero there, and the runs before it decide it elsewhere."""
+    ran = []
+
+    def run_batch(_, tasks):
+        ran.append(len(tasks))
+        return [task.values["place"] for task in tasks]
+
+    engine = Lammps.__new__(Lammps)
+    engine.__dict__["_identity"] = Provenance("lammps", version, how="executable")
+    monkeypatch.setattr(ScriptedEngine, "run_batch", run_batch)
+    mixed = {"partner_youngs_modulus": 4e8}
+    told = ({}, {}, mixed, mixed, {})
+    tasks = [SimpleNamespace(values={**one, "place": at}) for at, one in enumerate(told)]
+    assert run_in_turn(tasks, engine.run_batch) == [0, 1, 2, 3, 4]
+    assert ran == sizes
