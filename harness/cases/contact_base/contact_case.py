@@ -77,6 +77,8 @@ class ContactCase(Case[P]):
     """Those whose invariances every level checks, in some systems: each in one case is enough."""
     over_ranks: ClassVar[Sequence[str]] = ()
     """Names of those that the default level runs on MPI ranks: one of each kind of memory."""
+    by_defaults: ClassVar[Sequence[str]] = ()
+    """Names of those that also the shortest level carries through an engine's default order."""
     formula: ClassVar[str]
     scan: ClassVar[Scan]
     """The figure with all codes."""

@@ -40,7 +40,8 @@ through all of both."""
 EQUAL = "two spheres"
 
 QUICK = ("turned", "run again", "restarted")
-"""Invariances of the shortest level, beside the run as it stands."""
+"""Invariances of the shortest level, beside the run as it stands; of few pairs that are carried all
+that an engine declares for these."""
 
 STEPS = 20
 """Of a contact: what holds exactly needs no fine step."""
@@ -119,8 +120,16 @@ def chosen(case: ContactCase[Any], level: LevelName) -> Iterator[Trial]:
     """Yield the trials of a case whose invariances a level goes through."""
     systems = {one.name: _systems(one, level) for one in case.invariant}
     for trial in case.trials("full"):  # the shortest level has not all systems of a submodel
-        if level == "full" or trial.system in systems.get(trial.submodel, ()):
+        here = trial.system in systems.get(trial.submodel, ())
+        if level == "full" or here or _is_carried(case, trial, level):
             yield replace(trial, parameters=trial.parameters.replace(steps_per_contact=STEPS))
+
+
+def _is_carried(case: ContactCase[Any], trial: Trial, level: LevelName) -> bool:
+    """Return whether a level takes the spheres of a trial through the room: the shortest few."""
+    if level == "quick":
+        return trial.system == EQUAL and trial.submodel in case.by_defaults
+    return not case.scene(trial.parameters).planes and trial.parameters.normal != "mdr"
 
 
 def _systems(submodel: Submodel, level: LevelName) -> Sequence[str]:
@@ -138,7 +147,7 @@ def first_ways(case: ContactCase[Any], trial: Trial, level: LevelName) -> Ways:
     seen = [way for way in _views(scene, trial) if level != "quick" or way.name in QUICK]
     if scene.law.normal == "mdr" and has_width(scene):
         seen.append(_way(STEPPED, replace(scene, every=1), trial, judged=False))
-    if level != "quick" and not scene.planes and scene.law.normal != "mdr":
+    if _is_carried(case, trial, level):
         seen.append(_carried(case, trial, scene.steps))
     return Ways(case, trial, {way.name: way for way in (_way(PLAIN, scene, trial), *seen)})
 
@@ -180,11 +189,11 @@ def later_ways(one: Ways, engine: Engine, level: LevelName) -> Iterator[Way]:
     alone = not plain.scene.planes
     for name, carried in ((MOVED if alone else PLAIN, False), (CARRIED if alone else PLAIN, True)):
         carrier, there = one.ways.get(name), one.motion(name)
-        if carrier is None or there is None:
+        if carrier is None or there is None or (carried and level == "quick" and not alone):
             continue
         ends = there.position[[0, -1]].mean(axis=1)
         for told in engine.variations(carrier.job, ends.tolist()):
-            if told.carried is carried and (level != "quick" or told.name in QUICK):
+            if told.carried is carried and (carried or level != "quick" or told.name in QUICK):
                 few = level == "full" or one.trial.submodel in one.case.over_ranks
                 yield replace(_varied(carrier, told), judged=told.everywhere or few)
 

@@ -135,6 +135,10 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
     )
     invariant = (*ROLLING, *TWISTING)
     over_ranks = ("rolling sds, mindlin", "twisting sds, mindlin")
+    by_defaults = (
+        "mindlin",
+        "rolling sds, mindlin",
+    )
     sets: ClassVar[Told] = {"usual": SLIDING}
     systems: ClassVar[Told] = {
         **{name: told for name, told in SYSTEMS.items() if name != "frozen sphere"},

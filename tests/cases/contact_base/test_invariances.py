@@ -307,6 +307,43 @@ def test_a_law_of_equal_spheres_goes_through_these_in_place_of_unequal_ones(leve
     assert {one.system for one in trials if one.submodel == "mdr, yield"} == expected
 
 
+def test_the_shortest_level_carries_one_pair_with_friction_and_one_that_rolls(lammps):
+    """The second has a known defect there; a spring of shear that was turned round would fail."""
+    versions = {"lammps": lammps.identify().engine_version}
+    found = invariances(get_case("prescribed-motion"), lammps, Study("quick"))
+    carried = {row.cell.submodel: row for row in found if row.cell.invariance == DEFAULTS}
+    assert set(carried) == {"mindlin", "rolling sds, mindlin"}
+    assert carried["mindlin"].verdict is Verdict.PASS
+    rolling = carried["rolling sds, mindlin"]
+    (told,) = told_apart([rolling], known_defects(), versions)
+    assert told.verdict is Verdict.KNOWN_DEFECT
+    assert told.cell.defect == "rolling-turned-round-by-defaults"
+    # twice the force of friction, of the normal force
+    turned = replace(rolling, value=2.0 * 0.2)
+    assert told_apart([turned], known_defects(), versions)[0].verdict is Verdict.FAIL
+
+
+def test_a_spring_of_shear_that_an_order_turns_round_is_seen_at_the_shortest_level(lammps):
+    case = get_case("prescribed-motion")
+    (trial,) = [t for t in chosen(case, "quick") if (t.submodel, t.system) == ("mindlin", EQUAL)]
+    one = ways.first_ways(case, trial, "quick")
+    invariance._run([one], lammps)
+    later = {way.name: way for way in ways.later_ways(one, lammps, "quick")}
+    one.ways |= {DEFAULTS: later[DEFAULTS]}
+    invariance._run([one], lammps)
+    (held,) = invariance._rows(one, lammps, lambda way: way.name == DEFAULTS)
+    assert held.verdict is Verdict.PASS
+    motion = one.motions[DEFAULTS]
+    force = motion.force.copy()
+    along = motion.position[:, :1] - motion.position[:, 1:]
+    along /= np.linalg.norm(along, axis=2, keepdims=True)
+    normal = (force * along).sum(axis=2, keepdims=True) * along
+    force[-1] = (2.0 * normal - force)[-1]
+    one.motions[DEFAULTS] = replace(motion, force=force)
+    (broken,) = invariance._rows(one, lammps, lambda way: way.name == DEFAULTS)
+    assert broken.verdict is Verdict.FAIL
+
+
 def test_what_an_engine_cannot_be_told_is_not_tested(lammps, monkeypatch):
     monkeypatch.setattr(OneRank, "besides", {"no_such": 1})
     found = rows(lammps, few("oblique", ["mindlin"], ["wall"]))
