@@ -18,10 +18,12 @@ from harness.report.page import Row, look, rows_of
 from harness.report.plain import safe_path
 from harness.report.sections import CellText
 from harness.report.templating import environment
+from harness.shown import in_words
 
 FOLDER = "cells"
 HEAD = (
     "system",
+    "verdict",
     "quantity",
     "value",
     "uncertainty",
@@ -32,11 +34,10 @@ HEAD = (
     "tolerance",
     "order",
     "95 % interval",
-    "verdict",
 )
 GONE = "no longer there:"
 """With which the note of a row begins whose known defect is gone."""
-NUMERIC = frozenset({2, 3, 4, 7, 8, 9, 10})
+NUMERIC = frozenset({3, 4, 5, 8, 9, 10, 11})
 
 Place = tuple[str, str, str]
 
@@ -178,12 +179,24 @@ def _tables(rows: Sequence[Mark], found: Verification) -> list[Rows]:
         Rows(
             title,
             tuple(own),
-            tuple(dict.fromkeys(filter(None, (_said(r, found) for r in own if r.quantity)))),
+            tuple(_notes(own, found)),
             tuple(dict.fromkeys(row.check.why for row in own if row.check.why)),
         )
         for title, own in parts.items()
         if own
     ]
+
+
+def _notes(rows: Sequence[Mark], found: Verification) -> Iterator[str]:
+    """Yield what is said of rows with a value, each once, after the rows that it is said of."""
+    said: dict[str, list[str]] = {}
+    valued = [row for row in rows if row.quantity]
+    for row in valued:
+        place = f"{row.cell.system}, {in_words(row.quantity, row.check.unit)}"
+        said.setdefault(_said(row, found), []).append(place)
+    for note, places in said.items():
+        if note:
+            yield note if len(places) == len(valued) else f"{'; '.join(places)}: {note}"
 
 
 def _scripts(cell: DrawnCell, found: Verification) -> list[str]:

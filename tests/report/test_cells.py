@@ -91,6 +91,23 @@ def test_a_page_has_rows_with_order_law_figure_commands_and_script(folder):
     assert "TOY 1 Jan 2030" in page
 
 
+def test_the_verdict_stands_beside_the_system_where_no_window_cuts_it(folder):
+    (path,) = (folder / "cells").glob("*slide-spring-force.html")
+    page = path.read_text()
+    assert re.findall(r'<th scope="col">(.*?)</th>', page)[:3] == ["system", "verdict", "quantity"]
+    rows = re.findall(r"<tr><td>[^<]+</td><td><span class=\"badge", page)
+    assert len(rows) == page.count('href="../report.html#') - page.count("#matrix")
+
+
+def test_what_is_said_of_a_row_names_system_and_quantity(found):
+    noted = replace(ROWS[2], note="the law asks for another")
+    drawn = draw_sections([Section("All", cells=CELLS[1:2])])
+    other = replace(ROWS[2], cell=replace(ROWS[2].cell, system="another wall"))
+    ((_, page),) = cell_pages(replace(found, checks=(noted, other)), drawn)
+    place = f"{ROWS[2].cell.system}, largest force: the law asks for another"
+    assert place in html.unescape(page)
+
+
 def test_an_invariance_is_held_against_the_same_run(found):
     kinds = (Kind.ANALYTIC, Kind.CROSS_CODE, Kind.INVARIANCE)
     rows = [replace(ROWS[2], kind=kind) for kind in kinds]
