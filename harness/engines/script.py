@@ -43,6 +43,20 @@ class Script:
         """Return the SHA-256 of the text, in hexadecimal."""
         return hashlib.sha256(self.text.encode()).hexdigest()
 
+    def ignores(self, name: str) -> bool:
+        """Return whether the text has a value's name no more often than it declares it."""
+        if name not in self._ignored:  # asked for each value of each job
+            stem = name.rpartition("_")[0] + "_"
+            declared = [one for one in self.variables if one == name or one.startswith(stem)]
+            # it may be put together of its stem and a letter
+            uses = self.text.count(stem if "_" in name else name)
+            self._ignored[name] = uses <= len(declared)
+        return self._ignored[name]
+
+    @cached_property
+    def _ignored(self) -> dict[str, bool]:
+        return {}
+
 
 @dataclass(frozen=True)
 class Task:
@@ -159,11 +173,7 @@ class ScriptSource(Engine):
         """Return which value a script declares and never uses, where that changes the motion."""
         neutral = job.template.neutral
         for name, value in job.values.items():
-            stem = name.rpartition("_")[0] + "_"
-            declared = [one for one in script.variables if one == name or one.startswith(stem)]
-            matters = name in neutral and value != neutral[name]
-            # it may be put together of its stem and a letter
-            if matters and script.text.count(stem if "_" in name else name) <= len(declared):
+            if name in neutral and value != neutral[name] and script.ignores(name):
                 return f"its script {script.name} declares {name!r} and never uses it ({value!r})"
         return ""
 

@@ -29,12 +29,15 @@ def first_ending(
     ending that is positive only between both ends is found.
     """
     start, end = states
+    known = {0.0: start, h: end}
 
     @cache
     def after(part: float) -> Floats:
         return endings(taken(part), system, modes)
 
     def taken(part: float) -> Floats:
+        if part in known:
+            return known[part]
         return step(start, part, np.ones_like(start), system, modes)[0]
 
     def of(where: Ending) -> Callable[[float], float]:

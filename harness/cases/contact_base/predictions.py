@@ -10,6 +10,7 @@ import math
 import operator
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -152,7 +153,7 @@ class PredictedDifference:
         )
 
     def _apart(
-        self, prediction: Prediction, beneath: Prediction | None, exchanges: Sequence[int]
+        self, prediction: Prediction, beneath: Prediction | None, exchanges: tuple[int, ...]
     ) -> float:
         made = prediction if beneath is None else prediction | beneath
         motions = []
@@ -163,7 +164,7 @@ class PredictedDifference:
         apart = self.difference(*motions, self.sizes, self.touch)
         return max(apart.values())
 
-    def _exchanges(self, prediction: Prediction) -> Iterator[Sequence[int]]:
+    def _exchanges(self, prediction: Prediction) -> Iterator[tuple[int, ...]]:
         """Yield when a contact may be handed over: from each step on of the run's middle.
 
         The bodies cross a boundary there, one before the other; that of the contact is noticed as
@@ -183,7 +184,7 @@ def _ranges(values: Sequence[float]) -> tuple[tuple[float, float], ...]:
 
 
 def _of_way(
-    way: Way, rules: Rules, prediction: Prediction | None, exchanges: Sequence[int]
+    way: Way, rules: Rules, prediction: Prediction | None, exchanges: tuple[int, ...]
 ) -> Motion:
     """Return the motion of a run, step by step, stopped and restarted where it is."""
     values = way.job.values
@@ -210,7 +211,19 @@ def _stepped(
     told = prediction.scheme if prediction else {}
     if prediction is not None:
         scene, rules = as_the_defect_makes_it(scene, rules, prediction)
-    return Motion(*advance(scene, rules, departures(**told), **more))
+    return _advanced(scene, rules, departures(**told), **more)
+
+
+@lru_cache(maxsize=256)
+def _advanced(
+    scene: ContactScene,
+    rules: Rules,
+    departures: Departures,
+    stops: tuple[int, ...] = (),
+    exchanges: tuple[int, ...] = (),
+) -> Motion:
+    """Return the motion step by step: one for all quantities of a run, and all held against it."""
+    return Motion(*advance(scene, rules, departures, stops=stops, exchanges=exchanges))
 
 
 def as_the_defect_makes_it(
