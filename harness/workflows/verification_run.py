@@ -14,6 +14,7 @@ from typing import Any, Literal
 from harness import __version__
 from harness.cases.contract import Case, Study
 from harness.comparison.known_defects import KnownDefect, defect_of, told_apart
+from harness.comparison.moved_by_defects import moved_by_defects
 from harness.comparison.regression import Baseline, Regression, explained_by_cells
 from harness.comparison.verdicts import Check
 from harness.comparison.verification import Verification
@@ -65,8 +66,13 @@ def verify(
         beside = EnginesBeside(asked, chosen, study, run.engine).run()
         scripts, logs = run.scripts(beside), run.engine.logs() if run.engine else {}
     measured = Measured(study.level, run.who, chosen, run.findings, run.broken)
-    checks = told_apart((*run.checks, *beside.checks), known_defects(), _versions(run, beside))
+    versions = _versions(run, beside)
+    checks = told_apart((*run.checks, *beside.checks), known_defects(), versions)
     regression = _regression(measured, known, beside, checks)
+    if known is not None:
+        raw = (*run.checks, *beside.checks)
+        moved = (regression.checks, raw, known.records, known_defects(), versions)
+        regression = replace(regression, checks=moved_by_defects(*moved))
     return Verification(
         level=study.level,
         cases=tuple(case.name for case in chosen),
