@@ -20,6 +20,7 @@ from harness.errors import (
     EngineTimeoutError,
     RequestError,
 )
+from harness.observables.provenance import Provenance
 
 FAKE = Path(__file__).parent / "fake_lmp.py"
 GIGABYTE = 1024**3
@@ -173,3 +174,18 @@ def test_real_lammps_names_its_release_and_packages(lmp):
     assert "GRANULAR" in who.packages
     assert any(character.isdigit() for character in who.engine_version)
     assert who.executable == lmp
+
+
+@pytest.mark.parametrize(
+    ("version", "shares"),
+    [("23 Jun 2022 - Update 4", [[0, 3], [1], [2]]), ("2 Aug 2023", [[0, 1, 2, 3]])],
+)
+def test_types_that_are_mixed_run_alone_where_their_models_are_what_is_in_memory(
+    fake, monkeypatch, version, shares
+):
+    engine = fake("run")
+    monkeypatch.setattr(engine, "workers", 1)
+    monkeypatch.setattr(engine, "identify", lambda: Provenance("lammps", version, (), "lmp", ""))
+    plain, mixed = {"friction": 0.3}, {"partner_youngs_modulus": 4e8}
+    tasks = [Task(None, None, values) for values in (plain, mixed, mixed, plain)]
+    assert engine.shares(tasks) == shares
