@@ -198,7 +198,7 @@ def _size(
     """
     names = " and ".join(one.name for one in defects)
     verb = "predicts" if len(defects) == 1 else "predict"
-    together, under = _merged(defects), _merged(beneath)
+    together, under = merged(defects), merged(beneath)
     if together is None or check.predict is None:
         return None, f"what {names} {verb} of this row cannot be computed"
     try:
@@ -211,5 +211,6 @@ def _size(
     )
 
 
-def _merged(defects: Sequence[KnownDefect]) -> Prediction | None:
+def merged(defects: Sequence[KnownDefect]) -> Prediction | None:
+    """Return what defects of one cell make of it together; None of none."""
     return reduce(operator.or_, (one.predicts for one in defects)) if defects else None

@@ -69,6 +69,8 @@ class Departures:
     has no neck. ``adhesion_fades``: mdr takes the area that sticks for 0.99 of the present one at
     each step that leaves it as large as that, and parts at overlap 0. ``twisting_limit_by_rate``:
     a torque of twisting at its limit has the sign of the rate, and is 0 where nothing twists.
+    ``rolling_in_setup``: the setup adds a torque along the spin of the first body on a plane, this
+    share of the limit of rolling.
     """
 
     tangential_radius: bool = False
@@ -81,6 +83,7 @@ class Departures:
     parts_at_no_overlap: bool = False
     adhesion_fades: bool = False
     twisting_limit_by_rate: bool = False
+    rolling_in_setup: float = 0.0
 
 
 class Steps(NamedTuple):
@@ -223,6 +226,12 @@ class _Run:
         self.bodies[:, 1] += seen
         contacts(self.y, self.system, self.modes, 0.0, self.radii, self.acting)
         self.bodies[:, 1] -= seen
+        if self.departures.rolling_in_setup:
+            body, spin = self.scene.bodies[0], np.array(self.scene.bodies[0].omega)
+            load = abs(float(self.acting[0, :3] @ np.array(self.scene.planes[0].direction)))
+            limit = (self.scene.law.rolling_friction or 0.0) * body.radius * load
+            size = float(np.linalg.norm(spin)) or 1.0
+            self.acting[0, 3:] += self.departures.rolling_in_setup * limit * spin / size
 
     def go_on(self, steps: int) -> None:
         h = self.scene.step

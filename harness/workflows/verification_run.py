@@ -14,6 +14,7 @@ from typing import Any, Literal
 from harness import __version__
 from harness.cases.contract import Case, Study
 from harness.comparison.known_defects import KnownDefect, defect_of, told_apart
+from harness.comparison.moved_by_defects import moved_by_defects
 from harness.comparison.regression import Baseline, Regression, explained_by_cells
 from harness.comparison.verdicts import Check
 from harness.comparison.verification import Verification
@@ -65,8 +66,7 @@ def verify(
         beside = EnginesBeside(asked, chosen, study, run.engine).run()
         scripts, logs = run.scripts(beside), run.engine.logs() if run.engine else {}
     measured = Measured(study.level, run.who, chosen, run.findings, run.broken)
-    checks = told_apart((*run.checks, *beside.checks), known_defects(), _versions(run, beside))
-    regression = _regression(measured, known, beside, checks)
+    checks, regression = _told(measured, known, beside, run)
     return Verification(
         level=study.level,
         cases=tuple(case.name for case in chosen),
@@ -93,14 +93,21 @@ def verify(
     )
 
 
-def _regression(
-    measured: Measured, known: Baseline | None, beside: Beside, checks: Sequence[Check]
-) -> Regression:
-    """Return the rows against the baseline, those that judged ``checks`` explain told apart."""
+def _told(
+    measured: Measured, known: Baseline | None, beside: Beside, run: MainRun
+) -> tuple[tuple[Check, ...], Regression]:
+    """Return the checks, and the rows against the baseline, with known defects told apart.
+
+    What the checks of a cell explain, or the defects of one release predict, is no failure.
+    """
+    raw, versions = (*run.checks, *beside.checks), _versions(run, beside)
+    checks = told_apart(raw, known_defects(), versions)
     if known is None:
-        return Regression()
+        return checks, Regression()
     found = baseline_rows(measured, known, beside.records)
-    return replace(found, checks=explained_by_cells(found.checks, checks))
+    rows = explained_by_cells(found.checks, checks)
+    moved = moved_by_defects(rows, raw, known.records, known_defects(), versions)
+    return checks, replace(found, checks=moved)
 
 
 def _died(checks: Sequence[Check]) -> list[str]:

@@ -9,7 +9,7 @@ from harness.pair.integration import integrate
 from harness.pair.stepping import Departures, NotSteppedError, advance
 from harness.parameters.contact_law import ContactLaw
 from harness.parameters.contact_rules import Rules
-from harness.parameters.contact_scene import Body, ContactScene, Plane, Segment
+from harness.parameters.contact_scene import ZERO, Body, ContactScene, Plane, Segment
 
 RADIUS, MASS = 0.01, 0.01
 FLOOR = Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
@@ -177,3 +177,16 @@ def test_a_limit_of_twisting_by_the_rate_is_lost_where_nothing_twists(back):
         for run in (advance(scene, Rules()), advance(scene, Rules(), by_rate))
     ]
     assert ends == pytest.approx([-1.0, back], abs=1e-5)
+
+
+@pytest.mark.parametrize("share", [-1.0, 0.5, 1.0])
+def test_a_torque_of_rolling_in_the_setup_turns_a_sphere_for_half_a_step(share):
+    depth = (MASS * 9.81 / (4.0 / 3.0 * 1e8 / (2.0 * (1.0 - 0.3**2)) * RADIUS**0.5)) ** (2.0 / 3.0)
+    body = Body(RADIUS, MASS, (0.0, 0.0, RADIUS - depth), ZERO, (0.0, 1e-9, 0.0))
+    scene = ContactScene(
+        (body,), (FLOOR,), MINDLIN, step=1e-9, steps=1, every=1, gravity=(0.0, 0.0, -9.81)
+    )
+    runs = [advance(scene, Rules(), Departures(rolling_in_setup=s)) for s in (0.0, share)]
+    spun = runs[1].omegas[-1, 0, 1] - runs[0].omegas[-1, 0, 1]
+    limit = 0.05 * RADIUS * MASS * 9.81
+    assert spun == pytest.approx(share * limit * 0.5e-9 / (0.4 * MASS * RADIUS**2), rel=1e-3)

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from harness.cases.contact_base.ladder import RECORDED
 from harness.cases.contact_base.motion import Motion
 from harness.cases.contact_base.parameters import one_material
 from harness.cases.contact_base.reference import Followed, followed, jumps_at_the_end
@@ -37,6 +38,10 @@ if TYPE_CHECKING:
     from harness.comparison.convergence import Limit
 
     Limits = Callable[[Sequence[Mapping[str, float]]], Mapping[str, Limit]]
+
+
+KICK = "rolling_in_setup"
+"""The departure that nobody's memory decides: any share of the limit, of either sign."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +73,30 @@ class PredictedValue:
             # the scheme leaves the same series as the engine, the integration its limit
             half += self.row.uncertainty
         return PredictedSize(((value - half, value + half),))
+
+    def moved(
+        self, here: Prediction | None, there: Prediction | None, width: float
+    ) -> PredictedSize:
+        """Return how far defects of one release move the run of the baseline from that of another.
+
+        By the steps of both, whose tolerance together is ``width``.
+        """
+        apart = [a - b for a in self._recorded(here) for b in self._recorded(there)]
+        return PredictedSize(((min(apart) - width, max(apart) + width),))
+
+    def _recorded(self, prediction: Prediction | None) -> list[float]:
+        """Return the value of the run that the baseline records, step by step.
+
+        Of memory that nobody set, which a limit alone bounds, the values at both ends of it.
+        """
+        one = self.levels[0].replace(steps_per_contact=RECORDED)
+        made = [prediction]
+        if prediction is not None and prediction.scheme.get(KICK):
+            schemes = [{**prediction.scheme, KICK: share} for share in (-1.0, 1.0)]
+            made = [prediction.replace(scheme=scheme) for scheme in schemes]
+        scene = self.case.scene(one)
+        motions = [_stepped(scene, self.rules, each, Departures) for each in made]
+        return [self.case.observed(one, motion)[self.quantity] for motion in motions]
 
     def _by_steps(self, prediction: Prediction) -> tuple[float, float]:
         """Return the limit that the scheme leaves on the same ladder: nothing else differs."""

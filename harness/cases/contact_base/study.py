@@ -146,9 +146,13 @@ def _finer(
 
 
 def _undecided_in(case: ContactCase[Any], found: Climbed, engine: Engine) -> bool:
-    """Return whether a limit is too uncertain for its verdict."""
+    """Return whether a limit is too uncertain for its verdict.
+
+    Where a force jumps its uncertainty is that of a few phases of the step: too little to fail by.
+    """
     return any(
         is_undecided(reached.value, expected.value, reached.uncertainty, width)
+        or (found.jumps and abs(reached.value - expected.value) > width)
         for name, expected in found.references.items()
         if (reached := found.limits.get(name)) is not None and math.isfinite(expected.value)
         for width in [_tolerance(case, found, name, engine).width(expected.value)]

@@ -27,7 +27,7 @@ from harness.engines.lammps.restarts import (
     link_into,
     progress_in,
 )
-from harness.engines.lammps.submodels import GRANULAR, lacking, needs_fresh_process
+from harness.engines.lammps.submodels import GRANULAR, MIXES_MODELS, lacking
 from harness.engines.lammps.variations import variations
 from harness.engines.lammps.worker_process import Order
 from harness.engines.output import Output
@@ -38,6 +38,7 @@ from harness.engines.script import Task
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineMissingError, RequestError
 from harness.observables.provenance import Provenance
+from harness.observables.release import release_of
 from harness.shared_memory import processes_with_room
 
 
@@ -239,12 +240,21 @@ class Lammps(LammpsLanguage):
                 results[place] = folder.ended(results[place])
         return results
 
-    def run_batch(self, tasks: Sequence[Task]) -> list[Output | EngineError]:
-        """Run tasks in one process, fewer where one of them needs a process of its own."""
-        version = self.identify().engine_version
-        alone = [needs_fresh_process(task.values, version) for task in tasks]
-        first = alone.index(True) if True in alone else len(tasks)
-        return super().run_batch(tasks[: max(1, first)])
+    def shares(self, tasks: Sequence[Task]) -> list[list[int]]:
+        """Return the tasks of each process: alone where earlier ones leave something behind.
+
+        By 23 Jun 2022 types that are mixed have the models that are in memory as they are made:
+        none, hooke, in a process that has run nothing else, and any after others.
+        """
+        alone = [i for i, task in enumerate(tasks) if self._unset(task)]
+        rest = [i for i in range(len(tasks)) if i not in alone]
+        hands = super().shares([tasks[i] for i in rest])
+        return [*([rest[i] for i in hand] for hand in hands), *([i] for i in alone)]
+
+    def _unset(self, task: Task) -> bool:
+        """Return whether this release mixes the materials of a task, but not their models."""
+        mixes = float(task.values.get("partner_youngs_modulus", 0.0)) > 0.0
+        return mixes and release_of(self.identify().engine_version) < release_of(MIXES_MODELS)
 
     def write(self, folder: Path, tasks: Sequence[Task]) -> None:
         """Write the files of a batch, and links to the folders of its restart files."""

@@ -18,7 +18,7 @@ FIRST_RELEASES = {
 """The first stable release that has one."""
 
 MIXES_MODELS = "28 Mar 2023"
-"""The first stable release that gives types which it mixes the models of the law."""
+"""The first release whose pair_style granular gives types that it mixes their submodels, too."""
 
 GRANULAR = {"wall_force": "magnified", "mdr_friction": "hertz"}
 """Rules of pair_style granular and of its walls, of mdr alone."""

@@ -138,3 +138,22 @@ def test_no_row_fails_at_quick_in_any_engine_and_uncertainties_cover_what_is_lef
     ]
     assert sum(covered) >= 0.95 * len(covered)
     assert all(one.uncertainty <= one.tolerance for one in limits)
+
+
+def test_a_limit_in_which_a_force_jumps_is_refined_before_it_fails_and_hides_no_fault():
+    def found(engine):
+        case = get_case("oblique")
+        trials = case.trials("default", [s for s in case.beside if s.name == "linear_history, 2/7"])
+        walls = [one for one in trials if one.system == "wall"]
+        return verify_trials(case, engine, Study("default"), walls)
+
+    try:
+        with engine_class("liggghts")(workers=1) as inner:
+            right, wrong = found(inner), found(Planted(inner, "friction", 1.01))
+    except EngineMissingError as error:
+        pytest.skip(str(error))
+    assert {row.verdict for row in right.checks if row.judged} == {Verdict.PASS}
+    (climbed,) = right.evidence.climbed
+    assert climbed.jumps
+    assert climbed.finest.steps_per_contact > 1600
+    assert Verdict.FAIL in {row.verdict for row in wrong.checks}

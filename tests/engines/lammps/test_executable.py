@@ -180,23 +180,15 @@ def test_real_lammps_names_its_release_and_packages(lmp):
 
 
 @pytest.mark.parametrize(
-    ("version", "sizes"), [("23 Jun 2022 - Update 4", [2, 1, 1, 1]), ("28 Mar 2023", [5])]
+    ("version", "shares"),
+    [("23 Jun 2022 - Update 4", [[0, 3], [1], [2]]), ("2 Aug 2023", [[0, 1, 2, 3]])],
 )
-def test_types_whose_models_are_not_mixed_run_in_processes_of_their_own(
-    monkeypatch, version, sizes
+def test_types_that_are_mixed_run_alone_where_their_models_are_what_is_in_memory(
+    fake, monkeypatch, version, shares
 ):
-    """Memory that nobody has set is zero there, and the runs before it decide it elsewhere."""
-    ran = []
-
-    def run_batch(_, tasks):
-        ran.append(len(tasks))
-        return [task.values["place"] for task in tasks]
-
-    engine = Lammps.__new__(Lammps)
-    engine.__dict__["_identity"] = Provenance("lammps", version, how="executable")
-    monkeypatch.setattr(ScriptedEngine, "run_batch", run_batch)
-    mixed = {"partner_youngs_modulus": 4e8}
-    told = ({}, {}, mixed, mixed, {})
-    tasks = [SimpleNamespace(values={**one, "place": at}) for at, one in enumerate(told)]
-    assert run_in_turn(tasks, engine.run_batch) == [0, 1, 2, 3, 4]
-    assert ran == sizes
+    engine = fake("run")
+    monkeypatch.setattr(engine, "workers", 1)
+    monkeypatch.setattr(engine, "identify", lambda: Provenance("lammps", version, (), "lmp", ""))
+    plain, mixed = {"friction": 0.3}, {"partner_youngs_modulus": 4e8}
+    tasks = [Task(None, None, values) for values in (plain, mixed, mixed, plain)]
+    assert engine.shares(tasks) == shares
