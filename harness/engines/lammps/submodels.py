@@ -51,12 +51,3 @@ def lacking(values: Values, identify: Callable[[], Provenance]) -> str:
         if release_of(version) < release_of(first):
             return f"LAMMPS {version} has no {name}: LAMMPS {first} has it"
     return ""
-
-
-def needs_fresh_process(values: Values, version: str) -> bool:
-    """Return whether a run depends on what was run before in its process.
-
-    Releases before ``MIXES_MODELS`` take memory that nobody has set for the models of types that
-    they mix: it is zero in a fresh process (a known defect of a size of its own), else anything.
-    """
-    return "partner_youngs_modulus" in values and release_of(version) < release_of(MIXES_MODELS)

@@ -16,7 +16,6 @@ from harness.comparison.verdicts import Verdict
 from harness.engines.lammps.engine import Lammps
 from harness.errors import RequestError
 from harness.pair.stepping import Departures, advance
-from harness.parameters.contact_coefficients import TAKES
 from harness.parameters.contact_law import ContactLaw
 from harness.parameters.contact_rules import Rules
 from harness.parameters.contact_scene import Body, ContactScene

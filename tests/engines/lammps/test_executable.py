@@ -1,6 +1,5 @@
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
@@ -8,10 +7,8 @@ from harness.cases.incline.parameters import Incline
 from harness.cases.incline.result import InclineRun, Motion
 from harness.cases.incline.runs import measured, run_inclines
 from harness.cases.incline.template import TEMPLATE, job_of
-from harness.engines.batches import run_in_turn
 from harness.engines.lammps.engine import Lammps
 from harness.engines.script import Script, Task
-from harness.engines.scripted import ScriptedEngine
 from harness.errors import (
     EngineCrashError,
     EngineInputError,
