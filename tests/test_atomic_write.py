@@ -4,8 +4,8 @@ import sys
 
 import pytest
 
-from harness import atomic_write
-from harness.atomic_write import OLD, PREFIX, sweep, whole_folder
+from harness import files
+from harness.files import OLD, PREFIX, sweep, whole_folder
 
 
 def test_the_folder_is_there_at_the_end_of_the_block(tmp_path):
@@ -182,7 +182,7 @@ def test_a_folder_that_others_write_or_own_is_left_alone(tmp_path, monkeypatch):
     sweep(tmp_path)
     assert aside.is_dir()
     aside.chmod(0o700)
-    monkeypatch.setattr(atomic_write.os, "geteuid", lambda: 12345)
+    monkeypatch.setattr(files.os, "geteuid", lambda: 12345)
     sweep(tmp_path)
     assert aside.is_dir()
     monkeypatch.undo()

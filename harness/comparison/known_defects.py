@@ -18,7 +18,7 @@ from typing import Literal, Self
 from pydantic import Field, model_validator
 
 from harness.comparison.verdicts import Check, PredictedSize, Verdict
-from harness.observables.release import release_of
+from harness.observables.provenance import release_of
 from harness.parameters.base import Parameters
 
 Formula = str | float | bool

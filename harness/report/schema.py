@@ -6,7 +6,7 @@ import json
 from importlib import resources
 from pathlib import Path
 
-from harness.comparison.results import SCHEMA, json_schema
+from harness.comparison.verification import SCHEMA, json_schema
 
 NAME = "results.schema.json"
 

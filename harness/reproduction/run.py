@@ -12,11 +12,10 @@ from harness.engines.registry import open_engine
 from harness.observables.provenance import Provenance
 from harness.observables.reference import ReferencePoints
 from harness.reproduction.claims import ClaimStatus, Ledger
-from harness.reproduction.figure_data.compute import SourceFigure, source_figures
 from harness.reproduction.findings import Findings, findings
 from harness.reproduction.ledger import in_order, statements
-from harness.reproduction.movies.compute import motions
-from harness.reproduction.movies.frames import Motions
+from harness.reproduction.movies.motions import Motions, motions
+from harness.reproduction.reproduced_figures import SourceFigure, source_figures
 from harness.shown import Shown
 from harness.workflows.progress import Progress, silent
 

@@ -6,7 +6,7 @@ from importlib.util import find_spec
 import pytest
 
 from harness.cases.registry import built_in, get_case
-from harness.comparison.tolerances import Tolerance
+from harness.comparison.verdicts import Tolerance
 
 
 def tolerances_of(case):

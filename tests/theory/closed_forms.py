@@ -10,15 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import expm
 
 from harness.observables.tower import TowerRun
-from harness.theory import (
-    bounce,
-    cohesion,
-    dashpot,
-    hertz,
-    oblique,
-    semi_infinite_chain,
-    tower,
-)
+from harness.theory import chain
+from harness.theory import contact as bounce
+from harness.theory import contact as cohesion
+from harness.theory import contact as dashpot
+from harness.theory import contact as hertz
+from harness.theory import contact as oblique
 
 Floats = NDArray[np.float64]
 
@@ -132,7 +129,7 @@ def rolling_deceleration(rolling_friction: float, radius: float, gravity: float)
     return 5.0 / 7.0 * rolling_friction * gravity / radius
 
 
-FIRST_CONTACT_RATIO = (1 - semi_infinite_chain.DETACHMENT_VELOCITY) / 2  # 0.5661397 of 2 m v0
+FIRST_CONTACT_RATIO = (1 - chain.DETACHMENT_VELOCITY) / 2  # 0.5661397 of 2 m v0
 
 
 def static_overlaps(
@@ -164,7 +161,7 @@ def overlap_modes(mobile: int, omega: float) -> Floats:
 
 def impulse_of_gamma(gamma: float) -> float:
     """Return the impulse of that contact [1], in m v0: ``2 + Gamma omega t0``."""
-    return 2 + gamma * tower.contact_time_of_gamma(gamma)
+    return 2 + gamma * chain.contact_time_of_gamma(gamma)
 
 
 def velocities_after(mass: tuple[float, float], speed: float) -> tuple[float, float]:

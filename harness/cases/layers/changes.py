@@ -9,7 +9,7 @@ from itertools import chain, pairwise
 from statistics import fmean
 from typing import Literal
 
-from harness.cases.case_study import Row
+from harness.cases.contract import Row
 from harness.cases.layers.averages import (
     BOX_POWERS,
     MARGIN_DEG,

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
 
-from harness.cases.case_study import Row
+from harness.cases.contract import Row
 from harness.cases.layers.averages import (
     Fit,
     Mean,

@@ -4,15 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from harness.cases.case_study import (
-    Arm,
-    CaseStudy,
-    Conclusion,
-    EngineOf,
-    Level,
-    Row,
-    StudyCost,
-)
+from harness.cases.contract import Arm, CaseStudy, Conclusion, EngineOf, Level, Row, StudyCost
 from harness.cases.layers.extents import (
     CHANGES,
     COMPARED,
@@ -23,7 +15,7 @@ from harness.cases.layers.extents import (
     Changed,
     Extent,
 )
-from harness.cases.layers.parameters import SINGLE, SOFTEST, Layers
+from harness.cases.layers.system import SINGLE, SOFTEST, Layers
 from harness.observables.reference import ReferencePoints
 
 THICKNESS, LIMIT = "thickness", "single grain"
@@ -71,7 +63,7 @@ class LayersStudy(CaseStudy):
 
     def cost(self, level: Level, engine_of: EngineOf, runs: Sequence[Row] = ()) -> StudyCost:
         """Return what a level costs: by runs that were made, else as measured here."""
-        from harness.cases.layers.cost import cost_seen, study_cost
+        from harness.cases.layers.extents import cost_seen, study_cost
 
         arms = self.arms(level)
         return cost_seen(arms, {"runs": runs}) or study_cost(arms, engine_of)
@@ -82,7 +74,7 @@ class LayersStudy(CaseStudy):
         """Return angles with intervals, the verdict on softness, figures and tables."""
         from harness.cases.layers.changes import TEST
         from harness.cases.layers.conclusion import read_arms, rows_of, verdict_of
-        from harness.cases.layers.study_sections import sections_of
+        from harness.cases.layers.report import sections_of
 
         found = read_arms(arms)
         return Conclusion(rows_of(found), verdict_of(found), TEST, sections_of(found, points))

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from harness.engines.contract import Engine
-from harness.engines.fingerprints import digest
 from harness.engines.lammps.engine import Lammps
-from harness.engines.lammps.fingerprint import fingerprint
+from harness.engines.lammps.releases import fingerprint
+from harness.engines.programs import digest
 from harness.engines.registry import fingerprint_of
 from harness.errors import RequestError
 

@@ -10,8 +10,8 @@ import pytest
 from harness.parameters.tower import Tower
 from harness.reproduction.as_printed import PRINTED, Printed
 from harness.reproduction.claims import ClaimStatus, Ledger
-from harness.reproduction.ledger import runs
-from harness.theory.free_chain import compliance
+from harness.reproduction.ledger import samples
+from harness.theory.chain import compliance
 
 PACKAGE = "harness.reproduction.ledger"
 REPRODUCED, CORRECTED = ClaimStatus.REPRODUCED, ClaimStatus.CORRECTED
@@ -100,21 +100,21 @@ PHYSICS_OTHERWISE = [
         "text-u-n-particles", REPRODUCED,
     ),
     (
-        "results", "run", lambda case, *span: runs.run(case.replace(law="overlap"), *span),
+        "results", "run", lambda case, *span: samples.run(case.replace(law="overlap"), *span),
         "text-parts", NOT,
     ),
     (
-        "results", "run", lambda case, *span: runs.run(case.replace(gravity=0.0), *span),
+        "results", "run", lambda case, *span: samples.run(case.replace(gravity=0.0), *span),
         "text-unit-of-time", NOT,
     ),
     (
         "results", "ratios",
-        lambda *_: dict.fromkeys(runs.ratios(), dict.fromkeys(range(1, 20), 1.0)),
+        lambda *_: dict.fromkeys(samples.ratios(), dict.fromkeys(range(1, 20), 1.0)),
         "text-angle-falls", NOT,
     ),
     (
         "appendix_window", "run",
-        lambda case, span=3.0: runs.run(Tower(height=case.height, gravity=400.0), span),
+        lambda case, span=3.0: samples.run(Tower(height=case.height, gravity=400.0), span),
         "text-two-particles", NOT,
     ),
 ]  # fmt: skip

@@ -5,8 +5,8 @@ from importlib import import_module
 import numpy as np
 import pytest
 
-from harness.chain import sweeps
 from harness.reproduction import claims
+from harness.solvers.chain import forces
 from tests.reproduction.ledger.test_perturbed import PACKAGE, as_it_is, section
 
 SECTIONS = (
@@ -55,11 +55,11 @@ def test_round_off_changes_no_record(monkeypatch, name):
 def test_compressions_that_round_differently_are_recorded_alike(monkeypatch):
     """Equations A4 and A5 used to show the sample with the largest round-off."""
     before = records(as_it_is("appendix_chains"))
-    random, recovered = np.random.default_rng(1), sweeps.compressions
+    random, recovered = np.random.default_rng(1), forces.compressions
 
     def perturbed(centres, diameter):
         found = recovered(centres, diameter)
         return found + 1e-15 * random.uniform(-1, 1, found.shape)
 
-    monkeypatch.setattr(sweeps, "compressions", perturbed)
+    monkeypatch.setattr(forces, "compressions", perturbed)
     assert records(section("appendix_chains")) == before
