@@ -146,7 +146,8 @@ def text_of(case: type) -> dict[str, Any]:
 
 @cache
 def _beside(module: str) -> dict[str, Any]:
-    file = Path(module).with_name("case.toml")
+    own = Path(module).with_suffix(".toml")
+    file = own if own.is_file() else own.with_name("case.toml")
     return tomllib.loads(file.read_text("utf-8")) if file.is_file() else {}
 
 
