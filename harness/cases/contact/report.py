@@ -594,8 +594,8 @@ def codes_drawn(case: ContactCase[Any], codes: Sequence[tuple[str, Sequence[Scan
         f"{case.name}-codes",
         f"{case.name}: all codes on the reference curve",
         "Lines: the law integrated, black under the default rules, in colour under a code's own; "
-        f"marks: codes, {SCAN_STEPS} steps a contact. Behind a name: how far it is at most from the "
-        "law under its own rules, as a part of the largest value.",
+        f"marks: codes, {SCAN_STEPS} steps a contact. Behind a name: how far it is at most from "
+        "the law under its own rules, as a part of the largest value.",
         lambda: codes_over_parameter(case, codes),
     )
 
