@@ -17,7 +17,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.engines.output import Table
 from harness.parameters.law import EffectiveMass, Spring, Tail
 
 Floats = NDArray[np.float64]
@@ -93,7 +92,7 @@ class Scene:
     stages: tuple[Stage, ...] = ()
     forces: bool = False
     columns: Columns | None = None
-    decided: Callable[[Table], bool] | None = None
+    decided: Callable[[Mapping[str, Floats]], bool] | None = None
 
 
 SceneBuilder = Callable[[Mapping[str, str | int | float], Spring], Scene]

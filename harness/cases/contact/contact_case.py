@@ -225,7 +225,7 @@ class ContactCase(Case[P]):
         def run() -> Findings:
             trials = self.trials(study.level, self.stated(engine))
             found = verify_trials(self, engine, study, trials)
-            found.checks += invariances(self, engine, study)
+            found.checks += invariances(self, engine, study, contact_cases(study))
             return found
 
         return study.once((self.name, engine.name), run)
@@ -241,7 +241,7 @@ class ContactCase(Case[P]):
         submodels = [one for one in (*self.submodels, *self.beside) if one not in ran]
         found = verify_trials(self, engine, study, self.trials(study.level, submodels))
         if not done and study.level == "full":
-            found.checks += invariances(self, engine, study)
+            found.checks += invariances(self, engine, study, contact_cases(study))
         first: Evidence = done.evidence if done and done.evidence else Evidence(engine.title, ())
         climbed = (*first.climbed, *found.evidence.climbed)
         failed = (*first.failed, *found.evidence.failed)
@@ -279,6 +279,11 @@ class ContactCase(Case[P]):
         if main is None or not main.evidence:
             return ()
         return sections_of(self, main, tuple(beside.values()))
+
+
+def contact_cases(study: Study) -> list[ContactCase[Any]]:
+    """Return the contact cases that a study goes through."""
+    return [case for case in study.cases if isinstance(case, ContactCase)]
 
 
 class Friction:

@@ -229,8 +229,17 @@ DIGITS = "mdr's force, a difference, loses digits at small overlaps: what its st
 WRITTEN = "written in single precision: its eps of the room of the bodies, and of speeds"
 
 
-def invariances(case: ContactCase[Any], engine: Engine, study: Study) -> list[Check]:
-    """Return a row for each way to run the trials of a level that must change nothing."""
+def invariances(
+    case: ContactCase[Any],
+    engine: Engine,
+    study: Study,
+    together: Sequence[ContactCase[Any]] = (),
+) -> list[Check]:
+    """Return a row for each way to run the trials of a level that must change nothing.
+
+    On several MPI ranks those of the cases ``together`` run in one batch: the start of a process
+    on several ranks costs more than the runs in it.
+    """
     level = study.level
     found = [first_ways(case, trial, level) for trial in chosen(case, level)]
     _run(found, engine)
@@ -238,18 +247,15 @@ def invariances(case: ContactCase[Any], engine: Engine, study: Study) -> list[Ch
         one.ways |= {way.name: way for way in later_ways(one, engine, level) if way.ranks == 1}
     _run(found, engine)
     rows = [row for one in found for row in _rows(one, engine)]
-    return rows + (_over_ranks(case, engine, study) if level != "quick" else [])
+    if level == "quick":
+        return rows
+    return rows + _over_ranks(case, engine, study, tuple(together) or (case,))
 
 
-def _over_ranks(case: ContactCase[Any], engine: Engine, study: Study) -> list[Check]:
-    """Return the rows of a case on several MPI ranks.
-
-    Those of all cases of a study run together: the start of a process on several ranks costs more
-    than the runs in it.
-    """
-    from harness.cases.contact.contact_case import ContactCase
-
-    together = [one for one in study.cases if isinstance(one, ContactCase)] or [case]
+def _over_ranks(
+    case: ContactCase[Any], engine: Engine, study: Study, together: Sequence[ContactCase[Any]]
+) -> list[Check]:
+    """Return the rows of a case on several MPI ranks."""
     names = tuple(one.name for one in together)
     rows = study.once(
         ("over ranks", engine.name, names), lambda: _all_over_ranks(together, engine, study.level)

@@ -58,7 +58,7 @@ from harness.cases.incline.closed_forms import (
     rebound_in_steps,
     theory_in_words,
 )
-from harness.cases.incline.levels import RUNS_BY_PASSAGE, STEADY_RUNS, Ladder
+from harness.cases.incline.levels import COARSE, COARSE_WELLS, RUNS_BY_PASSAGE, STEADY_RUNS, Ladder
 from harness.cases.incline.runs import measured
 from harness.cases.incline.system import (
     SPEED_AFTER_SHOCK,
@@ -335,9 +335,6 @@ FINE_SCAN = 8
 MOST_UNDECIDED = 2
 """Between a trapped and a moving angle: with more undecided ones, stop asking."""
 
-COARSE, COARSE_WELLS = 20.0, 100
-"""Steps per contact below which fates are not taken to be monotone before they were probed, and
-the wells to pass there."""
 
 REACH, SPACING = 0.01, 5e-4
 """[deg] How far from a change of fate is probed, and the largest gap between the probes."""

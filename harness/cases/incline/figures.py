@@ -7,19 +7,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from harness.cases.incline.angle import CriticalAngle, ExtrapolatedAngle
-from harness.cases.incline.checks import Recursion
-from harness.cases.incline.engine_checks import EngineAngle
 from harness.cases.incline.levels import ENGINES_PLASTIC
 from harness.cases.incline.system import InclineRun, Motion
 from harness.report import style
 from harness.report.style import BLACK, BLUE, RED, label, legend_below, power
+
+if TYPE_CHECKING:
+    from harness.cases.incline.angle import CriticalAngle, ExtrapolatedAngle
+    from harness.cases.incline.checks import Recursion
+    from harness.cases.incline.engine_checks import EngineAngle
+
 
 FATES = {Motion.MOVES_ON: "keeps moving", Motion.TRAPPED: "trapped", Motion.UNDECIDED: "undecided"}
 

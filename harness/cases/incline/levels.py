@@ -165,6 +165,10 @@ PASSAGE, WELL = 2.1, 4.5
 """[sqrt(d/g)] that a run takes by the passage route, and for each well by the steady route: the
 mean over the runs of an angle, the same at k = 1e5, 1e6 and 1e8 N/m in the reference DEM."""
 
+COARSE, COARSE_WELLS = 20.0, 100
+"""Steps per contact below which fates are not taken to be monotone before they were probed, and
+the wells to pass there."""
+
 RUNS_BY_PASSAGE, STEADY_RUNS, COARSE_RUNS = 12, 16, 70
 """Runs behind an angle, likewise; the last at steps so coarse that fates are probed, 60 to 71 at
 4.8 steps per contact and k = 1e5 to 1e7 N/m."""
@@ -179,8 +183,6 @@ def run_seconds(case: Incline, route: Route, rules: Traits) -> float:
 
 def angle_seconds(case: Incline, route: Route, rules: Traits) -> float:
     """Return what a critical angle is expected to take [s], by a case with the wells to pass."""
-    from harness.cases.incline.angle import COARSE
-
     runs = RUNS_BY_PASSAGE
     if route == "steady":
         runs = COARSE_RUNS if case.steps_per_contact < COARSE else STEADY_RUNS

@@ -28,7 +28,6 @@ from harness.cases.contract import LevelName, Part, Study, failed_part, rows_of_
 from harness.cases.grain import COLUMNS, complete, recorded_text, whole
 from harness.cases.incline import levels
 from harness.cases.incline.angle import (
-    COARSE_WELLS,
     PHASES,
     CriticalAngle,
     critical_angle,
@@ -55,6 +54,7 @@ from harness.cases.incline.checks import (
 )
 from harness.cases.incline.engine_checks import OWN, SOURCE_ROLE, EngineAngle, Rules, reference_for
 from harness.cases.incline.levels import (
+    COARSE_WELLS,
     EXTRAPOLATED,
     MOST_ROUTE_JITTER,
     RECORDED,

@@ -24,7 +24,7 @@ from harness.cases.layers.averages import (
     welch,
     with_scatter_of,
 )
-from harness.cases.layers.study import LIMIT, REFERENCE, THICKNESS
+from harness.cases.layers.extents import LIMIT, REFERENCE, THICKNESS
 
 STOP, START = "stop_angle_deg", "start_angle_deg"
 

@@ -22,8 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from harness.cases.contract import Arm, Level, Row, StudyCost
-from harness.cases.layers.study import grains_in
-from harness.cases.layers.system import Layers, job_of
+from harness.cases.layers.system import SINGLE, SOFTEST, Layers, job_of
 from harness.engines.contract import Engine
 from harness.engines.output import Output
 from harness.errors import EngineError, EngineOutputError
@@ -172,8 +171,8 @@ EXTENTS: Mapping[Level, Extent] = {
         (300.0, 3e4), Box(12, 6, 17.0, 5), (), (HALF_THE_RATE, WIDE, START),
     ),
     "default": Extent(
-        BOXES, (300.0, 3e4), Box(24, 12, 17.0, 8), (0.5,), (HALF_THE_RATE, SMALL, LARGE, STEP, START),
-        THICKER,
+        BOXES, (300.0, 3e4), Box(24, 12, 17.0, 8), (0.5,),
+        (HALF_THE_RATE, SMALL, LARGE, STEP, START), THICKER,
     ),
     "full": Extent(
         WIDER, (1e3, 1e4, 1e5, 1e6), Box(48, 24, 17.0, 12), (0.3, 0.5, 0.7),
@@ -375,3 +374,83 @@ def _rows(durations: Sequence[float], together: float) -> Iterable[Mapping[str, 
             "core_hours": wall * cores / 3600.0,
             "efficiency": total / (wall * cores),
         }
+
+
+THICKNESS, LIMIT = "thickness", "single grain"
+"""Arms: thickness and stiffness over seeds, and the incline as the limit of one grain."""
+
+
+SINGLE_CRITICAL_DEG = (10.2023, 0.0008)
+"""[deg] critical angle, and its error, at the stiffness and step of SINGLE: the smallest angle that
+keeps moving in the reference DEM, which a test runs again. In the limit of a small step it is
+10.204 at this stiffness, of rigid spheres 10.2078."""
+
+REFERENCE = "as it is"
+"""The arm that the changed ones of one layer are held against."""
+
+
+def arms_of(level: Level) -> list[Arm]:
+    """Return thickness and stiffness over seeds, one change at a time, the single grain."""
+    extent = EXTENTS[level]
+    softest = min(extent.stiffnesses)
+    found = [Arm(THICKNESS, tuple(_over_thickness(extent)))]
+    compared = tuple(_seeds(extent.compared, COMPARED, softest))
+    found.append(Arm(REFERENCE, compared))
+    for name, change in extent.changes:
+        found.append(Arm(name, tuple(one.replace(**change) for one in compared)))
+    for value in extent.restitutions:
+        contact = {"name": f"e = {value:g}, clipped", "restitution": value}
+        changed = tuple(one.replace(contact=contact) for one in compared)
+        found.append(Arm(f"restitution {value:g}", changed))
+    if level != "quick":
+        found.append(Arm(SPLIT, compared, RANKS))
+    found += [_at_more_layers(some, extent) for some in extent.thicker]
+    return [*found, Arm(LIMIT, (SINGLE, SINGLE.replace(rate=SINGLE.rate / 4)))]
+
+
+def _over_thickness(extent: Extent) -> Iterable[Layers]:
+    """Yield the runs, the costliest first so that no core idles at the end."""
+    for stiffness in sorted(extent.stiffnesses, reverse=True):
+        for layers in sorted(extent.boxes, reverse=True):
+            if stiffness >= SOFTEST * layers:
+                box = extent.boxes[layers]
+                more = box.softest if stiffness == min(extent.stiffnesses) else 0
+                yield from _seeds(box, layers, stiffness, more)
+
+
+def _at_more_layers(some: Changed, extent: Extent) -> Arm:
+    """Return the arm of another rate, box, base or two ranks at more layers than one."""
+    stiffness = (max if some.stiffest else min)(extent.stiffnesses)
+    box = extent.boxes[some.layers]
+    change = {**CHANGES[some.what]} if some.what else {}
+    if some.factor != 1.0:
+        change["length"] = round(some.factor * box.length)
+        change["width"] = round(some.factor * box.width)
+    runs = _seeds(box, some.layers, stiffness, some.seeds)
+    return Arm(
+        some.name + place_of(some.layers, stiffness),
+        tuple(one.replace(**change) for one in runs),
+        RANKS if some.what == SPLIT else 1,
+    )
+
+
+def place_of(layers: int, stiffness: float) -> str:
+    """Return what the name of an arm ends with where it is not of one layer."""
+    return f", {layers} layers at {stiffness:g} weights"
+
+
+def _seeds(box: Box, layers: int, stiffness: float, seeds: int = 0) -> Iterable[Layers]:
+    for seed in range(1, (seeds or box.seeds) + 1):
+        yield Layers(
+            layers=layers,
+            stiffness_over_weight=stiffness,
+            length=box.length,
+            width=box.width,
+            first_angle=box.first_angle,
+            seed=seed,
+        )
+
+
+def grains_in(row: Row) -> int:
+    """Return how many grains move in a run, from its row."""
+    return int(row["layers"] * (row["filled_d"] or row["length_d"]) * row["width_d"])

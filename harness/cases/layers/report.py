@@ -33,8 +33,14 @@ from harness.cases.layers.changes import (
     softness_elsewhere,
 )
 from harness.cases.layers.conclusion import Found, grouped
-from harness.cases.layers.extents import core_seconds, cost_seen
-from harness.cases.layers.study import LIMIT, SINGLE_CRITICAL_DEG, THICKNESS, LayersStudy
+from harness.cases.layers.extents import (
+    LIMIT,
+    SINGLE_CRITICAL_DEG,
+    THICKNESS,
+    arms_of,
+    core_seconds,
+    cost_seen,
+)
 from harness.cases.layers.system import Layers, job_of
 from harness.engines.contract import Job
 from harness.engines.output import SERIES, Output
@@ -418,7 +424,7 @@ def _limit(found: Found) -> Sequence[Section]:
 
 
 def _cost(found: Found) -> Sequence[Section]:
-    cost = cost_seen(LayersStudy().arms("full"), found.arms)
+    cost = cost_seen(arms_of("full"), found.arms)
     if cost is None:
         return ()
     measured = "; ".join(

@@ -27,15 +27,20 @@ from harness.cases.layers.averages import (
 )
 from harness.cases.layers.case import CASE
 from harness.cases.layers.changes import TEST, compared, seeds_of
-from harness.cases.layers.extents import BOXES, EXTENTS, RANKS, Speed, durations_of, steps_of
-from harness.cases.layers.study import (
+from harness.cases.layers.extents import (
+    BOXES,
+    EXTENTS,
     LIMIT,
+    RANKS,
     REFERENCE,
     SINGLE_CRITICAL_DEG,
     THICKNESS,
-    LayersStudy,
+    Speed,
+    durations_of,
     grains_in,
+    steps_of,
 )
+from harness.cases.layers.study import LayersStudy
 from harness.cases.layers.system import SINGLE
 from harness.errors import RequestError
 from harness.observables.reference import ReferencePoints
