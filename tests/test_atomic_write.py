@@ -41,7 +41,7 @@ def test_nothing_is_left_of_a_block_that_fails(tmp_path, stop):
 KEEPER = """
 import sys, time
 from pathlib import Path
-from harness.atomic_write import whole_folder
+from harness.files import whole_folder
 with whole_folder(Path(sys.argv[1])) as aside:
     aside.mkdir()
     (aside / "half").write_text("half")
@@ -98,7 +98,7 @@ KILLED = """
 import os, signal, sys
 from pathlib import Path
 from harness import atomic_write
-from harness.atomic_write import whole_folder
+from harness.files import whole_folder
 atomic_write._exchange = lambda *_: False  # as on a file system that cannot
 move, moved = Path.rename, []
 def rename(path, target):

@@ -29,11 +29,11 @@ class Prediction(Parameters):
     """What the cause of a defect makes of a run: data from which a case computes values.
 
     ``law`` are coefficients that the engine takes instead of those that it was given, ``rules``
-    rules of contacts (:class:`~harness.parameters.contact_rules.Rules`) by which it computes:
+    rules of contacts (:class:`~harness.parameters.rules.Rules`) by which it computes:
     words, numbers, or formulas of the law's coefficients and the ``radius``. ``scheme`` are
-    departures of its steps (:class:`~harness.pair.stepping.Departures`). Of two runs that an
+    departures of its steps (:class:`~harness.solvers.pair.stepping.Departures`). Of two runs that an
     invariance compares both have it, or the one that ``of`` names. ``bound`` names how large
-    a difference of two runs may be, of :mod:`harness.cases.contact_base.predictions`, where the
+    a difference of two runs may be, of :mod:`harness.cases.contact.predictions`, where the
     cause fixes no number; ``undetermined`` says why it does not. ``error`` is a part of the
     message of a run that fails.
     """

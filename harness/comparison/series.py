@@ -325,7 +325,7 @@ def compare_series(
 
     The band is ``relative`` times the largest value of the reference's column, and
     ``absolute``, and what interpolation adds where the times are others
-    (:func:`harness.comparison.alignment.align`). Raise RequestError for a run that lacks a
+    (:func:`harness.comparison.series.align`). Raise RequestError for a run that lacks a
     column, a time or the end of its reference, unless what it has leaves the band already.
     """
     same = SAME_TIME * float(reference.time[-1] - reference.time[0])

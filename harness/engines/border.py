@@ -2,7 +2,7 @@
 
 An estimate is steps times particles times what a step costs: of an engine
 :attr:`harness.engines.traits.Traits.microseconds_per_step`, of the solvers of towers
-:mod:`harness.chain.slices`. It is good to a factor of a few; the limit is for runs that are
+:mod:`harness.solvers.chain.motion`. It is good to a factor of a few; the limit is for runs that are
 thousands of times longer than was thought.
 
 What comes back from an engine, checked where it enters the harness.

@@ -6,7 +6,7 @@ A *job* is a template with values; an *output* is the named numbers and tables t
 with log and provenance. A case makes jobs and reads outputs; the two meet in
 ``engines/<code>/templates/<template>`` and nowhere else.
 
-To add an engine, subclass :class:`Engine`, or :class:`harness.engines.scripted.ScriptedEngine`
+To add an engine, subclass :class:`Engine`, or :class:`harness.engines.programs.ScriptedEngine`
 for a code that runs script files, and name it under the entry point ``dem_harness.engines``
 (an engine of this package: one line in ``registry.py``):
 
@@ -16,7 +16,7 @@ for a code that runs script files, and name it under the entry point ``dem_harne
    wrong in one run must not touch the others.
 
 An engine without a script language takes the job's *scene* instead: positions, velocities,
-contact, gravity and step as arrays (:class:`harness.engines.scene.Scene`). Units are converted
+contact, gravity and step as arrays (:class:`harness.parameters.plane_scene.Scene`). Units are converted
 at this edge and nowhere else. Formulas are not shared with theory or chain solvers.
 An engine qualifies on one fixed sphere before its results are used.
 """

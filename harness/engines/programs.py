@@ -17,7 +17,7 @@ A script declares the values it takes and prints ``RESULT name = value``, ``RESU
 last. The rest has defaults, for a script that has a dictionary ``PARAMETERS`` and writes the lines
 of job i of a batch to ``<i>.txt`` when the job is over, and its series to ``<i>.csv``. Override
 
-- of the scripts (:class:`~harness.engines.script.ScriptSource`): ``renders_variants``,
+- of the scripts (:class:`~harness.engines.scripts.ScriptSource`): ``renders_variants``,
   ``unused_values``, ``switches``, ``jinja``, ``context``, ``literal``, ``declared``, ``settings``;
 - of the program (:class:`~harness.engines.programs.ProgramEngine`): ``find``, ``self_contained``,
   ``environment``;

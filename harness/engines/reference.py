@@ -195,7 +195,7 @@ class Reference(Engine):
     ``velocity-verlet`` follows LAMMPS, ``mfix-euler`` and ``mfix-adams-bashforth``
     follow MFiX-DEM; ``adaptive`` has no step (that of a scene counts for the sampling and the
     time limit alone) and is the reference for the others.
-    ``spring`` is ``linear`` or ``Hertz`` (:mod:`harness.parameters.hertz`).
+    ``spring`` is ``linear`` or ``Hertz`` (:mod:`harness.parameters.law`).
     ``seconds`` [s] bounds the wall time of a run. Raise RequestError for an
     integrator or a spring that is not known.
     """

@@ -11,7 +11,7 @@ To let an engine take part in the cases of such contacts:
 2. Let it leave a series with the columns ``step`` (M,) and ``x_m``, ``y_m``, ``z_m``,
    ``vx_m_per_s``, ..., ``wx_rad_per_s``, ..., ``fx_N``, ..., ``tx_N_m``, ... (M, spheres), at the
    start and after every ``series_every`` steps, velocities at the time of the positions. In a CSV
-   the columns of sphere 1 are ``x_m[1]`` and so on (:func:`~harness.engines.tables.read_csv`).
+   the columns of sphere 1 are ``x_m[1]`` and so on (:func:`~harness.engines.output.read_csv`).
 3. Declare in ``Traits.contact_models`` what the template states, a :class:`ContactModel` for each
    contact model of the code, with the rules that it follows in it.
 
@@ -76,7 +76,7 @@ class ContactModel:
     ``rolling``, ``clipped``: yes or no, ``interface``, ``planes``, ``motion_1``, ...); one that is
     not named may be any. ``needs`` returns why values that fit so far cannot be stated (a
     coefficient that the code ties to another), or nothing. ``rules`` is what
-    :class:`~harness.parameters.contact_rules.Rules` is told. ``turning`` are powers of the step in
+    :class:`~harness.parameters.rules.Rules` is told. ``turning`` are powers of the step in
     the errors of springs that turn, beside those of its traits. ``mixes``: it takes the materials
     of two bodies; another takes one, which a job may state in place of both.
     """
@@ -192,7 +192,7 @@ class Traits:
     title: str = ""
     contact_models: tuple[ContactModel, ...] = ()
     """Of contacts with friction: what scripts are told of, and by which rules (see
-    :mod:`harness.engines.contact_model`); without any, all that the scripts declare."""
+    :mod:`harness.engines.traits`); without any, all that the scripts declare."""
     contact_powers: tuple[float, ...] = ()
     """Of the step in the errors of such contacts, beside those of velocity Verlet."""
     caveats: tuple[str, ...] = field(default=())

@@ -64,7 +64,7 @@ class Scene:
 
     ``position`` and ``velocity`` (N, 2), ``mass`` and ``diameter`` (N,), ``fixed`` (N,);
     ``gravity`` (2,). The spring is linear with ``stiffness`` [N/m] or Hertz's that stands for it
-    at the speed ``hertz_speed`` [m/s] (:mod:`harness.parameters.hertz`); the dashpot has
+    at the speed ``hertz_speed`` [m/s] (:mod:`harness.parameters.law`); the dashpot has
     ``damping_ratio`` [-] with the effective mass of two particles, against a fixed one m or m/2
     as ``effective_mass`` says. ``period`` [m] is that of x, None without one.
 

@@ -69,7 +69,7 @@ def reproduce(
     Without an engine, LAMMPS in-process is opened and closed again. ``reference`` are measured
     angles [deg] against height, for what the source compares with others. Raise EngineError when
     the engine fails: a reproduction with holes is none. Write the report with
-    :func:`harness.reproduction.pages.folder.write`.
+    :func:`harness.reproduction.page.write`.
     """
     if engine is None:
         with open_engine() as opened:

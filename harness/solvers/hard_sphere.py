@@ -243,7 +243,7 @@ def passage(angle_deg: float, restitution: float) -> tuple[int, float, int, bool
 
     Its fate, the energy above that of rest on the next crest [m g d], the collisions, whether it
     slid at the end, and the angle ahead of the crest [rad] at which its hops died out, as
-    :func:`harness.hard_sphere.passage.follow` tells them.
+    :func:`harness.solvers.hard_sphere.follow` tells them.
     """
     theta = math.radians(angle_deg)
     speed = math.sqrt(2.0 * (1.0 - math.cos(WELL + theta)))

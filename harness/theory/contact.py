@@ -245,7 +245,7 @@ def contact_time(mass: float, coefficient: float, speed: float) -> float:
 def relaxation(damping_coefficient: float, mass: float, radius: float, coefficient: float) -> float:
     """Return A [s] of a dashpot eta_n = eta_0 m* a, a^2 = R* overlap: eta_0 m* sqrt(R*) / K.
 
-    ``harness.theory.hertz.impact`` takes A v / overlap and returns the restitution.
+    ``harness.theory.contact.impact`` takes A v / overlap and returns the restitution.
     """
     return damping_coefficient * mass * math.sqrt(radius) / coefficient
 

@@ -113,7 +113,7 @@ def table(rows: Iterable[Mapping[str, Any]], *, quantities: bool) -> pd.DataFram
 def history(file: Path | None = None, **wanted: Unpack[HistoryQuery]) -> Recorded:
     """Return the recorded runs that fit, or with ``quantity`` those quantities of them.
 
-    :class:`~harness.store.history_query.HistoryQuery` says what may be asked. Nothing recorded yet
+    :class:`~harness.store.history.HistoryQuery` says what may be asked. Nothing recorded yet
     is an empty answer. Raise RequestError for what is not allowed, and for a quantity that was
     never recorded, with the names nearest to it.
     """

@@ -189,7 +189,7 @@ def test_cost_of_a_row_in_motion(law):
 
 MEMORY = """
 from pathlib import Path
-from harness.chain import rk4
+from harness.solvers.chain import rk4
 from harness.parameters.tower import Tower
 
 def status(key):

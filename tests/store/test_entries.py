@@ -226,7 +226,7 @@ WRITER = """
 import sys
 from pathlib import Path
 from harness.store.entries import Entries
-from harness.store.keys import key_of
+from harness.store.entries import key_of
 entries = Entries(Path(sys.argv[1]))
 print("ready", flush=True)
 n = 0

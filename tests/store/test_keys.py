@@ -128,7 +128,7 @@ def test_a_scene_is_known_by_the_source_that_makes_it(monkeypatch):
 @pytest.mark.parametrize("fact", ["machine", "versions", "source_digest"])
 def test_platform_packages_and_source_change_the_key(monkeypatch, fact):
     first = key(Incline())
-    monkeypatch.setattr(f"harness.store.cached_engine.{fact}", lambda *_: {"other": "1"})
+    monkeypatch.setattr(f"harness.store.cache.{fact}", lambda *_: {"other": "1"})
     assert key(Incline()) != first
 
 

@@ -73,7 +73,7 @@ def viscoelastic_series(damping: float) -> float:
     """Return 1 - c a + 3/5 (c a)^2, the restitution to second order in a = A v / overlap.
 
     a grows as v^(1/5). Ramirez, Poeschel, Brilliantov and Schwager, Phys. Rev. E 60, 4465
-    (1999): their C2 is 3/5 C1^2; c is :func:`harness.theory.hertz.first_order_loss`.
+    (1999): their C2 is 3/5 C1^2; c is :func:`harness.theory.contact.first_order_loss`.
     """
     loss = hertz.first_order_loss() * damping
     return 1.0 - loss + 0.6 * loss**2
@@ -84,7 +84,7 @@ def slides_throughout_elastic(friction: float, stiffness_ratio: float) -> float:
 
     A slider at its limit recovers with the spring as it opens, as long as u > -mu v k_n / k_t:
     7 mu - mu k_n / k_t, psi = 4 chi - 1 of Maw, Barber and Fawcett. With the limit of
-    :func:`harness.theory.oblique.sticks_at_first` where that is larger.
+    :func:`harness.theory.contact.sticks_at_first` where that is larger.
     """
     recovery = oblique.sticks_at_first(friction, stiffness_ratio)
     return max(oblique.slides_throughout(friction, 1.0) - recovery, recovery)

@@ -225,7 +225,7 @@ def _start_angle(case: Columns) -> float:
 def start_behind_crest(case: Columns) -> Start:
     """Return the start of a passage: the energy of the crest, contact and column in balance.
 
-    As :func:`harness.cases.incline.routes.start_behind_crest`, the springs' energy being that of
+    As :func:`harness.cases.incline.system.start_behind_crest`, the springs' energy being that of
     the contact and the column; the column starts at rest (its speed is of order 1/k).
     """
     weight, tilt, d = case.mass * case.gravity, math.radians(case.angle), case.diameter

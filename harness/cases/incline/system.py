@@ -140,7 +140,7 @@ class Linear:
 
 @dataclass(frozen=True)
 class HertzSpring:
-    """Force K delta^(3/2), K as :mod:`harness.parameters.hertz` makes it from the stiffness."""
+    """Force K delta^(3/2), K as :mod:`harness.parameters.law` makes it from the stiffness."""
 
     case: Incline
 

@@ -1,7 +1,7 @@
 """Find the chains of touching particles by sweeps that start at the closest pair.
 
 The readable way, for equal spheres (Harper, Dufek and Breard, Appendix A, "Identifying
-chains"); :mod:`harness.chain.complementarity` is the fast one and shares no
+chains"); :mod:`harness.solvers.chain.forces` is the fast one and shares no
 code with this.
 
 The source closes a contact once it is *guaranteed*: closed even if the unknown
@@ -29,7 +29,7 @@ Contact forces of a chain as a linear complementarity problem, in O(N) from a wa
     w = A f - overlap >= 0,   f >= 0,   f w = 0
 
 with A symmetric positive definite and tridiagonal (see
-:class:`harness.chain.arrays.Chain`): one solution, whatever the positions. Its
+:class:`harness.solvers.chain.motion.Chain`): one solution, whatever the positions. Its
 entries beside the diagonal are positive, so A is no M-matrix and the usual
 one-sided methods for tridiagonal problems do not apply.
 
@@ -37,7 +37,7 @@ Given a contact set, forces and gaps follow from one factorisation (Thomas) of
 each run of closed contacts. Block principal pivoting (Judice and Pires 1994)
 flips all contacts with the wrong sign at once; from the set of the last step
 none or one pass is needed. Flipping all at once can cycle, so when the number
-at fault has not fallen for ten passes, :mod:`harness.chain.elimination`, which
+at fault has not fallen for ten passes, :mod:`harness.solvers.chain.forces`, which
 does not iterate, takes over.
 
 The compliance of a contact set factorised from both ends to the middle.
@@ -46,7 +46,7 @@ A substitution waits for each result and not for the arithmetic; from both ends
 there are two recurrences to wait for at a time.
 
 The contacts are those of a block of the row, n of them from ``low`` on, as in
-:mod:`harness.chain.stages`.
+:mod:`harness.solvers.chain.rk4_deformable`.
 """
 
 from __future__ import annotations
@@ -356,7 +356,7 @@ def contact_forces(
 def forces_of_overlaps(overlap: Floats, diagonal: Floats, beside: Floats) -> Floats:
     """Return the force of every contact (n,) [N] from the overlaps (n,) [m], without warm start.
 
-    ``diagonal`` and ``beside`` (n,) [m/N] are those of :func:`harness.chain.arrays.compliance`.
+    ``diagonal`` and ``beside`` (n,) [m/N] are those of :func:`harness.solvers.chain.motion.compliance`.
     """
     if not np.isfinite(overlap).all():
         raise RequestError(f"overlaps = {overlap.tolist()} m: must be finite")

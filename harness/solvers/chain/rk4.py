@@ -188,7 +188,7 @@ def run(
     """Run ``tower`` for ``duration`` [s] and return about ``samples`` samples.
 
     ``step`` [s] or ``steps_per_contact`` (steps in pi sqrt(m/k)); without them
-    the step is chosen (:func:`harness.chain.stability.chosen_step`) and made to
+    the step is chosen (:func:`harness.solvers.chain.motion.chosen_step`) and made to
     divide the duration. By default 1000 samples per t0, or every step. A
     ``longest_chain`` says how many contacts will touch in a row at most, which
     allows a larger step for long deformable chains; the run stops if it is not
@@ -235,7 +235,7 @@ def integrate(
     """Advance ``chain`` in place under its law; return the record and its rows.
 
     Negative rows say why the deformable law stopped
-    (:func:`harness.chain.rk4_deformable.begin`).
+    (:func:`harness.solvers.chain.rk4_deformable.begin_deformable`).
     """
     law: Law = "deformable" if chain.deformable else "overlap"
     kernel = begin_overlap

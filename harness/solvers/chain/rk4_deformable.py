@@ -20,14 +20,14 @@ RK4 under the deformable law, where a force acts all along a touching chain at o
 Each stage solves the contact set of the stage before, factorised once and kept,
 and checks it; only when it is wrong the contact set is looked for anew. This
 kernel takes the row as a whole: with the least to do about a step, it is the one
-for short rows. :mod:`harness.chain.rk4_long_rows` is the one for long rows.
+for short rows. :mod:`harness.solvers.chain.rk4_deformable` is the one for long rows.
 
 RK4 under the deformable law in a long row, block by block.
 
 The stages of a block stay in the cache, and a change of contacts is looked for
 among few: the cost of a particle hardly depends on how many there are. Blocks in
 which nothing touches fall freely, and need neither stages nor factors. Blocks
-part at open contacts (:mod:`harness.chain.block_partition`). When one of these closes in a
+part at open contacts (:mod:`harness.solvers.chain.rk4_deformable`). When one of these closes in a
 stage after all, the step is done again with the whole row as one block.
 """
 
@@ -136,7 +136,7 @@ def update_contact_set(
 ) -> int:  # fmt: skip
     """Find the contact set of a block from the last one, its forces and its factors.
 
-    Return as :func:`harness.chain.complementarity.solve` does.
+    Return as :func:`harness.solvers.chain.forces.solve` does.
     """
     row = slice(low, low + n)
     found = solve(
@@ -359,7 +359,7 @@ class _Limits(NamedTuple):
 
 
 def begin(chain: Chain, plan: Plan) -> Advance:
-    """Return what advances ``chain`` in place, as :func:`harness.chain.rk4_deformable.begin`."""
+    """Return what advances ``chain`` in place, as :func:`harness.solvers.chain.rk4_deformable.begin_deformable`."""
     particles, contacts = chain.mass.size, chain.diagonal.size
     state, factors, sample = (
         np.empty((2, particles)),
@@ -431,7 +431,7 @@ def _advance_row(
 
     One stage alone leaves its overlaps and forces in ``row``. ``renewed`` says that
     the first block has no factors yet. Return a negative number as
-    :func:`harness.chain.rk4_deformable.begin` does.
+    :func:`harness.solvers.chain.rk4_deformable.begin_deformable` does.
     """
     particles = row.u.size
     low, window, touching = 0, 0, 0

@@ -18,10 +18,22 @@ REPRODUCED, CORRECTED = ClaimStatus.REPRODUCED, ClaimStatus.CORRECTED
 NOT = ClaimStatus.NOT_REPRODUCED
 
 
+MODULES = {
+    name: import_module(f"{PACKAGE}.{name}")
+    for name in ("background", "methods", "results", "appendix", "errata")
+}
+
+
+def module_of(name):
+    """Return the module that has the rows of a section of the source."""
+    return next(one for one in MODULES.values() if hasattr(one, f"{name}_statements"))
+
+
 def section(name, printed=PRINTED):
-    """Return the rows of one module, with what is printed."""
+    """Return the rows of one section, with what is printed."""
     engine = (None,) if name == "background_incline" else ()
-    return Ledger(tuple(import_module(f"{PACKAGE}.{name}").statements(printed, *engine)))
+    rows = getattr(module_of(name), f"{name}_statements")
+    return Ledger(tuple(rows(printed, *engine)))
 
 
 as_it_is = cache(section)
