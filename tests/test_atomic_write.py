@@ -97,7 +97,7 @@ def test_an_older_folder_is_not_lost_where_the_new_one_cannot_take_its_place(tmp
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from harness import atomic_write
+from harness import files as atomic_write
 from harness.files import whole_folder
 atomic_write._exchange = lambda *_: False  # as on a file system that cannot
 move, moved = Path.rename, []
@@ -127,7 +127,7 @@ def test_an_older_folder_is_put_back_after_a_kill_between_the_two_renames(tmp_pa
 EXCHANGED = """
 import os, signal, sys
 from pathlib import Path
-from harness import atomic_write
+from harness import files as atomic_write
 exchange = atomic_write._exchange
 def killed(*paths):
     if sys.argv[2] == "after":

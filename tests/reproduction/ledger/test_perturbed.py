@@ -104,9 +104,9 @@ PHYSICS_OTHERWISE = [
     ("background_energy", "collide", patched_collide, "text-shock", NOT),
     ("introduction", "stiffness_of_springs", lambda n: 1 / (2 * n - 1), "eq-1", NOT),
     ("methods_pair", "pushes", lambda x: np.zeros(x.size), "eq-15", NOT),
-    ("methods_chain", "boundaries.first_boundary", lambda x, r: x[0] - r, "eq-16", NOT),
-    ("appendix_chains", "sweeps.compressions", lambda x, _: 0.01 * x[1:], "eq-a4", NOT),
-    ("appendix_chains", "sweeps.compressions", lambda x, _: 0.01 * x[1:], "text-sweeps", NOT),
+    ("methods_chain", "motion.first_boundary", lambda x, r: x[0] - r, "eq-16", NOT),
+    ("appendix_chains", "forces.compressions", lambda x, _: 0.01 * x[1:], "eq-a4", NOT),
+    ("appendix_chains", "forces.compressions", lambda x, _: 0.01 * x[1:], "text-sweeps", NOT),
     (
         "discussion", "compliance", lambda n, deformable: compliance(n, not deformable),
         "text-u-n-particles", REPRODUCED,
@@ -139,7 +139,7 @@ PHYSICS_OTHERWISE = [
 )
 def test_other_physics_changes_the_verdict(monkeypatch, module, name, other, key, status):
     before = as_it_is(module)[key]
-    monkeypatch.setattr(f"{PACKAGE}.{module}.{name}", other)
+    monkeypatch.setattr(f"{module_of(module).__name__}.{name}", other)
     after = section(module)[key]
     assert after.status is status
     assert after.status is not before.status

@@ -1,13 +1,11 @@
 """Another machine rounds differently: what is recorded must be the same on it."""
 
-from importlib import import_module
-
 import numpy as np
 import pytest
 
 from harness.reproduction import claims
 from harness.solvers.chain import forces
-from tests.reproduction.ledger.test_perturbed import PACKAGE, as_it_is, section
+from tests.reproduction.ledger.test_perturbed import as_it_is, module_of, section
 
 SECTIONS = (
     "introduction", "background_energy", "methods_scales", "methods_pair",
@@ -44,7 +42,7 @@ def rounded_differently(compare, seed):
 @pytest.mark.parametrize("name", SECTIONS)
 def test_round_off_changes_no_record(monkeypatch, name):
     before = records(as_it_is(name))
-    module = import_module(f"{PACKAGE}.{name}")
+    module = module_of(name)
     for seed in range(3):
         if hasattr(module, "compare"):
             monkeypatch.setattr(module, "compare", rounded_differently(claims.compare, seed))
