@@ -31,8 +31,8 @@ class Prediction(Parameters):
     ``law`` are coefficients that the engine takes instead of those that it was given, ``rules``
     rules of contacts (:class:`~harness.parameters.rules.Rules`) by which it computes:
     words, numbers, or formulas of the law's coefficients and the ``radius``. ``scheme`` are
-    departures of its steps (:class:`~harness.solvers.pair.stepping.Departures`). Of two runs that an
-    invariance compares both have it, or the one that ``of`` names. ``bound`` names how large
+    departures of its steps (:class:`~harness.solvers.pair.stepping.Departures`). Of two runs that
+    an invariance compares both have it, or the one that ``of`` names. ``bound`` names how large
     a difference of two runs may be, of :mod:`harness.cases.contact.predictions`, where the
     cause fixes no number; ``undetermined`` says why it does not. ``error`` is a part of the
     message of a run that fails.

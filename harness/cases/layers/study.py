@@ -8,7 +8,7 @@ from harness.cases.contract import Arm, CaseStudy, Conclusion, EngineOf, Level, 
 from harness.cases.layers.changes import TEST
 from harness.cases.layers.conclusion import read_arms, rows_of, verdict_of
 from harness.cases.layers.extents import arms_of, cost_seen, study_cost
-from harness.observables.quantities import ReferencePoints
+from harness.observables.reference import ReferencePoints
 
 
 class LayersStudy(CaseStudy):

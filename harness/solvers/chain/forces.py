@@ -356,7 +356,8 @@ def contact_forces(
 def forces_of_overlaps(overlap: Floats, diagonal: Floats, beside: Floats) -> Floats:
     """Return the force of every contact (n,) [N] from the overlaps (n,) [m], without warm start.
 
-    ``diagonal`` and ``beside`` (n,) [m/N] are those of :func:`harness.solvers.chain.motion.compliance`.
+    ``diagonal`` and ``beside`` (n,) [m/N] are those of
+    :func:`harness.solvers.chain.motion.compliance`.
     """
     if not np.isfinite(overlap).all():
         raise RequestError(f"overlaps = {overlap.tolist()} m: must be finite")

@@ -359,7 +359,7 @@ class _Limits(NamedTuple):
 
 
 def begin(chain: Chain, plan: Plan) -> Advance:
-    """Return what advances ``chain`` in place, as :func:`harness.solvers.chain.rk4_deformable.begin_deformable`."""
+    """Return what advances ``chain`` in place, as :func:`begin_deformable`."""
     particles, contacts = chain.mass.size, chain.diagonal.size
     state, factors, sample = (
         np.empty((2, particles)),

@@ -5,9 +5,9 @@ How a system of contacts goes from one smooth piece of its motion to the next.
 A system of contacts on its way: smooth pieces of motion between events that are located.
 
 Free flight is a parabola, its end the root of a polynomial. In contact, an extrapolation step of
-order 12 with error control goes on until an ending (:func:`harness.solvers.pair.rates.endings`) turns
-positive, at the end of the step or between (:mod:`harness.solvers.pair.steps`); the ending is located by
-taking the same step shorter, to round-off (:mod:`harness.solvers.pair.steps`).
+order 12 with error control goes on until an ending (:func:`harness.solvers.pair.rates.endings`)
+turns positive, at the end of the step or between (:mod:`harness.solvers.pair.steps`); the ending
+is located by taking the same step shorter, to round-off (:mod:`harness.solvers.pair.steps`).
 
 The reference integration of a scene: its motion sampled, and what happened in it.
 """

@@ -68,8 +68,8 @@ along the motion and B/2 across that sinks into springs, E' for each length:
     cos theta = 1 - 2 delta_e / A,   a = B/2 sin theta,
     F = E' A B / 4 (theta - sin theta cos theta)
 
-elastic: A = 4 R, B = 2 R, delta_e = delta. Yield: :mod:`harness.solvers.pair.normal`. Adhesion, of the
-energy gamma of sphere and flat: as the contact opens, springs hold on until they are longer by
+elastic: A = 4 R, B = 2 R, delta_e = delta. Yield: :mod:`harness.solvers.pair.normal`. Adhesion, of
+the energy gamma of sphere and flat: as the contact opens, springs hold on until they are longer by
 l(a) = sqrt(2 pi a gamma / E'), those at the edge first: with the depth g(a) = A/2 (1 - cos theta)
 
     F = E' A B / 4 (theta - sin theta cos theta) - 2 E' a l(a),   delta = g(a) - l(a),

@@ -1,10 +1,10 @@
 """A scene step by step, as LAMMPS moves it: velocity Verlet, forces by velocities at half a step.
 
-The reference integration (:mod:`harness.solvers.pair.integration`) has no step. Known defects of releases
-have: what a setup repeats, a restart forgets or another particle turns round happens at a step, and
-what Coulomb's limit makes of a spring happens at every one of them. This scheme states the law of
-a contact as that does, and :class:`Departures` in which a release departs from it. Without any it
-follows LAMMPS to round-off.
+The reference integration (:mod:`harness.solvers.pair.integration`) has no step. Known defects of
+releases have: what a setup repeats, a restart forgets or another particle turns round happens at a
+step, and what Coulomb's limit makes of a spring happens at every one of them. This scheme states
+the law of a contact as that does, and :class:`Departures` in which a release departs from it.
+Without any it follows LAMMPS to round-off.
 
 A step: half a kick, positions, forces at the new positions with the velocities of half a step, half
 a kick. A spring is turned into the plane of the contact, as long as it was, then takes the slip of
