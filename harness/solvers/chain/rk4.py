@@ -84,7 +84,7 @@ def begin_overlap(chain: Chain, plan: Plan) -> Advance:
 
 
 @compiled
-def _advance_overlap(
+def _advance_overlap(  # noqa: PLR0913 - a compiled kernel takes arrays and numbers, no objects
     chain: Chain, stiffness: Floats, overlap: Floats, force: Floats, counts: Counts,
     record: Record, plan: Plan, first: int, last: int,
 ) -> tuple[Record, int]:  # fmt: skip

@@ -386,7 +386,7 @@ def begin(chain: Chain, plan: Plan) -> Advance:
 
 
 @compiled
-def _advance(
+def _advance(  # noqa: PLR0913 - a compiled kernel takes arrays and numbers, no objects
     chain: Chain, row: _Row, room: _Room, limits: _Limits, counts: Counts, record: Record,
     plan: Plan, first: int, last: int,
 ) -> tuple[Record, int]:  # fmt: skip
