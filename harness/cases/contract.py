@@ -1,10 +1,10 @@
-"""Results that several threads or engines share, each computed once.
+"""The contract of a case: what is simulated, how an output is read, and how it is judged.
+
+Results that several threads or engines share, each computed once.
 
 The parts of a verification: each leaves rows, whatever becomes of the others.
 
 What ``case.toml`` beside a case's module says: quantities, formula, tolerances, prose.
-
-The contract of a case: what is simulated, how an output is read, and how it is judged.
 
 A case is one object and one folder: ``parameters.py`` (frozen, validated, SI), ``case.toml`` (its
 quantities, as ``name = "[unit] meaning"``, tolerances with their reasons, the prose of its

@@ -1,4 +1,6 @@
-"""One grain on fixed spheres of its size: what such cases have in common.
+"""One grain on fixed spheres: what the incline, columns and the tower have in common.
+
+One grain on fixed spheres of its size: what such cases have in common.
 
 Run the jobs of a case in an engine, and read what comes back.
 
@@ -9,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from functools import cache
 from importlib import resources
 from typing import Any, TypeVar
 
@@ -21,14 +22,9 @@ from harness.engines.contract import Engine, Job, Output, Value
 from harness.engines.output import Table
 from harness.errors import EngineError
 from harness.observables.reference import Trajectory
-from harness.observables.windows import SEARCH, impulse
 from harness.parameters.base import Parameters
 from harness.parameters.law import SOURCE, Hertz, NamedContact, hertz
 from harness.parameters.plane_scene import Scene
-from harness.parameters.tower import Law, Tower
-from harness.solvers.chain import exact
-from harness.theory.chain import Reading, shock_from_impulse_ratio
-from harness.theory.incline import critical_angle
 
 COLUMNS = ("time_s", "x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
 """Of a path in a table."""
@@ -168,29 +164,3 @@ def recorded_text(engine: str, name: str) -> str:
     """Return a table of the folder ``recorded`` of an engine, which says where it comes from."""
     folder = resources.files(f"harness.engines.{engine}").joinpath("recorded")
     return folder.joinpath(name).read_text(encoding="utf-8")
-
-
-READINGS: dict[Reading, str] = {
-    "lost": "velocity lost",
-    "kept": "velocity kept",
-}
-
-
-def impulse_ratio(n: int, law: Law) -> float:
-    """Return alpha(n) = J(n)/J(1), turnaround window, k = 1e6 N/m and 2 m/s: the source's."""
-    return _impulse(n, law) / _impulse(1, law)
-
-
-@cache
-def source_angles(n: int, law: Law) -> dict[Reading, float]:
-    """Return the source's theta_c(n) [deg], by its reading of the impulse ratio."""
-    return {
-        reading: critical_angle(shock_from_impulse_ratio(impulse_ratio(n, law), reading))
-        for reading in READINGS
-    }
-
-
-@cache
-def _impulse(n: int, law: Law) -> float:
-    tower = Tower(height=n, law=law, stiffness=1e6, speed=2.0)
-    return impulse(exact.run(tower, SEARCH * tower.contact_time))

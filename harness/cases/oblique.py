@@ -1,4 +1,6 @@
-"""A sphere meets a wall or another sphere at an angle: friction over a whole contact.
+"""Oblique impact of a sphere, with friction, spin and partial slip.
+
+A sphere meets a wall or another sphere at an angle: friction over a whole contact.
 
 Mindlin's laws without partial slip beside the whole curve of Maw, Barber and Fawcett (1976).
 

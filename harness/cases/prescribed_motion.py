@@ -1,4 +1,6 @@
-"""Forces along a given motion: the law alone, without an integrator.
+"""Two spheres moved on a prescribed path, and the same turned.
+
+Forces along a given motion: the law alone, without an integrator.
 
 Two spheres that stick are turned as one body: the spring must turn with the contact.
 

@@ -1,4 +1,6 @@
-"""A spinning sphere meets a wall or another sphere along the normal: friction from spin alone.
+"""A spinning sphere falls on a floor or a sphere.
+
+A spinning sphere meets a wall or another sphere along the normal: friction from spin alone.
 
 The figure of a spinning sphere: the spin that is left over the angle at the contact.
 

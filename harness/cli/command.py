@@ -1,10 +1,10 @@
-"""What several commands share: types of options, and texts.
+"""Make commands from functions that take their options as frozen dataclasses.
+
+What several commands share: types of options, and texts.
 
 Names are spelled out, not imported: --help must not wait for numba.
 
 Options of several values: numbers as ``1-19`` or ``1,2,5``.
-
-Make commands from functions that take their options as frozen dataclasses.
 
 ``def verify(asked: VerifyOptions, engine: EngineOptions, json: Json = False)`` becomes a command
 with an option for each field of the two: what several commands share is written once, and a

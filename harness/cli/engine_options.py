@@ -1,4 +1,6 @@
-"""The options that choose an engine, its program and its cache; open what they ask for.
+"""Options that choose an engine, its program, its cache or a solver, and what they open.
+
+The options that choose an engine, its program and its cache; open what they ask for.
 
 The option ``--solver``: a solver of the harness, or an engine.
 

@@ -1,4 +1,6 @@
-"""What a command prints on stdout.
+"""What a command reads, writes and prints.
+
+What a command prints on stdout.
 
 Files that a command reads and writes.
 """

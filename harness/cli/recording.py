@@ -1,4 +1,6 @@
-"""What a single command measured, as quantities of the history.
+"""Write down each run in the history: when it starts, what it measured, how it ended.
+
+What a single command measured, as quantities of the history.
 
 A name says which case it is: runs of the same name can be drawn over one
 another. Parameters are named where they are not the default.

@@ -1,4 +1,6 @@
-"""Tell a verification in a terminal: what failed, findings, counts, and the headlines last.
+"""``dem-harness verify``, and how its verdicts are told in a terminal.
+
+Tell a verification in a terminal: what failed, findings, counts, and the headlines last.
 
 ``dem-harness verify``.
 """

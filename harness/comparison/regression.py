@@ -1,4 +1,6 @@
-"""How far a record may be from its baseline: what its case allows, and named overrides.
+"""A run against the committed baseline: records, tolerances, what differs in their metadata.
+
+How far a record may be from its baseline: what its case allows, and named overrides.
 
 The same script, binary and machine give the same bits: over ways to start an engine, over ranks
 and repetitions the spread is exactly 0. What a case allows is what another compiler, processor

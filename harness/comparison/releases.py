@@ -1,4 +1,6 @@
-"""The matrix of cases and submodels release by release: cells that do not hold, defects by name.
+"""The same cases in several releases of an engine: cells, and what changed between releases.
+
+The matrix of cases and submodels release by release: cells that do not hold, defects by name.
 
 Classes of a change from one release to another, and when a series parted from the other.
 

@@ -1,4 +1,6 @@
-"""Two series in time, brought to common times.
+"""Two series of samples: aligned in time, and where they part for good.
+
+Two series in time, brought to common times.
 
 Where both have samples at the same times, to round-off, those are taken and nothing is
 interpolated. Else the series with more samples is interpolated to the times of the other, by

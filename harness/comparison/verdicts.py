@@ -1,4 +1,6 @@
-"""How far a value may be from what is expected, with the reason.
+"""Verdicts: a value, what is expected of it, a tolerance with its reason, and what follows.
+
+How far a value may be from what is expected, with the reason.
 
 Of what class a failure is, so that the next thing to look at is known.
 

@@ -1,4 +1,6 @@
-"""What an engine declares of itself, and what became of it here.
+"""The results of a verification: findings of each case and engine, headlines, the whole run.
+
+What an engine declares of itself, and what became of it here.
 
 What verifying one case in one engine leaves: checks, values for the baseline, evidence.
 

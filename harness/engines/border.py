@@ -1,4 +1,6 @@
-"""What runs cost: estimated before they begin, and refused where they would hardly end.
+"""The border to engines of other packages: what they return is checked and named, at what cost.
+
+What runs cost: estimated before they begin, and refused where they would hardly end.
 
 An estimate is steps times particles times what a step costs: of an engine
 :attr:`harness.engines.traits.Traits.microseconds_per_step`, of the solvers of towers

@@ -1,4 +1,6 @@
-"""Many runs: in one process, after one that dies or hangs, in batches, or each on its own.
+"""The contract of an engine: identify, what it can state, run.
+
+Many runs: in one process, after one that dies or hangs, in batches, or each on its own.
 
 The contract of an engine: it runs scripts, and knows no case.
 

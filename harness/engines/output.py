@@ -1,4 +1,6 @@
-"""What a run leaves: named numbers, tables of samples, log and provenance.
+"""What an engine gives back: named numbers, tables, who it is; and how tables are read.
+
+What a run leaves: named numbers, tables of samples, log and provenance.
 
 Scripts print the numbers as lines ``RESULT name = value``. A name comes once, or is that of rows,
 with several numbers to a line.

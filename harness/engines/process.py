@@ -1,4 +1,6 @@
-"""Run a program under limits of time and memory, and tell how it ended.
+"""Processes of engines: run under limits, side by side, in environments of their own.
+
+Run a program under limits of time and memory, and tell how it ended.
 
 Run a function over items side by side, in threads that wait for processes.
 

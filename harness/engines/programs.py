@@ -1,4 +1,6 @@
-"""Identify programs by content: a version does not tell a release from one with a line changed.
+"""Engines that run script files through a program: found, asked who they are, run.
+
+Identify programs by content: a version does not tell a release from one with a line changed.
 
 Find the programs of engines, ask them who they are, and run them.
 

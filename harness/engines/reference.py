@@ -1,8 +1,8 @@
-"""Move the grain by stage after stage, and make the tables of what it did.
+"""The reference DEM as an engine of the harness: one grain on fixed spheres.
+
+Move the grain by stage after stage, and make the tables of what it did.
 
 The scenes that the reference DEM can run: one mobile particle on equal fixed spheres.
-
-The reference DEM as an engine of the harness: one grain on fixed spheres.
 """
 
 from __future__ import annotations

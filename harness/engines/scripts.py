@@ -1,4 +1,6 @@
-"""Render templates that lie in folders, the first folder that has one first.
+"""Scripts: templates with the defaults of a variant, and what a job sets in them.
+
+Render templates that lie in folders, the first folder that has one first.
 
 Scripts: templates rendered with the defaults of a variant, and what a job sets in them.
 

@@ -1,4 +1,6 @@
-"""Contacts with friction that an engine can state, each under rules of its own.
+"""What an engine declares of itself: its rules, and the contacts with friction that it states.
+
+Contacts with friction that an engine can state, each under rules of its own.
 
 To let an engine take part in the cases of such contacts:
 

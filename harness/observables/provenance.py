@@ -1,4 +1,6 @@
-"""The order of an engine's releases, by the version that it gives of itself.
+"""What a value is: its name and unit, who computed it, of which release.
+
+The order of an engine's releases, by the version that it gives of itself.
 
 Declaration of an observable: name, unit and shape.
 

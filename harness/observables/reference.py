@@ -1,4 +1,6 @@
-"""The path of a grain in the plane.
+"""Reference points that users bring, and whether the samples of a run agree with one another.
+
+The path of a grain in the plane.
 
 Points of others for comparison: a user's table, and a published critical angle.
 

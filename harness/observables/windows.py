@@ -1,4 +1,6 @@
-"""Interpolate the motion of the grain between samples.
+"""The impulse on the grain of a tower: windows, contacts that count, the summary of a run.
+
+Interpolate the motion of the grain between samples.
 
 The contacts of the grain's chain whose force is above rounding.
 

@@ -1,4 +1,6 @@
-"""What every parameter object is: frozen, validated when made, in SI units.
+"""Frozen parameter objects, validated when they are made.
+
+What every parameter object is: frozen, validated when made, in SI units.
 
 Nested parameters by names that are joined by dots, as in ``contact.tail``.
 """

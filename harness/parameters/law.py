@@ -1,4 +1,6 @@
-"""The normal contact of a DEM code: linear spring, dashpot, and what becomes of the tail.
+"""Contact laws: the normal contact of the frictionless cases, and the one law with friction.
+
+The normal contact of a DEM code: linear spring, dashpot, and what becomes of the tail.
 
 The force along the normal is ``k * overlap - eta * separation speed`` with
 ``eta = 2 * zeta * sqrt(k * m_eff)``. Near the end of a contact it becomes

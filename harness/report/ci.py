@@ -1,4 +1,6 @@
-"""Render the report as Markdown: the sections of the HTML page, with links to its figures.
+"""The report for continuous integration: Markdown, summary, JUnit.
+
+Render the report as Markdown: the sections of the HTML page, with links to its figures.
 
 Render the report in short, as Markdown for a pull request or a job's summary.
 

@@ -1,4 +1,6 @@
-"""Figures: pure functions from results to a matplotlib Figure.
+"""Figures of divergences, history, releases and sweeps, from results alone.
+
+Figures: pure functions from results to a matplotlib Figure.
 
 Figure of where two series diverge, and of their difference with its tolerance.
 

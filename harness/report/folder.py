@@ -1,4 +1,6 @@
-"""Check that a report can be written into a folder; no figure library is imported for it.
+"""Write reports into folders, complete or not at all: of runs, studies, differences, releases.
+
+Check that a report can be written into a folder; no figure library is imported for it.
 
 Write the report of a verification into a folder, complete or not at all.
 

@@ -1,4 +1,6 @@
-"""Draw small plots as SVG from a template, in milliseconds each, without matplotlib.
+"""The figures of a report: drawn, compacted, as films.
+
+Draw small plots as SVG from a template, in milliseconds each, without matplotlib.
 
 Compact the SVG of a figure for a page: fewer digits, each style once, as a data URI.
 

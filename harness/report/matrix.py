@@ -1,4 +1,6 @@
-"""The scripts that show known defects, as files of a report.
+"""The matrix of submodels by cases, its tables, the scripts of known defects.
+
+The scripts that show known defects, as files of a report.
 
 Arrange checks as a matrix of submodels by cases; a cell has the worst check of each system.
 

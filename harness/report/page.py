@@ -1,4 +1,7 @@
-"""Render the report as one self-contained HTML page."""
+"""The report as one self-contained HTML page.
+
+Render the report as one self-contained HTML page.
+"""
 
 from __future__ import annotations
 

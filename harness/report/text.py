@@ -1,4 +1,6 @@
-"""Explain the class of a failure to the reader of a report.
+"""The sentences that HTML page, Markdown and terminal share.
+
+Explain the class of a failure to the reader of a report.
 
 Count the verdicts of a run kind by kind: different kinds are never added up.
 

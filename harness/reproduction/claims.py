@@ -1,8 +1,8 @@
-"""How numbers of a run are told: rounded, bounded, put into formulas and sentences.
+"""The ledger: what a publication states, what we compute, and whether it holds.
+
+How numbers of a run are told: rounded, bounded, put into formulas and sentences.
 
 What the source says: ``source.toml`` as frozen objects, in the order of the publication.
-
-The ledger: what a publication states, what we compute, and whether it holds.
 
 Every status follows from numbers of the run. Three of them meet in a row:
 *printed*, what the statement gives when taken as it stands; *found*, the same

@@ -1,4 +1,6 @@
-"""What the figures of the source are drawn from, recomputed, and whether each holds.
+"""What the figures of the source over height and speed are drawn from, recomputed.
+
+What the figures of the source are drawn from, recomputed, and whether each holds.
 
 Figures 6 and 7: free chains of two and three particles, and the error of their peak.
 

@@ -1,4 +1,7 @@
-"""All figures of the source, recomputed: what agrees, and how each is drawn from our own runs."""
+"""All figures of the source, recomputed: what agrees, and how each is drawn.
+
+All figures of the source, recomputed: what agrees, and how each is drawn from our own runs.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Figures 2, 3 and 5: the schematics, from positions and forces that are computed.
+"""What the schematics and the towers in time of the source are drawn from, recomputed.
+
+Figures 2, 3 and 5: the schematics, from positions and forces that are computed.
 
 Figures 8, 9 and 14: force on the grain and its chain of contacts in time, what it feels when.
 """

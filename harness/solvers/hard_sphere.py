@@ -1,4 +1,6 @@
-"""The first root of a polynomial: what tells when a parabola meets a circle.
+"""The grain over rigid spheres from event to event, and its critical angle.
+
+The first root of a polynomial: what tells when a parabola meets a circle.
 
 Flight, collision and sliding of the grain, in units of diameter, gravity and mass.
 

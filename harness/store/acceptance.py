@@ -1,6 +1,6 @@
-"""Find the git commit of the harness, where it runs from a checkout.
+"""Accept measured values as the new baseline: show what would change, then replace its files.
 
-Accept measured values as the new baseline: show what would change, then replace its files.
+Find the git commit of the harness, where it runs from a checkout.
 """
 
 from __future__ import annotations

@@ -1,4 +1,6 @@
-"""Read a text file that a user names, up to a largest size: a device does not end.
+"""The committed baseline: a table of records and one of series for each engine.
+
+Read a text file that a user names, up to a largest size: a device does not end.
 
 Read named overrides of the regression tolerances from a TOML file.
 

@@ -1,4 +1,6 @@
-"""Convert outputs of engines to bytes and back, exactly: arrays as npz, the rest as JSON.
+"""The cache of engines' outputs: as bytes, around an engine, listed and cleared.
+
+Convert outputs of engines to bytes and back, exactly: arrays as npz, the rest as JSON.
 
 Wrap an engine with a cache: outputs of earlier runs are read, only the other jobs are run.
 

@@ -1,4 +1,6 @@
-"""Make the keys of the cache: a digest of everything that decides a result.
+"""Payloads under keys: what decides a result, its checksum, whole verifications.
+
+Make the keys of the cache: a digest of everything that decides a result.
 
 Store payloads under keys, each with its checksum; a damaged entry is dropped, never used.
 

@@ -1,4 +1,6 @@
-"""Create the tables of the history's database, and migrate those of earlier versions.
+"""The history of runs in one SQLite file: its tables, what is recorded, what is asked.
+
+Create the tables of the history's database, and migrate those of earlier versions.
 
 ``PRAGMA user_version`` holds the version. To change the schema, append the
 statements that lead to the new one; those that are there stay as they are.

@@ -1,4 +1,6 @@
-"""A linear elastic contact of two spheres, in closed form.
+"""Closed forms of chains of particles: free rows, towers, the shock of a base.
+
+A linear elastic contact of two spheres, in closed form.
 
 The source calls this case without analytical solution; it is a half-wave.
 

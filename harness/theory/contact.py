@@ -1,4 +1,6 @@
-"""The linear spring-dashpot contact in closed form: its restitution and its duration.
+"""Closed forms of contacts: impacts, rebound, adhesion, friction, rolling.
+
+The linear spring-dashpot contact in closed form: its restitution and its duration.
 
 m x'' + 2 zeta omega m x' + omega^2 m x = 0 from x = 0 at speed 1. With the
 attractive tail kept the contact ends when x returns to 0; clipped, it ends
@@ -75,9 +77,6 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
-from scipy.special import beta
 
 from harness.errors import RequestError
 
@@ -187,6 +186,8 @@ def impact(damping: float, *, clipped: bool) -> Impact:
 
     Clipped: the end of the force, x + a x' = 0. Raise RequestError for an a outside 0 to 1000.
     """
+    from scipy.integrate import solve_ivp
+
     if not 0.0 <= damping <= MOST_DAMPING:
         raise RequestError(f"damping = {damping!r}: must be from 0 to {MOST_DAMPING:g}")
 
@@ -218,6 +219,8 @@ def impact(damping: float, *, clipped: bool) -> Impact:
 
 def first_order_loss() -> float:
     """Return d(1 - e)/da at a = 0: the work of the dashpot on the undamped motion."""
+    from scipy.special import beta
+
     return float(beta(0.6, 1.5))
 
 
@@ -238,6 +241,8 @@ def largest_force(mass: float, coefficient: float, speed: float) -> float:
 
 def contact_time(mass: float, coefficient: float, speed: float) -> float:
     """Return 4/5 B(2/5, 1/2) = 2.9432 times overlap / speed [s], with Euler's beta function."""
+    from scipy.special import beta
+
     periods = 0.8 * float(beta(0.4, 0.5))
     return periods * largest_hertz_overlap(mass, coefficient, speed) / speed
 
@@ -263,6 +268,8 @@ def rebound(omega: float, zeta: float, gravity: float, speed: float) -> Rebound 
 
     ``omega`` = sqrt(k/m) [rad/s], ``zeta`` the damping ratio, below 1.
     """
+    from scipy.optimize import brentq
+
     turns = omega * math.sqrt(1.0 - zeta * zeta)
     rest = gravity / omega**2
     sine = (gravity - zeta * omega * speed) / turns
@@ -465,6 +472,7 @@ def spring_strains(strains: Array, limit: Array) -> Array:
 @lru_cache(maxsize=8)
 def _normal_motion(steps: int) -> tuple[Array, Array]:
     """Return times and overlaps of a Hertzian impact with E* = R = m = v = 1, (steps + 1,)."""
+    from scipy.integrate import solve_ivp
 
     def rates(_: float, y: Array) -> list[float]:
         return [y[1], -4.0 / 3.0 * max(y[0], 0.0) ** 1.5]
@@ -538,6 +546,8 @@ def twisting_spin(
     at a constant rate while it slips, and sticks again where k omega = c limit / I, the rate of the
     torque if it stuck being none: from there on it swings below the limit.
     """
+    from scipy.optimize import brentq
+
     k, c = spring
     decay, omega = 0.5 * c / inertia, math.sqrt(k / inertia)
     if decay >= omega:

@@ -1,4 +1,6 @@
-"""The grain's energy from shock to shock, in units of m g d.
+"""Closed forms of the incline: geometry, energy from shock to shock, critical angle.
+
+The grain's energy from shock to shock, in units of m g d.
 
 The source's section on the Quartier model. Energies are kinetic, just after the
 shock in the well; angles in degrees.

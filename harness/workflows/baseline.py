@@ -1,4 +1,6 @@
-"""Compare a run with the baseline, or accept it as the new one.
+"""Compare a run with the baseline or with another run; accept it as the new baseline.
+
+Compare a run with the baseline, or accept it as the new one.
 
 Read two runs and hold them side by side.
 """

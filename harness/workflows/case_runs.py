@@ -1,4 +1,6 @@
-"""The cases: what each is given, what it measures in which unit, and which engines run it.
+"""Cases: listed, given settings, run once.
+
+The cases: what each is given, what it measures in which unit, and which engines run it.
 
 Settings of a case as the command line gives them: texts by name, read by its parameters.
 

@@ -1,4 +1,6 @@
-"""Which engines are asked for: by name, or all that there are.
+"""Engines: chosen by name, opened, who is here, their generated inputs.
+
+Which engines are asked for: by name, or all that there are.
 
 The rows on who an engine is, and of one that is not here.
 

@@ -1,6 +1,6 @@
-"""Runs of an earlier study, of this machine or another, from its runs.csv: not made again.
+"""Run the study of a case: its arms as sweeps are run, then what the case concludes from them.
 
-Run the study of a case: its arms as sweeps are run, then what the case concludes from them.
+Runs of an earlier study, of this machine or another, from its runs.csv: not made again.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""The folder of a sweep: held by one process at a time, taken up again by the same sweep.
+"""Sweep a case over its parameters and over engines: one tidy row a run.
+
+The folder of a sweep: held by one process at a time, taken up again by the same sweep.
 
 The runs of a sweep on this machine: in the engine's own workers, or in a solver of the case.
-
-Sweep a case over its parameters and over engines: one tidy row a run.
 """
 
 from __future__ import annotations

@@ -1,12 +1,12 @@
-"""What a verification is asked for: level, cases and baseline, checked before anything runs.
+"""Run a verification, from the cases that are asked for to verdicts.
+
+What a verification is asked for: level, cases and baseline, checked before anything runs.
 
 The records of a verification, and its rows against the baseline.
 
 Engines beside the main one: each is identified, qualifies, and is held against theory.
 
 The cases of a verification in the main engine and in the harness's own solvers.
-
-Run a verification, from the cases that are asked for to verdicts.
 
 A verification of options as they are typed, for those who read options of their own.
 

@@ -1,12 +1,12 @@
-"""How close results of columns must be: as of ``case.toml``, which says why.
+"""The grain over compliant columns as a case.
+
+How close results of columns must be: as of ``case.toml``, which says why.
 
 Critical angles over columns, and what the source's theory makes of the same columns.
 
 What columns are held against: the incline, the reference DEM, and the limit of stiff ones.
 
 The report's section on columns: angles, both readings of the source, and what follows.
-
-The grain over compliant columns as a case.
 """
 
 from __future__ import annotations
@@ -39,11 +39,12 @@ from harness.cases.contract import (
     rows_of_parts,
     tolerances_of,
 )
-from harness.cases.grain import READINGS, complete, source_angles
+from harness.cases.grain import complete
 from harness.cases.incline.angle import step_limit
 from harness.cases.incline.case import CASE as INCLINE
 from harness.cases.incline.runs import run_inclines
 from harness.cases.incline.system import Incline, InclineRun, Motion
+from harness.cases.source_angles import READINGS, source_angles
 from harness.comparison.convergence import limit
 from harness.comparison.verdicts import Check, Kind, finding, judge, not_tested
 from harness.comparison.verification import Findings

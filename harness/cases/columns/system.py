@@ -1,4 +1,6 @@
-"""One grain over a row of columns: what the incline has, and how the columns give way.
+"""The grain over columns: parameters, rest, routes, values for scripts, runs.
+
+One grain over a row of columns: what the incline has, and how the columns give way.
 
 Columns at rest under a load, and the grain on them: where all start, and the crest's energy.
 

@@ -1,4 +1,6 @@
-"""A contact case: a scene, its quantities and their closed forms; what is alike in all of them.
+"""A contact case: a scene, its quantities and their closed forms; impacts and rests alike.
+
+A contact case: a scene, its quantities and their closed forms; what is alike in all of them.
 
 A sphere that rests on the floor or on a frozen sphere, pressed in by its weight.
 """

@@ -1,4 +1,6 @@
-"""What is known exactly of the normal motion of an impact, by the names of quantities.
+"""Impacts: a sphere flies at what it meets, touches, and leaves; closed forms and literature.
+
+What is known exactly of the normal motion of an impact, by the names of quantities.
 
 The literature's curve of an impact with friction: the velocity at the contact that is left.
 

@@ -1,4 +1,6 @@
-"""What differences of two runs of a contact are measured in, and how large rounding makes them.
+"""Runs of contacts that no transformation may change, and how far round-off may move them.
+
+What differences of two runs of a contact are measured in, and how large rounding makes them.
 
 How far round-off may move a run: that of coordinates, and that of mdr's force.
 

@@ -1,4 +1,6 @@
-"""How far limits may be from what is expected, and runs from their baseline, and why.
+"""The limit of a small step: tolerances, refinement, what trials leave, scans of a parameter.
+
+How far limits may be from what is expected, and runs from their baseline, and why.
 
 A width is a part of the quantity's size in the run: that of its value in SI units; of a ratio 1, or
 its limit, or the largest that it has (:meth:`ContactCase.sizes`). Small values of large quantities

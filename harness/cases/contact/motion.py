@@ -1,4 +1,6 @@
-"""The motion of the bodies of a contact scene, whoever computed it, and what is read off it.
+"""The motion of a contact scene, in a code or integrated, and what scripts are told of it.
+
+The motion of the bodies of a contact scene, whoever computed it, and what is read off it.
 
 The same scenes by the independent integration of the law: what limits are held against.
 

@@ -1,4 +1,6 @@
-"""Two spheres, or a sphere and a plane, that meet by one law: what all these cases are told.
+"""Two spheres, or a sphere and a plane, that meet by one law: parameters and their scales.
+
+Two spheres, or a sphere and a plane, that meet by one law: what all these cases are told.
 
 The scales on which a contact case has a meaning, for its parameters' values together.
 

@@ -1,4 +1,6 @@
-"""The formulas of a contact law in a line each, as a page of the matrix states them.
+"""What a report says of a contact case: formulas, curves, figures, how to run each again.
+
+The formulas of a contact law in a line each, as a page of the matrix states them.
 
 Figures of contact cases, a panel for each family of submodels: errors, force over overlap.
 

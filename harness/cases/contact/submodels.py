@@ -1,4 +1,6 @@
-"""Sets of parameters that the literature of verification knows, as those of the cases.
+"""The submodels that contact cases go through, their systems, and presets of the literature.
+
+Sets of parameters that the literature of verification knows, as those of the cases.
 
 ``CO``: Chung and Ooi, Granular Matter 13, 643 (2011), tests 1 to 8, with the values of two public
 restatements: Kratos (KratosMultiphysics/Kratos, applications/DEMApplication/tests,

@@ -1,4 +1,6 @@
-"""Whether the round-off of a run is known: that of mdr's force is, of one impact.
+"""One contact scene turned, mirrored, moved, restarted, in other units: what may differ.
+
+Whether the round-off of a run is known: that of mdr's force is, of one impact.
 
 One contact scene seen in other ways: turned, mirrored, from a moving frame, in other units.
 

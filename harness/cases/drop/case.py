@@ -1,4 +1,6 @@
-"""A grain that meets one fixed sphere: what an engine is qualified with before it is believed.
+"""A grain that meets one fixed sphere, as a case; engines qualify with it.
+
+A grain that meets one fixed sphere: what an engine is qualified with before it is believed.
 
 What engines are asked to simulate: the values of a drop, its script, its scene.
 
@@ -15,8 +17,6 @@ silently missing or takes another effective mass (restitution), a contact that i
 The figure of the head-on collisions.
 
 What a report says of the drops: collisions and what is expected of them.
-
-A grain that meets one fixed sphere, as a case; engines qualify with it.
 """
 
 from __future__ import annotations
@@ -29,7 +29,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 from pydantic import Field, model_validator
 
 from harness.cases.contract import (
@@ -63,7 +62,6 @@ from harness.parameters.law import (
 )
 from harness.parameters.plane_scene import Scene
 from harness.report.sections import Drawing, Section
-from harness.report.style import BLACK, COLOURS, MARKERS, STYLES, legend_below
 from harness.theory.contact import (
     duration_clipped,
     duration_unclipped,
@@ -72,6 +70,8 @@ from harness.theory.contact import (
 )
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from harness.theory.contact import Impact
 
 
@@ -553,6 +553,10 @@ SHOWN = 4.0
 
 def speeds_of_collisions(made: Sequence[tuple[DropTest, DropRun]], who: str) -> Figure:
     """Draw the normal speed against time of each collision, with the expected rebound."""
+    from matplotlib.figure import Figure
+
+    from harness.report.style import BLACK, COLOURS, MARKERS, STYLES, legend_below
+
     figure = Figure(figsize=(8.0, 4.2))
     axes = figure.add_subplot()
     for number, (test, run) in enumerate(

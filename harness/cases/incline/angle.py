@@ -1,4 +1,6 @@
-"""The critical angle as an observable: one result type for theory, solver and engine.
+"""The critical angle in an engine: by passage, by steady motion, in the limit of its step.
+
+The critical angle as an observable: one result type for theory, solver and engine.
 
 Critical angle by *passage*: the root of the energy margin over one well.
 

@@ -1,4 +1,6 @@
-"""How close results of the incline must be, of checks and of the baseline: as of ``case.toml``.
+"""How much of the incline a verification runs, what it costs, how close results must be.
+
+How close results of the incline must be, of checks and of the baseline: as of ``case.toml``.
 
 How much of the incline a verification runs: quick, default or full.
 

@@ -1,4 +1,6 @@
-"""The frictionless incline: one grain on a row of fixed, touching spheres.
+"""The incline: parameters, routes of the grain, values for scripts, scene, how a path is judged.
+
+The frictionless incline: one grain on a row of fixed, touching spheres.
 
 The spring of a contact as the routes of the incline need it: overlap and energy of a load.
 

@@ -1,4 +1,6 @@
-"""Paths and crests of an engine, held against those of the reference DEM sample by sample.
+"""An engine on the incline, held against closed form, reference DEM and recorded runs.
+
+Paths and crests of an engine, held against those of the reference DEM sample by sample.
 
 Hold an engine against the reference DEM, on the runs that were made for other checks.
 

@@ -1,6 +1,6 @@
-"""What a report says of a flow of layers: its profile.
+"""Layers of frictionless spheres on a tilted rough base, as a case.
 
-Layers of frictionless spheres on a tilted rough base, as a case.
+What a report says of a flow of layers: its profile.
 """
 
 from __future__ import annotations

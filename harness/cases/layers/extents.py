@@ -1,4 +1,6 @@
-"""How much of the study of layers a level runs: boxes, seeds, and what is changed one at a time.
+"""How much of the study of layers a level runs, its arms, and what that costs.
+
+How much of the study of layers a level runs: boxes, seeds, and what is changed one at a time.
 
 What the study of layers costs: of a grain and a step, as measured, and of a level on a cluster.
 

@@ -1,4 +1,6 @@
-"""The figure of the study: angle of stop against thickness, with what others expect.
+"""The report of the study of layers: figures, tables, a film.
+
+The figure of the study: angle of stop against thickness, with what others expect.
 
 The report of the study: the figure over the thickness, tables of softness and of changes.
 
@@ -19,7 +21,6 @@ from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from harness.cases.grain import READINGS, source_angles
 from harness.cases.layers.averages import REJECTED, Limit, Mean, mean_of
 from harness.cases.layers.changes import (
     STOP,
@@ -42,6 +43,7 @@ from harness.cases.layers.extents import (
     cost_seen,
 )
 from harness.cases.layers.system import Layers, job_of
+from harness.cases.source_angles import READINGS, source_angles
 from harness.engines.contract import Job
 from harness.engines.output import SERIES, Output
 from harness.observables.reference import PEYNEAU_ROUX, ReferencePoints

@@ -1,4 +1,6 @@
-"""Layers of frictionless spheres on a rough base that is tilted, in the scales of a grain.
+"""Layers on a tilted rough base: parameters, values for scripts, what a descent left.
+
+Layers of frictionless spheres on a rough base that is tilted, in the scales of a grain.
 
 Lengths are in diameters d, masses in m, times in sqrt(d/g): the stiffness is in weights over
 diameters, k d / (m g).

@@ -1,4 +1,6 @@
-"""Onsets and breaks of the contacts of the grain's chain, matched one by one.
+"""Two runs of the same tower held against each other; how fast the error falls with the step.
+
+Onsets and breaks of the contacts of the grain's chain, matched one by one.
 
 A contact is in the grain's chain while it and all contacts before it are
 closed. Its onset is when it joins, its break when it leaves, be it by its own

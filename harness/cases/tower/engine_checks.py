@@ -1,4 +1,6 @@
-"""Towers recorded with MFiX-DEM 21.3.2, for where that is not: against the exact propagator.
+"""The towers of an engine beside the main one, live or recorded, against the exact propagator.
+
+Towers recorded with MFiX-DEM 21.3.2, for where that is not: against the exact propagator.
 
 The tables lie in the engine's folder ``recorded``, which says where they come from.
 

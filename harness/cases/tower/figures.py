@@ -1,4 +1,6 @@
-"""Figures of the tower.
+"""The figures of the tower.
+
+Figures of the tower.
 
 Figures of tower runs in time.
 

@@ -1,4 +1,6 @@
-"""The impulse on the grain against the height of the tower.
+"""The impulse on the grain against the height of the tower, and the critical angle from it.
+
+The impulse on the grain against the height of the tower.
 
 From the impulse ratio to the critical angle, in tables.
 """

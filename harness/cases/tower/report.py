@@ -1,6 +1,6 @@
-"""The figures of a verification of the tower, with what is to be seen in each.
+"""What a report says of the tower: the laws, engines beside one another, and the figures.
 
-What a report says of the tower: the laws, engines beside one another, and the figures.
+The figures of a verification of the tower, with what is to be seen in each.
 """
 
 from __future__ import annotations

@@ -1,4 +1,6 @@
-"""Run towers in an engine, and read what comes back.
+"""Run towers by solvers of this package or in an engine, and keep their records.
+
+Run towers in an engine, and read what comes back.
 
 Run towers by solvers of this package or in an engine.
 

@@ -1,4 +1,6 @@
-"""The parameters of one run of the tower.
+"""The tower: parameters, steps and samples, values for scripts, scene.
+
+The parameters of one run of the tower.
 
 Steps and samples of a tower run: whole numbers of each, ending with the duration.
 

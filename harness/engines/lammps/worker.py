@@ -15,7 +15,7 @@ import sys
 from pathlib import Path
 from typing import Any, TextIO
 
-from harness.engines.lammps.deformable import FORCES, run_with_force
+from harness.engines.lammps.external_forces import FORCES, run_with_force
 from harness.engines.lammps.workers import open_lammps
 from harness.files import end_with
 

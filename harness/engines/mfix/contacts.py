@@ -1,4 +1,6 @@
-"""The spheres of a contact as MFiX takes them, and what a run leaves of them.
+"""MFiX's keywords for a contact law, what it states and by which rules.
+
+The spheres of a contact as MFiX takes them, and what a run leaves of them.
 
 A contact with friction as MFiX is told of it: the numbers of its input.
 

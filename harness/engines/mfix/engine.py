@@ -1,4 +1,6 @@
-"""MFiX's inputs: the keyword file from its template, and the particles.
+"""MFiX-DEM as an engine of the harness: its inputs, its solver, its runs.
+
+MFiX's inputs: the keyword file from its template, and the particles.
 
 Run ``mfixsolver``: ask for its version, and run an input in a fresh folder.
 

@@ -1,4 +1,6 @@
-"""Read the VTP files that MFiX writes of a region: an XML head, then raw big-endian blocks.
+"""Read what MFiX wrote of a run.
+
+Read the VTP files that MFiX writes of a region: an XML head, then raw big-endian blocks.
 
 As ``WRITE_VTP_FILE`` of MFiX 21.3.2 writes them (``vtp_mod.f``): all values in single
 precision, each block after the number of its bytes, offsets counted from the underscore.

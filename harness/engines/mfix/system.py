@@ -1,4 +1,6 @@
-"""The step of MFiX-DEM in the harness's terms.
+"""A scene as MFiX holds it: its step, its box, its particles.
+
+The step of MFiX-DEM in the harness's terms.
 
 Where a scene's particles lie in MFiX's box: upright in a line, over a row, over spheres.
 

@@ -1,4 +1,6 @@
-"""Contacts with friction in Yade: laws and rules, read off the source.
+"""Yade as an engine of the harness, and the contacts with friction that it states.
+
+Contacts with friction in Yade: laws and rules, read off the source.
 
 Yade as an engine of the harness: it runs a generated script in its own Python.
 

@@ -1,4 +1,6 @@
-"""Appendix A: boundaries of one chain, (A1) to (A7), and which particles form one, to (A11).
+"""The appendices of the source, recomputed: boundaries, chains, the window of the impulse.
+
+Appendix A: boundaries of one chain, (A1) to (A7), and which particles form one, to (A11).
 
 Appendix B: the time over which the impulse is taken.
 """

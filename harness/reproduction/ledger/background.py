@@ -1,4 +1,6 @@
-"""The introduction: springs in series, equation (1), and the limit of infinite stiffness.
+"""Introduction and background of the source, recomputed: energy, angle, shock, the incline.
+
+The introduction: springs in series, equation (1), and the limit of infinite stiffness.
 
 Section Background: the energy from shock to shock, (2) to (6), its angle, the shock, to (9).
 

@@ -1,4 +1,6 @@
-"""The errata of our restatement of the source, one row each, judged by the rows of this run.
+"""Errata of our restatement of the source, and errors of the source beyond them.
+
+The errata of our restatement of the source, one row each, judged by the rows of this run.
 
 Where a row is about the restatement, its ``where`` says so: the status is that of
 the erratum, not of the source.

@@ -1,4 +1,6 @@
-"""Section Methods: two deformable particles, equations (14) and (15).
+"""The methods of the source, recomputed: pairs, chains, scales of time.
+
+Section Methods: two deformable particles, equations (14) and (15).
 
 Section Methods: three particles and more, equations (16) and (17), and what they do.
 

@@ -1,4 +1,6 @@
-"""Section Results: contacts and forces on the grain in time, impulses and angles over height.
+"""Results, discussion and conclusion of the source, recomputed.
+
+Section Results: contacts and forces on the grain in time, impulses and angles over height.
 
 Sections Discussion and Conclusion: energies of springs in series, equation (18), and angles.
 """

@@ -1,4 +1,6 @@
-"""Random chains and rows with a fixed seed, made forwards: from compressions to centres.
+"""What the rows of the ledger share: random chains, one damped contact, tower runs.
+
+Random chains and rows with a fixed seed, made forwards: from compressions to centres.
 
 One damped contact by direct integration: when it ends, and how fast the grain leaves.
 

@@ -1,4 +1,6 @@
-"""Motions as frames at equal times, ready to be drawn or dumped.
+"""The motions of the movies: computed, as frames at equal times, as dumps.
+
+Motions as frames at equal times, ready to be drawn or dumped.
 
 Motions as LAMMPS text dumps, the format that OVITO and LAMMPS's read_dump open.
 

@@ -1,4 +1,6 @@
-"""What the scenes share: a figure of which only some parts are drawn again for each frame.
+"""The scenes of the movies: grain on the incline, row that collides, shock down a tower.
+
+What the scenes share: a figure of which only some parts are drawn again for each frame.
 
 The movie of the grain over the bumps, below and above the critical angle, to scale.
 

@@ -1,4 +1,6 @@
-"""Modes of a chain whose contacts stay as they are: its motion in closed form.
+"""The exact propagator of a chain: modes between changes of contact, which are located.
+
+Modes of a chain whose contacts stay as they are: its motion in closed form.
 
 Each run of closed contacts swings by itself, ``M u'' = M g - K u``. With the
 eigenvectors of ``M^(-1/2) K M^(-1/2)`` every coordinate is a harmonic about its

@@ -1,4 +1,6 @@
-"""Find the chains of touching particles by sweeps that start at the closest pair.
+"""Contact forces of a chain under the deformable law: which particles touch, and how hard.
+
+Find the chains of touching particles by sweeps that start at the closest pair.
 
 The readable way, for equal spheres (Harper, Dufek and Breard, Appendix A, "Identifying
 chains"); :mod:`harness.solvers.chain.forces` is the fast one and shares no

@@ -1,4 +1,6 @@
-"""How the kernels of the chain are compiled.
+"""A row of particles as arrays: boundaries, stable step, the record of a run.
+
+How the kernels of the chain are compiled.
 
 A tower as the arrays that the kernels work on.
 

@@ -1,4 +1,6 @@
-"""The overlap law of DEM codes: the force of a contact depends on its own overlap only.
+"""The classic Runge-Kutta method with a fixed step (Kutta 1901), and the overlap law in it.
+
+The overlap law of DEM codes: the force of a contact depends on its own overlap only.
 
 RK4 under the overlap law, block by block: a force acts on neighbours only.
 

@@ -1,4 +1,6 @@
-"""Stages of RK4 under the deformable law.
+"""RK4 under the deformable law: a force acts all along a touching chain at once.
+
+Stages of RK4 under the deformable law.
 
 They work on a block of a row: n contacts from ``low`` on and the n + 1 particles
 that they join, or the whole row. Arrays of the row are read from ``low`` on, its

@@ -1,4 +1,6 @@
-"""One grain over columns of particles that move along their axes: forces and velocity Verlet.
+"""One grain over columns of particles that move along their axes.
+
+One grain over columns of particles that move along their axes: forces and velocity Verlet.
 
 As LAMMPS has it: the dashpots see the velocities of the half step. State of the columns: arrays of
 shape (columns, height), the top first, of y [m], its velocity and acceleration; the last particle

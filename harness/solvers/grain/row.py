@@ -1,4 +1,6 @@
-"""The normal contact: linear or Hertz's spring with its dashpot, the tail kept or clipped.
+"""One grain on fixed spheres: state, contact, acceleration.
+
+The normal contact: linear or Hertz's spring with its dashpot, the tail kept or clipped.
 
 One grain on an endless row of fixed spheres, or on one: state, system, acceleration.
 

@@ -1,4 +1,6 @@
-"""The motion between two changes of contact: which spheres push is given, not looked up.
+"""Integrators of the grain's trajectory in fixed steps: their interface, stability, stretches.
+
+The motion between two changes of contact: which spheres push is given, not looked up.
 
 The interface of the integrators of the grain's trajectory: fixed steps, or adaptive.
 

@@ -1,4 +1,6 @@
-"""A spring and a dashpot in parallel under Coulomb's limit: what all three kinds of friction are.
+"""The three kinds of friction of a contact as sliders: tangential, rolling, twisting.
+
+A spring and a dashpot in parallel under Coulomb's limit: what all three kinds of friction are.
 
 With a velocity u and a displacement q (vectors in the frame that turns with the contact)
 
@@ -14,8 +16,6 @@ e . (T' - (eta u)') < cap'. While a slider slides, its state holds e instead of 
 
 Where the dashpot is limited until it slides only, T = cap e from then on: the spring jumps. It
 slides as long as |cap e - eta u| > cap, whatever way it moves.
-
-The three kinds of friction of a contact as sliders: tangential, rolling, twisting.
 
 tangential: linear, kappa = k_t; Mindlin, kappa = 8 G* a (Mindlin 1949; Johnson 1985, section 7.2),
 a that of the contact; beside mdr G* is twice as large at a wall, which is rigid; or, by a rule,

@@ -1,4 +1,6 @@
-"""How far from a sphere's centre a contact takes place: the lever of its force, and of omega.
+"""Where two bodies touch and how they move there; when bodies in flight meet.
+
+How far from a sphere's centre a contact takes place: the lever of its force, and of omega.
 
 Where two bodies touch and how they move against each other there.
 

@@ -1,4 +1,6 @@
-"""What the reference integration of a contact system gives back.
+"""The reference integration of a scene: smooth pieces between events that are located.
+
+What the reference integration of a contact system gives back.
 
 How a system of contacts goes from one smooth piece of its motion to the next.
 

@@ -1,4 +1,6 @@
-"""The elastic normal force of two spheres, or of a sphere and a plane, over their overlap.
+"""The normal force of a contact: springs, dashpots, mdr's plastic and adhesive branches.
+
+The elastic normal force of two spheres, or of a sphere and a plane, over their overlap.
 
 hooke: k delta. hertz: 4/3 E* a delta with a^2 = R* delta (Hertz 1882; Johnson 1985, section 4.2).
 dmt: Hertz less 4 pi gamma R* (Derjaguin, Muller and Toporov 1975). jkr (Johnson, Kendall and

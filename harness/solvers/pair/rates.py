@@ -1,4 +1,6 @@
-"""Rates of the state of a system of contacts, and what ends a smooth piece of its motion.
+"""Rates of the state of a system of contacts, its scales, its samples.
+
+Rates of the state of a system of contacts, and what ends a smooth piece of its motion.
 
 What is small in a contact system: the units in which its errors are measured.
 

@@ -1,4 +1,6 @@
-"""Vectors of three numbers for compiled code: tuples, so that nothing is allocated.
+"""Records in which compiled code reads bodies, planes and contacts; vectors as tuples.
+
+Vectors of three numbers for compiled code: tuples, so that nothing is allocated.
 
 Records in which compiled code reads bodies, planes, contacts and the law between them.
 """

@@ -1,4 +1,6 @@
-"""One step of high order: Gragg's modified midpoint rule, extrapolated (Bulirsch and Stoer).
+"""Steps of smooth motion with error control, and the one in which a piece ends.
+
+One step of high order: Gragg's modified midpoint rule, extrapolated (Bulirsch and Stoer).
 
 Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, section II.9. Increments
 are extrapolated instead of states, so that small overlaps of bodies far from the origin do not

@@ -12,7 +12,6 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy import stats
 
-from harness.cases.grain import READINGS, source_angles
 from harness.cases.incline.system import Incline
 from harness.cases.layers.averages import (
     BOX_POWERS,
@@ -42,6 +41,7 @@ from harness.cases.layers.extents import (
 )
 from harness.cases.layers.study import LayersStudy
 from harness.cases.layers.system import SINGLE
+from harness.cases.source_angles import READINGS, source_angles
 from harness.errors import RequestError
 from harness.observables.reference import ReferencePoints
 from harness.parameters.base import Parameters
