@@ -20,9 +20,9 @@ from harness.cases.columns.system import (
     values_of,
 )
 from harness.cases.contract import Study
-from harness.cases.grain import impulse_ratio, source_angles
 from harness.cases.incline import system
 from harness.cases.incline.system import Incline
+from harness.cases.source_angles import impulse_ratio, source_angles
 from harness.comparison.verdicts import Verdict
 from harness.engines.lammps.engine import Lammps
 from harness.engines.reference import Reference
