@@ -28,7 +28,7 @@ from typing import Any, TypeVar, cast
 
 import numba
 
-from harness.home import KERNELS, cache_place, make_private, writable_by_others
+from harness.files import KERNELS, cache_place, make_private, writable_by_others
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 Result = TypeVar("Result")

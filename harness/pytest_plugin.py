@@ -153,7 +153,7 @@ class Item(_Placed):
     def runtest(self) -> None:
         """Fail, skip or pass as the check does; a known defect is a failure that is expected."""
         self.user_properties.append(("kind", str(self.check.kind)))
-        from harness.report.triage import numbers
+        from harness.report.text import numbers
 
         self.add_report_section("call", "dem-harness", numbers(self.check))
         if self.check.verdict == "known defect":
@@ -204,7 +204,7 @@ def _run(config: pytest.Config) -> Verification:
     import warnings
 
     from harness.errors import HarnessError
-    from harness.workflows.typed_verification import verify_as_typed
+    from harness.workflows.verification import verify_as_typed
 
     asked = {
         n: config.getoption(f"dem_harness_{n}") or config.getini(f"dem_harness_{n}") or None
@@ -229,7 +229,7 @@ def _shared_folder(config: pytest.Config) -> Path | None:
 
 def _run_once(config: pytest.Config, folder: Path) -> Verification:
     """Return what the first worker found; the others wait for it at a lock."""
-    from harness.engines.environments import MADE, held
+    from harness.engines.process import MADE, held
 
     run = config.workerinput["testrunuid"]  # type: ignore[attr-defined]
     kept = folder / f"dem-harness-{run}.pickle"

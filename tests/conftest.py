@@ -11,10 +11,10 @@ from pathlib import Path
 import hypothesis
 import pytest
 
-from harness.cases.incline.result import Crests, InclineRun, Motion
-from harness.home import cache_place
+from harness.cases.incline.system import Crests, InclineRun, Motion
+from harness.files import cache_place
 from harness.observables.provenance import Provenance
-from harness.theory.energy_map import after_next_shock, passage_margin, well_depth
+from harness.theory.incline import after_next_shock, passage_margin, well_depth
 from tests.command_server import CommandServer
 
 INPUTS = Path(__file__).parent.parent / "inputs"

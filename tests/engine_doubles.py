@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from harness.engines.reference.engine import Reference
+from harness.engines.reference import Reference
 from harness.errors import EngineCrashError, EngineError
 
 TRAITS = replace(Reference.traits, install_hint="apt install it", title="")

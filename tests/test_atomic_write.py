@@ -4,8 +4,8 @@ import sys
 
 import pytest
 
-from harness import atomic_write
-from harness.atomic_write import OLD, PREFIX, sweep, whole_folder
+from harness import files
+from harness.files import OLD, PREFIX, sweep, whole_folder
 
 
 def test_the_folder_is_there_at_the_end_of_the_block(tmp_path):
@@ -41,7 +41,7 @@ def test_nothing_is_left_of_a_block_that_fails(tmp_path, stop):
 KEEPER = """
 import sys, time
 from pathlib import Path
-from harness.atomic_write import whole_folder
+from harness.files import whole_folder
 with whole_folder(Path(sys.argv[1])) as aside:
     aside.mkdir()
     (aside / "half").write_text("half")
@@ -97,8 +97,8 @@ def test_an_older_folder_is_not_lost_where_the_new_one_cannot_take_its_place(tmp
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from harness import atomic_write
-from harness.atomic_write import whole_folder
+from harness import files as atomic_write
+from harness.files import whole_folder
 atomic_write._exchange = lambda *_: False  # as on a file system that cannot
 move, moved = Path.rename, []
 def rename(path, target):
@@ -127,7 +127,7 @@ def test_an_older_folder_is_put_back_after_a_kill_between_the_two_renames(tmp_pa
 EXCHANGED = """
 import os, signal, sys
 from pathlib import Path
-from harness import atomic_write
+from harness import files as atomic_write
 exchange = atomic_write._exchange
 def killed(*paths):
     if sys.argv[2] == "after":
@@ -182,7 +182,7 @@ def test_a_folder_that_others_write_or_own_is_left_alone(tmp_path, monkeypatch):
     sweep(tmp_path)
     assert aside.is_dir()
     aside.chmod(0o700)
-    monkeypatch.setattr(atomic_write.os, "geteuid", lambda: 12345)
+    monkeypatch.setattr(files.os, "geteuid", lambda: 12345)
     sweep(tmp_path)
     assert aside.is_dir()
     monkeypatch.undo()

@@ -14,7 +14,7 @@ import numba
 import pytest
 
 from harness.compiled import jit
-from harness.home import VARIABLE
+from harness.files import VARIABLE
 
 PROJECT = Path(__file__).parents[1]
 

@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from harness.home import (
+from harness.files import (
     OTHERS,
     VARIABLE,
     cache_place,

@@ -8,12 +8,18 @@ from xml.etree import ElementTree
 import pytest
 
 import harness.pytest_plugin
-from harness.comparison.findings import Findings, Headline
-from harness.comparison.tolerances import Tolerance
-from harness.comparison.verdicts import Kind, Verdict, failed_run, finding, judge, not_tested
-from harness.comparison.verification import Verification
+from harness.comparison.verdicts import (
+    Kind,
+    Tolerance,
+    Verdict,
+    failed_run,
+    finding,
+    judge,
+    not_tested,
+)
+from harness.comparison.verification import Findings, Headline, Verification
 from harness.errors import EngineTimeoutError
-from harness.workflows.request import chosen_cases
+from harness.workflows.verification import chosen_cases
 
 pytest_plugins = ["pytester"]
 

@@ -12,12 +12,11 @@ from pathlib import Path
 
 import pytest
 
-from harness import shared_memory
-from harness.atomic_write import PREFIX, sweep
+from harness import files
 from harness.engines.lammps.engine import Lammps
 from harness.engines.process import Processes
 from harness.errors import EngineMemoryError
-from harness.shared_memory import SHARED
+from harness.files import PREFIX, SHARED, sweep
 
 pytestmark = pytest.mark.skipif(not SHARED.is_dir(), reason=f"no {SHARED} here")
 
@@ -75,7 +74,7 @@ def test_after_kill_9_of_all_the_next_run_unlinks_it_once_it_is_not_in_use(tmp_p
         cwd=Path(__file__).parents[1],
         env={**os.environ, "TMPDIR": str(tmp_path)},
     )
-    _wait(lambda: list(tmp_path.glob(f"{PREFIX}*/{shared_memory.RECORD}")))
+    _wait(lambda: list(tmp_path.glob(f"{PREFIX}*/{files.RECORD}")))
     for pid in [owner.pid, *_with_mark(tmp_path)]:
         with contextlib.suppress(ProcessLookupError):
             os.kill(pid, signal.SIGKILL)
@@ -98,7 +97,7 @@ def _with_mark(folder):
     found = []
     for process in Path("/proc").glob("[0-9]*"):
         with contextlib.suppress(OSError):
-            if f"{shared_memory.MARK}={folder}/".encode() in (process / "environ").read_bytes():
+            if f"{files.MARK}={folder}/".encode() in (process / "environ").read_bytes():
                 found.append(int(process.name))
     return found
 
@@ -107,13 +106,13 @@ def _with_mark(folder):
 def test_only_segments_written_down_are_unlinked(tmp_path, monkeypatch, name):
     shared = tmp_path / "shared"
     shared.mkdir()
-    monkeypatch.setattr(shared_memory, "SHARED", shared)
+    monkeypatch.setattr(files, "SHARED", shared)
     for file in (tmp_path / "mpich_shm_1_0", shared / "mpich_shm_1_0", shared / "other"):
         file.touch()
     folder = tmp_path / "folder"
     folder.mkdir()
-    (folder / shared_memory.RECORD).write_text(name + "\n")
-    shared_memory.remove_segments(folder)
+    (folder / files.RECORD).write_text(name + "\n")
+    files.remove_segments(folder)
     assert (tmp_path / "mpich_shm_1_0").exists()
     assert (shared / "other").exists()
     assert (shared / "mpich_shm_1_0").exists() == (name == "other")

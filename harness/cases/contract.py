@@ -1,5 +1,11 @@
 """The contract of a case: what is simulated, how an output is read, and how it is judged.
 
+Results that several threads or engines share, each computed once.
+
+The parts of a verification: each leaves rows, whatever becomes of the others.
+
+What ``case.toml`` beside a case's module says: quantities, formula, tolerances, prose.
+
 A case is one object and one folder: ``parameters.py`` (frozen, validated, SI), ``case.toml`` (its
 quantities, as ``name = "[unit] meaning"``, tolerances with their reasons, the prose of its
 report), ``template.py`` (the values that scripts are told, the same system as a scene), reading,
@@ -10,34 +16,188 @@ To add a case, subclass :class:`Case` in ``cases/<name>/case.py`` as ``CASE = My
 package of your own under the entry point ``dem_harness.cases``. ``quantities``, ``template``,
 ``job``, ``read`` and ``references`` are enough for ``run`` and for a verification with ``plans``;
 override ``verify`` for studies of another shape.
+
+A study: a question that one case answers with many runs, from the runs to a verdict in words.
+
+A case declares it as an object (:meth:`harness.cases.contract.Case.study`); a workflow that knows
+no case makes the runs with what sweeps are made with, and hands the rows back.
 """
 
 from __future__ import annotations
 
+import math
+import sys
+import threading
+import tomllib
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from concurrent.futures import Future
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, TypeVar, get_args
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, NamedTuple, TypeVar, get_args
 
-from harness.cases.case_text import text_of
-from harness.cases.once import Once
-from harness.cases.parts import Progress as Progress
-from harness.cases.parts import silent as silent
-from harness.comparison.findings import Findings
-from harness.comparison.tolerances import Tolerance
-from harness.comparison.verdicts import Check, Kind, failed_run, judge, not_tested
+from harness.comparison.verdicts import (
+    Check,
+    Kind,
+    Tolerance,
+    Triage,
+    Verdict,
+    failed_run,
+    judge,
+    not_tested,
+)
+from harness.comparison.verification import Findings
+from harness.engines.border import job_seconds
 from harness.engines.contract import Engine, Job, Output, Template
-from harness.engines.cost import job_seconds
 from harness.engines.traits import Traits
-from harness.errors import EngineError, EngineUndecidedError, RequestError
-from harness.observables.declared import Observable, numbers
-from harness.observables.provenance import Provenance
+from harness.errors import EngineError, EngineOutputError, EngineUndecidedError, RequestError
+from harness.observables.provenance import Observable, Provenance, numbers
+from harness.observables.reference import ReferencePoints
 from harness.parameters.base import Parameters
-from harness.report.sections import Section
+from harness.report.sections import Drawing, Section, Table
 
 if TYPE_CHECKING:
-    from harness.cases.case_study import CaseStudy
+    from matplotlib.figure import Figure
+
+
+Value = TypeVar("Value")
+
+
+class Once:
+    """Keeps values by their keys: who asks first computes one, the others wait for it."""
+
+    def __init__(self) -> None:
+        self._values: dict[Hashable, Future[Any]] = {}
+        self._lock = threading.Lock()
+
+    def __call__(self, key: Hashable, make: Callable[[], Value]) -> Value:
+        """Return the value of a key; raise for all what ``make`` raised."""
+        with self._lock:
+            first = key not in self._values
+            value: Future[Value] = self._values.setdefault(key, Future())
+        if first:
+            try:
+                value.set_result(make())
+            except BaseException as error:
+                value.set_exception(error)
+        return value.result()
+
+
+Progress = Callable[[str, int, int], None]
+"""Called with the name of a stage, the parts done, and the parts in all; from any thread."""
+
+
+def silent(stage: str, done: int, total: int) -> None:
+    """Report no progress."""
+
+
+class Part(NamedTuple):
+    """A part of a verification: its name, what runs it, and how many rows it leaves at least."""
+
+    name: str
+    run: Callable[[], Sequence[Check]]
+    rows: int = 0
+
+
+def rows_of_parts(case: str, parts: Iterable[Part], unit: str = "") -> list[Check]:
+    """Run the parts of a verification in order and return their rows.
+
+    A part that raises becomes a failed row; the other parts go on.
+    """
+    rows: list[Check] = []
+    for part in parts:
+        try:
+            rows += part.run()
+        except Exception as error:
+            rows.append(failed_part(f"{case}: {part.name}", error, unit))
+    return rows
+
+
+def asked(part: Part) -> Part:
+    """Return a part whose RequestError is the engine's failure.
+
+    The runs are ours: one that does not show what is measured in it is the engine's doing.
+    """
+
+    def run() -> Sequence[Check]:
+        try:
+            return part.run()
+        except RequestError as error:
+            raise EngineOutputError(str(error)) from error
+
+    return part._replace(run=run)
+
+
+def failed_part(name: str, error: Exception, unit: str = "", kind: Kind = Kind.CROSS_CODE) -> Check:
+    """Return the failed row of a part that raised: of an engine that died, or of an error here."""
+    if isinstance(error, EngineError):
+        return failed_run(name, kind, error, unit)
+    nan = math.nan
+    told = f"{type(error).__name__}: {error}"
+    return Check(name, kind, unit, nan, nan, nan, nan, Verdict.FAIL, "", told, Triage.HARNESS)
+
+
+def text_of(case: type) -> dict[str, Any]:
+    """Return what stands in the file beside a case's module; {} where there is none."""
+    return _beside(getattr(sys.modules[case.__module__], "__file__", None) or "")
+
+
+@cache
+def _beside(module: str) -> dict[str, Any]:
+    own = Path(module).with_suffix(".toml")
+    file = own if own.is_file() else own.with_name("case.toml")
+    return tomllib.loads(file.read_text("utf-8")) if file.is_file() else {}
+
+
+def tolerances_of(module: str, section: str = "tolerances") -> dict[str, Tolerance]:
+    """Return the tolerances that ``case.toml`` beside a module has, each with its reason.
+
+    ``regression`` is the section of those of the baseline's records.
+    """
+    none = {"unit": "", "absolute": 0.0, "relative": 0.0}
+    told = _beside(module)[section]
+    return {name: Tolerance(**{**none, **one}) for name, one in told.items()}
+
+
+class Words:
+    """What a report says of a case but for its numbers, as ``case.toml`` beside a module has it.
+
+    ``figures`` have a title and a caption, ``sections`` a title and paragraphs, ``tables`` a
+    caption and a head. What stands in braces is a value that is given with the name.
+    """
+
+    def __init__(self, module: str) -> None:
+        self._told = _beside(module)
+
+    def drawing(self, name: str, draw: Callable[[], Figure], **values: Any) -> Drawing:
+        """Return a figure by its name, which is that of its file; raise KeyError for another."""
+        title, caption = self._told["figures"][name]
+        file, title, caption = (text.format(**values) for text in (name, title, caption))
+        return Drawing(file, title, caption, draw)
+
+    def section(self, name: str, **parts: Any) -> Section:
+        """Return a section with its ``parts``, those of :class:`Section`; raise KeyError."""
+        told = self._told["sections"][name]
+        further = parts.pop("paragraphs", ())
+        return Section(told["title"], (*told.get("paragraphs", ()), *further), **parts)
+
+    def table(
+        self,
+        name: str,
+        rows: Sequence[tuple[str, ...]],
+        numeric: Sequence[int] = (),
+        prose: Sequence[int] = (),
+        **values: Any,
+    ) -> Table:
+        """Return a table by its label, with rows; raise KeyError for another."""
+        told = self._told["tables"][name]
+        caption = told["caption"].format(**values)
+        return Table(
+            name, caption, tuple(told["head"]), tuple(rows), frozenset(numeric), frozenset(prose)
+        )
+
 
 P = TypeVar("P", bound=Parameters)
 
@@ -265,3 +425,73 @@ class Case(ABC, Generic[P]):
             )
             for quantity, tolerance in plan.tolerances.items()
         ]
+
+
+Level = Literal["quick", "default", "full"]
+
+Row = Mapping[str, Any]
+"""One run, flat as in a sweep: parameters and quantities with their units, status and reason."""
+
+
+@dataclass(frozen=True)
+class Arm:
+    """Runs that belong together, each with parameters of its own; ``ranks`` of MPI in each."""
+
+    name: str
+    parameters: tuple[Parameters, ...]
+    ranks: int = 1
+
+
+@dataclass(frozen=True)
+class Conclusion:
+    """What a study found: rows of results, the verdict in sentences, the sections of its report.
+
+    ``test`` is how the verdict follows from the numbers, stated before they are known.
+    """
+
+    rows: tuple[Row, ...]
+    verdict: tuple[str, ...]
+    test: str
+    sections: tuple[Section, ...]
+
+
+@dataclass(frozen=True)
+class StudyCost:
+    """What a level costs: what was ``measured``, a row for each number of cores, the model."""
+
+    measured: tuple[Row, ...]
+    rows: tuple[Row, ...]
+    model: str
+
+
+EngineOf = Callable[[int], AbstractContextManager[Engine]]
+"""Opens an engine whose runs take so many ranks of MPI."""
+
+
+class CaseStudy(ABC):
+    """What is run at each level, and what follows from it."""
+
+    title: str
+    question: str
+    columns: Sequence[str]
+    """Of the rows of its conclusion, those that a terminal shows."""
+
+    @abstractmethod
+    def arms(self, level: Level) -> Sequence[Arm]:
+        """Return the runs of a level."""
+
+    def cost(self, level: Level, engine_of: EngineOf, runs: Sequence[Row] = ()) -> StudyCost:
+        """Return what a level costs on 1, 16 and 256 cores.
+
+        By the wall times of ``runs`` of this study, else measured on an engine in short runs.
+        """
+        raise RequestError(f"--cost: the study {self.title!r} does not tell what it costs")
+
+    @abstractmethod
+    def conclude(
+        self, arms: Mapping[str, Sequence[Row]], points: ReferencePoints | None
+    ) -> Conclusion:
+        """Return what follows from the rows of each arm, in the order of its parameters.
+
+        An arm whose engine is not here has no rows. ``points`` are a user's, to be drawn.
+        """

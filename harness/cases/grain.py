@@ -1,21 +1,30 @@
-"""One grain on fixed spheres of its size: what such cases have in common."""
+"""One grain on fixed spheres: what the incline, columns and the tower have in common.
+
+One grain on fixed spheres of its size: what such cases have in common.
+
+Run the jobs of a case in an engine, and read what comes back.
+
+What the source expects of a column of n deformable particles: its critical angle, twice.
+"""
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Callable, Iterable, Sequence
+from importlib import resources
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import Field
 
-from harness.engines.contract import Value
+from harness.engines.contract import Engine, Job, Output, Value
 from harness.engines.output import Table
-from harness.engines.scene import Scene
-from harness.observables.trajectory import Trajectory
+from harness.errors import EngineError
+from harness.observables.reference import Trajectory
 from harness.parameters.base import Parameters
-from harness.parameters.contact import SOURCE, NamedContact
-from harness.parameters.hertz import Hertz, hertz
+from harness.parameters.law import SOURCE, Hertz, NamedContact, hertz
+from harness.parameters.plane_scene import Scene
 
 COLUMNS = ("time_s", "x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
 """Of a path in a table."""
@@ -109,3 +118,49 @@ def path_in(table: Table) -> Trajectory:
     """Return the grain's path: the first particle where a table has several."""
     columns = [np.asarray(table[name]) for name in COLUMNS]
     return Trajectory(*(c[:, 0] if c.ndim == 2 else c for c in columns))
+
+
+P = TypeVar("P")
+Run = TypeVar("Run")
+
+
+def run_jobs(
+    engine: Engine,
+    cases: Sequence[P],
+    job_of: Callable[[P], Job],
+    read: Callable[[P, Output], Run],
+) -> list[Run | EngineError]:
+    """Run cases, in parallel where that helps, and return their results in order; errors in place.
+
+    Raise RequestError for a case that the engine cannot state.
+    """
+    results: list[Run | EngineError] = []
+    outputs = engine.run([job_of(case) for case in cases])
+    for case, output in zip(cases, outputs, strict=True):
+        try:
+            if isinstance(output, EngineError):
+                raise output
+            results.append(read(case, output))
+        except EngineError as error:
+            if isinstance(output, Output):
+                error.log = output.log
+            results.append(error)
+    return results
+
+
+def complete(results: Iterable[Run | EngineError]) -> list[Run]:
+    """Return results; raise the first error among them, for callers that need them all."""
+    return [whole(result) for result in results]
+
+
+def whole(result: Run | EngineError) -> Run:
+    """Return a result; raise it where it is an error."""
+    if isinstance(result, EngineError):
+        raise result
+    return result
+
+
+def recorded_text(engine: str, name: str) -> str:
+    """Return a table of the folder ``recorded`` of an engine, which says where it comes from."""
+    folder = resources.files(f"harness.engines.{engine}").joinpath("recorded")
+    return folder.joinpath(name).read_text(encoding="utf-8")

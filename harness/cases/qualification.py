@@ -8,10 +8,10 @@ from typing import Any
 
 from harness.cases.contract import Case, Study
 from harness.cases.registry import all_cases
-from harness.comparison.findings import Findings
 from harness.comparison.verdicts import Check, Verdict
+from harness.comparison.verification import Findings
+from harness.engines.border import STATED_SECONDS, in_words
 from harness.engines.contract import Engine
-from harness.engines.cost import STATED_SECONDS, in_words
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from functools import cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
-from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 import harness.cases
@@ -29,10 +29,19 @@ ALL = "all"
 @cache
 def built_in() -> tuple[str, ...]:
     """Return the names of the cases of this package, in order."""
-    folders = pkgutil.iter_modules(harness.cases.__path__, "harness.cases.")
-    packages = [module.name for module in folders if module.ispkg]
-    cases = [name for name in packages if find_spec(f"{name}.case") is not None]
-    return tuple(name.rpartition(".")[2].replace("_", "-") for name in cases)
+    return tuple(_homes())
+
+
+@cache
+def _homes() -> dict[str, str]:
+    """Return the module of each case by its name."""
+    homes = {}
+    for module in pkgutil.iter_modules(harness.cases.__path__, "harness.cases."):
+        place = Path(harness.cases.__path__[0], module.name.rpartition(".")[2])
+        if (place / "case.py").is_file() or place.with_suffix(".toml").is_file():
+            name = place.name.replace("_", "-")
+            homes[name] = f"{module.name}.case" if module.ispkg else module.name
+    return homes
 
 
 def plugins() -> Mapping[str, EntryPoint]:
@@ -56,8 +65,7 @@ def get_case(name: str) -> Case[Any]:
     another package that cannot be used.
     """
     if name in built_in():
-        folder = name.replace("-", "_")
-        found: Case[Any] = import_module(f"harness.cases.{folder}.case").CASE
+        found: Case[Any] = import_module(_homes()[name]).CASE
         return found
     point = plugins().get(name)
     if point is None:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from functools import cache
 
-from harness.chain import exact
-from harness.observables.impulse import impulse
-from harness.observables.windows import SEARCH
+from harness.observables.windows import SEARCH, impulse
 from harness.parameters.tower import Law, Tower
-from harness.theory.critical_angle import critical_angle
-from harness.theory.shock import Reading, shock_from_impulse_ratio
+from harness.solvers.chain import exact
+from harness.theory.chain import Reading, shock_from_impulse_ratio
+from harness.theory.incline import critical_angle
 
 READINGS: dict[Reading, str] = {
     "lost": "velocity lost",

@@ -154,7 +154,7 @@ def _told(message: str, status: int) -> int:
     with contextlib.suppress(OSError):
         print(f"dem-harness: {message}", file=sys.stderr)
         if "--json" in sys.argv[1:]:
-            from harness.cli.output import print_json
+            from harness.cli.files import print_json
 
             print_json({"error": message, "status": status})
     return status

@@ -8,11 +8,9 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from harness.cli.command import add_command
+from harness.cli.command import Json, Level, add_command
 from harness.cli.engine_options import EngineOptions
-from harness.cli.files import check_source
-from harness.cli.options import Json, Level
-from harness.cli.output import print_json, print_line
+from harness.cli.files import check_source, print_json, print_line
 
 if TYPE_CHECKING:
     from harness.workflows.baseline import BaselineComparison
@@ -75,7 +73,7 @@ def compare(asked: CompareOptions, engine: EngineOptions, json: Json = False) ->
     A failed row says of what class it is: diverged from the first step, diverged
     late (and when), wrong input, engine error, NaN, out of time, out of memory.
     """
-    from harness.cli.verdicts import print_regression
+    from harness.cli.verify import print_regression
 
     check_source(asked.baseline, "--baseline", folder=True)
     check_source(asked.tolerances, "--tolerances")

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from harness.cli.options import Json
-from harness.cli.output import print_json
+from harness.cli.command import Json
+from harness.cli.files import print_json
 from harness.errors import RequestError
 
 if TYPE_CHECKING:
-    from harness.store.cache_contents import Kept
+    from harness.store.cache import Kept
 
 DAY = 86_400.0
 
@@ -47,8 +47,8 @@ def cache(asked: CacheCommandOptions, json: Json = False) -> None:
     Besides results the cache holds environments of `releases` and compiled kernels. What is
     cleared is computed, installed or compiled again when it is asked for.
     """
-    from harness.home import cache_place
-    from harness.store.cache_contents import clear, contents
+    from harness.files import cache_place
+    from harness.store.cache import clear, contents
 
     folder = cache_place(asked.cache).path
     found = asked.fitting(contents(folder))

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from harness.cli.options import Json
-from harness.cli.output import print_json, print_wrapped
+from harness.cli.command import Json
+from harness.cli.files import print_json, print_wrapped
 
 
 def cases(json: Json = False) -> None:

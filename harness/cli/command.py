@@ -1,5 +1,11 @@
 """Make commands from functions that take their options as frozen dataclasses.
 
+What several commands share: types of options, and texts.
+
+Names are spelled out, not imported: --help must not wait for numba.
+
+Options of several values: numbers as ``1-19`` or ``1,2,5``.
+
 ``def verify(asked: VerifyOptions, engine: EngineOptions, json: Json = False)`` becomes a command
 with an option for each field of the two: what several commands share is written once, and a
 function takes objects, not twenty parameters. A field without a default is a required argument.
@@ -10,16 +16,63 @@ from __future__ import annotations
 
 import functools
 import inspect
+import re
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import MISSING, Field, fields, is_dataclass
 from pathlib import Path
-from typing import Annotated, Any, get_args, get_type_hints
+from typing import Annotated, Any, Literal, get_args, get_type_hints
 
 import typer
 from typer.core import TyperArgument, TyperCommand
 
 from harness.errors import RequestError
+
+Json = Annotated[
+    bool, typer.Option("--json", help="Print one JSON object on stdout, and nothing else.")
+]
+
+ContactName = Literal["source", "clipped", "plastic"]
+Level = Literal["quick", "default", "full"]
+Reading = Literal["kept", "lost"]
+
+
+_MOST = 10_000
+
+
+def heights(text: str) -> list[int]:
+    """Return the heights of ``1-19,30``, each once, in the order given.
+
+    Raise RequestError for what is not one, and for heights outside 1 to 10000.
+    """
+    found: dict[int, None] = {}
+    for part in text.split(","):
+        ends = re.fullmatch(r"(\d{1,9})(?:-(\d{1,9}))?", part.strip(), re.ASCII)
+        if ends is None:
+            raise RequestError(
+                f"--heights {text!r}: {part.strip()!r} must be a whole number or a range, as 1-19"
+            )
+        first, last = int(ends[1]), int(ends[2] or ends[1])
+        if not 1 <= first <= last <= _MOST:
+            raise RequestError(f"--heights {text!r}: {part.strip()} must rise within 1 to {_MOST}")
+        found |= dict.fromkeys(range(first, last + 1))
+    return list(found)
+
+
+def numbers(texts: Iterable[str], option: str) -> list[float]:
+    """Return the numbers of ``["1e5,1e6", "1e7"]``, each once, in the order given.
+
+    Raise RequestError for what is not one; its range is for the parameters to judge.
+    """
+    found: dict[float, None] = {}
+    for text in texts:
+        for part in text.split(","):
+            try:
+                found[float(part)] = None
+            except ValueError:
+                raise RequestError(f"{option} {text!r}: {part!r} is not a number") from None
+    return list(found)
+
 
 OPTIONS = tomllib.loads(Path(__file__).with_name("options.toml").read_text("utf-8"))
 """Examples of the commands, and help of the options by module, class and field."""

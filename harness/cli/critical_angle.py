@@ -5,16 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
-from harness.cli.engine_options import CostOptions, EngineOptions
-from harness.cli.options import ContactName, Json
-from harness.cli.output import print_record
-from harness.cli.qualified import answer, completed
+from harness.cli.command import ContactName, Json
+from harness.cli.engine_options import CostOptions, EngineOptions, answer, completed
+from harness.cli.files import print_record
 from harness.errors import RequestError
 
 if TYPE_CHECKING:
-    from harness.cases.incline.parameters import Incline
+    from harness.cases.incline.system import Incline
     from harness.engines.contract import Engine
-    from harness.parameters.contact import Contact
+    from harness.parameters.law import Contact
     from harness.workflows.progress import Progress
 
 
@@ -48,16 +47,16 @@ class RouteOptions(CostOptions):
 
     def check_contact(self, case: Incline) -> None:
         """Raise RequestError for a contact that a passage cannot measure."""
+        from harness.cases.incline.angle import check_passage
         from harness.cases.incline.levels import Ladder
-        from harness.cases.incline.passage import check_passage
 
         if self.method == "passage":
             check_passage(*(Ladder().cases(case) if self.extrapolate else [case]))
 
     def check_cost(self, case: Incline, engine: Engine) -> None:
         """State what a search costs; raise RequestError for one too long, unless it is forced."""
-        from harness.cases.incline.cost import angle_seconds, extrapolation_seconds
-        from harness.cases.incline.critical_angles import passing
+        from harness.cases.incline.angle import passing
+        from harness.cases.incline.levels import angle_seconds, extrapolation_seconds
 
         if self.extrapolate:
             seconds = extrapolation_seconds(case, engine.traits)
@@ -68,7 +67,7 @@ class RouteOptions(CostOptions):
 
     def measure(self, case: Incline, engine: Engine, progress: Progress) -> dict[str, Any]:
         """Return the record of the critical angle."""
-        from harness.cases.incline import critical_angles as verb
+        from harness.cases.incline import angle as verb
 
         if self.extrapolate:
             return verb.extrapolated_critical_angle(case, engine=engine, progress=progress).record()
@@ -95,7 +94,7 @@ class SystemOptions:
 
     def case(self, engine: str, contact: Contact) -> Incline:
         """Return the incline; raise RequestError for values that are not allowed."""
-        from harness.cases.incline.parameters import Incline
+        from harness.cases.incline.system import Incline
 
         given = {"steps_per_contact": self._steps(engine, contact), "density": self.density}
         return Incline(
@@ -132,7 +131,7 @@ class ContactOptions:
 
         A restitution or damping ratio without a name starts from the source's rules.
         """
-        from harness.parameters.contact import CONTACTS, Contact
+        from harness.parameters.law import CONTACTS, Contact
 
         own_damping = self.restitution is not None or self.damping_ratio is not None
         base = CONTACTS[self.contact or ("source" if own_damping else default)]
@@ -164,8 +163,7 @@ def critical_angle(
     with 10.2078 deg by cancellation at best: --extrapolate is what proves it.
     """
     from harness.cases.incline.closed_forms import angles_beside
-    from harness.cli.history_records import angle_quantities
-    from harness.cli.recording import recorded
+    from harness.cli.recording import angle_quantities, recorded
 
     touching = contact.contact_or("plastic" if route.extrapolate else "source")
     route.check(system)

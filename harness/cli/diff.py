@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from harness.cli.options import Json
-from harness.cli.output import print_json
+from harness.cli.command import Json
+from harness.cli.files import print_json
 from harness.report.plain import one_line
 
 if TYPE_CHECKING:
@@ -44,12 +44,12 @@ def diff(asked: DiffOptions, json: Json = False) -> None:
 
     before, after, output = asked.before, asked.after, asked.output
     if output is not None:
-        from harness.report.target import check_folder
+        from harness.report.folder import check_folder
 
         check_folder(output)
     found = hold(before, after)
     if output is not None:
-        from harness.report.diff_folder import write_diff
+        from harness.report.folder import write_diff
 
         write_diff(found, before, after, output)
     if json:
@@ -66,7 +66,7 @@ def _print(found: RunDiff) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    from harness.cli.verdicts import Printer
+    from harness.cli.verify import Printer
     from harness.comparison.run_diff import Change
 
     printer = Printer()

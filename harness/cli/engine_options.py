@@ -1,15 +1,28 @@
-"""The options that choose an engine, its program and its cache; open what they ask for."""
+"""Options that choose an engine, its program, its cache or a solver, and what they open.
+
+The options that choose an engine, its program and its cache; open what they ask for.
+
+The option ``--solver``: a solver of the harness, or an engine.
+
+End a command that ran one engine: whether that qualifies is told beside what it measured.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from harness.cli.files import print_json
+from harness.errors import EngineError, HarnessError, RequestError
+from harness.report.plain import printable
+
 if TYPE_CHECKING:
+    from harness.cli.recording import Recording
     from harness.engines.contract import Engine
     from harness.store.entries import Entries
 
@@ -26,7 +39,7 @@ class CacheOptions:
 
         Raise RequestError for a place that was named.
         """
-        from harness.home import cache_place
+        from harness.files import cache_place
         from harness.store.entries import Entries, tell_stderr
 
         place = cache_place(self.cache)
@@ -110,7 +123,7 @@ def with_restarts(options: Chosen, engines: Iterable[str], seconds: float = math
 
     from harness.engines.registry import options_of
     from harness.engines.typed import engine_settings
-    from harness.home import RESTARTS, cache_place
+    from harness.files import RESTARTS, cache_place
 
     place = cache_place(options.cache).path.absolute() / RESTARTS
     if options.fresh:  # these are runs of their own
@@ -143,7 +156,7 @@ class CostOptions:
 
         That is the limit of engines unless given [s]; ``instead`` is what could be asked for.
         """
-        from harness.engines.cost import STATED_SECONDS, in_words, refuse_endless
+        from harness.engines.border import STATED_SECONDS, in_words, refuse_endless
         from harness.store.entries import tell_stderr
 
         if not self.force:
@@ -170,15 +183,109 @@ class EngineOptions(IntegratorOptions):
 
 def cached(opened: Engine, entries: Entries | None, fresh: bool) -> Engine:
     """Return an open engine as one that keeps its runs, where there is a cache."""
-    from harness.store.cached_engine import CachedEngine
+    from harness.store.cache import CachedEngine
 
     return opened if entries is None else CachedEngine(opened, entries, fresh=fresh)
 
 
 def runs_made(engine: Engine | None) -> dict[str, int]:
     """Return how many runs an engine made and how many were kept ones, where it counts them."""
-    from harness.store.cached_engine import CachedEngine
+    from harness.store.cache import CachedEngine
 
     if not isinstance(engine, CachedEngine):
         return {}
     return {"engine_runs": engine.ran, "engine_runs_from_cache": engine.read}
+
+
+OWN = ("rk4", "exact")
+"""Solvers of the harness, spelled out: --help must not wait for numba."""
+
+
+@dataclass(frozen=True)
+class SolverOptions(ProgramOptions):
+    """What runs the towers."""
+
+    solver: str = "rk4"
+
+    @property
+    def own(self) -> str | None:
+        """Return the solver of the harness that is asked for, None for an engine."""
+        return self.solver if self.solver in OWN else None
+
+    @contextmanager
+    def run(self) -> Iterator[Engine | None]:
+        """Yield the engine that is asked for; None for a solver of the harness.
+
+        Raise RequestError for a name that is not known, and for options of another engine.
+        """
+        from harness.engines.registry import engine_class
+
+        for name, value in (("--lmp", self.lmp), ("--mpirun", self.mpirun)):
+            if value is not None and self.solver != "lammps":
+                raise RequestError(f"{name} {value!r}: goes with --solver lammps only")
+        self.check_names({self.solver} - set(OWN), "--solver")
+        if self.own:
+            yield None
+            return
+        try:
+            engine_class(self.solver)
+        except RequestError as error:
+            text = str(error).replace("--engine", "--solver", 1)
+            raise RequestError(f"{text}; or a solver of the harness: {', '.join(OWN)}") from None
+        with self.open(self.solver) as engine:
+            yield engine
+
+    @property
+    def own_record(self) -> dict[str, str]:
+        """Return what the history is told of a solver of the harness, which has its version."""
+        from harness import __version__
+
+        return {"engine": self.solver, "engine_version": __version__, "how": "solver"}
+
+
+def completed(record: Mapping[str, Any], engine: Engine | None, told: Recording) -> dict[str, Any]:
+    """Return a record with whether its engine qualifies, and how many runs were made or kept.
+
+    An engine that does not qualify sets the status to 3. Nothing is added for a solver of the
+    harness. Ask after the result, which raises RequestError for a wrong request at once; kept
+    runs are not repeated.
+    """
+    full = {**record, **qualification(engine, told), **runs_made(engine)}
+    told.engine = full
+    return full
+
+
+def answer(
+    record: Mapping[str, Any], engine: str, json: bool, show: Callable[[Mapping[str, Any]], None]
+) -> None:
+    """Print a record, and end with status 3 and the reason where its engine did not qualify."""
+    import typer
+
+    from harness.store.entries import tell_stderr
+
+    (print_json if json else show)(record)
+    if not record.get("qualified", True):
+        reason = printable(record["qualification_failures"])
+        tell_stderr(f"engine {engine!r} did not qualify, its result is not to be used: {reason}")
+        raise typer.Exit(HarnessError.exit_status)
+
+
+def qualification(engine: Engine | None, told: Recording) -> dict[str, Any]:
+    """Qualify an engine and return what a record says of it; one that fails sets the status to 3.
+
+    Nothing of those that others are held against.
+    """
+    from harness.cases.qualification import qualify
+    from harness.engines.registry import ALWAYS
+    from harness.store.entries import tell_stderr
+
+    if engine is None or engine.name in ALWAYS:
+        return {}
+    told.progress(f"qualification of {engine.name}", 0, 1)
+    try:
+        reason = qualify(engine, tell=tell_stderr).reason
+    except EngineError as error:
+        reason = str(error)
+    if reason:
+        told.status = HarnessError.exit_status
+    return {"qualified": not reason, "qualification_failures": reason}

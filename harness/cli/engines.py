@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from harness.cli.command import Json
 from harness.cli.engine_options import WhereOptions
-from harness.cli.options import Json
-from harness.cli.output import print_columns, print_json
+from harness.cli.files import print_columns, print_json
 
 
 def engines(where: WhereOptions, json: Json = False) -> None:

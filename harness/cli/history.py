@@ -8,13 +8,19 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast
 
-from harness.cli.files import FORMATS, check_target, save_figure, write_all
-from harness.cli.options import Json
-from harness.cli.output import print_columns, print_json_rows
+from harness.cli.command import Json
+from harness.cli.files import (
+    FORMATS,
+    check_target,
+    print_columns,
+    print_json_rows,
+    save_figure,
+    write_all,
+)
 from harness.errors import RequestError
 
 if TYPE_CHECKING:
-    from harness.store.history_query import HistoryQuery
+    from harness.store.history import HistoryQuery
     from harness.workflows.history_search import Recorded
 
 SHOWN = 30

@@ -8,13 +8,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from harness.cli.engine_options import CostOptions
-from harness.cli.files import FORMATS, Writer, check_target, read_reference, save_figure, write_all
-from harness.cli.lists import heights, numbers
-from harness.cli.options import Json, Reading
-from harness.cli.output import print_wrapped
-from harness.cli.qualified import answer, completed
-from harness.cli.solvers import SolverOptions
+from harness.cli.command import Json, Reading, heights, numbers
+from harness.cli.engine_options import CostOptions, SolverOptions, answer, completed
+from harness.cli.files import (
+    FORMATS,
+    Writer,
+    check_target,
+    print_wrapped,
+    read_reference,
+    save_figure,
+    write_all,
+)
 from harness.errors import RequestError
 from harness.report.plain import write_csv
 
@@ -23,7 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from rich.table import Table
 
-    from harness.cases.tower.impulse_table import TableOptions as Over
+    from harness.cases.tower.impulse import TableOptions as Over
     from harness.engines.contract import Engine
     from harness.observables.reference import ReferencePoints
     from harness.parameters.tower import Tower
@@ -70,9 +74,9 @@ class TableOptions(CostOptions):
 
     def check_cost(self, solver: str | None, engine: Engine | None) -> None:
         """State what a table costs; raise RequestError for one too long, unless it is forced."""
-        from harness.cases.tower.cost import tower_seconds
-        from harness.cases.tower.impulse_table import families
-        from harness.engines.cost import OWN_SECONDS
+        from harness.cases.tower.case import tower_seconds
+        from harness.cases.tower.impulse import families
+        from harness.engines.border import OWN_SECONDS
 
         over, rules = self.over(), engine.traits if engine else None
         every = list(over["heights"])
@@ -118,7 +122,7 @@ class FileOptions:
         """Write the table and the figure, where they are asked for."""
 
         def draw() -> Figure:
-            from harness.cases.tower.figures.impulse import critical_angle_against_height
+            from harness.cases.tower.figures import critical_angle_against_height
             from harness.observables.reference import PEYNEAU_ROUX
 
             return critical_angle_against_height(
@@ -142,9 +146,8 @@ def impulse(
     over that on a rigid base. It rescales the shock in the well of the incline,
     hence the critical angle. Without options: the source's six runs, both laws.
     """
-    from harness.cases.tower.impulse_angles import impulse_angles
-    from harness.cli.history_records import impulse_quantities
-    from harness.cli.recording import recorded
+    from harness.cases.tower.impulse import impulse_angles
+    from harness.cli.recording import impulse_quantities, recorded
 
     points, name, case = files.points(), solver.solver, table.case()
     with recorded("impulse", quiet=json) as told, solver.run() as engine:

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import typer
 
-from harness.cli.options import Json
-from harness.cli.output import print_json
+from harness.cli.command import Json
+from harness.cli.files import print_json
 
 
 @dataclass(frozen=True)
@@ -21,8 +21,8 @@ class InputsOptions:
 
 def inputs(asked: InputsOptions, json: Json = False) -> None:
     """Write the generated LAMMPS scripts, or check that the written ones are up to date."""
+    from harness.workflows import engine_status as verb
     from harness.workflows import progress_bars
-    from harness.workflows import scripts as verb
 
     with progress_bars("inputs", quiet=json):
         written = [] if asked.check else [str(path) for path in verb.inputs(asked.folder)]

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from harness.cli.command import Json, Level
 from harness.cli.engine_options import CacheOptions
-from harness.cli.options import Json, Level
-from harness.cli.output import print_json, print_line
+from harness.cli.files import print_json, print_line
 
 MOST_MOVED = 20
 """Values that moved of which a terminal is told."""
@@ -40,7 +40,7 @@ def releases(asked: ReleasesOptions, kept: CacheOptions, json: Json = False) -> 
     """
     from harness.cli.engine_options import cached
     from harness.cli.recording import recorded
-    from harness.report.target import check_folder
+    from harness.report.folder import check_folder
     from harness.workflows import releases as compare
 
     output = asked.output
@@ -58,7 +58,7 @@ def releases(asked: ReleasesOptions, kept: CacheOptions, json: Json = False) -> 
         told.status, told.folder = found.status, output
     _record(found)
     if output is not None:
-        from harness.report.releases import write_releases
+        from harness.report.folder import write_releases
 
         write_releases(found, output)
     if json:
@@ -70,8 +70,7 @@ def releases(asked: ReleasesOptions, kept: CacheOptions, json: Json = False) -> 
 
 def _record(found: ReleaseMatrix) -> None:
     """Write down what each release measured, as a run of its own: it has a version of its own."""
-    from harness.cli.history_records import case_quantities
-    from harness.cli.recording import recorded
+    from harness.cli.recording import case_quantities, recorded
 
     for column in found.columns:
         if column.provenance is not None:

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
+from harness.cli.command import Json
 from harness.cli.engine_options import EngineOptions
-from harness.cli.files import output_folder, read_reference
-from harness.cli.options import Json
-from harness.cli.output import print_json, print_line, print_record
+from harness.cli.files import output_folder, print_json, print_line, print_record, read_reference
 from harness.errors import RequestError
 
 if TYPE_CHECKING:
@@ -48,7 +47,7 @@ def reproduce(asked: ReproduceOptions, engine: EngineOptions, json: Json = False
     source from our own runs, movies, and dump files for OVITO. A statement that
     does not hold is a finding, not a failure: exit status 0.
     """
-    from harness.reproduction.ledger_differences import ledger_differences
+    from harness.reproduction.claims import ledger_differences
 
     points = asked.points()
     differences: list[str] = []
@@ -78,7 +77,7 @@ def _reproduced(
 ) -> Reproduction:
     """Recompute the source and write the report, where a folder is given for it."""
     from harness.cli.recording import recorded
-    from harness.reproduction.pages.folder import check_folder, write
+    from harness.reproduction.page import check_folder, write
     from harness.reproduction.run import reproduce as reproduce_with
 
     if folder is not None:

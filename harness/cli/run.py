@@ -8,10 +8,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from harness.cli.engine_options import CostOptions, IntegratorOptions
-from harness.cli.options import Json
-from harness.cli.output import print_wrapped
-from harness.cli.qualified import answer, completed
+from harness.cli.command import Json
+from harness.cli.engine_options import CostOptions, IntegratorOptions, answer, completed
+from harness.cli.files import print_wrapped
 
 if TYPE_CHECKING:
     from harness.engines.contract import Engine
@@ -34,9 +33,8 @@ class RunnerOptions(IntegratorOptions):
 
 def run(asked: CaseOptions, runner: RunnerOptions, json: Json = False) -> None:
     """One run of any case: its parameters, what it measures, and what is expected."""
-    from harness.cli.history_records import run_quantities
-    from harness.cli.recording import recorded
-    from harness.engines.cost import MOST_SECONDS
+    from harness.cli.recording import recorded, run_quantities
+    from harness.engines.border import MOST_SECONDS
     from harness.engines.typed import named_values
     from harness.workflows import run as run_case
 

@@ -12,17 +12,16 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
+from harness.cli.command import Json
 from harness.cli.engine_options import CostOptions, ProgramOptions, with_restarts
-from harness.cli.files import output_folder, read_reference
-from harness.cli.options import Json
-from harness.cli.output import print_frame, print_json, print_wrapped
+from harness.cli.files import output_folder, print_frame, print_json, print_wrapped, read_reference
 from harness.errors import RequestError
 from harness.workflows.slurm_queue import ExecutorOptions
 
 if TYPE_CHECKING:
-    from harness.cases.case_study import Level
+    from harness.cases.contract import Level
     from harness.workflows.study_run import StudyResult
-    from harness.workflows.sweep_local import Executor
+    from harness.workflows.sweep_run import Executor
 
 FAILED = 3
 """Exit status where a run died, or has no angle."""
@@ -63,7 +62,7 @@ def study(options: StudyOptions, where: ExecutorOptions, json: Json = False) -> 
     """
     from harness.cli.recording import recorded
     from harness.workflows import study as run_study
-    from harness.workflows.case_run import usual_engine
+    from harness.workflows.case_runs import usual_engine
     from harness.workflows.study_run import planned, study_of
 
     case, asked = study_of(options.case)
@@ -104,8 +103,8 @@ def study(options: StudyOptions, where: ExecutorOptions, json: Json = False) -> 
 
 def _held(options: StudyOptions, where: ExecutorOptions) -> contextlib.AbstractContextManager[None]:
     """Return what holds the folder of SLURM's jobs: another study in it would take them for its."""
-    from harness.workflows.sweep_folder import held_sweep
     from harness.workflows.sweep_plan import Asked
+    from harness.workflows.sweep_run import held_sweep
 
     if where.executor == "local" or options.output is None:
         return contextlib.nullcontext()
@@ -143,9 +142,9 @@ def _executors(
     engine: str, options: StudyOptions, where: ExecutorOptions
 ) -> Callable[[int], Executor]:
     """Return a function from the ranks of a run to what makes such runs."""
-    from harness.home import cache_place
+    from harness.files import cache_place
     from harness.workflows.slurm import Slurm
-    from harness.workflows.sweep_local import Local
+    from harness.workflows.sweep_run import Local
 
     settings = where.settings()
     if settings is not None and options.output is None:
@@ -187,7 +186,7 @@ def _with_ranks(
 
 
 def _write(found: StudyResult, folder: Path, earlier: Path | None) -> None:
-    from harness.report.study_page import Page, write_study
+    from harness.report.folder import Page, write_study
     from harness.workflows.sweep_run import as_frame
 
     page = Page(found.title, found.question, found.conclusion.verdict, _facts(found, earlier))

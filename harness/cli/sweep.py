@@ -13,11 +13,17 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from harness.cli.engine_options import CostOptions, IntegratorOptions, with_restarts
-from harness.cli.files import Writer, output_folder, read_points, save_figure, write_all
-from harness.cli.options import Json
-from harness.cli.output import print_frame, print_json
-from harness.cli.qualified import qualification
+from harness.cli.command import Json
+from harness.cli.engine_options import CostOptions, IntegratorOptions, qualification, with_restarts
+from harness.cli.files import (
+    Writer,
+    output_folder,
+    print_frame,
+    print_json,
+    read_points,
+    save_figure,
+    write_all,
+)
 from harness.errors import RequestError, cannot_write
 from harness.report.plain import one_line, write_csv
 from harness.workflows.slurm_queue import ExecutorOptions
@@ -163,8 +169,7 @@ def _run(
 ) -> tuple[Sweep, dict[str, str]]:
     """Return the sweep, and why engines did not qualify, by their names."""
     from harness.cli.engine_options import runs_made
-    from harness.workflows.sweep_local import Local
-    from harness.workflows.sweep_run import run_plan
+    from harness.workflows.sweep_run import Local, run_plan
 
     unqualified: dict[str, str] = {}
 
@@ -196,10 +201,9 @@ def _run_on_cluster(
     """Return the sweep, run under SLURM; engines are opened here to look up what is kept."""
     from functools import partial
 
-    from harness.home import cache_place
+    from harness.files import cache_place
     from harness.workflows.slurm import Slurm
-    from harness.workflows.sweep_local import Local
-    from harness.workflows.sweep_run import run_plan
+    from harness.workflows.sweep_run import Local, run_plan
 
     entries = options.entries()
     executor = Slurm(
@@ -226,7 +230,7 @@ class PartialTable:
 
     def __call__(self, rows: Callable[[], Sequence[Row]]) -> None:
         """Write the rows so far, if the last time is long enough ago."""
-        from harness.atomic_write import held_folder
+        from harness.files import held_folder
         from harness.workflows.sweep_run import as_frame
 
         begun = time.monotonic()
@@ -245,7 +249,7 @@ class PartialTable:
 @contextlib.contextmanager
 def _folder(options: SweepOptions, asked: Asked) -> Iterator[Path]:
     """Yield the folder of the sweep, held until the end of the block."""
-    from harness.workflows.sweep_folder import held_sweep
+    from harness.workflows.sweep_run import held_sweep
 
     own = (
         contextlib.nullcontext(options.output) if options.output else output_folder(None, "-sweep")

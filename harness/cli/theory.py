@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from harness.cli.options import Json, Reading
+from harness.cli.command import Json, Reading
 
 
 @dataclass(frozen=True)
@@ -25,8 +25,8 @@ def theory(asked: ShockOptions, json: Json = False) -> None:
     one collision: one_shock_kept_deg, one_shock_lost_deg. event_driven_deg is the angle of rigid
     spheres by events, every rebound followed, up to a restitution of 0.7.
     """
-    from harness.cli import output
+    from harness.cli import files
     from harness.workflows import theory as closed_forms
 
     record = closed_forms(**vars(asked)).record()
-    (output.print_json if json else output.print_record)(record)
+    (files.print_json if json else files.print_record)(record)

@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from harness.cli.engine_options import CostOptions
+from harness.cli.command import Json
+from harness.cli.engine_options import CostOptions, SolverOptions, answer, completed
 from harness.cli.files import check_target, write_all
-from harness.cli.options import Json
-from harness.cli.qualified import answer, completed
-from harness.cli.solvers import SolverOptions
 from harness.report.plain import write_csv
 
 if TYPE_CHECKING:
@@ -52,8 +50,8 @@ class RunOptions(CostOptions):
 
     def check_cost(self, case: Tower, solver: str | None, engine: Engine | None) -> None:
         """State what a run costs; raise RequestError for one too long, unless it is forced."""
-        from harness.cases.tower.cost import tower_seconds
-        from harness.engines.cost import OWN_SECONDS
+        from harness.cases.tower.case import tower_seconds
+        from harness.engines.border import OWN_SECONDS
 
         seconds = tower_seconds(
             case,
@@ -77,9 +75,8 @@ def tower(
     """
     from harness.cases.tower.run import covering
     from harness.cases.tower.run import tower as run_tower
-    from harness.cli.history_records import tower_quantities
-    from harness.cli.recording import recorded
-    from harness.observables.summary import summary
+    from harness.cli.recording import recorded, tower_quantities
+    from harness.observables.windows import summary
 
     check_target(run.series, "--series")
     case, window = system.tower(), run.window

@@ -1,23 +1,203 @@
-"""``dem-harness verify``."""
+"""``dem-harness verify``, and how its verdicts are told in a terminal.
+
+Tell a verification in a terminal: what failed, findings, counts, and the headlines last.
+
+``dem-harness verify``.
+"""
 
 from __future__ import annotations
 
+import math
 import sys
+import textwrap
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
+from harness.cli.command import Json
 from harness.cli.engine_options import EngineOptions
-from harness.cli.files import check_source, output_folder
-from harness.cli.options import Json
-from harness.cli.output import closed_pipe_allowed, print_json
+from harness.cli.files import check_source, closed_pipe_allowed, output_folder, print_json
 from harness.errors import RequestError
+from harness.report.plain import one_line
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from harness.store.entries import Entries
     from harness.workflows.progress import Progress
+
+
+MOST_FAILED, MOST_UNTESTED, MOST_FINDINGS = 40, 8, 5
+"""Rows of each sort that are printed without --verbose."""
+
+WIDEST = 120
+COLOURS = {
+    "pass": "green",
+    "finding": "cyan",
+    "not tested": "yellow",
+    "fixed": "bold green",
+    "known defect": "magenta",
+    "fail": "bold red",
+}
+"""Of each verdict, in the order in which --verbose prints them."""
+
+Record = Mapping[str, Any]
+
+
+def print_verification(record: Record, folder: Path, *, verbose: bool = False) -> None:
+    """Print the record of a verification; ``folder`` is where its report is."""
+    printer = Printer()
+    checks = record["checks"]
+    if verbose:
+        for verdict in COLOURS:
+            printer.rows([c for c in checks if c["verdict"] == verdict], len(checks))
+    else:
+        printer.brief(checks, folder)
+    printer.counts(checks)
+    printer.headlines(record["headlines"])
+    if record["cached"]:
+        printer.line(
+            f"from the cache: measured {record['started']}, {record['seconds']:.1f} s; --fresh "
+            "runs it again"
+        )
+    printer.line(f"report: {folder / 'report.html'}", wrap=False)
+    printer.outcome(record)
+
+
+def print_regression(rows: Sequence[Record], where: str) -> None:
+    """Print how many rows hold against the baseline, and those that do not, with their class."""
+    printer = Printer()
+    held = sum(check["verdict"] == "pass" for check in rows)
+    printer.rows([c for c in rows if c["verdict"] == "fail"], MOST_FAILED)
+    printer.rows([c for c in rows if c["verdict"] == "not tested"], MOST_UNTESTED)
+    printer.line(f"regression: {held} of {len(rows)} rows hold against {where}")
+
+
+class Printer:
+    """Prints at the width of the terminal; colours where it has them."""
+
+    def __init__(self, width: int | None = None) -> None:
+        from rich.console import Console
+
+        self._console = Console(highlight=False, markup=False, emoji=False, width=width)
+        self.width = min(self._console.width, WIDEST)
+
+    def line(self, text: str, style: str = "", *, indent: int = 0, wrap: bool = True) -> None:
+        """Print text on lines that fit, those after the first two characters further in."""
+        text = one_line(text).replace("±", "+-")
+        lines = textwrap.wrap(
+            text,
+            self.width if wrap else len(text) + indent + 1,
+            initial_indent=" " * indent,
+            subsequent_indent=" " * (indent + 2),
+            break_long_words=wrap,
+            break_on_hyphens=False,
+        )
+        for one in lines:
+            self._console.print(one, style=style, soft_wrap=True)
+
+    def table(self, table: Table) -> None:
+        """Print a table, which has a width of its own."""
+        self._console.print(table)
+
+    def rows(self, checks: Sequence[Record], most: int, folder: Path | None = None) -> None:
+        """Print checks, each with what happened; those beyond ``most`` are counted."""
+        for check in checks[:most]:
+            verdict = check["verdict"]
+            kind = "" if check["kind"] == verdict else f" ({check['kind']})"
+            self.line(f"{verdict}: {check['name']}{kind}", COLOURS[verdict])
+            for text in _said(check, folder):
+                self.line(text, indent=4)
+        if len(checks) > most:
+            self.line(f"and {len(checks) - most} more: --verbose prints all")
+
+    def brief(self, checks: Sequence[Record], folder: Path) -> None:
+        """Print what failed, what was not tested, and the findings, some of each."""
+        for verdict, most in (
+            ("fail", MOST_FAILED),
+            ("known defect", MOST_UNTESTED),
+            ("fixed", MOST_UNTESTED),
+            ("not tested", MOST_UNTESTED),
+            ("finding", MOST_FINDINGS),
+        ):
+            self.rows([c for c in checks if c["verdict"] == verdict], most, folder)
+
+    def counts(self, checks: Sequence[Record]) -> None:
+        """Print a line for each kind: how many hold, how many were not tested."""
+        for kind in dict.fromkeys(check["kind"] for check in checks):
+            verdicts = [check["verdict"] for check in checks if check["kind"] == kind]
+            held, failed = (verdicts.count(v) for v in ("pass", "fail"))
+            text = f"{held} of {held + failed} hold" if held + failed else ""
+            reported = verdicts.count("finding")
+            apart = ("known defect", "fixed", "not tested")
+            parts = [text, *(f"{verdicts.count(v)} {v}" for v in apart if v in verdicts)]
+            parts.append(f"{reported} reported" if reported else "")
+            self.line(f"{kind}: {', '.join(filter(None, parts))}")
+
+    def headlines(self, told: Sequence[Record]) -> None:
+        """Print what was expected and measured, as summary.md has it."""
+        from harness.comparison.verification import Headline
+        from harness.report.text import headline_lines
+
+        for text in headline_lines([Headline(**one) for one in told]):
+            self.line(text, "bold")
+
+    def outcome(self, record: Record) -> None:
+        """Print in words whether the verdicts hold; a run that failed ends with this.
+
+        In a strict run what was not tested fails as well. Green is only a run in which each row
+        was judged and holds.
+        """
+        from harness.report.text import all_hold, nothing_tested
+
+        verdicts = [check["verdict"] for check in record["checks"]]
+        defects, untested = verdicts.count("known defect"), verdicts.count("not tested")
+        failed = Counter(c["kind"] for c in record["checks"] if c["verdict"] == "fail")
+        if record.get("strict") and untested:
+            failed["not tested"] = untested
+        why = [", ".join(f"{number} {kind}" for kind, number in failed.items())]
+        if record["engine_errors"]:
+            why.append("an engine could not be run or died")
+        if record.get("untested_cases"):
+            why.append(nothing_tested(record["untested_cases"]).lower())
+        if any(why):
+            self.line(f"FAILED: {'; '.join(filter(None, why))}", "bold red")
+        elif "pass" in verdicts:
+            self.line(all_hold(defects, untested), "yellow" if defects or untested else "green")
+        else:
+            self.line("Nothing was judged", "yellow")
+
+
+def _said(check: Record, folder: Path | None) -> Iterator[str]:
+    """Yield what is known of a check, a line each: the numbers, the class, the note, the log."""
+    value, expected, unit = check["value"], check["expected"], check["unit"]
+    if not math.isnan(value):
+        text = f"{value:.8g} against {expected:.8g} {unit}".rstrip()
+        allowed = check["tolerance"]
+        limit = "" if math.isnan(allowed) else f", {allowed:.2g} allowed"
+        yield f"{text}, {check['difference']:.2g} apart{limit}"
+    if check["verdict"] != "pass":
+        triage = "" if check["triage"] == check["verdict"] else check["triage"]
+        yield from filter(None, (triage, check["note"]))
+    if check["log"] and folder is not None:
+        path = folder / "logs" / check["log"]
+        yield from _command_of(path)
+        yield f"log: {path}"
+
+
+def _command_of(path: Path) -> Iterator[str]:
+    """Yield the command that repeats a run, which the head of its log names."""
+    try:
+        with path.open(encoding="utf-8", errors="replace") as file:
+            first = file.readline(1000).strip()
+    except OSError:
+        return
+    if first.startswith("# "):
+        yield f"run it again: {first.removeprefix('# ')}"
 
 
 @dataclass(frozen=True)
@@ -61,7 +241,6 @@ def verify(asked: VerifyOptions, engine: EngineOptions, json: Json = False) -> N
     verify goes on where it stopped.
     """
     from harness.cli.recording import recorded, verdicts
-    from harness.cli.verdicts import print_verification
 
     asked.check()
     beside = engines_of(asked.engines)
@@ -85,7 +264,7 @@ def engines_of(wanted: str | None) -> tuple[str, ...]:
     """Return the engines that are asked for; raise RequestError for one that is not known."""
     if wanted is None:
         return ()
-    from harness.workflows.engine_selection import asked_engines
+    from harness.workflows.engine_status import asked_engines
 
     return asked_engines(wanted).engines
 
@@ -94,7 +273,7 @@ def _record(
     asked: VerifyOptions, engine: EngineOptions, folder: Path, progress: Progress
 ) -> dict[str, Any]:
     """Return the record of a kept verification or of a new one, its report in the folder."""
-    from harness.store.verifications import pack
+    from harness.store.entries import pack_verification
 
     entries = engine.entries()
     key = _key(asked, engine) if entries else None
@@ -102,15 +281,15 @@ def _record(
     if record is None:
         record = _measured(asked, engine, folder, progress)
         if entries is not None and key is not None and not record["engine_errors"]:
-            entries.put(key, pack(folder, record))
+            entries.put(key, pack_verification(folder, record))
     return record
 
 
 def _key(asked: VerifyOptions, engine: EngineOptions) -> str | None:
     """Return the key of a verification; None with other engines, not all of which have a digest."""
     from harness.store.baseline import digest
-    from harness.store.verifications import verification_key
-    from harness.workflows.request import chosen_cases
+    from harness.store.entries import verification_key
+    from harness.workflows.verification import chosen_cases
 
     if asked.engines is not None:
         return None
@@ -126,16 +305,16 @@ def _key(asked: VerifyOptions, engine: EngineOptions) -> str | None:
 
 def _kept(entries: Entries | None, key: str | None, folder: Path) -> dict[str, Any] | None:
     """Write the report that is kept under a key and return its record, or None."""
-    from harness.atomic_write import whole_folder
-    from harness.store.verifications import DECODE_ERRORS, unpack
+    from harness.files import whole_folder
+    from harness.store.entries import VERIFICATION_ERRORS, unpack_verification
 
     payload = entries.get(key) if entries and key else None
     if entries is None or key is None or payload is None:
         return None
     try:
         with whole_folder(folder) as aside:
-            record = unpack(payload, aside)
-    except DECODE_ERRORS as error:
+            record = unpack_verification(payload, aside)
+    except VERIFICATION_ERRORS as error:
         entries.drop(key, f"not a verification: {error}")
         return None
     return {**record, "cached": True, "engine_runs": 0, "engine_runs_from_cache": 0}
@@ -149,7 +328,7 @@ def _measured(
     from harness.report.folder import write
     from harness.workflows import sections
     from harness.workflows import verify as verify_with
-    from harness.workflows.request import chosen_baseline
+    from harness.workflows.verification import chosen_baseline
 
     known = not asked.no_baseline and chosen_baseline(asked.baseline, asked.tolerances)
     with engine.open(engine.engine, engine.integrator) as opened:

@@ -18,7 +18,7 @@ from typing import Literal, Self
 from pydantic import Field, model_validator
 
 from harness.comparison.verdicts import Check, PredictedSize, Verdict
-from harness.observables.release import release_of
+from harness.observables.provenance import release_of
 from harness.parameters.base import Parameters
 
 Formula = str | float | bool
@@ -29,11 +29,11 @@ class Prediction(Parameters):
     """What the cause of a defect makes of a run: data from which a case computes values.
 
     ``law`` are coefficients that the engine takes instead of those that it was given, ``rules``
-    rules of contacts (:class:`~harness.parameters.contact_rules.Rules`) by which it computes:
+    rules of contacts (:class:`~harness.parameters.rules.Rules`) by which it computes:
     words, numbers, or formulas of the law's coefficients and the ``radius``. ``scheme`` are
-    departures of its steps (:class:`~harness.pair.stepping.Departures`). Of two runs that an
-    invariance compares both have it, or the one that ``of`` names. ``bound`` names how large
-    a difference of two runs may be, of :mod:`harness.cases.contact_base.predictions`, where the
+    departures of its steps (:class:`~harness.solvers.pair.stepping.Departures`). Of two runs that
+    an invariance compares both have it, or the one that ``of`` names. ``bound`` names how large
+    a difference of two runs may be, of :mod:`harness.cases.contact.predictions`, where the
     cause fixes no number; ``undetermined`` says why it does not. ``error`` is a part of the
     message of a run that fails.
     """

@@ -10,9 +10,8 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
-from harness.comparison.baseline_record import BaselineRecord, name_in_cell
 from harness.comparison.known_defects import KnownDefect, Prediction, merged
-from harness.comparison.regression import row_name
+from harness.comparison.regression import BaselineRecord, name_in_cell, row_name
 from harness.comparison.verdicts import Check, Verdict
 
 UNRECORDED = 1e-9

@@ -1,18 +1,192 @@
-"""What was measured, held against the baseline: a row for every quantity of every record."""
+"""A run against the committed baseline: records, tolerances, what differs in their metadata.
+
+How far a record may be from its baseline: what its case allows, and named overrides.
+
+The same script, binary and machine give the same bits: over ways to start an engine, over ranks
+and repetitions the spread is exactly 0. What a case allows is what another compiler, processor
+or release does to the rounding.
+
+A record of the baseline: what one run, or one search, left in numbers and a series.
+
+What differs between a case now and in the baseline besides its numbers.
+
+What was measured, held against the baseline: a row for every quantity of every record.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from fnmatch import fnmatchcase
+from typing import Any, Required, TypedDict
 
-from harness.comparison.baseline_record import BaselineRecord, name_in_cell
-from harness.comparison.divergence import Comparison, compare_series
-from harness.comparison.metadata_diff import changed_parameters, metadata_changes
-from harness.comparison.regression_tolerances import Allowed, ByCase, Override
-from harness.comparison.triage import Triage, of_divergence, of_error
-from harness.comparison.verdicts import Check, Kind, Verdict, judge, not_tested
+from harness.comparison.series import Comparison, Series, compare_series
+from harness.comparison.verdicts import (
+    Cell,
+    Check,
+    Kind,
+    Tolerance,
+    Triage,
+    Verdict,
+    judge,
+    not_tested,
+    of_divergence,
+    of_error,
+)
 from harness.errors import EngineError, RequestError
+from harness.observables.provenance import Provenance
+
+UNSTATED = Tolerance(
+    "", 0.0, 1e-9, "the case states none: round-off of 1e5 steps, and two orders of ten above"
+)
+"""Where a case says nothing of a quantity or series."""
+
+ByCase = Mapping[str, Mapping[str, Tolerance]]
+"""Tolerances by the name of the case, then of the quantity; ``series`` is the band of series."""
+
+
+@dataclass(frozen=True)
+class Override:
+    """A named exception, for the records and quantities that match two patterns."""
+
+    name: str
+    record: str
+    quantity: str
+    tolerance: Tolerance
+
+    def applies(self, record: str, quantity: str) -> bool:
+        """Return whether a quantity of a record is meant."""
+        return fnmatchcase(record, self.record) and fnmatchcase(quantity, self.quantity)
+
+
+@dataclass(frozen=True)
+class Allowed:
+    """The tolerances of cases, and the exceptions to them."""
+
+    by_case: ByCase
+    overrides: Sequence[Override] = ()
+
+    def of(self, case: str, record: str, quantity: str) -> tuple[Tolerance, str]:
+        """Return the tolerance of a quantity, and the name of the override behind it.
+
+        The last override that applies wins.
+        """
+        for override in reversed(self.overrides):
+            if override.applies(record, quantity):
+                return override.tolerance, override.name
+        return self.by_case.get(case, {}).get(quantity, UNSTATED), ""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number with its uncertainty, which is 0 for a run that is the same every time."""
+
+    value: float
+    uncertainty: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class BaselineRecord:
+    """A record, measured now or kept in the baseline; two of the same name are compared.
+
+    ``name`` is ``engine/what`` and the path of its file. ``parameters`` is
+    JSON-ready. ``levels`` are the levels of ``verify`` that run it. ``case`` is the name of the
+    case, ``label`` says in short what the record is, and records of one ``family`` tell about
+    each other.
+    """
+
+    name: str
+    parameters: Mapping[str, Any]
+    quantities: Mapping[str, Quantity]
+    engine: str
+    engine_version: str
+    how: str = ""
+    platform: str = ""
+    script: str = ""
+    script_sha256: str = ""
+    levels: tuple[str, ...] = ()
+    case: str = ""
+    label: str = ""
+    family: tuple[str, ...] = ()
+    series: Series | None = field(default=None, repr=False)
+
+    def at(self, level: str, platform: str) -> BaselineRecord:
+        """Return the case as measured at a level of ``verify``, on a platform."""
+        return replace(self, levels=(level,), platform=platform)
+
+
+class Made(TypedDict, total=False):
+    """Who made a case, as fields of it."""
+
+    engine: Required[str]
+    engine_version: Required[str]
+    how: str
+    script: str
+    script_sha256: str
+
+
+def record_name(engine: str, case: str, words: str) -> str:
+    """Return ``engine/case-words``, of the words letters, digits, points and underscores only."""
+    kept = "".join(c if c.isalnum() or c in "._" else " " for c in words)
+    return f"{engine}/{case}-{'-'.join(kept.split())}"
+
+
+def name_in_cell(cell: Cell) -> str:
+    """Return the name of the record of a cell's values, in its engine."""
+    return record_name(cell.engine, cell.case, f"{cell.submodel} {cell.system}")
+
+
+def made_by(who: Provenance | None, solver: str = "", version: str = "") -> Made:
+    """Return who made a case: an engine, or a solver of this harness in its ``version``."""
+    if who is None:
+        return {"engine": solver, "engine_version": f"dem-harness {version}"}
+    return {
+        "engine": who.engine,
+        "engine_version": who.engine_version,
+        "how": who.how,
+        "script": who.script,
+        "script_sha256": who.script_sha256,
+    }
+
+
+DERIVED = 1e-12
+"""Part of itself that a derived parameter, as a duration, may differ by between processors: 2e-14
+were seen. What anybody sets apart differs by more."""
+
+
+def changed_parameters(now: Mapping[str, Any], known: Mapping[str, Any]) -> list[str]:
+    """Say which parameters differ; one that only one side knows is no difference of the case."""
+    found = []
+    for key, wanted in known.items():
+        if key not in now:
+            continue
+        if isinstance(wanted, Mapping) and isinstance(now[key], Mapping):
+            found += [f"{key} {text}" for text in changed_parameters(now[key], wanted)]
+        elif not _same(now[key], wanted):
+            found.append(f"{key} = {now[key]!r}, the baseline's is {wanted!r}")
+    return found
+
+
+def _same(now: Any, wanted: Any) -> bool:
+    """Return whether two values are one; of a derived one the last bits are the processor's."""
+    if isinstance(now, float) and isinstance(wanted, float):
+        return math.isclose(now, wanted, rel_tol=DERIVED)
+    return bool(now == wanted)
+
+
+def metadata_changes(case: BaselineRecord, known: BaselineRecord) -> list[str]:
+    """Say what differs between the two runs besides the case."""
+    said = []
+    if case.engine_version != known.engine_version:
+        said.append(f"baseline of {known.engine} {known.engine_version}")
+    if case.platform != known.platform:
+        said.append(f"baseline of {known.platform}")
+    if case.script_sha256 != known.script_sha256:
+        said.append(f"script {case.script} is not the baseline's")
+    return said
+
 
 INPUT = frozenset({"step_s"})
 """Quantities that a run is given: one that moved is a wrong input, not a result."""

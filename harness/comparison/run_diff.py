@@ -9,9 +9,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
-from harness.comparison.published import published
-from harness.comparison.results import Results
-from harness.comparison.verdicts import RANK, Check, Verdict
+from harness.comparison.verdicts import RANK, Check, Verdict, published
+from harness.comparison.verification import Results
 from harness.shown import Shown, record_frame
 
 if TYPE_CHECKING:

@@ -1,4 +1,16 @@
-"""Checks and their verdicts. Four kinds that are never mixed, and findings beside them."""
+"""Verdicts: a value, what is expected of it, a tolerance with its reason, and what follows.
+
+How far a value may be from what is expected, with the reason.
+
+Of what class a failure is, so that the next thing to look at is known.
+
+Dataclasses as JSON and back, by their own fields: there is no second description of a result.
+
+Properties under ``computed_field`` are written too. A number that is not finite is null in JSON,
+and NaN when it is read.
+
+Checks and their verdicts. Four kinds that are never mixed, and findings beside them.
+"""
 
 from __future__ import annotations
 
@@ -8,15 +20,106 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from functools import cache
 from typing import Annotated, Any
 
-from pydantic import Field, computed_field, field_serializer
+from pydantic import (
+    BeforeValidator,
+    Field,
+    TypeAdapter,
+    WithJsonSchema,
+    computed_field,
+    field_serializer,
+)
 from pydantic.json_schema import SkipJsonSchema
 
-from harness.comparison.published import Number, published
-from harness.comparison.tolerances import Tolerance
-from harness.comparison.triage import Triage, of_error
-from harness.errors import EngineError
+from harness.comparison.series import Divergence
+from harness.errors import (
+    EngineError,
+    EngineInputError,
+    EngineLostAtomsError,
+    EngineMemoryError,
+    EngineNaNError,
+    EngineTimeoutError,
+)
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """An absolute and a relative tolerance; a difference within their sum passes."""
+
+    unit: str
+    absolute: float
+    relative: float
+    reason: str
+
+    def width(self, expected: float) -> float:
+        """Return the tolerance about an expected value."""
+        return self.absolute + self.relative * abs(expected)
+
+
+class Triage(StrEnum):
+    """The class of a failure. The text of a check's triage opens with one of these."""
+
+    FIRST_STEP = "diverged from the first step"
+    LATE = "diverged late"
+    OUT_OF_TOLERANCE = "out of tolerance"
+    WRONG_INPUT = "wrong input"
+    ENGINE_ERROR = "engine error"
+    NAN = "NaN"
+    OUT_OF_TIME = "out of time"
+    OUT_OF_MEMORY = "out of memory"
+    HARNESS = "harness error"
+    MISSING = "missing"
+    NOT_TESTED = "not tested"
+
+
+_BY_ERROR: tuple[tuple[type[EngineError], Triage], ...] = (
+    (EngineTimeoutError, Triage.OUT_OF_TIME),
+    (EngineMemoryError, Triage.OUT_OF_MEMORY),
+    (EngineNaNError, Triage.NAN),
+    # an atom that is lost was put in rightly
+    (EngineLostAtomsError, Triage.ENGINE_ERROR),
+    (EngineInputError, Triage.WRONG_INPUT),
+)
+
+
+def of_error(error: EngineError) -> str:
+    """Return the class of an engine's error, with its kind where the class does not say it."""
+    triage = next((t for kind, t in _BY_ERROR if isinstance(error, kind)), Triage.ENGINE_ERROR)
+    return triage if error.kind == triage else f"{triage}: {error.kind}"
+
+
+def of_divergence(divergence: Divergence) -> str:
+    """Return the class of a series that left its reference, with the time."""
+    if divergence.from_first_step:
+        return f"{Triage.FIRST_STEP}: {divergence.column}, at {divergence.time:.6g} s"
+    last = f"within its band up to {divergence.last_inside:.6g} s"
+    back = "" if divergence.stays else "; it came back"
+    return f"{Triage.LATE}: {divergence.column}, at {divergence.time:.6g} s ({last}){back}"
+
+
+def _nan(value: Any) -> Any:
+    return math.nan if value is None else value
+
+
+Number = Annotated[
+    float, BeforeValidator(_nan), WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "null"}]})
+]
+"""A number that may be missing: null in JSON, NaN here."""
+
+
+@cache
+def adapter(kind: Any) -> TypeAdapter[Any]:
+    """Return what reads and writes a dataclass."""
+    return TypeAdapter(kind)
+
+
+def published(value: Any) -> dict[str, Any]:
+    """Return a dataclass as a mapping of JSON values; what is not finite stays so."""
+    kind: Any = type(value)
+    found: dict[str, Any] = adapter(kind).dump_python(value, mode="json")
+    return found
 
 
 class Kind(StrEnum):

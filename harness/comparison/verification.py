@@ -1,4 +1,17 @@
-"""All that a verification found: checks, findings case by case, and what made them."""
+"""The results of a verification: findings of each case and engine, headlines, the whole run.
+
+What an engine declares of itself, and what became of it here.
+
+What verifying one case in one engine leaves: checks, values for the baseline, evidence.
+
+The published form of a run: what results.json holds, and how it is read.
+
+The dataclasses are the one source: the file is their dump, the committed JSON Schema is generated
+from them, and :func:`harness.workflows.diff` reads runs with them. Beside their keys stand those
+that cases publish, which each case documents.
+
+All that a verification found: checks, findings case by case, and what made them.
+"""
 
 from __future__ import annotations
 
@@ -8,15 +21,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any
 
-from harness.comparison.baseline_record import BaselineRecord
-from harness.comparison.divergence import Comparison
-from harness.comparison.engines import DeclaredEngine
-from harness.comparison.findings import Findings, Headline
+from pydantic import computed_field
+
 from harness.comparison.known_defects import KnownDefect
-from harness.comparison.published import published
-from harness.comparison.results import SCHEMA as SCHEMA
-from harness.comparison.results import DivergenceRow, Engines, Results
-from harness.comparison.verdicts import Check, Verdict
+from harness.comparison.regression import BaselineRecord
+from harness.comparison.series import Comparison
+from harness.comparison.verdicts import Check, Number, Verdict, adapter, published
+from harness.errors import EngineError
 from harness.observables.provenance import Provenance
 from harness.shown import Shown, record_frame, value_text
 
@@ -24,6 +35,186 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from harness.shown.figure import Figure
+
+
+@dataclass(frozen=True)
+class DeclaredEngine:
+    """An engine's declared rules, copied for the report, and whether its results were used.
+
+    ``version`` is empty where it could not be run, ``missing`` says why; ``unqualified``
+    names the checks of its qualification that failed. ``lineage`` is the engine
+    that it grew out of.
+    """
+
+    engine: str
+    version: str
+    how: str
+    install_hint: str
+    versions: tuple[str, ...]
+    integrator: str
+    tails: tuple[str, ...]
+    effective_masses: tuple[str, ...]
+    spring: str
+    digits: int
+    lineage: str
+    caveats: tuple[str, ...]
+    missing: str = ""
+    unqualified: str = ""
+
+    @computed_field  # type: ignore[prop-decorator]
+    @property
+    def summary(self) -> str:
+        """Return whether the engine was used, and why not."""
+        if self.missing:
+            return "missing"
+        return "did not qualify" if self.unqualified else "qualified"
+
+
+@dataclass(frozen=True)
+class Headline:
+    """A result to be told first: expected value and measured one with its uncertainty.
+
+    ``name`` is the quantity, ``who`` the engine that measured it (as its provenance names it),
+    ``note`` how.
+    """
+
+    name: str
+    unit: str
+    expected: Number
+    value: Number
+    uncertainty: Number
+    who: str
+    note: str = ""
+
+
+@dataclass
+class Findings:
+    """What a case found in an engine (or in the harness's own solvers, ``engine`` empty).
+
+    ``records`` are the values held against the baseline, ``errors`` those of records whose run
+    died, by the record's name, ``untested`` why a record could not be made, by its name or a
+    pattern of names (``*``, ``?``); ``divergences`` the series that left the band about their
+    reference. ``published`` are keys of results.json. ``evidence`` is the case's own: what its
+    sections are made from.
+    """
+
+    case: str
+    engine: str = ""
+    checks: list[Check] = field(default_factory=list)
+    records: list[BaselineRecord] = field(default_factory=list)
+    errors: dict[str, EngineError] = field(default_factory=dict)
+    untested: dict[str, str] = field(default_factory=dict)
+    divergences: list[Comparison] = field(default_factory=list)
+    headlines: list[Headline] = field(default_factory=list)
+    published: Mapping[str, Any] = field(default_factory=dict)
+    evidence: Any = field(default=None, repr=False)
+
+    def add(self, other: Findings) -> None:
+        """Add the records, errors and headlines of a part that was run beside others."""
+        self.records += other.records
+        self.errors |= other.errors
+        self.headlines += other.headlines
+
+
+SCHEMA = 2
+"""Version of this form; raised when a key goes or changes its meaning."""
+
+
+@dataclass(frozen=True)
+class DivergenceRow:
+    """A series that left the band about its reference, and when.
+
+    ``largest_difference`` is over the whole series, ``band`` the largest that passes;
+    ``divergence_time_s`` is the first time outside for good [s], ``stays`` whether it is outside
+    up to the end.
+    """
+
+    case: str
+    column: str
+    largest_difference: Number
+    band: Number
+    divergence_time_s: Number
+    from_first_step: bool | None = None
+    stays: bool | None = None
+
+
+@dataclass(frozen=True)
+class Engines:
+    """What engines beside the main one declare; keys of cases stand beside it."""
+
+    declared: tuple[DeclaredEngine, ...] = ()
+
+
+@dataclass(frozen=True)
+class Results:
+    """One verification run, as results.json holds it.
+
+    ``schema`` is the version of this form, 1 where the key is missing. ``level`` is quick,
+    default or full; ``started`` ISO 8601 in UTC; ``seconds`` the wall time [s]; ``status`` the
+    exit status: 0 holds, 1 a verdict failed, 3 an engine died, or a case that was asked for by
+    name tested nothing (``untested_cases``). ``engine`` is null when none could
+    be run, ``engines`` when none were compared. ``baseline`` is where the accepted values lie,
+    empty without them, ``baseline_sha256`` their digest; ``scripts`` maps the name of each script
+    that ran to its SHA-256. ``strict`` says that what is not tested counts as a failure.
+    """
+
+    level: str
+    started: str
+    seconds: Number
+    platform: str
+    harness_version: str
+    status: int
+    engine: Provenance | None
+    checks: tuple[Check, ...]
+    schema: int = SCHEMA
+    cases: tuple[str, ...] = ()
+    strict: bool = False
+    engine_errors: tuple[str, ...] = ()
+    untested_cases: tuple[str, ...] = ()
+    baseline: str = ""
+    baseline_sha256: str = ""
+    headlines: tuple[Headline, ...] = ()
+    divergences: tuple[DivergenceRow, ...] = ()
+    engines: Engines | None = None
+    scripts: Mapping[str, str] = field(default_factory=dict)
+
+
+def read_published(record: Any) -> Results:
+    """Return a run from its JSON value; keys that are not known are passed over.
+
+    One of schema 1 has its extrapolated angle told as a headline. Raise
+    pydantic.ValidationError for what is no run.
+    """
+    if isinstance(record, dict) and record.get("schema", 1) == 1:
+        record = {
+            **record,
+            "schema": 1,
+            "headlines": _headlines_of_schema_1(record),
+            "engines": None,
+        }
+    found: Results = adapter(Results).validate_python(record)
+    return found
+
+
+def _headlines_of_schema_1(record: Mapping[str, Any]) -> list[dict[str, Any]]:
+    found, engine = record.get("extrapolated"), record.get("engine") or {}
+    if not isinstance(found, dict) or not isinstance(engine, dict):
+        return []
+    return [
+        {
+            "name": "critical angle",
+            "unit": "deg",
+            "expected": record.get("closed_form_deg"),
+            "value": found.get("critical_angle_deg"),
+            "uncertainty": found.get("uncertainty_deg"),
+            "who": engine.get("engine", ""),
+        }
+    ]
+
+
+def json_schema() -> dict[str, Any]:
+    """Return the JSON Schema of the keys that every run has."""
+    return adapter(Results).json_schema(mode="serialization")
 
 
 @dataclass(frozen=True, repr=False)

@@ -1,19 +1,35 @@
-"""Run a program under limits of time and memory, and tell how it ended."""
+"""Processes of engines: run under limits, side by side, in environments of their own.
+
+Run a program under limits of time and memory, and tell how it ended.
+
+Run a function over items side by side, in threads that wait for processes.
+
+Environments of engines' releases in the cache folder: made once, dropped when it is too full.
+
+Each is a folder with a file :data:`COMPLETE`, written last, whose time is that of the last use.
+Whoever uses or makes one holds a lock beside it; only one that nobody holds is dropped.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import errno
+import fcntl
 import os
+import queue
 import re
 import resource
+import shutil
 import signal
 import subprocess
+import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 from harness.errors import (
     EngineCrashError,
@@ -23,7 +39,15 @@ from harness.errors import (
     EngineOutputError,
     EngineTimeoutError,
 )
-from harness.shared_memory import MARK, advice, record_segments, remove_segments
+from harness.files import (
+    MARK,
+    advice,
+    cache_place,
+    lock_file,
+    make_private,
+    record_segments,
+    remove_segments,
+)
 
 LAST_WORDS = 4000
 """Characters that are kept of what a program said."""
@@ -287,3 +311,103 @@ def _kill(group: int) -> None:
     """End a process group: a program, the ranks of a launcher, what outlived it."""
     with contextlib.suppress(ProcessLookupError, PermissionError):
         os.killpg(group, signal.SIGKILL)
+
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+
+CANCEL_SECONDS = 0.5
+"""Between two looks for a signal, which a thread that begins to wait may miss."""
+
+
+def cores() -> int:
+    """Return the number of cores this process may use; a scheduler may give less than it shows."""
+    given = os.environ.get("SLURM_CPUS_PER_TASK", "")
+    if given.isdecimal():
+        return int(given)
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def parallel_map(
+    function: Callable[[Item], Result], items: Iterable[Item], threads: int
+) -> list[Result]:
+    """Return ``function`` of each item, in order; on the first exception, start no more."""
+    results = dict(parallel_each(function, items, threads))
+    return [results[place] for place in range(len(results))]
+
+
+def parallel_each(
+    function: Callable[[Item], Result], items: Iterable[Item], threads: int
+) -> Iterator[tuple[int, Result]]:
+    """Yield the place and ``function`` of each item as it is done; no more after an exception.
+
+    An interrupt, or a caller that leaves, does not wait for what runs: closing the engine ends
+    that.
+    """
+    pool, done = ThreadPoolExecutor(max(1, threads)), queue.SimpleQueue[Future[Result]]()
+    try:
+        places = {pool.submit(function, item): place for place, item in enumerate(items)}
+        for future in places:
+            future.add_done_callback(done.put)
+        for _ in places:
+            over = _next(done)
+            yield places[over], over.result()
+    finally:
+        left = isinstance(sys.exception(), (KeyboardInterrupt, GeneratorExit))
+        pool.shutdown(wait=not left, cancel_futures=True)
+
+
+def _next(done: queue.SimpleQueue[Future[Result]]) -> Future[Result]:
+    while True:
+        try:
+            return done.get(timeout=CANCEL_SECONDS)
+        except queue.Empty:
+            continue
+
+
+def dealt(count: int, hands: int) -> list[range]:
+    """Return the indices 0 to ``count`` - 1, dealt out over as many hands at most."""
+    hands = max(1, min(hands, count))
+    return [range(first, count, hands) for first in range(hands)]
+
+
+FOLDER = "releases"
+COMPLETE = "complete"
+
+
+def environments_folder() -> Path:
+    """Return where environments are kept unless told otherwise."""
+    return cache_place().path / FOLDER
+
+
+USED, MADE = LOCKS = ".used", ".lock"
+"""Endings of the locks of those who use an environment, and of the one who makes it."""
+
+
+@contextlib.contextmanager
+def held(home: Path, lock: str, how: int = fcntl.LOCK_EX) -> Iterator[None]:
+    """Hold a lock of an environment; raise BlockingIOError with LOCK_NB where another does."""
+    make_private(home.parent)
+    with lock_file(home.with_name(home.name + lock)) as file:
+        fcntl.flock(file, how)
+        yield
+
+
+def last_use_and_size(home: Path) -> tuple[float, int]:
+    """Return when an environment was last used [s since 1970], and its size [bytes].
+
+    Raise OSError for one that is not complete.
+    """
+    used = (home / COMPLETE).stat().st_mtime
+    return used, sum(path.lstat().st_size for path in home.rglob("*") if not path.is_dir())
+
+
+def drop(home: Path) -> None:
+    """Remove an environment; raise BlockingIOError where somebody uses or makes it."""
+    now = fcntl.LOCK_EX | fcntl.LOCK_NB
+    with held(home, USED, now), held(home, MADE, now):
+        (home / COMPLETE).unlink(missing_ok=True)
+        shutil.rmtree(home, ignore_errors=True)

@@ -1,26 +1,163 @@
-"""Find the programs of engines, ask them who they are, and run them."""
+"""Engines that run script files through a program: found, asked who they are, run.
+
+Identify programs by content: a version does not tell a release from one with a line changed.
+
+Find the programs of engines, ask them who they are, and run them.
+
+An engine that runs script files through a program: one piece of code for every such code.
+
+To make one, subclass :class:`ScriptedEngine` beside a folder ``templates`` with a file
+``<template>.<extension>.j2`` for each template of a case that the code can state, and give
+
+- ``name``, ``traits`` (whose ``title`` messages write), ``programs`` (names on PATH, the first
+  that is there is taken), ``extension`` of script files;
+- ``ask_version``: who the program is, from :meth:`~ScriptedEngine.ask`;
+- ``command``: the words that run a batch of tasks in a folder;
+- ``write``: the files of the batch beside its scripts.
+
+A script declares the values it takes and prints ``RESULT name = value``, ``RESULT verdict = ...``
+last. The rest has defaults, for a script that has a dictionary ``PARAMETERS`` and writes the lines
+of job i of a batch to ``<i>.txt`` when the job is over, and its series to ``<i>.csv``. Override
+
+- of the scripts (:class:`~harness.engines.scripts.ScriptSource`): ``renders_variants``,
+  ``unused_values``, ``switches``, ``jinja``, ``context``, ``literal``, ``declared``, ``settings``;
+- of the program (:class:`~harness.engines.programs.ProgramEngine`): ``find``, ``self_contained``,
+  ``environment``;
+- of the runs: ``shares``, ``error_of``, ``log_of``, ``ranks_in``, ``read_job``, ``table``,
+  ``command_line``;
+  ``run_batch`` and ``execute`` for another way to run.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import os
 import shlex
 import shutil
+import signal
+import subprocess
 import sys
 import tempfile
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any, ClassVar
 
-from harness.atomic_write import held_folder
-from harness.engines.fingerprints import ENVIRONMENT, facts, program_files
-from harness.engines.parallel import cores
-from harness.engines.process import Ended, Limits, Processes, first_text
-from harness.engines.script import ScriptSource
+from harness.engines.contract import Job, collect, run_in_turn
+from harness.engines.output import SERIES, Output, Table, read_csv, results_in
+from harness.engines.process import (
+    Ended,
+    Limits,
+    Processes,
+    cores,
+    dealt,
+    first_text,
+    parallel_map,
+    signal_of,
+    text_of,
+)
+from harness.engines.scripts import ScriptSource, Task
 from harness.errors import EngineCrashError, EngineError, EngineMissingError, RequestError
+from harness.files import held_folder
 from harness.observables.provenance import Provenance
+
+LOADER_SECONDS = 10.0
+"""That a dynamic loader takes at most to name libraries."""
+
+ENVIRONMENT = ("LD_LIBRARY_PATH", "LD_PRELOAD", "DYLD_LIBRARY_PATH")
+"""What else decides which code runs."""
+
+OF_PYTHON = (*ENVIRONMENT, "PYTHONPATH", "PYTHONHOME", "PYTHONUSERBASE")
+"""Likewise, in a program that imports modules."""
+
+
+def facts(
+    engine: str,
+    how: str,
+    files: Sequence[Path],
+    environment: Sequence[str] = ENVIRONMENT,
+    options: Mapping[str, str] | None = None,
+) -> dict[str, Any]:
+    """Return who runs, JSON-ready, by the contents of its files, the program first.
+
+    ``options`` are those of the engine that no job states and that decide a result.
+    """
+    return {
+        "engine": engine,
+        "how": how,
+        "program": str(files[0]),
+        "files": sorted({f"{digest(path)} {path.name}" for path in files}),
+        "options": dict(options or {}),
+        "environment": {name: os.environ[name] for name in environment if name in os.environ},
+    }
+
+
+def tree_files(folder: Path) -> list[Path]:
+    """Return the files below a folder, in order, but for byte code, which follows from them."""
+    found = (path for path in folder.rglob("*") if "__pycache__" not in path.parts)
+    return sorted(path for path in found if path.is_file())
+
+
+def program_files(program: Path) -> list[Path]:
+    """Return a program and all that the loader gives it; nothing for a script."""
+    with program.open("rb") as stream:
+        if stream.read(2) == b"#!":
+            return []
+    found = with_libraries(program.resolve())
+    return [program, *found] if found else []
+
+
+@cache
+def with_libraries(program: Path, *more: Path) -> list[Path]:
+    """Return a program or library, what the loader gives it, and ``more``; nothing on failure.
+
+    The loader is asked once: the fingerprint of an engine is asked for with every batch of runs.
+    """
+    done = ask_program(["ldd", str(program)], LOADER_SECONDS)
+    if done is None:
+        return []
+    if done.returncode != 0 and "not a dynamic executable" not in done.stderr + done.stdout:
+        return []
+    return [program, *_paths(done.stdout.splitlines()), *more]
+
+
+def ask_program(words: Sequence[str], seconds: float) -> subprocess.CompletedProcess[str] | None:
+    """Return what a program says and its exit status, within so many seconds of wall time.
+
+    None where it cannot be started or takes longer. It is given no input.
+    """
+    try:
+        return subprocess.run(
+            words,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            errors="surrogateescape",  # as in the names of files
+            timeout=seconds,
+            check=False,
+        )
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+
+
+def _paths(lines: Iterable[str]) -> Iterator[Path]:
+    """Yield the files that ``ldd`` names, as in ``libm.so.6 => /lib/libm.so.6 (0x7f...)``."""
+    for line in lines:
+        words = line.split()
+        path = next((word for word in words if word.startswith("/")), None)
+        if path is not None and Path(path).is_file():
+            yield Path(path)
+
+
+@cache
+def digest(path: Path) -> str:
+    """Return the BLAKE2 digest of a file, half the time of SHA-256 for 40 MB of library."""
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, lambda: hashlib.blake2b(digest_size=32)).hexdigest()
+
 
 ASK_SECONDS = 60.0
 NO_FILES: Mapping[str, str] = {}
@@ -186,3 +323,138 @@ def launcher_words(launcher: str | None) -> list[str]:
     except ValueError as error:
         raise RequestError(f"--mpirun {launcher!r} cannot be read: {error}") from None
     return [find_program("mpirun", words[0]), *words[1:]] if words else []
+
+
+class ScriptedEngine(ProgramEngine):
+    """A code that runs scripts through its program, in as many processes as it has workers."""
+
+    # ---- what a subclass gives -------------------------------------------------------------
+
+    @abstractmethod
+    def command(self, folder: Path, tasks: Sequence[Task]) -> list[str]:
+        """Return the words that run tasks, written into a folder, in one process."""
+
+    def write(self, folder: Path, tasks: Sequence[Task]) -> None:
+        """Write the files of a batch: here its scripts, by their names."""
+        for script in {task.script.name: task.script for task in tasks}.values():
+            (folder / script.name).write_text(script.text, encoding="utf-8")
+
+    # ---- what it may override --------------------------------------------------------------
+
+    def shares(self, tasks: Sequence[Task]) -> list[list[int]]:
+        """Return the indices of the tasks of each process: those of one script, dealt out."""
+        scripts: dict[str, list[int]] = {}
+        for index, task in enumerate(tasks):
+            scripts.setdefault(task.script.sha256, []).append(index)
+        return [
+            [same[i] for i in hand]
+            for same in scripts.values()
+            for hand in dealt(len(same), self.workers)
+        ]
+
+    def command_line(self, task: Task) -> str:
+        """Return the command that runs a task again by hand."""
+        words = " ".join(f"{name}={self.literal(value)}" for name, value in task.values.items())
+        return f"{Path(self.program).name} {task.script.name} {words}"
+
+    def error_of(self, ended: Ended, log: str) -> EngineError | None:  # noqa: ARG002
+        """Return the error that the end of a process speaks of, or None where it ended well.
+
+        ``log`` is that of the task it was at, empty where all had finished.
+        """
+        return ended.error(self.title, self.limits.seconds)
+
+    def log_of(self, folder: Path, index: int) -> str:
+        """Return what the task of this index left, nothing before it has begun."""
+        return text_of(folder / f"{index}.txt")
+
+    def read_job(self, folder: Path, index: int, task: Task, seconds: float) -> Output:
+        """Return the output of a finished task that took so long; raise EngineError for a bad one.
+
+        A result ``seconds`` wins over the share of the process's wall time.
+        """
+        series = folder / f"{index}.csv"
+        return self.output(task, self.log_of(folder, index), text_of(series), seconds)
+
+    def ranks_in(self, log: str) -> int:  # noqa: ARG002
+        """Return how many MPI ranks a log speaks of."""
+        return 1
+
+    def table(self, series: str) -> Table:
+        """Return the columns of a series."""
+        return read_csv(series, self.title)
+
+    def run_batch(self, tasks: Sequence[Task]) -> list[Output | EngineError]:
+        """Run tasks in one process; return what those left that it got to, one at least."""
+        if self.processes.closed:
+            return [self.closed_error() for _ in tasks]
+        with fresh_folder() as folder:
+            self.write(folder, tasks)
+            ended = self.start(self.command(folder, tasks), folder, self.limits.seconds)
+            share = ended.seconds / len(tasks)
+            return collect(
+                (self.log_of(folder, index) for index in range(len(tasks))),
+                lambda index: self.read_job(folder, index, tasks[index], share),
+                lambda log: self._ended_by_us(ended) or self.error_of(ended, log),
+                ended,
+                self.title,
+            )
+
+    def execute(self, tasks: Sequence[Task]) -> list[Output | EngineError]:
+        """Run tasks, shared out over processes, and return their outputs in order."""
+        results: dict[int, Output | EngineError] = {}
+
+        def serve(share: Sequence[int]) -> None:
+            results.update(
+                zip(share, run_in_turn([tasks[i] for i in share], self.run_batch), strict=True)
+            )
+
+        parallel_map(serve, self.shares(tasks), self.workers)
+        return [results[index] for index in range(len(tasks))]
+
+    # ---- what every one does ---------------------------------------------------------------
+
+    def run(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
+        """Run the scripts of jobs, and return their outputs in order."""
+        self.check(jobs)
+        if not jobs:
+            return []
+        if self.processes.closed:
+            return [self.closed_error() for _ in jobs]
+        self.identify()
+        tasks = [self.task(job) for job in jobs]
+        outputs: list[Output | EngineError] = []
+        for task, output in zip(tasks, self.execute(tasks), strict=True):
+            log = self.headed(task, output.log)
+            if isinstance(output, EngineError):
+                output.log = log
+                outputs.append(output)
+            else:
+                self._logs.setdefault(task.script.name, log)
+                outputs.append(replace(output, log=log))
+        return outputs
+
+    def _ended_by_us(self, ended: Ended) -> EngineError | None:
+        """Return the error of a process that :meth:`close` ended, which no fault of it did."""
+        ours = self.processes.closed and signal_of(ended.code) is signal.SIGKILL
+        return self.closed_error() if ours else None
+
+    def output(self, task: Task, log: str, series: str, seconds: float) -> Output:
+        """Return the output of a task from its log and its series."""
+        script = task.script
+        who = replace(self.identify(), script=script.name, script_sha256=script.sha256)
+        tables = {SERIES: self.table(series)} if series else {}
+        ranks = self.ranks_in(log)
+        output = Output(results_in(log), who, tables, log, seconds, self.title, ranks)
+        return (
+            replace(output, seconds=output.number("seconds")) if output.has("seconds") else output
+        )
+
+    def headed(self, task: Task, log: str) -> str:
+        """Return a log below the command that runs the same again."""
+        head = f"# {self.command_line(task)}\n# sha256 of the script: {task.script.sha256}"
+        return f"{head}\n{log or f'{self.title} left no log.'}\n"
+
+    def logs(self) -> dict[str, str]:
+        """Return, for each script, the log of the first run of it that finished."""
+        return dict(self._logs)

@@ -21,7 +21,7 @@ from harness.errors import RequestError
 
 ENGINES: dict[str, str] = {
     "lammps": "harness.engines.lammps.engine:Lammps",
-    "reference": "harness.engines.reference.engine:Reference",
+    "reference": "harness.engines.reference:Reference",
     "liggghts": "harness.engines.liggghts.engine:Liggghts",
     "yade": "harness.engines.yade.engine:Yade",
     "kratos": "harness.engines.kratos.engine:Kratos",

@@ -1,15 +1,160 @@
-"""What an engine declares of itself: the rules it follows, which decide what it is held against."""
+"""What an engine declares of itself: its rules, and the contacts with friction that it states.
+
+Contacts with friction that an engine can state, each under rules of its own.
+
+To let an engine take part in the cases of such contacts:
+
+1. Write ``templates/contacts.<extension>.j2``. Its values are those that the job's template lists
+   by default: the law (``normal``, ``damping``, ``tangential``, ``friction``, ...; 0 where a
+   submodel takes no such coefficient), one or two spheres (``radius_1``, ``mass_1``, ``x_1``,
+   ``vx_1``, ``wx_1``, ``motion_1``: free, frozen or prescribed), ``planes`` with ``floor`` and
+   ``ceiling``, gravity, ``step_size``, ``steps``, ``series_every`` and the segments of a prescribed
+   motion. A script that has no use for one names it in ``unused_values`` of its engine.
+2. Let it leave a series with the columns ``step`` (M,) and ``x_m``, ``y_m``, ``z_m``,
+   ``vx_m_per_s``, ..., ``wx_rad_per_s``, ..., ``fx_N``, ..., ``tx_N_m``, ... (M, spheres), at the
+   start and after every ``series_every`` steps, velocities at the time of the positions. In a CSV
+   the columns of sphere 1 are ``x_m[1]`` and so on (:func:`~harness.engines.output.read_csv`).
+3. Declare in ``Traits.contact_models`` what the template states, a :class:`ContactModel` for each
+   contact model of the code, with the rules that it follows in it.
+
+A job that no model states is not tested there, with the reason; the others are held against the
+integration of the law under the model's rules, on a ladder of steps. Where these rules move a
+quantity against the integration under the default rules, that is a finding. The powers of the step
+in the errors are those of velocity Verlet, and what ``Traits.contact_powers`` and, for springs that
+turn, :class:`ContactModel` name beside them.
+
+What an engine declares of itself: the rules it follows, which decide what it is held against.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from harness.engines.contact_model import ContactModel, stating
-
 if TYPE_CHECKING:
-    from harness.parameters.contact import Contact, EffectiveMass, Spring, Tail
+    from harness.parameters.law import Contact, EffectiveMass, Spring, Tail
+
+
+ContactValues = Mapping[str, str | int | float]
+States = dict[str, tuple[str | int | float, ...]]
+
+LAW = ("normal", "tangential")
+"""Values of every job with such a contact, and of no other."""
+
+RESISTANCES = frozenset(
+    kind + part
+    for kind in ("rolling", "twisting")
+    for part in ("", "_stiffness", "_damping", "_friction")
+)
+"""Values of resistance to rolling and twisting: ``unused_values`` of a code that has none."""
+
+
+MIXED = "partner_youngs_modulus"
+"""A value of jobs with two materials that a code is to mix, and of no other."""
+
+PLANES = "planes"
+"""How many walls there are."""
+
+DASHPOTS = "none velocity mass_velocity coeff_restitution"
+"""Dampings of a linear spring."""
+
+
+def takes(normal: str, damping: str, tangential: str, **more: str) -> States:
+    """Return ``states`` of a model from the words that each value may be, with blanks between.
+
+    It resists slip alone, and the code has one interface, unless ``more`` says otherwise.
+    """
+    law = {"normal": normal, "damping": damping, "tangential": tangential}
+    found = {**law, "rolling": "none", "twisting": "none", "interface": "current", **more}
+    return {name: tuple(text.split()) for name, text in found.items()}
+
+
+@dataclass(frozen=True)
+class ContactModel:
+    """A contact model of a code, by the name that its authors give it.
+
+    ``states`` are the words or numbers that a value of a job may be, by its name (``damping``,
+    ``rolling``, ``clipped``: yes or no, ``interface``, ``planes``, ``motion_1``, ...); one that is
+    not named may be any. ``needs`` returns why values that fit so far cannot be stated (a
+    coefficient that the code ties to another), or nothing. ``rules`` is what
+    :class:`~harness.parameters.rules.Rules` is told. ``turning`` are powers of the step in
+    the errors of springs that turn, beside those of its traits. ``mixes``: it takes the materials
+    of two bodies; another takes one, which a job may state in place of both.
+    """
+
+    name: str
+    states: States = field(default_factory=dict)
+    rules: Mapping[str, Any] = field(default_factory=dict)
+    needs: Callable[[ContactValues], str] | None = None
+    turning: tuple[float, ...] = ()
+    mixes: bool = False
+
+    def fitting(self, values: ContactValues) -> tuple[int, str]:
+        """Return how many values fit before the first that does not, and the name of that one."""
+        for number, (name, known) in enumerate(self.states.items()):
+            if name in values and values[name] not in known:
+                return number, name
+        return len(self.states), ""
+
+    def lacks(self, values: ContactValues, name: str) -> str:
+        """Return why it cannot state values of which ``name`` is the first that does not fit.
+
+        Empty where that follows from the words that the value may be, and where it can.
+        """
+        if name == PLANES and self.states[name] == (0,):
+            return "takes two spheres, and no wall"
+        if MIXED in values and not (name or self.mixes):
+            return "gets one material for both bodies here (materials_as = stated)"
+        return self.needs(values) if self.needs and not name else ""
+
+
+def never_attracts(values: ContactValues) -> str:
+    """Return why a dashpot cannot be stated in a code that clips it, or nothing where it can."""
+    if values["damping"] != "none" and values["clipped"] != "yes":
+        return "never attracts (clipped = yes)"
+    return ""
+
+
+def stating(models: Sequence[ContactModel], values: ContactValues) -> tuple[ContactModel, str]:
+    """Return the first model that states a job's contact and nothing, or the closest and why not.
+
+    Of models that are equally close each says why not. Without models, or for a job without such
+    a contact, an empty model that states all.
+    """
+    if not models or any(name not in values for name in LAW):
+        return ContactModel(""), ""
+    closest: list[tuple[ContactModel, str]] = []
+    best = -1
+    for model in models:
+        fit, name = model.fitting(values)
+        if not name and not model.lacks(values, name):
+            return model, ""
+        if fit > best:
+            closest, best = [], fit
+        if fit == best:
+            closest.append((model, name))
+    return closest[0][0], "; ".join(_refusals(closest, values))
+
+
+def _refusals(closest: Sequence[tuple[ContactModel, str]], values: ContactValues) -> Iterator[str]:
+    """Yield why models do not state values, those together that the same value keeps from it."""
+    found: dict[tuple[str, str], list[ContactModel]] = {}
+    for model, name in closest:
+        found.setdefault((name, model.lacks(values, name)), []).append(model)
+    for (name, reason), those in found.items():
+        who = _either(model.name for model in those)
+        if reason:
+            yield f"its {who} {reason}"
+            continue
+        known = _either(str(word) for model in those for word in model.states[name])
+        yield f"its {who} takes {name} = {known}, not {values[name]}"
+
+
+def _either(words: Iterable[str]) -> str:
+    """Return words, each once, as in "a, b or c"."""
+    *others, last = dict.fromkeys(words)
+    return f"{', '.join(others)} or {last}" if others else last
 
 
 HALF = "--set contact.effective_mass=half (of critical-angle --half-mass)"
@@ -49,7 +194,7 @@ class Traits:
     title: str = ""
     contact_models: tuple[ContactModel, ...] = ()
     """Of contacts with friction: what scripts are told of, and by which rules (see
-    :mod:`harness.engines.contact_model`); without any, all that the scripts declare."""
+    :mod:`harness.engines.traits`); without any, all that the scripts declare."""
     contact_powers: tuple[float, ...] = ()
     """Of the step in the errors of such contacts, beside those of velocity Verlet."""
     caveats: tuple[str, ...] = field(default=())
@@ -84,7 +229,7 @@ class Traits:
 
     def refuses_contact(self, contact: Contact) -> str:
         """Return why the engine cannot state a contact, or nothing where it can."""
-        from harness.parameters.contact import contact_values
+        from harness.parameters.law import contact_values
 
         return self.refuses(contact_values(contact))
 

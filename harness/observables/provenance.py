@@ -1,9 +1,59 @@
-"""Provenance of a result: engine, version, how it was run, script."""
+"""What a value is: its name and unit, who computed it, of which release.
+
+The order of an engine's releases, by the version that it gives of itself.
+
+Declaration of an observable: name, unit and shape.
+
+Provenance of a result: engine, version, how it was run, script.
+"""
 
 from __future__ import annotations
 
+import re
 from dataclasses import asdict, dataclass, field
+from datetime import datetime
 from typing import Any
+
+_DATE = re.compile(r"(\d{1,2}) ?([A-Z][a-z]{2}) ?(20\d\d)")
+
+
+def release_of(version: str) -> tuple[int, ...]:
+    """Return the numbers by which releases are in order: of a date year, month, day, then others.
+
+    >>> release_of("22 Jul 2025 - Update 4")
+    (2025, 7, 22, 4)
+    >>> release_of("2025.7.22.4.0")
+    (2025, 7, 22, 4, 0)
+    """
+    date = _DATE.search(version)
+    rest = version[date.end() :] if date else version
+    numbers = tuple(int(n) for n in re.findall(r"\d+", rest))
+    if date is None:
+        return numbers
+    month = datetime.strptime(date[2], "%b").month
+    return (int(date[3]), month, int(date[1]), *numbers)
+
+
+@dataclass(frozen=True)
+class Observable:
+    """A quantity that theory, solvers and engines can all be asked for.
+
+    ``shape`` is in words: "time", "time, particle", "particle" or "" for one number.
+    """
+
+    name: str
+    unit: str
+    shape: str
+    meaning: str
+
+
+def numbers(**meanings: str) -> tuple[Observable, ...]:
+    """Return quantities of one number each, declared as ``name="[unit] meaning"``; [-] is 1."""
+    told = {name: text.removeprefix("[").partition("] ") for name, text in meanings.items()}
+    return tuple(
+        Observable(name, "1" if unit == "-" else unit, "", meaning)
+        for name, (unit, _, meaning) in told.items()
+    )
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,17 @@
-"""Points of others for comparison: a user's table, and a published critical angle."""
+"""Reference points that users bring, and whether the samples of a run agree with one another.
+
+The path of a grain in the plane.
+
+Points of others for comparison: a user's table, and a published critical angle.
+
+Whether samples of a motion belong together: positions, velocities, accelerations.
+
+Over an interval h a value y changes by h/2 (y'_1 + y'_2), to within h^3/12 y'''. What is left is
+held against second differences of the rate, h |D2 y'|, and against third differences of the value
+itself, |D3 y|, of the intervals around: each bounds it, also where a rate jumps (by J within the
+interval: at most h J/2 is left, the differences are h J, and h J/2 at least). A wrong sample opens
+its own bound and not the other's, so the smaller of the two is what a motion must keep.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +19,42 @@ import csv
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
 
 from harness.errors import RequestError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """The grain's path: time [s], position [m] and velocity [m/s], each of shape (rows,).
+
+    x runs along the row (unwrapped over the periodic boundary) from the centre
+    of a fixed sphere, y normal to it from the line of centres.
+    """
+
+    time_s: NDArray[np.float64]
+    x_m: NDArray[np.float64]
+    y_m: NDArray[np.float64]
+    vx_m_per_s: NDArray[np.float64]
+    vy_m_per_s: NDArray[np.float64]
+
+    @property
+    def speed_m_per_s(self) -> NDArray[np.float64]:
+        """Return the speed [m/s], shape (rows,)."""
+        return np.hypot(self.vx_m_per_s, self.vy_m_per_s)
+
+    def frame(self) -> pd.DataFrame:
+        """Return the path as a table, one row per sample."""
+        import pandas as pd
+
+        return pd.DataFrame({**vars(self), "speed_m_per_s": self.speed_m_per_s})
+
 
 HEIGHT, ANGLE = "h_over_d", "theta_deg"
 
@@ -128,3 +175,48 @@ def _number(text: str, column: str, limits: tuple[float, float], where: str) -> 
 
 def _short(text: str) -> str:
     return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+Floats: TypeAlias = NDArray[np.float64]
+
+ROOM = 3.0
+"""Times the bound: codes in velocity Verlet leave 0.25 to 0.3 of it, whatever the step."""
+
+AROUND = 3
+"""Intervals on either side whose differences count."""
+
+FEWEST = 5
+"""Samples that differences need."""
+
+
+def contradiction(
+    values: Floats, rates: Floats, interval: float, rounding: float, late: float = 0.0
+) -> tuple[int, int] | None:
+    """Return row and column of the first sample where values do not move with their rates.
+
+    ``values`` and ``rates`` are (M, N), M samples ``interval`` [s] apart; ``rounding`` is that of
+    a value; ``late`` [s] is how far the rates may be from the time of the values. None where all
+    belong together, or where there are too few to tell.
+    """
+    if len(values) < FEWEST:
+        return None
+    left = np.abs(np.diff(values, axis=0) - 0.5 * interval * (rates[1:] + rates[:-1]))
+    by_rates = interval * _around(np.diff(rates, 2, axis=0), len(left))
+    by_values = _around(np.diff(values, 3, axis=0), len(left))
+    if late > 0.0:
+        by_rates += late * _around(np.diff(rates, axis=0), len(left))
+        by_values += late / interval * _around(np.diff(values, 2, axis=0), len(left))
+    allowed = ROOM * np.minimum(by_rates, by_values)
+    allowed += rounding + interval * float(np.finfo(float).eps) * np.abs(rates).max(initial=0.0)
+    wrong = np.argwhere(left > allowed)
+    return None if wrong.size == 0 else (int(wrong[0, 0]) + 1, int(wrong[0, 1]))
+
+
+def _around(differences: Floats, intervals: int) -> Floats:
+    """Return the largest size of differences around each interval, shape (intervals, N)."""
+    sizes = np.abs(differences)
+    most = np.zeros((intervals, *sizes.shape[1:]))
+    for shift in range(-AROUND, AROUND):
+        first, last = max(0, -shift), min(intervals, len(sizes) - shift)
+        np.maximum(most[first:last], sizes[first + shift : last + shift], out=most[first:last])
+    return most

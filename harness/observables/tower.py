@@ -9,8 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from harness.observables.declared import Observable
-from harness.observables.provenance import Provenance
+from harness.observables.provenance import Observable, Provenance
 from harness.parameters.tower import Tower
 from harness.shown import Shown, power
 

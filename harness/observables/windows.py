@@ -1,19 +1,70 @@
-"""How long the impulse on the grain is summed up: three windows.
+"""The impulse on the grain of a tower: windows, contacts that count, the summary of a run.
+
+Interpolate the motion of the grain between samples.
+
+The contacts of the grain's chain whose force is above rounding.
+
+How long the impulse on the grain is summed up: three windows.
 
 They need the series of a run alone, so they are the same for a solver and an
 engine. Times count from the start of the run; where the grain has a gap to
 cross first, a window is measured from its touch.
+
+The impulse of the contact force on the grain.
+
+Summary of a tower run in a few numbers.
 """
 
 from __future__ import annotations
 
-from typing import Literal
+from dataclasses import dataclass
+from typing import Any, Literal
 
 import numpy as np
 
 from harness.errors import RequestError
-from harness.observables.interpolation import grain_acceleration, hermite
 from harness.observables.tower import Floats, TowerRun
+
+
+def hermite(time: Floats, value: Floats, rate: Floats, at: float) -> float:
+    """Return the cubic through values and rates (M,) on both sides of ``at`` [s].
+
+    Its error is of fourth order in the distance of the samples.
+    """
+    i = int(np.clip(np.searchsorted(time, at, side="right") - 1, 0, time.size - 2))
+    width = float(time[i + 1] - time[i])
+    if width == 0:
+        return float(value[i])
+    s = (at - float(time[i])) / width
+    start, end = float(value[i]), float(value[i + 1])
+    left, right = width * float(rate[i]), width * float(rate[i + 1])
+    cubic = 2 * (start - end) + left + right
+    return start + s * (left + s * (3 * (end - start) - 2 * left - right + s * cubic))
+
+
+def grain_acceleration(run: TowerRun) -> Floats:
+    """Return the acceleration of the grain (M,) [m/s2]."""
+    return run.tower.gravity - run.grain_force / run.tower.each("mass")[0]
+
+
+def grain_velocity_at(run: TowerRun, time: float) -> float:
+    """Return the velocity of the grain [m/s] at ``time`` [s]."""
+    return hermite(run.time, run.grain_velocity, grain_acceleration(run), time)
+
+
+SIGNIFICANT_FORCE = 1e-6
+"""Contacts that press with more than this part of the peak; fainter ones are rounding's."""
+
+
+def significant_contacts(run: TowerRun) -> Floats:
+    """Return the contacts of the grain's chain above rounding (M,), of a run with profiles.
+
+    All that carry a force, of one without.
+    """
+    if run.profiles is None:
+        return run.contacts
+    return run.contacts_above(SIGNIFICANT_FORCE * float(run.grain_force.max()))
+
 
 Window = Literal["turnaround", "structure", "first-contact"]
 WINDOWS: tuple[Window, ...] = ("turnaround", "structure", "first-contact")
@@ -177,3 +228,133 @@ def _falls_through_zero(time: Floats, value: Floats, rate: Floats, i: int) -> fl
 def _too_short(run: TowerRun, why: str) -> RequestError:
     reached = run.time[-1] / run.tower.contact_time
     return RequestError(f"duration = {reached:.6g} t0: too short, {why}")
+
+
+def impulse_until(run: TowerRun, time: float) -> float:
+    """Return the integral of the contact force on the grain up to ``time`` [N s].
+
+    Momentum balance, ``J = m (v0 - v) + m g t``: exact, where a quadrature of the
+    samples of the force would not be. Raise RequestError beyond the run.
+    """
+    t0 = run.tower.contact_time
+    if not 0 <= time <= run.time[-1] * (1 + 1e-9):
+        raise RequestError(
+            f"duration = {run.time[-1] / t0:.6g} t0: must be at least {time / t0:.6g} t0, "
+            "where the window ends"
+        )
+    mass = run.tower.each("mass")[0]
+    lost = float(run.grain_velocity[0]) - grain_velocity_at(run, time)
+    return mass * (lost + run.tower.gravity * time)
+
+
+def impulse(run: TowerRun, window: Window = "turnaround") -> float:
+    """Return the impulse on the grain over ``window`` [N s]."""
+    return impulse_until(run, window_end(run, window))
+
+
+@dataclass(frozen=True)
+class ImpulseRow:
+    """One entry of the impulse table: ``ratio`` is alpha(n) = J(n)/J(1).
+
+    ``window_s``, ``impulse_Ns`` and ``ratio`` are NaN where the window does not
+    exist, as the structure window of tall towers.
+    """
+
+    height: int
+    stiffness: float  # [N/m]
+    speed: float  # [m/s]
+    law: str
+    window: str
+    window_s: float  # [s] its end
+    impulse_Ns: float  # [N s]
+    ratio: float  # [1]
+
+
+def peak_force(run: TowerRun) -> float:
+    """Return the largest contact force on the grain [N].
+
+    The top of the parabola through the largest sample and its neighbours; the
+    sample itself where they do not lie below a maximum.
+    """
+    i = int(np.argmax(run.grain_force))
+    peak = float(run.grain_force[i])
+    if not 0 < i < run.time.size - 1:
+        return peak
+    left, right = run.time[i - 1] - run.time[i], run.time[i + 1] - run.time[i]
+    if left == 0 or right == 0:
+        return peak
+    down = (run.grain_force[i - 1] - peak) / left
+    up = (run.grain_force[i + 1] - peak) / right
+    curvature = (up - down) / (right - left)
+    if curvature >= 0:
+        return peak
+    slope = up - curvature * right
+    return peak - float(slope**2 / (4 * curvature))
+
+
+def energy_drift(run: TowerRun) -> float:
+    """Return the largest relative deviation of the total energy [-].
+
+    As a part of the largest sum of kinetic and elastic energy of the run; 0 where nothing moves.
+    """
+    scale = float(np.max(run.kinetic_energy + run.elastic_energy))
+    return float(np.max(np.abs(run.energy - run.energy[0]))) / scale if scale > 0 else 0.0
+
+
+def contact_changes(run: TowerRun) -> list[tuple[float, int]]:
+    """Return (t/t0, contacts in the grain's chain) at the start and whenever they change.
+
+    A grain that begins in touch has the contacts of the next sample already.
+    """
+    contacts = run.contacts.astype(int)
+    if run.tower.start != "gapped":
+        contacts[0] = contacts[min(1, contacts.size - 1)]
+    rows = np.flatnonzero(np.diff(contacts, prepend=-1))
+    return [(float(run.time_over_t0[i]), int(contacts[i])) for i in rows]
+
+
+def grain_alone(run: TowerRun) -> list[tuple[float, float]]:
+    """Return (from, to) [t0] of every stretch in which nothing presses on the grain.
+
+    The last one ends with the run if the grain does not come back.
+    """
+    changes = contact_changes(run)
+    ends = [time for time, _ in changes[1:]] + [float(run.time_over_t0[-1])]
+    return [
+        (time, end) for (time, contacts), end in zip(changes, ends, strict=True) if contacts == 0
+    ]
+
+
+def summary(
+    run: TowerRun, window: Window = "turnaround", whole: TowerRun | None = None
+) -> dict[str, Any]:
+    """Return what ``dem-harness tower --json`` prints.
+
+    ``whole`` is a run of the same case that covers the window, where ``run`` does
+    not. ``turnaround_s`` is when grain and base are closest; ``window_s`` is when
+    the window of ``impulse_Ns`` ends, for the turnaround window twice as late.
+    """
+    tower, whole = run.tower, whole or run
+    end = window_end(whole, window)
+    return {
+        "law": tower.law,
+        "solver": run.solver,
+        "height": tower.height,
+        "stiffness_N_per_m": tower.stiffness,
+        "mass_kg": tower.mass,
+        "speed_m_per_s": tower.speed,
+        "gravity_m_per_s2": tower.gravity,
+        "base": tower.base,
+        "step_s": run.step,
+        "duration_s": float(run.time[-1]),
+        "window": window,
+        "window_s": end,
+        "impulse_Ns": impulse_until(whole, end),
+        "peak_force_N": peak_force(run),
+        "contact_time_s": tower.contact_time,
+        "turnaround_s": turnaround(whole),
+        "energy_drift": energy_drift(run),
+        "contacts": [list(change) for change in contact_changes(run)],
+        "final_velocity_m_per_s": [float(value) for value in run.final_velocity],
+        **(run.provenance.record() if run.provenance else {}),
+    }

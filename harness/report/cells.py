@@ -11,9 +11,8 @@ from pathlib import PurePosixPath
 from harness.comparison.known_defects import KnownDefect, defect_of
 from harness.comparison.verdicts import Verdict
 from harness.comparison.verification import Verification
-from harness.report.defects import address
 from harness.report.gallery import Drawn, DrawnCell
-from harness.report.matrix import Mark
+from harness.report.matrix import Mark, address
 from harness.report.page import Row, look, rows_of
 from harness.report.plain import safe_path
 from harness.report.sections import CellText

@@ -1,26 +1,68 @@
-"""Write the report of a verification into a folder, complete or not at all."""
+"""Write reports into folders, complete or not at all: of runs, studies, differences, releases.
+
+Check that a report can be written into a folder; no figure library is imported for it.
+
+Write the report of a verification into a folder, complete or not at all.
+
+Write the report of a study into a folder: HTML, Markdown, the rows behind them, the figures.
+
+Write the comparison of two runs into a folder: an HTML page, its numbers as JSON and CSV.
+
+Write the matrix of releases into a folder: Markdown, CSV, JSON and a figure of the changes.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import difflib
+import tempfile
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from harness.atomic_write import whole_folder
-from harness.comparison.verification import Verification
+from harness.comparison.releases import Change as ReleaseChange
+from harness.comparison.releases import ReleaseMatrix, untested
+from harness.comparison.run_diff import Change, RunDiff
+from harness.comparison.verification import Results, Verification
+from harness.errors import RequestError
+from harness.files import whole_folder
 from harness.report.cells import FOLDER, addresses, cell_pages
-from harness.report.defects import defect_scripts
-from harness.report.divergences import divergence_section
-from harness.report.engines import engines_section
-from harness.report.gallery import draw_sections, write_drawn
-from harness.report.junit import junit
-from harness.report.markdown import report_markdown
-from harness.report.page import html_page
-from harness.report.plain import json_text, safe_path, write_csv
+from harness.report.ci import junit, report_markdown, section_markdown, short_markdown
+from harness.report.figures import changes as draw_changes
+from harness.report.gallery import data_uri, draw_sections, picture, size, write_drawn
+from harness.report.matrix import defect_scripts
+from harness.report.page import WIDE, Shown, html_page, look, parts_of
+from harness.report.plain import json_text, markdown_text, safe_path, write_csv
 from harness.report.schema import NAME, published
-from harness.report.sections import Section
-from harness.report.summary import short_markdown
-from harness.report.target import check_folder
-from harness.report.templating import style
+from harness.report.sections import Section, divergence_section, engines_section
+from harness.report.templating import environment, style
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def check_folder(folder: Path) -> None:
+    """Raise RequestError when a folder cannot take a report: it holds something, or is not ours."""
+    if folder.is_dir() and any(folder.iterdir()):
+        raise RequestError(f"--output {folder}: holds something already; name a new folder")
+    if folder.exists() and not folder.is_dir():
+        raise RequestError(f"--output {folder}: is a file; name a new folder")
+    check_writable(folder)
+
+
+def check_writable(folder: Path) -> None:
+    """Raise RequestError when a folder cannot be made where it is asked for."""
+    # nothing is made yet: what is asked for may turn out to be wrong in another way
+    parents = folder.absolute().parents
+    if not parents:
+        raise RequestError(f"--output {folder}: is the root of all folders; name a new folder")
+    there = next(parent for parent in parents if parent.exists())
+    try:
+        with tempfile.TemporaryDirectory(dir=there, prefix=f".{folder.name}."):
+            pass
+    except OSError as error:
+        raise RequestError(f"--output {folder}: cannot be written ({error.strerror})") from None
 
 
 def write(found: Verification, folder: Path, sections: Sequence[Section] = ()) -> None:
@@ -73,3 +115,285 @@ def _write_texts(folder: Path, texts: Mapping[str, str]) -> None:
     for name, text in texts.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text, encoding="utf-8", errors="replace")
+
+
+@dataclass(frozen=True)
+class Page:
+    """What opens the page: title, question, verdict, and facts on who ran it and how."""
+
+    title: str
+    question: str
+    verdict: tuple[str, ...]
+    facts: Mapping[str, str]
+
+
+def write_study(
+    page: Page,
+    sections: Sequence[Section],
+    record: Mapping[str, Any],
+    tables: Mapping[str, pd.DataFrame],
+    folder: Path,
+) -> None:
+    """Write report.html, report.md, study.json, a CSV of each table and the figures.
+
+    All aside first, then renamed. Raise RequestError for a folder that holds something.
+    """
+    check_folder(folder)
+    drawn = draw_sections(sections)
+    lines = [f"# {markdown_text(page.title)}", "", markdown_text(page.question), ""]
+    lines += [f"- **{markdown_text(sentence)}**" for sentence in page.verdict]
+    lines.append("")
+    lines += [line for part in drawn for line in section_markdown(part)]
+    lines += ["## Provenance", ""]
+    lines += [f"- {name}: {markdown_text(text)}" for name, text in page.facts.items()]
+    template = environment().get_template("study.html.j2")
+    html = template.render(page=page, parts_of_page=parts_of(drawn), look=look)
+    with whole_folder(folder) as aside:
+        aside.mkdir()
+        write_drawn(drawn, aside)
+        for name, table in tables.items():
+            write_csv(table, aside / name)
+        (aside / "study.json").write_text(json_text(record), encoding="utf-8")
+        (aside / "report.md").write_text("\n".join([*lines, ""]), encoding="utf-8")
+        (aside / "report.html").write_text(html, encoding="utf-8")
+
+
+NUMERIC = ("before", "after", "moved by", "in tolerances", "in uncertainties")
+COLUMNS = ("change", "check", "kind", "verdict", *NUMERIC, "unit")
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A figure in both runs; one drawing where it is the same, None where there is none."""
+
+    title: str
+    same: bool
+    drawings: Sequence[Shown | None]
+
+    @property
+    def stacked(self) -> bool:
+        """Return whether it stands one above the other: words side by side would be too small."""
+        return self.same or any(one is not None and one.width > WIDE for one in self.drawings)
+
+
+def diff_page(
+    found: RunDiff, names: tuple[str, str], pairs: Sequence[Pair], scripts: Mapping[str, str]
+) -> str:
+    """Return the page; figures and style are inside it, so that it can be sent alone."""
+    changes = [change for change in Change if found.count(change)]
+    return (
+        environment()
+        .get_template("diff.html.j2")
+        .render(
+            found=found,
+            headline=headline(found),
+            runs=[
+                (name, _who(run))
+                for name, run in zip(names, (found.before, found.after), strict=True)
+            ],
+            counts=[(change, found.count(change)) for change in changes],
+            changes=changes,
+            order=list(Change),
+            names=COLUMNS,
+            numeric=NUMERIC,
+            kinds=list(dict.fromkeys(row.row.kind for row in found.rows)),
+            pairs=pairs,
+            scripts=scripts,
+        )
+    )
+
+
+def headline(found: RunDiff) -> str:
+    """Return the outcome in a few words; what got worse is counted kind by kind."""
+    worse = Counter(str(row.row.kind) for row in found.rows if row.worsens)
+    if worse:
+        return "Worse: " + ", ".join(f"{number} {kind}" for kind, number in worse.items())
+    if found.count(Change.SAME) == len(found.rows):
+        return "Nothing moved"
+    return "No verdict changed for the worse"
+
+
+def _who(run: Results) -> str:
+    engine = run.engine
+    name = engine.told if engine else "no engine"
+    return f"{name} · {run.started[:16].replace('T', ' ')} · {run.level}"
+
+
+LONGEST = 400
+"""Lines of one script's difference that are shown."""
+
+
+def write_diff(found: RunDiff, before: Path, after: Path, folder: Path) -> None:
+    """Write diff.html, diff.json and diff.csv into a folder.
+
+    ``before`` and ``after`` are the runs: figures and scripts are taken from
+    beside their results.json, and left out where they are not there. Raise
+    RequestError when the folder cannot take them.
+    """
+    check_folder(folder)
+    runs = [run if run.is_dir() else run.parent for run in (before, after)]
+    with whole_folder(folder) as aside:
+        aside.mkdir()
+        page = diff_page(found, (str(before), str(after)), list(_pairs(*runs)), _scripts(*runs))
+        (aside / "diff.html").write_text(page, encoding="utf-8")
+        (aside / "diff.json").write_text(json_text(found.record()), encoding="utf-8")
+        write_csv(found.frame(), aside / "diff.csv")
+
+
+def _pairs(before: Path, after: Path) -> Iterator[Pair]:
+    """Yield the figures of both runs by name; one that is the same in both is shown once."""
+    names = {path.stem for run in (before, after) for path in (run / "figures").glob("*.svg")}
+    for name in sorted(names):
+        texts = [_text(run / "figures" / f"{name}.svg", run) for run in (before, after)]
+        same = texts[0] == texts[1]
+        drawings = [_drawing(name, text) for text in (texts[:1] if same else texts)]
+        yield Pair(name.replace("-", " ").capitalize(), same, drawings)
+
+
+def _drawing(name: str, svg: str | None) -> Shown | None:
+    try:
+        width, height = map(round, size(svg or ""))
+    except ValueError:
+        return None
+    return Shown(name, name.replace("-", " "), "", data_uri(svg or ""), width, height)
+
+
+def _scripts(before: Path, after: Path) -> dict[str, str]:
+    """Return, for each script that is not the same, the difference in lines."""
+    runs = (before, after)
+    names = {
+        path.relative_to(run).as_posix()
+        for run in runs
+        for path in (run / "scripts").rglob("*")
+        if path.is_file()
+    }
+    found = {}
+    for name in sorted(names):
+        old, new = ((_text(run / name, run) or "").splitlines() for run in runs)
+        lines = list(difflib.unified_diff(old, new, "before", "after", lineterm=""))
+        if lines:
+            found[name.removeprefix("scripts/")] = "\n".join(lines[:LONGEST])
+    return found
+
+
+def _text(path: Path, run: Path) -> str | None:
+    """Return a file of a run; None where there is none, or a link leads out of the run."""
+    try:
+        if not path.resolve().is_relative_to(run.resolve()):
+            return None
+        return path.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return None
+
+
+CHANGES = "Largest change of each case"
+SHOWN = {
+    ReleaseChange.SAME: "same",
+    ReleaseChange.ROUNDING: "round-off",
+    ReleaseChange.TOLERATED: "in tolerance",
+    ReleaseChange.MOVED: "**moved**",
+    ReleaseChange.DIED: "**engine error**",
+    ReleaseChange.NOT_TESTED: "not tested",
+}
+
+
+def write_releases(found: ReleaseMatrix, folder: Path) -> None:
+    """Write report.md, results.csv, results.json and the figure into a new folder, whole or not.
+
+    Raise RequestError when the folder cannot take them.
+    """
+    check_folder(folder)
+    with whole_folder(folder) as aside:
+        aside.mkdir()
+        (aside / "report.md").write_text(markdown(found), encoding="utf-8")
+        write_csv(found.frame(), aside / "results.csv")
+        (aside / "results.json").write_text(json_text(found.record()), encoding="utf-8")
+        drawn = picture("changes", CHANGES, "", lambda: draw_changes(found))
+        (aside / "changes.svg").write_text(drawn.svg, encoding="utf-8")
+
+
+def markdown(found: ReleaseMatrix) -> str:
+    """Return the matrix as Markdown: who ran, how much is of each class, and every row."""
+    reference, engine = found.columns[found.reference].release, found.engine
+    level = "" if found.level == "default" else f" --{found.level}"
+    asked = f" --cases {found.cases}" if found.cases else ""
+    lines = [
+        f"# {engine} releases",
+        "",
+        f"Cases of `verify{level}{asked}`, each release through its own executable, on "
+        f"{found.platform}. Changes are against {reference}.",
+        "",
+        f"| release | {engine} | "
+        + " | ".join(str(c) for c in ReleaseChange if c != "reference")
+        + " |",
+        f"|---|---|{'--:|' * (len(ReleaseChange) - 1)}",
+    ]
+    for i, column in enumerate(found.columns):
+        counts = found.counts(i)
+        who = column.provenance.engine_version if column.provenance else column.error
+        cells = [str(counts.get(str(c), "")) for c in ReleaseChange if c != "reference"]
+        lines.append(f"| {column.release} | {_cell(who)} | {' | '.join(cells)} |")
+    lines += ["", f"![{CHANGES}](changes.svg)", "", *_cells_markdown(found)]
+    lines += ["## Every quantity", ""]
+    head = ["case", "quantity", reference, "tolerance"]
+    others = [(i, c) for i, c in enumerate(found.columns) if i != found.reference]
+    head += [column.release for _, column in others]
+    lines += [f"| {' | '.join(head)} |", f"|---|---|--:|--:|{'---|' * len(others)}"]
+    for row in found.rows:
+        value = row.cells[found.reference].value
+        cells = [row.record, row.quantity, "-" if value is None else f"{value:.12g} {row.unit}"]
+        cells += [f"{row.tolerance:.1g}"]
+        for i, column in others:
+            cell = row.cells[i]
+            apart = f" ({cell.difference:+.1e})" if cell.difference else ""
+            # why a release has no such cell is told once, by reason
+            told = "" if cell.note == column.reasons.get(row.record) else cell.note
+            note = f"; {told}" if told else ""
+            cells.append(_cell(f"{SHOWN.get(cell.change, cell.change)}{apart}{note}"))
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join([*lines, ""])
+
+
+def _cells_markdown(found: ReleaseMatrix) -> Iterator[str]:
+    """Yield known defects by release, and the cells that do not hold in every release."""
+    releases = " | ".join(column.release for column in found.columns)
+    dashes = "---|" * len(found.columns)
+    if found.defects:
+        yield from ("## Known defects, cells in which each was found", "")
+        yield from (f"| defect | {releases} |", f"|---|{dashes}")
+        for name, counts in found.defects.items():
+            yield f"| {name} | {' | '.join(str(count or '') for count in counts)} |"
+        yield ""
+    if found.cells:
+        yield from ("## Cells of the matrix that do not hold in every release", "")
+        yield from (
+            f"| case | submodel | system | {releases} | defect |",
+            f"|---|---|---|{dashes}---|",
+        )
+        for row in found.cells:
+            cells = (row.case, row.submodel, row.system, *row.verdicts, ", ".join(row.defects))
+            yield f"| {' | '.join(map(_cell, cells))} |"
+        yield ""
+        yield from _untested_markdown(found)
+
+
+def _untested_markdown(found: ReleaseMatrix) -> Iterator[str]:
+    """Yield why cells were not tested: release, reason, how many, and in which cases."""
+    rows = found.cells
+    reasons = [
+        (column.release, reason, cells)
+        for number, column in enumerate(found.columns)
+        for reason, cells in untested(rows, number).items()
+    ]
+    if not reasons:
+        return
+    yield from ("## Why cells were not tested", "")
+    yield from ("| release | reason | cells | cases |", "|---|---|--:|---|")
+    for release, reason, cells in reasons:
+        cases = ", ".join(sorted({cell.case for cell in cells}))
+        yield f"| {_cell(release)} | {_cell(reason)} | {len(cells)} | {cases} |"
+    yield ""
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|").replace("\n", " ")

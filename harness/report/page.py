@@ -1,4 +1,7 @@
-"""Render the report as one self-contained HTML page."""
+"""The report as one self-contained HTML page.
+
+Render the report as one self-contained HTML page.
+"""
 
 from __future__ import annotations
 
@@ -9,13 +12,13 @@ from dataclasses import dataclass, replace
 
 from harness.comparison.verdicts import Check, Verdict
 from harness.comparison.verification import Verification
-from harness.report import text, triage
-from harness.report.gallery import Drawn, Picture, titles
+from harness.report import text
+from harness.report import text as triage
+from harness.report.gallery import Drawn, Picture, data_uri, size, titles
 from harness.report.matrix import matrices
 from harness.report.sections import Section, Table
 from harness.report.templating import environment, tail
-from harness.report.vector import data_uri, size
-from harness.report.verdict_summary import SEVERITY, by_severity, headline, summaries
+from harness.report.text import SEVERITY, by_severity, headline, summaries
 
 NUMERIC = ("value", "expected", "difference", "uncertainty", "tolerance", "used")
 COLUMNS = ("verdict", "check", "kind", "value", "expected", "unit", *NUMERIC[2:])
@@ -179,7 +182,7 @@ def parts_of(drawn: Sequence[Drawn]) -> list[Part]:
 
 
 def _films(drawn: Drawn) -> tuple[FilmShown, ...]:
-    from harness.report.gif import base64_uri
+    from harness.report.gallery import base64_uri
 
     return tuple(
         FilmShown(

@@ -6,7 +6,7 @@ import json
 from importlib import resources
 from pathlib import Path
 
-from harness.comparison.results import SCHEMA, json_schema
+from harness.comparison.verification import SCHEMA, json_schema
 
 NAME = "results.schema.json"
 
@@ -17,7 +17,7 @@ def published() -> str:
 
 
 def generated() -> str:
-    """Return the schema as the dataclasses of :mod:`harness.comparison.results` give it."""
+    """Return the schema as the dataclasses of :mod:`harness.comparison.verification` give it."""
     schema = {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "$id": f"urn:dem-harness:results:{SCHEMA}",

@@ -1,13 +1,22 @@
 """The parts that a report is made of: sections of sentences, tables and figures.
 
 Cases and workflows make them; ``report`` renders the same sections as HTML and as Markdown.
+
+Make the section on engines beside one another: what each declares, and whether it was used.
+
+Make the section on series that left the band about their reference.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING
+
+from harness.comparison.series import Comparison
+from harness.comparison.verification import DeclaredEngine
 
 if TYPE_CHECKING:
     import numpy as np
@@ -124,3 +133,94 @@ class Section:
     drawings: tuple[Drawing, ...] = ()
     cells: tuple[CellText, ...] = ()
     films: tuple[Film, ...] = ()
+
+
+TITLE = "Engines beside one another"
+
+EXPLAINED = (
+    "Two classes of contact law must not be compared as one: a code that clips the attractive "
+    "tail rebounds where one that keeps it does not, and half the effective mass damps less. So "
+    "each engine stands beside theory, and beside the reference DEM under the engine's own rules "
+    "(tail, effective mass, spring, scheme, step). Differences between classes are findings. An "
+    "engine's results are used after it has qualified on one fixed sphere. Agreement with an "
+    "engine that grew out of another is a regression test, not independent evidence."
+)
+
+HEAD = (
+    "engine",
+    "version",
+    "tails",
+    "m_eff",
+    "spring",
+    "scheme",
+    "digits",
+    "grew out of",
+    "status",
+)
+
+
+def engines_section(engines: Sequence[DeclaredEngine]) -> Section:
+    """Return the table of what engines declare, and what their users have to know."""
+    table = Table(
+        "What each engine declares",
+        "What each engine declares. Tail and effective mass are those that it can be told; the "
+        "scheme is the reference DEM's name for it.",
+        HEAD,
+        tuple(_row(declared) for declared in engines),
+        frozenset({6}),
+        frozenset({8}),
+    )
+    caveats = tuple(f"{d.engine}: {' '.join(d.caveats)}" for d in engines if d.caveats)
+    return Section(TITLE, (EXPLAINED,), caveats, (table,))
+
+
+def _row(declared: DeclaredEngine) -> tuple[str, ...]:
+    reason = declared.missing or declared.unqualified
+    return (
+        declared.engine,
+        ", ".join(filter(None, (declared.version, declared.how))) or "not here",
+        ", ".join(declared.tails),
+        ", ".join("m" if mass == "full" else "m/2" for mass in declared.effective_masses),
+        declared.spring,
+        declared.integrator or "its own",
+        str(declared.digits),
+        declared.lineage or "independent",
+        f"{declared.summary}: {reason}" if reason else declared.summary,
+    )
+
+
+MOST_DIVERGENCES = 6
+"""Figures of divergences that a report shows; the rows name them all."""
+
+
+def divergence_section(series: Sequence[Comparison]) -> Section:
+    """Return the figures of the cases that diverged, each by the column that did so first."""
+    return Section(
+        "Where series diverge",
+        drawings=tuple(
+            Drawing(
+                f"divergence-{number}",
+                f"Divergence: {one.case}",
+                f"{one.run_label} against {one.reference_label} around the moment at which they "
+                "diverge, and their difference over the whole record with its tolerance.",
+                partial(_draw, one),
+            )
+            for number, one in enumerate(first_to_diverge(series)[:MOST_DIVERGENCES], 1)
+        ),
+    )
+
+
+def first_to_diverge(series: Sequence[Comparison]) -> list[Comparison]:
+    """Return of each case the column that left its band first."""
+    first: dict[str, tuple[float, Comparison]] = {}
+    for one in series:
+        moment = one.divergence
+        if moment is not None and moment.time < first.get(one.case, (math.inf, one))[0]:
+            first[one.case] = moment.time, one
+    return [one for _, one in first.values()]
+
+
+def _draw(series: Comparison) -> Figure:
+    from harness.report.figures import divergence
+
+    return divergence(series)

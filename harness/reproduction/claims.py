@@ -1,28 +1,164 @@
 """The ledger: what a publication states, what we compute, and whether it holds.
 
+How numbers of a run are told: rounded, bounded, put into formulas and sentences.
+
+What the source says: ``source.toml`` as frozen objects, in the order of the publication.
+
 Every status follows from numbers of the run. Three of them meet in a row:
 *printed*, what the statement gives when taken as it stands; *found*, the same
 quantity by an independent route; *corrected*, the statement with one named
 correction.
+
+Where two ledgers differ: statuses exactly, numbers up to round-off.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+import string
+import tomllib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from importlib import resources
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from harness.reproduction.source import Source, named_source
-from harness.reproduction.wording import ROUND_OFF, evaluated, rounded, told
 from harness.shown import record_frame
 
 if TYPE_CHECKING:
     import pandas as pd
+
+
+_NUMPY = ("abs", "cos", "exp", "isfinite", "nan", "pi", "radians", "sin", "sqrt", "sum")
+_BUILT_IN = (all, bool, len, max, min, range, round, zip)
+_FUNCTIONS = {name: getattr(np, name) for name in _NUMPY} | {f.__name__: f for f in _BUILT_IN}
+
+DIGITS = 7
+"""Significant digits of a recorded number: round-off of other machines stays below them."""
+
+ROUND_OFF = 1e-12
+"""Of numbers of about 1: a difference below it is told as a bound, not as a number."""
+
+
+def rounded(value: float, tolerance: float = 0.0) -> float:
+    """Return a number to :data:`DIGITS` digits, 0 for one below a hundredth of a tolerance.
+
+    A residual of round-off thus becomes 0, and other machines record the same number.
+    """
+    if abs(value) < 0.01 * tolerance:
+        return 0.0
+    return float(f"{value:.{DIGITS}g}") + 0.0  # no minus before a zero
+
+
+def evaluated(formula: str, numbers: Mapping[str, Any]) -> Any:
+    """Return the value of a formula of ``source.toml``, a file of this package, by numpy."""
+    return eval(formula, {"__builtins__": {}, **_FUNCTIONS, **numbers})
+
+
+def told(sentence: str, numbers: Mapping[str, Any]) -> str:
+    """Put numbers into a sentence of ``source.toml``: ``{x:.3f}``, of a list one by one.
+
+    What stands in the braces is a formula; ``{x:bound}`` is what :func:`bounded` says.
+    """
+    return _Sentences().vformat(sentence, (), numbers)
+
+
+class _Sentences(string.Formatter):
+    def get_field(self, field_name: str, _: Any, kwargs: Any) -> Any:
+        """Return the value of what stands in the braces."""
+        return evaluated(field_name, kwargs), field_name
+
+    def format_field(self, value: Any, format_spec: str) -> str:
+        """Return a number, or several with commas between them."""
+        if isinstance(value, (list, tuple, np.ndarray)):
+            return ", ".join(self.format_field(one, format_spec) for one in value)
+        return bounded(value) if format_spec == "bound" else format(value, format_spec)
+
+
+def bounded(value: float, bound: float = ROUND_OFF) -> str:
+    """Return the size of a difference in words: ``less than 1e-12`` where it is round-off."""
+    return f"less than {bound:.0e}" if abs(value) < bound else f"{value:.0e}"
+
+
+_REASONS = {
+    "round-off": "two routes in double precision, numbers of about 1: round-off",
+    "last digit": "half of the last digit printed",
+    "rows": "the rows named must stand as the erratum says",
+}
+
+
+@dataclass(frozen=True)
+class Source:
+    """A place in the publication, and what stands there.
+
+    ``key`` is unique (``eq-6``, ``table-1-well``, ``text-t-c``, ``fig-4``, ``erratum-3``);
+    ``where`` names section and number; ``says`` is one sentence or formula. ``formula`` computes
+    what it gives exactly as it is printed, right or wrong, or ``holds`` is a condition on the
+    numbers of a run; ``repaired`` is the same once it is corrected. ``finds`` is what a run finds,
+    with its numbers in braces, and ``facts`` are
+    the conditions and sentences of its parts. ``tolerance``
+    [``unit``] is how far printed and found may lie apart, ``why`` where it comes from.
+    ``evidence`` are links, relative to the report's folder or the repository
+    (``figures/x.svg``, ``tests/theory/test_shock.py``). ``title`` is that of a figure;
+    ``wrong`` and ``right`` are the statements that an erratum is about.
+    """
+
+    key: str
+    where: str
+    says: str
+    formula: str = ""
+    holds: str = ""
+    repaired: str = ""
+    finds: str = "{computed}"
+    facts: tuple[tuple[str, str], ...] = ()
+    tolerance: float = math.nan
+    unit: str = ""
+    why: str = ""
+    correction: str = ""
+    evidence: tuple[str, ...] = ()
+    untestable: str = ""
+    title: str = ""
+    picture: str = ""
+    wrong: tuple[str, ...] = ()
+    right: tuple[str, ...] = ()
+
+    def printed(self, **numbers: Any) -> Any:
+        """Return what the formula gives as it is printed, of numbers and arrays alike."""
+        return evaluated(self.formula, numbers)
+
+    def corrected(self, **numbers: Any) -> Any:
+        """Return what the formula gives once it is corrected; NaN without a correction."""
+        return evaluated(self.repaired or "nan", numbers)
+
+
+def _source(key: str, entry: dict[str, Any]) -> Source:
+    fields: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in entry.items()}
+    if "tolerance" in fields:
+        fields["tolerance"], fields["unit"] = fields["tolerance"]
+    if name := fields.pop("name", ""):
+        fields["picture"] = f"fig-{int(key.removeprefix('fig-')):02d}-{name}"
+        fields["evidence"] = (f"figures/{fields['picture']}.svg",)
+        fields.setdefault("finds", "{facts}")
+    elif "evidence" in fields:
+        fields["evidence"] = tuple(f"tests/{test}.py" for test in fields["evidence"])
+    why = "rows" if "wrong" in fields else fields.get("why", "")
+    fields["why"] = _REASONS.get(why, why)
+    return Source(key, **fields)
+
+
+_TEXT = resources.files("harness.reproduction").joinpath("source.toml").read_text("utf-8")
+SOURCES = {key: _source(key, entry) for key, entry in tomllib.loads(_TEXT).items()}
+FIGURES = {key: source for key, source in SOURCES.items() if source.title}
+
+
+def named_source(source: Source | str) -> Source:
+    """Return the source of a key; raise KeyError for one that the publication has not."""
+    return SOURCES[source] if isinstance(source, str) else source
+
 
 Floats = NDArray[np.float64]
 
@@ -246,3 +382,35 @@ class Ledger:
     def frame(self) -> pd.DataFrame:
         """Return the ledger as a table, one row a statement."""
         return record_frame(self.statements)
+
+
+NUMBERS = ("printed", "found", "corrected", "tolerance")
+
+RELATIVE = 1e-6
+"""Round-off of another processor or library, carried through a run of 1e5 steps."""
+
+OF_TOLERANCE = 0.01
+"""A residual is round-off itself: what counts is its size against the row's tolerance."""
+
+
+def ledger_differences(first: pd.DataFrame, second: pd.DataFrame) -> list[str]:
+    """Return one line for each way in which ``second`` departs from ``first``.
+
+    Both as of :meth:`harness.reproduction.claims.Ledger.frame`; words are not
+    compared, since they repeat the numbers.
+    """
+    a, b = first.set_index("key"), second.set_index("key")
+    lines = [f"{key}: is not there any more" for key in a.index.difference(b.index, sort=False)]
+    lines += [f"{key}: is new" for key in b.index.difference(a.index, sort=False)]
+    for key in a.index.intersection(b.index, sort=False):
+        one, other = a.loc[key], b.loc[key]
+        if one["status"] != other["status"]:
+            lines.append(f"{key}: was {one['status']}, is {other['status']}")
+        was, now = (pd.to_numeric(row[[*NUMBERS]], errors="coerce") for row in (one, other))
+        room = OF_TOLERANCE * np.nan_to_num(was["tolerance"])
+        same = np.isclose(was, now, rtol=RELATIVE, atol=room, equal_nan=True)
+        lines += [
+            f"{key}: {name} was {was[name]:.10g}, is {now[name]:.10g}"
+            for name in np.array(NUMBERS)[~same]
+        ]
+    return lines

@@ -7,17 +7,16 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from harness.cases.incline.critical_angle import CriticalAngle
-from harness.cases.incline.critical_angles import critical_angle
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.recorded import EULER, angle_in_scheme, case_at, recorded_angles
-from harness.cases.tower.impulse_angles import impulse_angles
+from harness.cases.incline.angle import CriticalAngle, critical_angle
+from harness.cases.incline.system import Incline
+from harness.cases.incline.verification import EULER, angle_in_scheme, case_at, recorded_angles
+from harness.cases.tower.impulse import impulse_angles
 from harness.engines.contract import Engine
-from harness.engines.reference.engine import Reference
+from harness.engines.reference import Reference
 from harness.observables.windows import WINDOWS
-from harness.parameters.contact import Contact
-from harness.theory.critical_angle import critical_angle as closed_form
-from harness.theory.shock import shock_from_restitution
+from harness.parameters.law import Contact
+from harness.theory.chain import shock_from_restitution
+from harness.theory.incline import critical_angle as closed_form
 from harness.workflows.progress import Progress, silent
 
 ADAMS_BASHFORTH = "mfix-adams-bashforth"

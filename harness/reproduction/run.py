@@ -12,11 +12,10 @@ from harness.engines.registry import open_engine
 from harness.observables.provenance import Provenance
 from harness.observables.reference import ReferencePoints
 from harness.reproduction.claims import ClaimStatus, Ledger
-from harness.reproduction.figure_data.compute import SourceFigure, source_figures
 from harness.reproduction.findings import Findings, findings
 from harness.reproduction.ledger import in_order, statements
-from harness.reproduction.movies.compute import motions
-from harness.reproduction.movies.frames import Motions
+from harness.reproduction.movies.motions import Motions, motions
+from harness.reproduction.reproduced_figures import SourceFigure, source_figures
 from harness.shown import Shown
 from harness.workflows.progress import Progress, silent
 
@@ -70,7 +69,7 @@ def reproduce(
     Without an engine, LAMMPS in-process is opened and closed again. ``reference`` are measured
     angles [deg] against height, for what the source compares with others. Raise EngineError when
     the engine fails: a reproduction with holes is none. Write the report with
-    :func:`harness.reproduction.pages.folder.write`.
+    :func:`harness.reproduction.page.write`.
     """
     if engine is None:
         with open_engine() as opened:

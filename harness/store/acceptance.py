@@ -1,8 +1,12 @@
-"""Accept measured values as the new baseline: show what would change, then replace its files."""
+"""Accept measured values as the new baseline: show what would change, then replace its files.
+
+Find the git commit of the harness, where it runs from a checkout.
+"""
 
 from __future__ import annotations
 
 import shutil
+import subprocess
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -10,15 +14,41 @@ from pathlib import Path
 
 import numpy as np
 
-from harness.atomic_write import whole_folder
-from harness.comparison.baseline_record import BaselineRecord
-from harness.comparison.metadata_diff import changed_parameters
-from harness.comparison.regression import Baseline
-from harness.comparison.release_changes import ROUND_OFF
+from harness.comparison.regression import Baseline, BaselineRecord, changed_parameters
+from harness.comparison.releases import ROUND_OFF
 from harness.errors import RequestError
-from harness.store.baseline import in_checkout
-from harness.store.baseline_reader import read_tables
-from harness.store.baseline_tables import SERIES, TABLE, same_series, same_text, table_texts
+from harness.files import whole_folder
+from harness.store.baseline import (
+    SERIES,
+    TABLE,
+    in_checkout,
+    read_tables,
+    same_series,
+    same_text,
+    table_texts,
+)
+from harness.store.entries import ROOT
+
+
+def commit() -> str:
+    """Return the commit, with ``-dirty`` where files were edited; empty outside a checkout."""
+    folder = ROOT.parent
+    if not (folder / ".git").exists():
+        return ""
+    command = ["git", "-C", str(folder), "describe", "--always", "--dirty", "--exclude", "*"]
+    try:
+        done = subprocess.run(
+            [*command, "--abbrev=40"],
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            timeout=10.0,
+            check=False,
+        )
+    except (OSError, subprocess.TimeoutExpired):
+        return ""
+    return done.stdout.strip() if done.returncode == 0 else ""
+
 
 METADATA = ("engine_version", "how", "platform", "script_sha256", "levels", "label", "family")
 

@@ -1,4 +1,19 @@
-"""Read the baseline: of each engine a table of its records, and one of their series.
+"""The committed baseline: a table of records and one of series for each engine.
+
+Read a text file that a user names, up to a largest size: a device does not end.
+
+Read named overrides of the regression tolerances from a TOML file.
+
+Write parameters as one line of text, and read them back exactly.
+
+``contact.tail = attractive; height = 17; step_s = 1e-06``: names of nested parameters joined by
+dots, sorted; a value as JSON, a text without its quotes where nothing else could be meant.
+
+Write the tables of one engine's baseline as text: sorted, and exact to the last bit.
+
+Read the tables of one engine's baseline; the error for a damaged line names it.
+
+Read the baseline: of each engine a table of its records, and one of their series.
 
 ``<engine>.csv`` has a line for each quantity of each record, sorted; ``<engine>.series.csv`` a line
 for each sample. The committed ones lie in ``reports/baseline`` of the project; a wheel carries
@@ -7,16 +22,366 @@ them in ``harness/store/committed``. A checkout's own come first.
 
 from __future__ import annotations
 
+import csv
+import errno
+import io
+import json
+import math
+import re
+import tomllib
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
 from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
 
 import harness
-from harness.comparison.baseline_record import BaselineRecord
-from harness.comparison.regression import Baseline
+from harness.comparison.regression import Baseline, BaselineRecord, Override, Quantity
+from harness.comparison.series import Series
+from harness.comparison.verdicts import Tolerance
 from harness.errors import RequestError
-from harness.store.baseline_reader import read_tables
-from harness.store.baseline_tables import SERIES, TABLE
-from harness.store.keys import digest_of_files
-from harness.store.overrides import read_overrides
+from harness.parameters.base import nested
+from harness.store.entries import digest_of_files
+
+LONGEST = 2**27
+"""Bytes: the results of the longest verification are a hundredth of it."""
+
+
+def bounded_text(path: Path, longest: int = LONGEST) -> str:
+    """Return a file's text; raise OSError for one that is too long, UnicodeDecodeError."""
+    with path.open("rb") as file:
+        data = file.read(longest + 1)
+    if len(data) > longest:
+        raise OSError(errno.EFBIG, f"is longer than {longest} bytes")
+    return data.decode("utf-8")
+
+
+SHORTEST_REASON = 20
+
+
+def read_overrides(path: Path) -> tuple[Override, ...]:
+    """Return the overrides of a file.
+
+    Each is a table ``[override.NAME]`` with ``case`` (the record's name) and ``quantity``
+    (patterns with * and ?), ``absolute``, ``relative`` and a ``reason``. Raise RequestError,
+    naming file and override, for anything else.
+    """
+    try:
+        record = tomllib.loads(bounded_text(path))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        said = error.strerror if isinstance(error, OSError) else error
+        raise RequestError(f"--tolerances {path}: cannot be read: {said}") from None
+    tables = record.pop("override", {})
+    if record or not isinstance(tables, dict):
+        raise RequestError(f"--tolerances {path}: holds tables [override.NAME] and nothing else")
+    return tuple(_override(path, name, table) for name, table in tables.items())
+
+
+def _override(path: Path, name: str, table: Mapping[str, Any]) -> Override:
+    where = f"--tolerances {path}, [override.{name}]"
+    keys = {"case": str, "quantity": str, "reason": str}
+    for key, kind in keys.items():
+        if not isinstance(table.get(key), kind):
+            raise RequestError(f"{where}: {key} = {table.get(key)!r}: must be a text")
+    widths = {key: table.get(key, 0.0) for key in ("absolute", "relative")}
+    for key, width in widths.items():
+        number = isinstance(width, (int, float)) and not isinstance(width, bool)
+        if not number or not (math.isfinite(width) and width >= 0):
+            raise RequestError(f"{where}: {key} = {width!r}: must be finite and at least 0")
+    unknown = sorted(set(table) - {*keys, *widths})
+    if unknown:
+        raise RequestError(f"{where}: {unknown[0]} is not known")
+    if len(table["reason"]) < SHORTEST_REASON:
+        raise RequestError(f"{where}: reason = {table['reason']!r}: say why, in a sentence")
+    width = Tolerance("", float(widths["absolute"]), float(widths["relative"]), table["reason"])
+    return Override(name, table["case"], table["quantity"], width)
+
+
+SEPARATOR, EQUALS = "; ", " = "
+
+_NAME = re.compile(r"[^\s.=;]+")
+_PLAIN = re.compile(r"[^\W\d_][\w ,.+/()-]*(?<! )")
+_WORDS = frozenset({"true", "false", "null", "NaN", "Infinity"})
+
+
+def parameter_text(parameters: Mapping[str, Any]) -> str:
+    """Return parameters as text; raise ValueError for a name or value that it cannot state."""
+    return SEPARATOR.join(f"{name}{EQUALS}{value}" for name, value in _flat(parameters, ""))
+
+
+def parameters_of(text: str) -> dict[str, Any]:
+    """Return the parameters of a text; raise ValueError where it is damaged."""
+    return nested(map(_parameter, text.split(SEPARATOR) if text else []))
+
+
+def _parameter(part: str) -> tuple[str, Any]:
+    name, equals, value = part.partition(EQUALS)
+    if not equals:
+        raise ValueError(f"{part!r} is no parameter")
+    return name, value if _is_plain(value) else json.loads(value)
+
+
+def _flat(parameters: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, str]]:
+    for name, value in sorted(parameters.items()):
+        if not _NAME.fullmatch(name):
+            raise ValueError(f"{name!r} is no name of a parameter")
+        if isinstance(value, Mapping) and value:
+            yield from _flat(value, f"{prefix}{name}.")
+        else:
+            yield prefix + name, _text(value)
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, str) and _is_plain(value):
+        return value
+    text = json.dumps(value, ensure_ascii=False, sort_keys=True, allow_nan=False)
+    # inside a JSON text, a semicolon stands in a string
+    return text.replace(";", "\\u003b")
+
+
+def _is_plain(text: str) -> bool:
+    return bool(_PLAIN.fullmatch(text)) and text not in _WORDS
+
+
+TABLE, SERIES = ".csv", ".series.csv"
+
+DIGITS = 12
+"""Of a series: ten times finer than the narrowest band."""
+
+OF_QUANTITY = ("quantity", "unit", "value", "uncertainty")
+OF_RUN = ("engine_version", "how", "platform", "script", "script_sha256")
+HEAD = (
+    *("case", "record", "label", "parameters", "levels"),
+    *OF_QUANTITY,
+    *("family", "samples", *OF_RUN),
+)
+SERIES_HEAD = ("record", "column", "time_s", "value")
+BETWEEN = "|"
+"""Between the parts of a family."""
+
+_ENGINE = re.compile(r"(?!.*\.series$)[A-Za-z0-9][\w.+-]*")
+
+
+def table_texts(records: Iterable[BaselineRecord], engine: str) -> dict[str, str]:
+    """Return the files of an engine's records as texts, by their names; none for no records.
+
+    Raise RequestError for an engine whose name is none of a file, and for what a table
+    cannot hold.
+    """
+    if not _ENGINE.fullmatch(engine):
+        raise RequestError(f"baseline: engine {engine!r}: the name cannot be that of a file")
+    chosen = sorted(records, key=lambda record: (record.case, record.name))
+    if not chosen:
+        return {}
+    texts = {engine + TABLE: _csv_text(HEAD, (row for one in chosen for row in _rows(one)))}
+    with_series = [one for one in chosen if one.series is not None]
+    if with_series:
+        rows = (row for one in with_series for row in _samples(one))
+        texts[engine + SERIES] = _csv_text(SERIES_HEAD, rows)
+    return texts
+
+
+def same_text(one: BaselineRecord, other: BaselineRecord) -> bool:
+    """Return whether two records of an engine would be written alike."""
+    return list(_rows(one)) == list(_rows(other)) and same_series(one, other)
+
+
+def same_series(one: BaselineRecord, other: BaselineRecord) -> bool:
+    """Return whether the series of two records would be written alike."""
+    return list(_samples(one)) == list(_samples(other))
+
+
+def _csv_text(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(head)
+    writer.writerows(rows)
+    return stream.getvalue()
+
+
+def _rows(record: BaselineRecord) -> Iterator[list[str]]:
+    if any(BETWEEN in part for part in record.family):
+        raise RequestError(f"baseline: {record.name}: {BETWEEN!r} in its family")
+    cells = {
+        "case": record.case,
+        "record": record.name,
+        "label": record.label,
+        "parameters": parameter_text(record.parameters),
+        "levels": " ".join(sorted(record.levels)),
+        "family": BETWEEN.join(record.family),
+        "samples": str(count_of(record.series.thinned()) if record.series else 0),
+        **{key: getattr(record, key) for key in OF_RUN},
+    }
+    for name, quantity in sorted(record.quantities.items()):
+        of_quantity = {
+            "quantity": name,
+            "unit": quantity.unit,
+            "value": repr(float(quantity.value)),
+            "uncertainty": repr(float(quantity.uncertainty)),
+        }
+        yield [({**cells, **of_quantity})[key] for key in HEAD]
+
+
+def count_of(series: Series) -> int:
+    """Return how many lines the samples of a series take."""
+    return series.time.size * len(series.columns)
+
+
+def _samples(record: BaselineRecord) -> Iterator[list[str]]:
+    if record.series is None:
+        return
+    thin = record.series.thinned()
+    for name, column in thin.columns.items():
+        for time, value in zip(thin.time, column, strict=True):
+            yield [record.name, name, _short(time), _short(value)]
+
+
+def _short(value: float) -> str:
+    return f"{value + 0.0:.{DIGITS}g}"
+
+
+T = TypeVar("T")
+
+
+def read_tables(table: Path) -> list[BaselineRecord]:
+    """Return the records of an engine's table, with the series of the file beside it.
+
+    Raise RequestError, naming file and line, where one is damaged or they do not go together.
+    """
+    engine, beside = table.name.removesuffix(TABLE), table.with_name(table.stem + SERIES)
+    records, samples = _read(table, HEAD, lambda lines: _records(lines, engine))
+    series: Mapping[str, Series] = {}
+    if beside.exists() or any(samples.values()):
+        series = _read(beside, SERIES_HEAD, _series)
+    found = {name: count_of(one) for name, one in series.items()}
+    for name in sorted({*found, *(name for name, count in samples.items() if count)}):
+        if found.get(name, 0) != samples.get(name, 0):
+            why = f"{found.get(name, 0)} samples of {name}, the table has {samples.get(name, 0)}"
+            raise _damaged(beside, why)
+    return [replace(record, series=series.get(record.name)) for record in records]
+
+
+@dataclass(frozen=True)
+class _Line:
+    """A line of a table: its number in the file, and its cells by the head."""
+
+    number: int
+    cells: Mapping[str, str]
+
+
+class _DamagedError(ValueError):
+    """What is wrong with a line."""
+
+    def __init__(self, line: _Line, why: object) -> None:
+        super().__init__(f"line {line.number}: {why}")
+
+
+def _read(path: Path, head: Sequence[str], read: Callable[[list[_Line]], T]) -> T:
+    try:
+        text = bounded_text(path)
+        return read(_lines(text, head))
+    except OSError as error:
+        raise _damaged(path, error.strerror or error) from None
+    except (ValueError, csv.Error) as error:
+        raise _damaged(path, error) from None
+
+
+def _damaged(path: Path, why: object) -> RequestError:
+    return RequestError(
+        f"baseline file {path} is damaged: {why}; restore it, or remove it and accept a new one"
+    )
+
+
+def _lines(text: str, head: Sequence[str]) -> list[_Line]:
+    if not text.endswith("\n"):
+        raise ValueError(f"line {text.count(chr(10)) + 1}: it ends in the middle")
+    reader = csv.reader(io.StringIO(text), strict=True)
+    if next(reader, None) != list(head):
+        raise ValueError(f"line 1: the head is not {','.join(head)}")
+    found = []
+    for cells in reader:
+        if len(cells) != len(head):
+            raise ValueError(f"line {reader.line_num}: {len(cells)} cells for {len(head)} columns")
+        found.append(_Line(reader.line_num, dict(zip(head, cells, strict=True))))
+    return found
+
+
+def _records(lines: list[_Line], engine: str) -> tuple[list[BaselineRecord], dict[str, int]]:
+    """Return the records of a table, and how many samples the series of each has."""
+    found: dict[str, BaselineRecord] = {}
+    samples: dict[str, int] = {}
+    for name, group in groupby(lines, lambda line: line.cells["record"]):
+        first, *others = group
+        if name in found:
+            raise _DamagedError(first, f"record {name} comes twice")
+        shared = [cell for cell in HEAD if cell not in OF_QUANTITY]
+        for line in others:
+            if any(line.cells[cell] != first.cells[cell] for cell in shared):
+                raise _DamagedError(line, f"it is not of the record {name} above it")
+        found[name] = _record(first, [first, *others], engine)
+        samples[name] = int(_number(first, "samples"))
+    return list(found.values()), samples
+
+
+def _record(first: _Line, lines: list[_Line], engine: str) -> BaselineRecord:
+    cells = first.cells
+    if not cells["record"].startswith(f"{engine}/"):
+        raise _DamagedError(first, f"record {cells['record']!r} is not of engine {engine}")
+    try:
+        parameters = parameters_of(cells["parameters"])
+    except ValueError as error:
+        raise _DamagedError(first, f"parameters: {error}") from None
+    quantities: dict[str, Quantity] = {}
+    for line in lines:
+        name = line.cells["quantity"]
+        if not name or name in quantities:
+            raise _DamagedError(line, f"quantity {name!r} comes twice, or has no name")
+        quantities[name] = Quantity(
+            _number(line, "value"), _number(line, "uncertainty"), line.cells["unit"]
+        )
+    return BaselineRecord(
+        name=cells["record"],
+        parameters=parameters,
+        quantities=quantities,
+        engine=engine,
+        levels=tuple(cells["levels"].split()),
+        case=cells["case"],
+        label=cells["label"],
+        family=tuple(cells["family"].split(BETWEEN)) if cells["family"] else (),
+        **{key: cells[key] for key in OF_RUN},  # type: ignore[arg-type]
+    )
+
+
+def _number(line: _Line, name: str) -> float:
+    try:
+        value = float(line.cells[name])
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise _DamagedError(line, f"{name} = {line.cells[name]!r} is not a finite number")
+    return value
+
+
+def _series(lines: list[_Line]) -> dict[str, Series]:
+    """Return the series of each record; all columns of one are over the same times."""
+    columns: dict[str, dict[str, list[_Line]]] = {}
+    for line in lines:
+        of_record = columns.setdefault(line.cells["record"], {})
+        of_record.setdefault(line.cells["column"], []).append(line)
+    return {name: _one_series(of_record) for name, of_record in columns.items()}
+
+
+def _one_series(columns: Mapping[str, list[_Line]]) -> Series:
+    times = [np.array([_number(line, "time_s") for line in c]) for c in columns.values()]
+    for lines, time in zip(columns.values(), times, strict=True):
+        if time.size < 2 or np.any(np.diff(time) <= 0.0):
+            raise _DamagedError(lines[0], "fewer than two samples, or out of order")
+        if not np.array_equal(time, times[0]):
+            raise _DamagedError(lines[0], "a column is not over the times of the others")
+    values = {n: np.array([_number(line, "value") for line in c]) for n, c in columns.items()}
+    return Series(times[0], values)
 
 
 def committed() -> Path | None:

@@ -1,7 +1,13 @@
-"""Store payloads under keys, each with its checksum; a damaged entry is dropped, never used.
+"""Payloads under keys: what decides a result, its checksum, whole verifications.
+
+Make the keys of the cache: a digest of everything that decides a result.
+
+Store payloads under keys, each with its checksum; a damaged entry is dropped, never used.
 
 An entry is a file of four parts: a line with the form of the file, a line with
 the key, a line with the SHA-256 of the payload, and the payload.
+
+Keep whole verifications, the report's folder with the record, each under one key.
 """
 
 from __future__ import annotations
@@ -9,18 +15,100 @@ from __future__ import annotations
 import contextlib
 import fcntl
 import hashlib
+import io
+import json
 import os
+import platform
 import secrets
 import shutil
 import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable
-from pathlib import Path
+import zipfile
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+from importlib import metadata
+from pathlib import Path, PurePosixPath
+from typing import Any
 
-from harness.engines import environments
-from harness.home import OTHERS, lock_file, make_private, writable_by_others
+from harness.engines import process
+from harness.engines.registry import chosen_options, fingerprint_of
+from harness.files import OTHERS, lock_file, make_private, writable_by_others
+
+ROOT = Path(__file__).resolve().parent.parent
+"""The import package, whose source decides results as much as any parameter."""
+
+
+def key_of(facts: Mapping[str, Any]) -> str:
+    """Return the SHA-256 of the facts in one canonical JSON text, in hexadecimal.
+
+    Numbers are written so that they read back as the same double. Raise
+    TypeError for what JSON cannot state: a key must not depend on a ``repr``.
+    """
+    text = json.dumps(facts, sort_keys=True, separators=(",", ":"), ensure_ascii=True)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def digest_of_files(files: Sequence[Path], root: Path) -> str:
+    """Return one SHA-256 over the names below ``root`` and the contents of files."""
+    whole = hashlib.sha256()
+    for path in sorted(files):
+        content = hashlib.sha256(path.read_bytes()).hexdigest()
+        whole.update(f"{content} {path.relative_to(root).as_posix()}\n".encode())
+    return whole.hexdigest()
+
+
+def digest_of_tree(root: Path) -> str:
+    """Return one SHA-256 over all files below a folder; that of no file where there is none."""
+    files = [path for path in root.rglob("*") if path.is_file() and "__pycache__" not in path.parts]
+    return digest_of_files(files, root)
+
+
+@cache
+def source_digest(*rooms: str) -> str:
+    """Return the digest of the harness's own source, or of some of its rooms.
+
+    A developer who edits the code must not be given results of the code before.
+    """
+    if not rooms:
+        return digest_of_tree(ROOT)
+    return key_of({room: digest_of_tree(ROOT / room) for room in rooms})
+
+
+@cache
+def machine() -> dict[str, str]:
+    """Return what of the platform can change a number in its last digits."""
+    return {
+        "system": platform.system(),
+        "machine": platform.machine(),
+        "processor": _processor(),
+        "libc": "-".join(platform.libc_ver()),
+        "python": sys.version,
+    }
+
+
+@cache
+def versions(*packages: str) -> dict[str, str | None]:
+    """Return the installed version of each package, None for one that is not here."""
+    return {package: _version(package) for package in packages}
+
+
+def _version(package: str) -> str | None:
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return None
+
+
+def _processor() -> str:
+    """Return the model: linear algebra libraries choose their kernels by it."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return platform.processor()
+    return next((line for line in lines if line.startswith("model name")), platform.processor())
+
 
 FORM = b"dem-harness entry 1"
 LIMIT = 2 * 1024**3
@@ -147,9 +235,9 @@ class Entries:
             with contextlib.suppress(OSError):
                 state = path.stat()
                 found.append((state.st_mtime, state.st_size, path, Path.unlink))
-        for home in (self.folder / environments.FOLDER).glob("*"):
+        for home in (self.folder / process.FOLDER).glob("*"):
             with contextlib.suppress(OSError):
-                found.append((*environments.last_use_and_size(home), home, environments.drop))
+                found.append((*process.last_use_and_size(home), home, process.drop))
         excess = sum(size for _, size, *_ in found) - self._limit * 9 // 10
         if excess <= self._limit // 10:
             return
@@ -179,3 +267,76 @@ def _checked(data: bytes, key: str) -> tuple[bytes, str]:
     if parts[2] != hashlib.sha256(parts[3]).hexdigest().encode():
         return b"", "its checksum does not match"
     return parts[3], ""
+
+
+PACKAGES = ("jinja2", "matplotlib", "numba", "numpy", "pandas", "pydantic", "scipy")
+RECORD = "record.json"
+REPORT = "report/"
+VERIFICATION_ERRORS = (ValueError, KeyError, zipfile.BadZipFile)
+"""What :func:`unpack` raises for bytes that are not those of a verification."""
+
+
+def verification_key(
+    level: str,
+    *,
+    cases: Sequence[str],
+    engine: str,
+    options: Mapping[str, Any] | None = None,
+    beside: Mapping[str, Any] | None = None,
+    **more: str | None,
+) -> str | None:
+    """Return the key of a verification, or None where an engine cannot be told by its content.
+
+    ``options`` and ``more`` open the engine; ``beside`` is what else decides the
+    verdicts, such as the digest of a baseline. Raise RequestError for a program that is
+    not there.
+    """
+    who = fingerprint_of(engine, chosen_options(engine, options={**(options or {}), **more}))
+    if who is None:
+        return None
+    return key_of(
+        {
+            "verification": level,
+            "cases": list(cases),
+            "engine": dict(who),
+            "machine": machine(),
+            "packages": versions(*PACKAGES),
+            "source": source_digest(),
+            "beside": dict(beside or {}),
+        }
+    )
+
+
+def pack_verification(folder: Path, record: Mapping[str, Any]) -> bytes:
+    """Return a report's folder and the record as bytes; NaN in the record stays NaN."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+        archive.writestr(RECORD, json.dumps(record))
+        for path in sorted(path for path in folder.rglob("*") if path.is_file()):
+            archive.write(path, REPORT + path.relative_to(folder).as_posix())
+    return stream.getvalue()
+
+
+def unpack_verification(payload: bytes, folder: Path) -> dict[str, Any]:
+    """Write a kept report into a new folder and return the record.
+
+    Raise one of :data:`DECODE_ERRORS` when the bytes are not those of a verification, also where
+    a name leads out of the folder; then nothing is written.
+    """
+    with zipfile.ZipFile(io.BytesIO(payload)) as archive:
+        record: dict[str, Any] = json.loads(archive.read(RECORD))
+        names = [name for name in archive.namelist() if name.startswith(REPORT)]
+        paths = {name: _inside(name.removeprefix(REPORT)) for name in names}
+        folder.mkdir()
+        for name, path in paths.items():
+            (folder / path).parent.mkdir(parents=True, exist_ok=True)
+            (folder / path).write_bytes(archive.read(name))
+    return record
+
+
+def _inside(name: str) -> PurePosixPath:
+    """Return a name as a path; raise ValueError for one that leads out of its folder."""
+    path = PurePosixPath(name)
+    if not path.parts or path.is_absolute() or ".." in path.parts or "\0" in name:
+        raise ValueError(f"{name!r} is no name of a file below the report")
+    return path

@@ -1,8 +1,17 @@
-"""Record runs in one SQLite file, safe under concurrent runs and kill -9.
+"""The history of runs in one SQLite file: its tables, what is recorded, what is asked.
+
+Create the tables of the history's database, and migrate those of earlier versions.
+
+``PRAGMA user_version`` holds the version. To change the schema, append the
+statements that lead to the new one; those that are there stay as they are.
+
+Record runs in one SQLite file, safe under concurrent runs and kill -9.
 
 A run is inserted when it starts and completed when it ends; one that was
 killed, or still runs, has no end. Each change is one transaction of the
 write-ahead log, so that readers and writers do not wait for each other.
+
+Query the history for runs, and for quantities of runs.
 """
 
 from __future__ import annotations
@@ -17,10 +26,91 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 from harness.errors import RequestError
-from harness.store.schema import migrate
+
+MIGRATIONS: tuple[tuple[str, ...], ...] = (
+    (
+        """CREATE TABLE run (
+            id INTEGER PRIMARY KEY,
+            started TEXT NOT NULL,
+            finished TEXT,
+            command TEXT NOT NULL,
+            options TEXT NOT NULL,
+            harness_version TEXT NOT NULL,
+            harness_commit TEXT NOT NULL,
+            engine TEXT NOT NULL DEFAULT '',
+            engine_version TEXT NOT NULL DEFAULT '',
+            how TEXT NOT NULL DEFAULT '',
+            platform TEXT NOT NULL,
+            status INTEGER,
+            seconds REAL,
+            cached INTEGER NOT NULL DEFAULT 0,
+            folder TEXT NOT NULL DEFAULT '',
+            note TEXT NOT NULL DEFAULT ''
+        )""",
+        """CREATE TABLE quantity (
+            id INTEGER PRIMARY KEY,
+            name TEXT NOT NULL,
+            kind TEXT NOT NULL,
+            unit TEXT NOT NULL,
+            UNIQUE (name, kind, unit)
+        )""",
+        """CREATE TABLE measurement (
+            run INTEGER NOT NULL REFERENCES run (id),
+            quantity INTEGER NOT NULL REFERENCES quantity (id),
+            value REAL,
+            uncertainty REAL,
+            expected REAL,
+            tolerance REAL,
+            verdict TEXT NOT NULL,
+            PRIMARY KEY (run, quantity)
+        ) WITHOUT ROWID""",
+    ),
+    (
+        "ALTER TABLE measurement ADD COLUMN triage TEXT NOT NULL DEFAULT ''",
+        "ALTER TABLE run ADD COLUMN judged INTEGER NOT NULL DEFAULT 0",
+        "ALTER TABLE run ADD COLUMN failed INTEGER NOT NULL DEFAULT 0",
+        """UPDATE run SET
+            judged = (SELECT count(*) FROM measurement
+                WHERE run = run.id AND verdict IN ('pass', 'fail')),
+            failed = (SELECT count(*) FROM measurement WHERE run = run.id AND verdict = 'fail')""",
+        "CREATE INDEX measurement_by_quantity ON measurement (quantity, run)",
+        "CREATE INDEX run_by_start ON run (started)",
+    ),
+)
+VERSION = len(MIGRATIONS)
+
+
+def migrate(connection: sqlite3.Connection, name: str) -> None:
+    """Bring a database to :data:`VERSION` in one transaction.
+
+    Raise RequestError for one that a newer harness wrote.
+    """
+    if _version(connection) == VERSION:
+        return
+    connection.execute("BEGIN IMMEDIATE")
+    try:
+        found = _version(connection)  # another process may have been faster
+        if found > VERSION:
+            raise RequestError(
+                f"history {name}: schema {found} is of a newer dem-harness (this one writes "
+                f"{VERSION}); update it, or name another place in DEM_HARNESS_HOME"
+            )
+        for statements in MIGRATIONS[found:]:
+            for statement in statements:
+                connection.execute(statement)
+        connection.execute(f"PRAGMA user_version = {VERSION}")
+        connection.execute("COMMIT")
+    except BaseException:
+        connection.execute("ROLLBACK")
+        raise
+
+
+def _version(connection: sqlite3.Connection) -> int:
+    return int(connection.execute("PRAGMA user_version").fetchone()[0])
+
 
 BUSY_SECONDS = 30.0
 """How long one waits for another's write, which takes milliseconds."""
@@ -196,3 +286,103 @@ def _distinct(quantities: Iterable[Quantity]) -> list[Quantity]:
 
 def _now() -> str:
     return datetime.now(UTC).isoformat(timespec="milliseconds")
+
+
+RUN_COLUMNS = (
+    "run.id AS run, started, finished, command, options, engine, engine_version, how, status,"
+    " seconds, cached, judged, failed, folder, harness_version, harness_commit, platform, note"
+)
+QUANTITY_COLUMNS = "name, kind, unit, value, uncertainty, expected, tolerance, verdict, triage"
+
+
+class HistoryQuery(TypedDict, total=False):
+    """What is asked of the history; None asks for nothing.
+
+    ``quantity`` is a pattern as in file names (``*``, ``?``), ``engine_version``
+    the beginning of a release, ``since`` a date or time (ISO 8601, local unless
+    it has a zone), ``status`` an exit status or ``unfinished``. ``limit`` keeps
+    the newest.
+    """
+
+    command: str | None
+    engine: str | None
+    engine_version: str | None
+    quantity: str | None
+    since: datetime | str | None
+    verdict: str | None
+    status: int | str | None
+    limit: int | None
+
+
+def runs(history: History, question: HistoryQuery) -> Iterator[dict[str, Any]]:
+    """Yield the runs that fit, newest first, one row each.
+
+    With a quantity or a verdict, those that have such a one.
+    """
+    where, values = _of_run(question)
+    inner, more = _of_quantity(question)
+    if inner:
+        where.append(
+            "id IN (SELECT run FROM measurement JOIN quantity ON quantity.id = quantity"
+            f" WHERE {' AND '.join(inner)})"
+        )
+    query = f"SELECT {RUN_COLUMNS} FROM run{_where(where)} ORDER BY started DESC, id DESC"
+    return history.each(query + _limit(question), [*values, *more])
+
+
+def quantities(history: History, question: HistoryQuery) -> Iterator[dict[str, Any]]:
+    """Yield the quantities that fit with the columns of their runs, newest first."""
+    where, values = _of_run(question)
+    inner, more = _of_quantity(question)
+    query = (
+        f"SELECT {RUN_COLUMNS}, {QUANTITY_COLUMNS} FROM measurement"
+        " JOIN quantity ON quantity.id = quantity JOIN run ON run.id = measurement.run"
+        f"{_where([*where, *inner])}"
+        " ORDER BY started DESC, run.id DESC, quantity.id"
+    )
+    return history.each(query + _limit(question), [*values, *more])
+
+
+def names(history: History) -> list[str]:
+    """Return the names of all quantities ever recorded, sorted."""
+    return [row["name"] for row in history.rows("SELECT DISTINCT name FROM quantity ORDER BY name")]
+
+
+def _of_run(question: HistoryQuery) -> tuple[list[str], list[Any]]:
+    where: list[str] = []
+    values: list[Any] = []
+    for column in ("command", "engine"):
+        if question.get(column) is not None:
+            where.append(f"{column} = ?")
+            values.append(question[column])
+    if (version := question.get("engine_version")) is not None:
+        where.append("substr(engine_version, 1, length(?)) = ?")
+        values += [version] * 2
+    if (since := question.get("since")) is not None:
+        assert isinstance(since, datetime)
+        where.append("started >= ?")
+        values.append(since.astimezone(UTC).isoformat(timespec="milliseconds"))
+    if (status := question.get("status")) == "unfinished":
+        where.append("status IS NULL")
+    elif status is not None:
+        where.append("status = ?")
+        values.append(int(status))
+    return where, values
+
+
+def _of_quantity(question: HistoryQuery) -> tuple[list[str], list[Any]]:
+    asked = {
+        "quantity.name GLOB ?": question.get("quantity"),
+        "verdict = ?": question.get("verdict"),
+    }
+    given = {condition: value for condition, value in asked.items() if value is not None}
+    return list(given), list(given.values())
+
+
+def _where(conditions: list[str]) -> str:
+    return f" WHERE {' AND '.join(conditions)}" if conditions else ""
+
+
+def _limit(question: HistoryQuery) -> str:
+    limit = question.get("limit")
+    return "" if limit is None else f" LIMIT {int(limit)}"

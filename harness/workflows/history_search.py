@@ -13,18 +13,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
 from harness.errors import RequestError
-from harness.home import history_place
+from harness.files import history_place
 from harness.report import plain
 from harness.shown import Shown
-from harness.store import history_query
-from harness.store.history import History
-from harness.store.history_query import HistoryQuery
+from harness.store import history as history_query
+from harness.store.history import History, HistoryQuery
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from harness.report.figures.history import Against
+    from harness.report.figures import Against
     from harness.shown.figure import Figure
+
 
 UNFINISHED = "unfinished"
 VERDICTS = ("pass", "fail", "known defect", "fixed", "not tested", "finding")
@@ -61,7 +61,7 @@ class Recorded(Shown):
 
     def drawn(self, against: Against = "date") -> Figure:
         """Return the one quantity over date or release, or the rows that failed."""
-        from harness.report.figures.history import recorded
+        from harness.report.figures import recorded
 
         return recorded(self.frame(), against)
 
@@ -113,7 +113,7 @@ def table(rows: Iterable[Mapping[str, Any]], *, quantities: bool) -> pd.DataFram
 def history(file: Path | None = None, **wanted: Unpack[HistoryQuery]) -> Recorded:
     """Return the recorded runs that fit, or with ``quantity`` those quantities of them.
 
-    :class:`~harness.store.history_query.HistoryQuery` says what may be asked. Nothing recorded yet
+    :class:`~harness.store.history.HistoryQuery` says what may be asked. Nothing recorded yet
     is an empty answer. Raise RequestError for what is not allowed, and for a quantity that was
     never recorded, with the names nearest to it.
     """

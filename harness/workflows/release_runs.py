@@ -8,16 +8,14 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Protocol, cast
 
-from harness.comparison.baseline_record import BaselineRecord
+from harness.comparison.regression import BaselineRecord
 from harness.comparison.releases import Column, ReleaseMatrix, release_matrix
 from harness.comparison.verification import Verification
 from harness.engines.contract import Engine
 from harness.engines.registry import DEFAULT, engine_class
 from harness.errors import EngineError, RequestError
-from harness.workflows.baseline_rows import here
 from harness.workflows.progress import Progress, silent
-from harness.workflows.request import checked_level, chosen_cases
-from harness.workflows.verification_run import verify
+from harness.workflows.verification import checked_level, chosen_cases, here, verify
 
 Remember = Callable[[Engine], AbstractContextManager[Engine]]
 """Takes an open engine and gives the one to use, as a context."""

@@ -1,39 +1,266 @@
-"""Sweep a case over its parameters and over engines: one tidy row a run."""
+"""Sweep a case over its parameters and over engines: one tidy row a run.
+
+The folder of a sweep: held by one process at a time, taken up again by the same sweep.
+
+The runs of a sweep on this machine: in the engine's own workers, or in a solver of the case.
+"""
 
 from __future__ import annotations
 
 import contextlib
+import fcntl
+import inspect
 import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
-from harness.cases.contract import Measured
+from harness import __version__
+from harness.cases.contract import Case, Measured
+from harness.engines.contract import Engine, Job, Output
+from harness.engines.registry import engine_names
 from harness.errors import (
     EngineError,
     EngineMissingError,
+    EngineOutputError,
     EngineUndecidedError,
     HarnessError,
     RequestError,
 )
-from harness.home import cache_place
-from harness.observables.declared import Observable
+from harness.files import cache_place, held_folder, lock_file
+from harness.observables.provenance import Observable, Provenance
 from harness.parameters.base import Parameters
+from harness.report.folder import check_writable
 from harness.shown import Shown
-from harness.store.entries import Entries
-from harness.workflows.case_list import parameters_in
-from harness.workflows.case_settings import PRESET
+from harness.store.cache import CachedEngine
+from harness.store.entries import (
+    ROOT,
+    Entries,
+    digest_of_tree,
+    key_of,
+    machine,
+    source_digest,
+    versions,
+)
+from harness.workflows.case_runs import PRESET, parameters_in
+from harness.workflows.engine_status import opened
 from harness.workflows.progress import Progress, silent
-from harness.workflows.sweep_local import CheckedExecutor, Executor, Local, Ran, Work
-from harness.workflows.sweep_plan import ALL, Asked, Plan, Point, RefusedPoint, plan
-from harness.workflows.sweep_values import as_text
+from harness.workflows.sweep_plan import ALL, Asked, Plan, Point, RefusedPoint, as_text, plan
+from harness.workflows.verification import Open
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from harness.observables.reference import Points
     from harness.shown.figure import Figure
+
+
+LOCK, REQUEST = ".lock", "sweep.json"
+
+
+@contextlib.contextmanager
+def held_sweep(folder: Path, asked: Asked) -> Iterator[None]:
+    """Hold a folder for a sweep; the kernel lets go of it when the process ends, however it does.
+
+    Raise RequestError for a folder that another process sweeps in, that holds another sweep or
+    something else, or that cannot be written.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise RequestError(f"--output {folder}: is a file; name a folder")
+    check_writable(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    there = {path.name for path in folder.iterdir() if not path.name.startswith(".")}
+    if there and REQUEST not in there:
+        raise RequestError(f"--output {folder}: holds something else than a sweep; name another")
+    with contextlib.ExitStack() as held:
+        try:
+            lock = held.enter_context(lock_file(folder / LOCK))
+        except OSError as error:
+            raise RequestError(f"--output {folder}: {LOCK}: {error.strerror}") from None
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise RequestError(f"--output {folder}: another sweep runs in it") from None
+        _check_same(folder, json.dumps(vars(asked), indent=2) + "\n")
+        yield
+
+
+def _check_same(folder: Path, text: str) -> None:
+    """Write down what is swept; raise RequestError where it is something else already."""
+    file = folder / REQUEST
+    if not file.is_file():
+        with held_folder(folder) as aside:
+            (aside / REQUEST).write_text(text, encoding="utf-8")
+            (aside / REQUEST).replace(file)
+    elif file.read_text(encoding="utf-8", errors="replace") != text:
+        raise RequestError(
+            f"--output {folder}: holds another sweep ({REQUEST} says which); name another"
+        )
+
+
+CHUNK = 512
+"""Runs whose jobs are held at a time."""
+
+Ran = Measured | HarnessError
+"""What became of a run: RequestError where the engine cannot state it."""
+
+
+@dataclass(frozen=True)
+class Work:
+    """Runs of one case in one engine, or one solver of the case."""
+
+    case: Case[Any]
+    engine: str
+    parameters: Sequence[Parameters]
+
+    @property
+    def solves(self) -> bool:
+        """Return whether it is a solver that runs them."""
+        return self.engine in self.case.solvers and self.engine not in engine_names()
+
+
+class Executor(Protocol):
+    """Runs the work of a sweep somewhere."""
+
+    def __call__(self, work: Work) -> Iterator[tuple[int, Ran]]:
+        """Yield the place and the outcome of each run as soon as it is known, in any order."""
+
+
+@runtime_checkable
+class CheckedExecutor(Protocol):
+    """An executor that can say beforehand what it cannot run."""
+
+    def check(self, work: Work) -> None:
+        """Raise RequestError for work that cannot be run; nothing is begun."""
+
+
+@dataclass(frozen=True)
+class Local:
+    """Runs work here; ``entries`` keep what solvers found, nothing for None."""
+
+    open_one: Open = opened
+    entries: Entries | None = None
+    fresh: bool = False
+
+    def __call__(self, work: Work) -> Iterator[tuple[int, Ran]]:
+        """Yield the outcomes; raise EngineError where the engine itself cannot be opened."""
+        if work.solves:
+            for place, parameters in enumerate(work.parameters):
+                yield place, self._solved(work, parameters)
+            return
+        with self.open_one(work.engine) as engine:
+            for first in range(0, len(work.parameters), CHUNK):
+                yield from _in_engine(work, engine, range(first, first + CHUNK))
+
+    def known(self, work: Work) -> Iterator[tuple[int, Ran]]:
+        """Yield what is kept and what is refused; nothing is run."""
+        if work.solves:
+            for place, parameters in enumerate(work.parameters):
+                found = self._kept(work, self._key(work, parameters))
+                if found is not None:
+                    yield place, found
+            return
+        with self.open_one(work.engine) as engine:
+            jobs, refused = jobs_of(work, engine, range(len(work.parameters)))
+            yield from refused.items()
+            kept = engine.kept([job for job, _ in jobs]) if isinstance(engine, CachedEngine) else {}
+            for index, output in kept.items():
+                for place in jobs[index][1]:
+                    yield place, read(work, engine, place, output)
+
+    def _solved(self, work: Work, parameters: Parameters) -> Ran:
+        """Return what a solver finds, or found before."""
+        key = self._key(work, parameters)
+        kept = self._kept(work, key)
+        if kept is not None:
+            return kept
+        found = solved(work.case, parameters, work.engine)
+        if isinstance(found, Measured) and self.entries is not None:
+            self.entries.put(key, json.dumps(dict(found.values)).encode())
+        return found
+
+    def _key(self, work: Work, parameters: Parameters) -> str:
+        """Return the key of what a solver finds: all of the source decides it."""
+        return key_of(
+            {
+                "case": work.case.name,
+                "solver": work.engine,
+                "parameters": parameters.model_dump(mode="json"),
+                "machine": machine(),
+                "packages": versions("numba", "numpy", "scipy"),
+                "source": [source_digest(), _beyond(work.case)],
+            }
+        )
+
+    def _kept(self, work: Work, key: str) -> Measured | None:
+        kept = None if self.fresh or self.entries is None else self.entries.get(key)
+        if kept is None:
+            return None
+        return Measured(json.loads(kept), version_of_solver(work.engine), ranks=1)
+
+
+def solved(case: Case[Any], parameters: Parameters, solver: str) -> Ran:
+    """Return what a solver of a case finds, or the error that it raises."""
+    try:
+        found = case.solve(parameters, solver)
+    except HarnessError as error:
+        return error
+    return Measured(found.values, version_of_solver(solver), found.seconds, 1)
+
+
+def version_of_solver(solver: str) -> Provenance:
+    """Return who a solver of this package is."""
+    return Provenance(solver, f"dem-harness {__version__}", how="solver")
+
+
+def jobs_of(
+    work: Work, engine: Engine, places: Sequence[int]
+) -> tuple[list[tuple[Job, list[int]]], dict[int, Ran]]:
+    """Return the jobs that an engine can run, each once with its places, and why not the others."""
+    jobs: dict[tuple[Any, ...], tuple[Job, list[int]]] = {}
+    refused: dict[int, Ran] = {}
+    for place in places:
+        try:
+            job = work.case.job(work.parameters[place])
+            reason = engine.refuses(job)
+        except HarnessError as error:
+            refused[place] = error
+            continue
+        if reason:
+            refused[place] = RequestError(reason)
+        else:
+            same = (job.variant, job.sampled, *sorted(job.values.items()))
+            jobs.setdefault(same, (job, []))[1].append(place)
+    return list(jobs.values()), refused
+
+
+def read(work: Work, engine: Engine, place: int, output: Output | EngineError) -> Ran:
+    """Return the quantities of an output, or the error that it is or raises."""
+    if isinstance(output, EngineError):
+        return output
+    try:
+        return work.case.measured(work.parameters[place], output, engine.traits)
+    except HarnessError as error:
+        return error
+    except Exception as error:  # a case that cannot read one output must not cost the others
+        return EngineOutputError(f"{type(error).__name__}: {error}")
+
+
+def _in_engine(work: Work, engine: Engine, some: range) -> Iterator[tuple[int, Ran]]:
+    jobs, refused = jobs_of(work, engine, some[: len(work.parameters) - some.start])
+    yield from refused.items()
+    for index, output in engine.outcomes([job for job, _ in jobs]) if jobs else ():
+        for place in jobs[index][1]:
+            yield place, read(work, engine, place, output)
+
+
+def _beyond(case: Case[Any]) -> str:
+    """Return the digest of a case's own folder where it belongs to another package."""
+    folder = Path(inspect.getfile(type(case))).resolve().parent
+    return "" if folder.is_relative_to(ROOT) else digest_of_tree(folder)
+
 
 DONE, FAILED, NOT_TESTED = "done", "failed", "not tested"
 UNDECIDED, REFUSED, PENDING = "undecided", "refused", "pending"
@@ -100,7 +327,7 @@ class Sweep(Shown):
         Of further ones the first value is shown. Without a name, the one that was asked for or
         the first that was measured. ``points`` are drawn beside it.
         """
-        from harness.report.figures.sweep import sweep_figure
+        from harness.report.figures import sweep_figure
 
         frame = self.frame()
         rest = {name: frame[name].iloc[0] for name in self.over[2:]}
@@ -268,10 +495,10 @@ def _refused_row(chosen: Plan, engine: str, refused: RefusedPoint) -> Row:
         for column in [c for c in row if c.startswith(f"{name}.")]:
             row[column] = None
         parameter = f"{name}.name" if f"{name}.name" in units else name
-        row[key_of(parameter, units.get(parameter, ""))] = _plain_value(text)
+        row[column_of(parameter, units.get(parameter, ""))] = _plain_value(text)
     if not same:  # of another preset
-        known = {key_of(name, units.get(name, "")) for name in refused.settings}
-        row |= {key_of(n, u): None for n, u in units.items() if key_of(n, u) not in known}
+        known = {column_of(name, units.get(name, "")) for name in refused.settings}
+        row |= {column_of(n, u): None for n, u in units.items() if column_of(n, u) not in known}
     return {**row, "status": REFUSED, "reason": " ".join(refused.reason.split())}
 
 
@@ -288,7 +515,7 @@ def parameter_columns(parameters: Parameters) -> dict[str, Any]:
     for name, info in parameters_in(parameters):
         value = info.default
         plain = isinstance(value, (bool, int, float, str)) or value is None
-        found[key_of(name, info.unit)] = value if plain else json.dumps(value)
+        found[column_of(name, info.unit)] = value if plain else json.dumps(value)
     return found
 
 
@@ -298,9 +525,9 @@ def _columns(point: Point, names: Mapping[str, str]) -> tuple[str, ...]:
     found: list[str] = []
     for name in names:
         if name in units or name == PRESET:
-            found.append(key_of(name, units.get(name, "")))
+            found.append(column_of(name, units.get(name, "")))
         else:  # an object by its name
-            found += [key_of(n, u) for n, u in units.items() if n == f"{name}.name"] or [name]
+            found += [column_of(n, u) for n, u in units.items() if n == f"{name}.name"] or [name]
     return tuple(found)
 
 
@@ -308,15 +535,15 @@ def drawn_columns(chosen: Plan) -> tuple[str, str]:
     """Return the columns of a sweep's figure: the first that is swept, and what is asked for."""
     over = _columns(chosen.points[0], chosen.asked.over)
     units = {quantity.name: quantity.unit for quantity in chosen.case.quantities}
-    return over[0], key_of(chosen.asked.quantity, units[chosen.asked.quantity])
+    return over[0], column_of(chosen.asked.quantity, units[chosen.asked.quantity])
 
 
 def quantity_key(quantity: Observable) -> str:
     """Return the column of a quantity, its name with its unit."""
-    return key_of(quantity.name, quantity.unit)
+    return column_of(quantity.name, quantity.unit)
 
 
-def key_of(name: str, unit: str) -> str:
+def column_of(name: str, unit: str) -> str:
     """Return a name with its unit, as ``stiffness_N_per_m``; one that ends in it stays."""
     spelled = unit.replace("/", "_per_").replace(" ", "").replace("^", "")
     if spelled in ("", "1", "-") or name.endswith(f"_{spelled}"):

@@ -16,12 +16,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.cases.tower.impulse_table import impulse_table
-from harness.chain import rk4
-from harness.chain.arrays import assemble
-from harness.chain.record import blank_record
-from harness.chain.slices import Plan
+from harness.cases.tower.impulse import impulse_table
 from harness.parameters.tower import Tower
+from harness.solvers.chain import rk4
+from harness.solvers.chain.motion import Plan, assemble, blank_record
 
 pytestmark = pytest.mark.benchmark
 
@@ -191,7 +189,7 @@ def test_cost_of_a_row_in_motion(law):
 
 MEMORY = """
 from pathlib import Path
-from harness.chain import rk4
+from harness.solvers.chain import rk4
 from harness.parameters.tower import Tower
 
 def status(key):

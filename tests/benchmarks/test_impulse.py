@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from harness.cases.tower.impulse_angles import impulse_angles
+from harness.cases.tower.impulse import impulse_angles
 from harness.observables.windows import WINDOWS
 
 pytestmark = pytest.mark.benchmark

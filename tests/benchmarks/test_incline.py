@@ -11,9 +11,8 @@ import time
 
 import pytest
 
-from harness.cases.incline.critical_angles import critical_angle
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.template import TEMPLATE, job_of
+from harness.cases.incline.angle import critical_angle
+from harness.cases.incline.system import TEMPLATE, Incline, job_of
 from harness.engines.lammps.engine import Lammps
 
 pytestmark = [pytest.mark.benchmark, pytest.mark.live]

@@ -8,10 +8,10 @@ import subprocess
 
 import pytest
 
-from harness.cases.layers.cost import LOOP, Speed, efficiency, probe
-from harness.cases.layers.template import TEMPLATE, job_of
+from harness.cases.layers.extents import LOOP, Speed, efficiency, probe
+from harness.cases.layers.system import TEMPLATE, job_of
 from harness.engines.lammps.engine import Lammps
-from harness.engines.parallel import cores
+from harness.engines.process import cores
 
 pytestmark = [pytest.mark.benchmark, pytest.mark.live]
 

@@ -4,10 +4,10 @@ import time
 
 import pytest
 
-from harness.cases.incline.parameters import Incline
 from harness.cases.incline.runs import run_inclines
+from harness.cases.incline.system import Incline
 from harness.engines.lammps.engine import Lammps
-from harness.engines.reference.engine import Reference
+from harness.engines.reference import Reference
 
 pytestmark = [pytest.mark.benchmark, pytest.mark.live]
 

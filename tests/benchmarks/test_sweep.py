@@ -10,10 +10,10 @@ import time
 import pytest
 
 from harness.engines.registry import open_engine
-from harness.store.cached_engine import CachedEngine
+from harness.store.cache import CachedEngine
 from harness.store.entries import Entries
 from harness.workflows import sweep
-from harness.workflows.sweep_local import Local
+from harness.workflows.sweep_run import Local
 
 pytestmark = [pytest.mark.benchmark, pytest.mark.live]
 

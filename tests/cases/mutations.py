@@ -12,9 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from harness.cases.grain import path_in
-from harness.cases.incline.judge import judge
-from harness.cases.incline.result import Motion
-from harness.cases.incline.template import case_of
+from harness.cases.incline.system import Motion, case_of, judge
 from harness.engines.contract import Engine
 from harness.engines.lammps.engine import Lammps
 from harness.errors import EngineError

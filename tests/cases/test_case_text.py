@@ -5,8 +5,8 @@ import matplotlib.figure
 import pytest
 
 import harness.cases
-from harness.cases.case_text import Words, tolerances_of
-from harness.comparison.tolerances import Tolerance
+from harness.cases.contract import Words, tolerances_of
+from harness.comparison.verdicts import Tolerance
 
 TOLD = """
 [figures]

@@ -12,17 +12,17 @@ import pytest
 
 from harness.cases.contract import Study
 from harness.cases.drop.case import CASE as DROP
-from harness.cases.incline import checks as incline_checks
-from harness.cases.incline import reference_paths
+from harness.cases.incline import verification
+from harness.cases.incline import verification as incline_checks
 from harness.cases.incline.case import CASE as INCLINE
-from harness.cases.tower import against_exact, engine_runs
-from harness.cases.tower import checks as tower_checks
+from harness.cases.tower import run as engine_runs
+from harness.cases.tower import verification as against_exact
+from harness.cases.tower import verification as tower_checks
 from harness.cases.tower.case import CASE as TOWER
-from harness.comparison.triage import Triage
-from harness.comparison.verdicts import Kind, Verdict
+from harness.comparison.verdicts import Kind, Triage, Verdict
 from harness.engines.lammps.engine import Lammps
-from harness.engines.reference.engine import Reference
-from harness.workflows.main_engine import MainRun
+from harness.engines.reference import Reference
+from harness.workflows.verification import MainRun
 from tests.cases import mutations
 from tests.cases.mutations import Mutant
 from tests.cases.tower.row_engine import RowEngine
@@ -201,12 +201,12 @@ def _no_sample_times(monkeypatch):
 
 
 def _no_times_at_crests(monkeypatch):
-    rows = reference_paths._at_crests
+    rows = verification._at_crests
 
     def blind(name, run, own, held):
         return rows(name, replace(run, crests=own.crests), own, held)
 
-    monkeypatch.setattr(reference_paths, "_at_crests", blind)
+    monkeypatch.setattr(verification, "_at_crests", blind)
 
 
 @pytest.mark.parametrize(

@@ -11,12 +11,11 @@ import pytest
 
 from harness.cases import registry
 from harness.cases.contract import Case
-from harness.cases.drop.parameters import Drop
-from harness.cases.drop.template import TEMPLATE
+from harness.cases.drop.case import TEMPLATE, Drop
 from harness.cases.incline.case import InclineCase
 from harness.cli.cases import cases
 from harness.errors import RequestError
-from harness.observables.declared import Observable
+from harness.observables.provenance import Observable
 
 BASELINE = Path(__file__).parents[2] / "reports" / "baseline"
 

@@ -1,19 +1,20 @@
 """Every tolerance of every case says why it is what it is."""
 
+import pkgutil
 from importlib import import_module
-from importlib.util import find_spec
 
 import pytest
 
 from harness.cases.registry import built_in, get_case
-from harness.comparison.tolerances import Tolerance
+from harness.comparison.verdicts import Tolerance
 
 
 def tolerances_of(case):
     """Return the tolerances of a case: those of its modules, and of its baseline."""
     found = dict(get_case(case).regression)
-    folder = f"harness.cases.{case.replace('-', '_')}"
-    for module in filter(find_spec, (f"{folder}.tolerances", f"{folder}.case")):
+    home = import_module(f"harness.cases.{case.replace('-', '_')}")
+    inside = pkgutil.iter_modules(getattr(home, "__path__", ()), f"{home.__name__}.")
+    for module in (home.__name__, *(one.name for one in inside)):
         for name, value in vars(import_module(module)).items():
             if isinstance(value, Tolerance):
                 found[name] = value

@@ -2,16 +2,16 @@
 
 import pytest
 
-from harness.cases.drop.parameters import Drop
-from harness.cases.drop.template import case_of as drop_of
-from harness.cases.drop.template import values_of as drop_values
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.template import case_of as incline_of
-from harness.cases.incline.template import values_of as incline_values
-from harness.cases.tower.template import values_of as tower_values
-from harness.cases.tower.timing import timing_of
+from harness.cases.drop.case import Drop
+from harness.cases.drop.case import case_of as drop_of
+from harness.cases.drop.case import values_of as drop_values
+from harness.cases.incline.system import Incline
+from harness.cases.incline.system import case_of as incline_of
+from harness.cases.incline.system import values_of as incline_values
+from harness.cases.tower.system import timing_of
+from harness.cases.tower.system import values_of as tower_values
 from harness.errors import RequestError
-from harness.parameters.contact import PLASTIC, SOURCE, Contact, contact_of, contact_values
+from harness.parameters.law import PLASTIC, SOURCE, Contact, contact_of, contact_values
 from harness.parameters.tower import Tower
 
 

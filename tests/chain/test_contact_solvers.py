@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from harness.chain import boundaries, complementarity, overlap, sweeps
-from harness.chain.arrays import compliance
-from harness.chain.elimination import closed_contacts
 from harness.errors import RequestError
+from harness.solvers.chain import forces, motion, rk4
+from harness.solvers.chain.forces import closed_contacts
+from harness.solvers.chain.motion import compliance
 
 overlaps = st.integers(1, 30).flatmap(
     lambda n: arrays(float, n, elements=st.floats(-0.3, 0.4, allow_subnormal=False))
@@ -61,8 +61,8 @@ def test_both_ways_agree_on_ten_thousand_configurations():
     for count in range(10_000):
         particles = int(rng.integers(2, 41))
         x = centres(random_overlaps(rng, count % 4, particles - 1))
-        readable = sweeps.compressions(x, 1.0)
-        fast = complementarity.contact_forces(x, 1.0, 1.0)
+        readable = forces.compressions(x, 1.0)
+        fast = forces.contact_forces(x, 1.0, 1.0)
         allowed = 4 * np.finfo(float).eps * x[-1] * norm_of_inverse(particles - 1)
         assert np.abs(readable - fast).max() <= allowed
         worst = max(worst, float(np.abs(readable - fast).max() / allowed))
@@ -74,8 +74,8 @@ def test_both_ways_agree_on_ten_thousand_configurations():
 def test_both_ways_agree_on_awkward_configurations(overlap_):
     x = centres(overlap_)
     allowed = 4 * np.finfo(float).eps * x[-1] * norm_of_inverse(x.size - 1)
-    assert sweeps.compressions(x, 1.0) == pytest.approx(
-        complementarity.contact_forces(x, 1.0, 1.0), abs=allowed
+    assert forces.compressions(x, 1.0) == pytest.approx(
+        forces.contact_forces(x, 1.0, 1.0), abs=allowed
     )
 
 
@@ -89,8 +89,8 @@ def test_merging_by_what_overlaps_now_would_be_wrong():
     together = np.linalg.solve(matrix(np.ones(3), np.full(3, 0.5)), d)
     assert together[1] < 0
     x = centres(d)
-    assert sweeps.compressions(x, 1.0) == pytest.approx([0.09, 0, 0.1], abs=1e-15)
-    assert complementarity.contact_forces(x, 1.0, 1.0) == pytest.approx([0.09, 0, 0.1], abs=1e-15)
+    assert forces.compressions(x, 1.0) == pytest.approx([0.09, 0, 0.1], abs=1e-15)
+    assert forces.contact_forces(x, 1.0, 1.0) == pytest.approx([0.09, 0, 0.1], abs=1e-15)
 
 
 @settings(max_examples=100, deadline=None)
@@ -100,9 +100,7 @@ def test_against_enumeration_with_unequal_particles(seed, n):
     diagonal, beside = compliance(10 ** rng.uniform(-1, 1, n + 1), True)
     d = rng.normal(size=n) * rng.choice([1, 0.1, 0.01], n)
     expected = by_enumeration(d, matrix(diagonal, beside))
-    assert complementarity.forces_of_overlaps(d, diagonal, beside) == pytest.approx(
-        expected, abs=1e-9
-    )
+    assert forces.forces_of_overlaps(d, diagonal, beside) == pytest.approx(expected, abs=1e-9)
     closed = np.zeros(n, bool)
     closed_contacts(d, diagonal, beside, closed)
     assert (closed == (expected > 1e-12)).all()
@@ -114,10 +112,10 @@ def test_the_solution_is_one_from_every_warm_start(d, seed):
     rng = np.random.default_rng(seed)
     n = d.size
     diagonal, beside = compliance(np.ones(n + 1), True)
-    expected = complementarity.forces_of_overlaps(d, diagonal, beside)
+    expected = forces.forces_of_overlaps(d, diagonal, beside)
     for _ in range(5):
         closed, force, factor = rng.random(n) < 0.5, np.empty(n), np.empty((3, n))
-        assert complementarity.solve(d, diagonal, beside, closed, factor, force, 1e-15) >= 0
+        assert forces.solve(d, diagonal, beside, closed, factor, force, 1e-15) >= 0
         assert force == pytest.approx(expected, abs=1e-12 * n)
 
 
@@ -125,7 +123,7 @@ def test_the_solution_is_one_from_every_warm_start(d, seed):
 @given(overlaps)
 def test_conditions_and_closest_pair(d):
     x = centres(d)
-    force = complementarity.contact_forces(x, 1.0, 1.0)
+    force = forces.contact_forces(x, 1.0, 1.0)
     rounding = 4 * np.finfo(float).eps * x[-1] * norm_of_inverse(d.size)
     law = matrix(np.ones(d.size), np.full(d.size, 0.5))
     gap = law @ force - d
@@ -146,10 +144,10 @@ def test_boundary_formula(n):
     deformation = np.convolve(c, [1, 1])
     half = 0.5 - deformation / 2
     x = np.concatenate(([0], np.cumsum(half[1:] + half[:-1])))
-    assert boundaries.first_boundary(x, 0.5) == pytest.approx(-half[0], abs=1e-14)
-    edges = boundaries.boundaries(x, 0.5)
+    assert motion.first_boundary(x, 0.5) == pytest.approx(-half[0], abs=1e-14)
+    edges = motion.boundaries(x, 0.5)
     assert edges[1:] - x == pytest.approx(half, abs=1e-13)
-    assert boundaries.partial_compressions(x, 0.5) == pytest.approx(c, abs=1e-13)
+    assert motion.partial_compressions(x, 0.5) == pytest.approx(c, abs=1e-13)
 
 
 def test_boundary_formula_of_the_source_is_off():
@@ -158,7 +156,7 @@ def test_boundary_formula_of_the_source_is_off():
     i, n = np.arange(1, 5), 4
     printed = (0.5 + np.sum((-1.0) ** (i + 1) * (2 * (n - i) + 1) * x)) / n
     example = (-x[3] + 3 * x[2] - 5 * x[1] + 7 * x[0]) / 4
-    assert boundaries.first_boundary(x, 0.5) == pytest.approx(example)
+    assert motion.first_boundary(x, 0.5) == pytest.approx(example)
     assert printed != pytest.approx(example)
 
 
@@ -166,18 +164,18 @@ def test_overlap_law_is_the_diagonal():
     rng = np.random.default_rng(3)
     d = rng.normal(size=30) * 0.1
     x = centres(d)
-    expected = overlap.compressions(x, 1.0)
-    assert complementarity.contact_forces(x, 1.0, 5.0, deformable=False) == pytest.approx(
+    expected = rk4.compressions(x, 1.0)
+    assert forces.contact_forces(x, 1.0, 5.0, deformable=False) == pytest.approx(
         5 * expected, rel=1e-12
     )
 
 
 def test_unequal_radii_and_stiffness_of_two():
-    force = complementarity.contact_forces([0.0, 1.4], [1.0, 2.0], [3.0, 6.0])
+    force = forces.contact_forces([0.0, 1.4], [1.0, 2.0], [3.0, 6.0])
     assert force == pytest.approx([0.1 * 2 * 3 * 6 / 9])
 
 
-@pytest.mark.parametrize("solver", [sweeps.compressions, complementarity.contact_forces])
+@pytest.mark.parametrize("solver", [forces.compressions, forces.contact_forces])
 @pytest.mark.parametrize(
     ("positions", "diameter", "said"),
     [
@@ -194,7 +192,7 @@ def test_unequal_radii_and_stiffness_of_two():
     ],
 )
 def test_bad_positions_are_named(solver, positions, diameter, said):
-    more = {} if solver is sweeps.compressions else {"stiffness": 1.0}
+    more = {} if solver is forces.compressions else {"stiffness": 1.0}
     with pytest.raises(RequestError, match=said):
         solver(positions, diameter, **more)
 
@@ -202,20 +200,20 @@ def test_bad_positions_are_named(solver, positions, diameter, said):
 @pytest.mark.parametrize("stiffness", [0.0, -1.0, np.nan, [1.0, 2.0, 3.0]])
 def test_bad_stiffness_is_named(stiffness):
     with pytest.raises(RequestError, match="stiffness"):
-        complementarity.contact_forces([0.0, 1.0], 1.0, stiffness)
+        forces.contact_forces([0.0, 1.0], 1.0, stiffness)
 
 
 def test_values_that_are_not_finite_end():
     diagonal, beside = compliance(np.ones(4), True)
     with pytest.raises(RequestError, match="overlaps"):
-        complementarity.forces_of_overlaps(np.array([0.1, np.nan, 0.2]), diagonal, beside)
+        forces.forces_of_overlaps(np.array([0.1, np.nan, 0.2]), diagonal, beside)
 
 
 def test_a_hundred_thousand_contacts_at_once():
     rng = np.random.default_rng(5)
     d = rng.normal(0.05, 0.1, 100_000)
     diagonal, beside = compliance(np.ones(d.size + 1), True)
-    force = complementarity.forces_of_overlaps(d, diagonal, beside)
+    force = forces.forces_of_overlaps(d, diagonal, beside)
     gap = force - d
     gap[1:] += 0.5 * force[:-1]
     gap[:-1] += 0.5 * force[1:]

@@ -7,14 +7,15 @@ import math
 import numpy as np
 import pytest
 
-from harness.chain import exact
-from harness.chain.arrays import assemble, overlap_of_forces
-from harness.chain.complementarity import forces_of_overlaps
 from harness.observables import windows
-from harness.observables.impulse import impulse, impulse_until
-from harness.observables.summary import energy_drift, peak_force
+from harness.observables.windows import energy_drift, impulse, impulse_until, peak_force
 from harness.parameters.tower import Tower
-from harness.theory import semi_infinite_chain, tower, two_spheres
+from harness.solvers.chain import exact
+from harness.solvers.chain.forces import forces_of_overlaps
+from harness.solvers.chain.motion import assemble, overlap_of_forces
+from harness.theory import chain as semi_infinite_chain
+from harness.theory import chain as tower
+from harness.theory import chain as two_spheres
 from tests.theory import closed_forms
 
 LAWS = ("overlap", "deformable")

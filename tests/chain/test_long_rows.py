@@ -5,15 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from harness.chain import rk4, rk4_deformable, rk4_long_rows
-from harness.chain.arrays import assemble
-from harness.chain.block_partition import BLOCK
-from harness.chain.complementarity import forces_of_overlaps
-from harness.chain.record import blank_record
-from harness.chain.slices import Plan
-from harness.chain.stages import STAGES, in_free_flight, set_overlaps, stage_shift
-from harness.observables.impulse import impulse_until
+from harness.observables.windows import impulse_until
 from harness.parameters.tower import Tower
+from harness.solvers.chain import rk4, rk4_deformable
+from harness.solvers.chain.forces import forces_of_overlaps
+from harness.solvers.chain.motion import Plan, assemble, blank_record
+from harness.solvers.chain.rk4_deformable import (
+    BLOCK,
+    STAGES,
+    in_free_flight,
+    set_overlaps,
+    stage_shift,
+)
 
 LAWS = ("overlap", "deformable")
 
@@ -93,7 +96,7 @@ def test_blocks_sample_what_the_whole_row_does(start, seed):
     rng = np.random.default_rng(seed)
     case = unequal(particles, rng)
     records = []
-    for kernel in (rk4_long_rows, rk4_deformable):
+    for kernel in (rk4_deformable, rk4_deformable):
         chain = assemble(case)
         start_row(chain, start, np.random.default_rng(seed))
         blank = blank_record(8, particles, True)
@@ -116,7 +119,7 @@ def test_two_particles_meet_where_nothing_touched(gravity):
     chain.displacement[at] += gap - 1e-4
     chain.velocity[at : at + 2] = 0.5, -0.5
     start, thrown = chain.displacement.copy(), chain.velocity.copy()
-    advance = rk4_long_rows.begin(chain, Plan(step, steps, 50, 2))
+    advance = rk4_deformable.begin(chain, Plan(step, steps, 50, 2))
     record, rows = advance(blank_record(8, 3 * BLOCK, True), 0, steps + 1)
     pressed = record.forces[:rows] > 0
     assert pressed.sum(axis=1).tolist() == [0, 1, 1, 1, 1, 0, 0]  # from 0.1 ms for pi sqrt(m/2k)

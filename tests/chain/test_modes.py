@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from harness.chain.arrays import assemble
-from harness.chain.complementarity import factorise
-from harness.chain.modes import decompose
 from harness.parameters.tower import Tower
+from harness.solvers.chain.exact import decompose
+from harness.solvers.chain.forces import factorise
+from harness.solvers.chain.motion import assemble
 from tests.theory import closed_forms
 
 

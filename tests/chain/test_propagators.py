@@ -6,12 +6,11 @@ import math
 
 import pytest
 
-from harness.chain import exact, rk4
 from harness.errors import RequestError
-from harness.observables.impulse import impulse_until
-from harness.observables.summary import energy_drift
+from harness.observables.windows import energy_drift, impulse_until
 from harness.parameters.tower import Tower
-from harness.theory import free_chain
+from harness.solvers.chain import exact, rk4
+from harness.theory import chain
 from tests.theory.closed_forms import momentum_error
 
 LAWS = ("overlap", "deformable")
@@ -21,7 +20,7 @@ LAWS = ("overlap", "deformable")
 @pytest.mark.parametrize("particles", [3, 4, 5])
 def test_free_chain(law, particles):
     case = Tower(height=particles - 1, gravity=0.0, base="free", law=law)
-    expected = free_chain.final_velocities(particles, law == "deformable")
+    expected = chain.final_velocities(particles, law == "deformable")
     duration = 20 * case.contact_time
     run = exact.run(case, duration, samples=10)
     assert run.final_velocity / 2 == pytest.approx(expected, abs=1e-10)

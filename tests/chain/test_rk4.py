@@ -9,11 +9,11 @@ import pytest
 from scipy.stats import linregress
 from scipy.stats import t as student
 
-from harness.chain import exact, rk4
 from harness.comparison.convergence import slope_order
 from harness.errors import RequestError
-from harness.observables.summary import energy_drift
+from harness.observables.windows import energy_drift
 from harness.parameters.tower import Tower
+from harness.solvers.chain import exact, rk4
 
 LAWS = ("overlap", "deformable")
 

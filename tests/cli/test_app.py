@@ -123,8 +123,8 @@ def test_with_json_an_error_is_an_object_on_stdout_as_well(harness, words):
 
 
 def test_an_error_that_nobody_foresaw_is_status_4_in_two_lines(monkeypatch, capsys):
+    from harness.cli import files as printed
     from harness.cli import main
-    from harness.cli import output as printed
 
     def fail(_):
         raise ZeroDivisionError("a \x1b[31mbug")

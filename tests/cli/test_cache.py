@@ -6,12 +6,11 @@ import time
 import numpy as np
 import pytest
 
-from harness.engines import environments
+from harness.engines import process
 from harness.engines.output import Output
 from harness.observables.provenance import Provenance
-from harness.store.entries import Entries
-from harness.store.outputs import pack
-from harness.store.verifications import pack as pack_verification
+from harness.store.cache import pack_output
+from harness.store.entries import Entries, pack_verification
 
 
 @pytest.fixture
@@ -21,12 +20,12 @@ def folder(tmp_path):
     entries = Entries(cache)
     output = Output((), Provenance("toy", "1"), {"t": {"x": np.arange(3)}}, "", 0.0, "toy")
     for number, case in enumerate(("incline", "tower")):
-        entries.put(f"{number}" * 64, pack(output, case))
+        entries.put(f"{number}" * 64, pack_output(output, case))
     (tmp_path / "report").mkdir()
     entries.put("2" * 64, pack_verification(tmp_path / "report", {"cases": ["tower"]}))
-    home = cache / environments.FOLDER / "1.0"
+    home = cache / process.FOLDER / "1.0"
     home.mkdir(parents=True)
-    (home / environments.COMPLETE).write_text("12345")
+    (home / process.COMPLETE).write_text("12345")
     (cache / "numba" / "a").mkdir(parents=True)
     (cache / "numba" / "a" / "kernel.nbc").write_bytes(b"code")
     old = time.time() - 40 * 86_400

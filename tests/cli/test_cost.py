@@ -11,13 +11,18 @@ from pathlib import Path
 
 import pytest
 
-from harness.cases.incline.cost import PASSAGES, angle_seconds, extrapolation_seconds, run_seconds
-from harness.cases.incline.parameters import Incline
+from harness.cases.incline.levels import (
+    RUNS_BY_PASSAGE,
+    angle_seconds,
+    extrapolation_seconds,
+    run_seconds,
+)
+from harness.cases.incline.system import Incline
 from harness.cases.registry import all_cases
-from harness.cases.tower.cost import tower_seconds
+from harness.cases.tower.case import tower_seconds
 from harness.cli.engine_options import CostOptions
-from harness.engines.cost import MOST_SECONDS, OWN_SECONDS, engine_seconds, refuse_endless
-from harness.engines.reference.engine import Reference
+from harness.engines.border import MOST_SECONDS, OWN_SECONDS, engine_seconds, refuse_endless
+from harness.engines.reference import Reference
 from harness.engines.registry import ENGINES, engine_class
 from harness.errors import RequestError
 from harness.parameters.tower import Tower
@@ -100,7 +105,7 @@ def test_a_passage_takes_the_steps_that_are_expected(answer):
     cost = Reference.traits.microseconds_per_step * 1e-6
     expected = run_seconds(Incline(stiffness=1e5), "passage", Reference.traits) / cost
     assert found["steps"] / found["runs"] == pytest.approx(expected, rel=0.1)
-    assert found["runs"] == pytest.approx(PASSAGES, abs=3)
+    assert found["runs"] == pytest.approx(RUNS_BY_PASSAGE, abs=3)
 
 
 def test_the_cost_of_a_step_grows_with_the_particles():

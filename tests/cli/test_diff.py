@@ -3,9 +3,8 @@ import shutil
 
 import pytest
 
-from harness.comparison.tolerances import Tolerance
-from harness.comparison.verdicts import Kind, judge
-from harness.report.diff_folder import write_diff
+from harness.comparison.verdicts import Kind, Tolerance, judge
+from harness.report.folder import write_diff
 from harness.workflows import diff
 from tests.published_run import RUN
 

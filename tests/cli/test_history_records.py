@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from harness.cli.history_records import angle_quantities, impulse_quantities, tower_quantities
+from harness.cli.recording import angle_quantities, impulse_quantities, tower_quantities
 
 ANGLE = {
     "critical_angle_deg": 10.205,

@@ -5,7 +5,7 @@ import pytest
 import typer
 
 from harness.cli.inputs import InputsOptions, inputs
-from harness.workflows.scripts import generated_inputs
+from harness.workflows.engine_status import generated_inputs
 
 COMMITTED = Path(__file__).parents[2] / "inputs"
 

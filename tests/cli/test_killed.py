@@ -12,7 +12,7 @@ from contextlib import closing
 
 import pytest
 
-from harness.atomic_write import PREFIX
+from harness.files import PREFIX
 from harness.store.entries import Entries
 
 pytestmark = [pytest.mark.live, pytest.mark.slow]

@@ -10,7 +10,7 @@ from harness.engines import registry
 from harness.engines.contract import Job
 from harness.engines.lammps.engine import Lammps
 from harness.engines.mfix.engine import Mfix
-from harness.parameters.contact import contact_of, contact_values
+from harness.parameters.law import contact_of, contact_values
 from tests import engine_doubles as doubles
 
 QUICK = {

@@ -17,7 +17,7 @@ import pytest
 
 import harness.workflows
 from harness.cli import main
-from harness.engines import cost, registry
+from harness.engines import border, registry
 from harness.errors import EngineError, RequestError
 from tests.cli.random_lines import line
 from tests.published_run import RUN
@@ -63,9 +63,9 @@ def wrong(words, status, out, err):
 def quick(monkeypatch, files):  # noqa: ARG001
     """Run a command line in this process: engines in a moment, nothing installed."""
     for name in ("lammps", "liggghts", "yade", "kratos", "esys", "mfix"):
-        monkeypatch.setitem(registry.ENGINES, name, "harness.engines.reference.engine:Reference")
-    monkeypatch.setattr(cost, "MOST_SECONDS", 0.3)
-    monkeypatch.setattr(cost, "OWN_SECONDS", 0.3)
+        monkeypatch.setitem(registry.ENGINES, name, "harness.engines.reference:Reference")
+    monkeypatch.setattr(border, "MOST_SECONDS", 0.3)
+    monkeypatch.setattr(border, "OWN_SECONDS", 0.3)
 
     def cut(*_, **__):
         raise EngineError("cut short")
@@ -78,7 +78,7 @@ def quick(monkeypatch, files):  # noqa: ARG001
     monkeypatch.setattr("harness.workflows.release_runs.verify", cut)
     monkeypatch.setattr("harness.workflows.baseline.verify", cut, raising=False)
     monkeypatch.setattr("harness.reproduction.run.reproduce", cut)
-    monkeypatch.setattr("harness.workflows.scripts.inputs", answered)
+    monkeypatch.setattr("harness.workflows.engine_status.inputs", answered)
 
     def run(words, capfd):
         monkeypatch.setattr(sys, "argv", ["dem-harness", *words])

@@ -10,8 +10,7 @@ import pytest
 import typer
 
 from harness.observables.provenance import Provenance
-from harness.reproduction.claims import Ledger, compare
-from harness.reproduction.source import SOURCES
+from harness.reproduction.claims import SOURCES, Ledger, compare
 
 REPORT = Path(__file__).parents[2] / "reports" / "reproduction"
 CHECKOUT = REPORT.parents[1]
@@ -44,7 +43,7 @@ def run_here(monkeypatch, tmp_path, capsys):
         monkeypatch.setattr(
             "harness.reproduction.run.reproduce", lambda **given: asked.update(given) or made
         )
-        monkeypatch.setattr("harness.reproduction.pages.folder._fill", _fill)
+        monkeypatch.setattr("harness.reproduction.page._fill", _fill)
         with pytest.raises(typer.Exit) as done:
             reproduce(ReproduceOptions(**options), NoEngine(), json=True)
         return done.value.exit_code, json.loads(capsys.readouterr().out)

@@ -7,8 +7,8 @@ from typer.testing import CliRunner
 
 from harness.cases.layers.extents import EXTENTS, Box, Extent
 from harness.cli.app import app
-from harness.workflows.sweep_folder import held_sweep
 from harness.workflows.sweep_plan import Asked
+from harness.workflows.sweep_run import held_sweep
 from tests.slurm_here import slurm  # noqa: F401
 
 pytestmark = [pytest.mark.slow, pytest.mark.live, pytest.mark.usefixtures("slurm")]

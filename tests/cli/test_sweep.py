@@ -18,7 +18,7 @@ EXAMPLES = sorted((Path(__file__).parents[2] / "inputs" / "sweeps").glob("*.toml
 
 ENGINE = '''
 import os, time
-from harness.engines.reference.engine import Reference
+from harness.engines.reference import Reference
 
 class Counting(Reference):
     """The reference DEM, slowed down; it writes down which runs it begins."""

@@ -8,9 +8,9 @@ import pytest
 
 from harness.cli.diff import _print as print_diff
 from harness.cli.sweep import _print as print_sweep
-from harness.cli.verdicts import WIDEST, print_verification
-from harness.comparison.results import read_published
+from harness.cli.verify import WIDEST, print_verification
 from harness.comparison.run_diff import Change, diff_runs
+from harness.comparison.verification import read_published
 from harness.workflows.sweep_run import Sweep
 
 EXAMPLE = Path(__file__).parents[2] / "reports" / "example" / "results.json"

@@ -10,10 +10,8 @@ import pytest
 
 import harness.workflows
 from harness.cli import files, main
-from harness.comparison.findings import Findings, Headline
-from harness.comparison.tolerances import Tolerance
-from harness.comparison.verdicts import Kind, failed_run, finding, judge, not_tested
-from harness.comparison.verification import Verification
+from harness.comparison.verdicts import Kind, Tolerance, failed_run, finding, judge, not_tested
+from harness.comparison.verification import Findings, Headline, Verification
 from harness.errors import EngineCrashError, RequestError
 from harness.observables.provenance import Provenance
 

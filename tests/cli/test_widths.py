@@ -6,7 +6,7 @@ import pytest
 
 from harness.cli import main
 from harness.cli.app import app
-from harness.cli.output import print_columns
+from harness.cli.files import print_columns
 from harness.engines import registry
 from harness.report.plain import printable
 from tests.cli.test_terminal_layout import EXAMPLE, WIDTHS

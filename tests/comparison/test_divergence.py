@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from harness.comparison.divergence import RETURN, Series, compare_series, part
+from harness.comparison.series import RETURN, Series, compare_series, part
 from harness.errors import RequestError
 
 TIME = np.linspace(0.0, 10.0, 1001)

@@ -1,7 +1,7 @@
 import pytest
 
-from harness.comparison.engines import DeclaredEngine
-from harness.comparison.published import adapter, published
+from harness.comparison.verdicts import adapter, published
+from harness.comparison.verification import DeclaredEngine
 
 
 @pytest.mark.parametrize(

@@ -5,17 +5,17 @@ from dataclasses import replace
 import pytest
 
 from harness.comparison.known_defects import KnownDefect, Prediction, told_apart
-from harness.comparison.tolerances import Tolerance
 from harness.comparison.verdicts import (
     Cell,
     Kind,
     PredictedSize,
+    Tolerance,
     Verdict,
     failed_run,
     judge,
 )
 from harness.errors import EngineCrashError, RequestError
-from harness.observables.release import release_of
+from harness.observables.provenance import release_of
 
 DEFECT = KnownDefect(
     name="no-friction",

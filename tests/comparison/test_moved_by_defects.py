@@ -5,12 +5,10 @@ from dataclasses import replace
 
 import pytest
 
-from harness.comparison.baseline_record import BaselineRecord, Quantity, name_in_cell
 from harness.comparison.known_defects import KnownDefect
 from harness.comparison.moved_by_defects import moved_by_defects
-from harness.comparison.regression import row_name
-from harness.comparison.tolerances import Tolerance
-from harness.comparison.verdicts import Cell, Kind, PredictedSize, Verdict, judge
+from harness.comparison.regression import BaselineRecord, Quantity, name_in_cell, row_name
+from harness.comparison.verdicts import Cell, Kind, PredictedSize, Tolerance, Verdict, judge
 
 CELL = Cell("oblique", "mindlin", "wall", "lammps")
 RECORD = BaselineRecord(

@@ -4,19 +4,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from harness.comparison.baseline_record import BaselineRecord, Quantity, name_in_cell
-from harness.comparison.divergence import Series
-from harness.comparison.metadata_diff import changed_parameters
 from harness.comparison.regression import (
+    UNSTATED,
+    Allowed,
     Baseline,
+    BaselineRecord,
     Expected,
+    Override,
+    Quantity,
     against_baseline,
+    changed_parameters,
     explained_by_cells,
+    name_in_cell,
 )
-from harness.comparison.regression_tolerances import UNSTATED, Allowed, Override
-from harness.comparison.tolerances import Tolerance
-from harness.comparison.triage import Triage
-from harness.comparison.verdicts import Cell, Kind, Verdict, judge
+from harness.comparison.series import Series
+from harness.comparison.verdicts import Cell, Kind, Tolerance, Triage, Verdict, judge
 from harness.errors import EngineMemoryError
 
 TIME = np.linspace(0.0, 1.0, 101)

@@ -5,12 +5,24 @@ from dataclasses import replace
 import pytest
 
 from harness.comparison.known_defects import KnownDefect, defect_of, told_apart
-from harness.comparison.release_cells import cell_rows, defects_of, reasons_of_records
-from harness.comparison.releases import Column, release_matrix
-from harness.comparison.tolerances import Tolerance
-from harness.comparison.verdicts import Cell, Kind, PredictedSize, finding, judge, not_tested
+from harness.comparison.releases import (
+    Column,
+    cell_rows,
+    defects_of,
+    reasons_of_records,
+    release_matrix,
+)
+from harness.comparison.verdicts import (
+    Cell,
+    Kind,
+    PredictedSize,
+    Tolerance,
+    finding,
+    judge,
+    not_tested,
+)
 from harness.observables.provenance import Provenance
-from harness.report.releases import markdown
+from harness.report.folder import markdown
 
 WIDTH = Tolerance("", 1e-6, 0.0, "a millionth, for a test")
 DEFECT = KnownDefect(

@@ -2,13 +2,11 @@ from dataclasses import replace
 
 import pytest
 
-from harness.comparison.baseline_record import BaselineRecord, Quantity
-from harness.comparison.release_changes import Change, classify
-from harness.comparison.releases import Column, release_matrix
-from harness.comparison.tolerances import Tolerance
-from harness.comparison.verdicts import Cell, Kind, not_tested
+from harness.comparison.regression import BaselineRecord, Quantity
+from harness.comparison.releases import Change, Column, classify, release_matrix
+from harness.comparison.verdicts import Cell, Kind, Tolerance, not_tested
 from harness.observables.provenance import Provenance
-from harness.report.releases import markdown
+from harness.report.folder import markdown
 
 CASE = BaselineRecord(
     name="lammps/incline-passage-source-k1e6-50-steps-8-phases",

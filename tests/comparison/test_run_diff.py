@@ -2,8 +2,8 @@ import math
 
 import pytest
 
-from harness.comparison.results import read_published
 from harness.comparison.run_diff import Change, diff_runs
+from harness.comparison.verification import read_published
 from tests.published_run import RUN
 
 

@@ -1,7 +1,7 @@
 import pytest
 
-from harness.comparison.divergence import Divergence
-from harness.comparison.triage import Triage, of_divergence, of_error
+from harness.comparison.series import Divergence
+from harness.comparison.verdicts import Triage, of_divergence, of_error
 from harness.errors import (
     EngineCrashError,
     EngineInputError,

@@ -2,9 +2,9 @@ import math
 
 import pytest
 
-from harness.comparison.tolerances import Tolerance
 from harness.comparison.verdicts import (
     Kind,
+    Tolerance,
     Verdict,
     failed_run,
     finding,

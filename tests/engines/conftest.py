@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from harness.cases.incline.result import InclineRun
 from harness.cases.incline.runs import run_inclines
+from harness.cases.incline.system import InclineRun
 from harness.engines.process import Limits
 from harness.errors import EngineTimeoutError
 

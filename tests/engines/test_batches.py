@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from harness.engines.batches import collect, finished, run_in_turn
+from harness.engines.contract import collect, finished, run_in_turn
 from harness.engines.output import Output, results_in
 from harness.engines.process import Ended
 from harness.errors import (

@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from harness.cases.contact_base.template import NEUTRAL, TEMPLATE
+from harness.cases.contact.motion import NEUTRAL, TEMPLATE
 from harness.cases.drop.case import CASE
 from harness.cases.qualification import qualify
 from harness.engines.border import ReadValues
 from harness.engines.contract import Engine, Job, Output
-from harness.engines.reference.engine import Reference
-from harness.engines.scripted import ScriptedEngine
+from harness.engines.programs import ScriptedEngine
+from harness.engines.reference import Reference
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineOutputError, RequestError
 from harness.observables.provenance import Provenance

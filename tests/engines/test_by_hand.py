@@ -10,18 +10,17 @@ import sys
 
 import pytest
 
-from harness.cases.drop.parameters import Drop
-from harness.cases.drop.template import TEMPLATE as DROP
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.template import TEMPLATE as INCLINE
-from harness.cases.tower.template import TEMPLATE as TOWER
-from harness.engines.esys.open_mpi import RANKS, find_launcher
+from harness.cases.drop.case import TEMPLATE as DROP
+from harness.cases.drop.case import Drop
+from harness.cases.incline.system import TEMPLATE as INCLINE
+from harness.cases.incline.system import Incline
+from harness.cases.tower.system import TEMPLATE as TOWER
+from harness.engines.esys.engine import RANKS, find_launcher
 from harness.engines.liggghts.engine import ALONE
+from harness.engines.output import read_dump
 from harness.engines.registry import engine_class
-from harness.engines.tables import read_dump
 from harness.errors import RequestError
-from harness.parameters.contact import PLASTIC, Contact, contact_values
-from harness.parameters.hertz import fewest_steps_per_contact
+from harness.parameters.law import PLASTIC, Contact, contact_values, fewest_steps_per_contact
 from harness.parameters.tower import Tower
 
 TEMPLATES = (INCLINE, TOWER, DROP)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from harness.engines.contact_model import ContactModel, never_attracts, stating, takes
+from harness.engines.traits import ContactModel, never_attracts, stating, takes
 
 MODELS = (
     ContactModel("A", takes("hooke", "none velocity", "none") | {"planes": (0,)}),

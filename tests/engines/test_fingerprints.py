@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from harness.engines import fingerprints
+from harness.engines import programs
 from harness.engines.esys.engine import Esys
 from harness.engines.kratos.engine import Kratos
 from harness.engines.mfix.engine import Mfix
@@ -62,7 +62,7 @@ def test_a_changed_file_of_an_installation_is_another_engine(tmp_path, monkeypat
     more = (monkeypatch,) if name == "kratos" else ()
     kind, options, file = globals()[name](tmp_path, *more)
     # read again as by another command
-    monkeypatch.setattr(fingerprints, "digest", fingerprints.digest.__wrapped__)
+    monkeypatch.setattr(programs, "digest", programs.digest.__wrapped__)
     before = kind.fingerprint_of(**options)
     assert before is not None
     assert before == kind.fingerprint_of(**options)
@@ -103,12 +103,12 @@ def test_of_a_wrapper_nothing_is_kept(script_file, kind):
     [(["/nowhere/program"], 5.0), ([sys.executable, "-c", "import time; time.sleep(60)"], 0.1)],
 )
 def test_a_program_that_cannot_be_started_or_takes_too_long_says_nothing(words, seconds):
-    assert fingerprints.ask_program(words, seconds) is None
+    assert programs.ask_program(words, seconds) is None
 
 
 def test_a_program_is_asked_without_input_and_what_it_says_is_read_whatever_its_bytes():
     code = "import os, sys; os.write(1, b'/lib\\xff' + sys.stdin.read().encode()); sys.exit(3)"
-    done = fingerprints.ask_program([sys.executable, "-c", code], 60.0)
+    done = programs.ask_program([sys.executable, "-c", code], 60.0)
     assert done is not None
     assert (os.fsencode(done.stdout), done.returncode) == (b"/lib\xff", 3)
 

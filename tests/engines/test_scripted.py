@@ -8,12 +8,10 @@ from typing import ClassVar
 
 import pytest
 
-from harness.atomic_write import PREFIX
 from harness.engines.contract import Job, Template
 from harness.engines.output import Output
 from harness.engines.process import Limits
-from harness.engines.programs import fresh_folder
-from harness.engines.scripted import ScriptedEngine
+from harness.engines.programs import ScriptedEngine, fresh_folder
 from harness.engines.traits import Traits
 from harness.errors import (
     EngineCrashError,
@@ -22,6 +20,7 @@ from harness.errors import (
     EngineTimeoutError,
     RequestError,
 )
+from harness.files import PREFIX
 from harness.observables.provenance import Provenance
 
 SCRIPT = """# {{ name }}, made by dem-harness {{ version }}: {{ variant }} {{ note }}

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.engines.tables import read_csv, read_dump
+from harness.engines.output import read_csv, read_dump
 from harness.errors import EngineNaNError, EngineOutputError
 
 RECORDED = Path(__file__).parent / "liggghts" / "recorded"

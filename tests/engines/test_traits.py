@@ -2,7 +2,7 @@ import pytest
 
 from harness.engines.registry import ENGINES, engine_class
 from harness.engines.traits import Traits
-from harness.parameters.contact import PLASTIC, SOURCE, Contact
+from harness.parameters.law import PLASTIC, SOURCE, Contact
 
 
 def traits(**rules):

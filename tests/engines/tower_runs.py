@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from harness.cases.tower.engine_runs import run_towers
-from harness.chain import exact
+from harness.cases.tower.run import run_towers
+from harness.solvers.chain import exact
 
 KINDS = [
     {"gravity": 0.0},

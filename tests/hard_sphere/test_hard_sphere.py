@@ -10,13 +10,25 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from harness.errors import RequestError
-from harness.hard_sphere.critical_angle import critical_angle, first_moving, passage, steady
-from harness.hard_sphere.motion import LEAVES, SHOCK, TURNS, WELL, flight, slide
-from harness.hard_sphere.passage import MOVES_ON, TRAPPED, follow
-from harness.hard_sphere.roots import roots_within
-from harness.theory import critical_angle as theory
-from harness.theory.energy_map import passage_margin
-from harness.theory.shock import SHOCK_WITHOUT_REBOUND
+from harness.solvers.hard_sphere import (
+    LEAVES,
+    MOVES_ON,
+    SHOCK,
+    TRAPPED,
+    TURNS,
+    WELL,
+    critical_angle,
+    first_moving,
+    flight,
+    follow,
+    passage,
+    roots_within,
+    slide,
+    steady,
+)
+from harness.theory import incline as theory
+from harness.theory.chain import SHOCK_WITHOUT_REBOUND
+from harness.theory.incline import passage_margin
 
 
 @given(st.lists(st.floats(0.02, 0.98), min_size=1, max_size=4, unique=True))

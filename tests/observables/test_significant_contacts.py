@@ -1,8 +1,8 @@
 import numpy as np
 
-from harness.chain import exact
-from harness.observables.significant_contacts import SIGNIFICANT_FORCE, significant_contacts
+from harness.observables.windows import SIGNIFICANT_FORCE, significant_contacts
 from harness.parameters.tower import Tower
+from harness.solvers.chain import exact
 
 
 def test_faint_contacts_of_the_overlap_law_are_not_felt():

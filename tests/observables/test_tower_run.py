@@ -5,14 +5,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from harness.chain import exact, rk4
 from harness.errors import RequestError
 from harness.observables import windows
-from harness.observables.impulse import impulse, impulse_until
-from harness.observables.interpolation import grain_velocity_at
-from harness.observables.summary import contact_changes, grain_alone, peak_force, summary
 from harness.observables.tower import COLUMNS, SERIES
+from harness.observables.windows import (
+    contact_changes,
+    grain_alone,
+    grain_velocity_at,
+    impulse,
+    impulse_until,
+    peak_force,
+    summary,
+)
 from harness.parameters.tower import Tower
+from harness.solvers.chain import exact, rk4
 
 
 @pytest.fixture(scope="module")

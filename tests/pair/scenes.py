@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from harness.parameters.contact_law import ContactLaw
-from harness.parameters.contact_scene import Body, ContactScene, Plane, Segment, sphere_mass
+from harness.parameters.law import ContactLaw
+from harness.parameters.scene import Body, ContactScene, Plane, Segment, sphere_mass
 
 FLOOR = Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
 RADIUS, DENSITY = 0.01, 2500.0

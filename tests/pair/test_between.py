@@ -5,14 +5,12 @@ import pytest
 from hypothesis import Phase, assume, example, given, settings
 from hypothesis import strategies as st
 
-from harness.cases.oblique.case import CASE
+from harness.cases.oblique import CASE
 from harness.errors import RequestError
-from harness.pair import motion, proceed
-from harness.pair.between import look
-from harness.pair.extrapolation import step
-from harness.pair.integration import integrate
-from harness.pair.locate import first_ending
-from harness.pair.rates import SLIDERS, endings
+from harness.solvers.pair import integration, steps
+from harness.solvers.pair.integration import integrate
+from harness.solvers.pair.rates import SLIDERS, endings
+from harness.solvers.pair.steps import first_ending, look, step
 from tests.pair.scenes import ELASTIC, HERTZ, LINEAR, impact
 
 PARTS = 40
@@ -66,9 +64,9 @@ def passed_over(scene):
         return first
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(proceed, "look", looked)
-        patch.setattr(motion, "proceed", proceed.proceed.py_func)
-        patch.setattr(motion, "first_ending", located)
+        patch.setattr(steps, "look", looked)
+        patch.setattr(integration, "proceed", steps.proceed.py_func)
+        patch.setattr(integration, "first_ending", located)
         integrate(scene)
     return max(worst)
 

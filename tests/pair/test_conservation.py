@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from harness.pair.integration import integrate
-from harness.parameters.contact_rules import Rules
+from harness.parameters.rules import Rules
+from harness.solvers.pair.integration import integrate
 from tests.pair.scenes import (
     ELASTIC,
     HERTZ,

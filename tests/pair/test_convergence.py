@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from harness.pair.integration import integrate
-from harness.parameters.contact_law import TAKES
+from harness.parameters.law import TAKES
+from harness.solvers.pair.integration import integrate
 from tests.pair.scenes import HERTZ, LINEAR, collision, impact
 
 SPINNING = ((1.0, 0.5, -1.0), (30.0, 100.0, 200.0))

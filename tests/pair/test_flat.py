@@ -6,13 +6,13 @@ import pytest
 from scipy.integrate import quad
 
 from harness.errors import RequestError
-from harness.pair.flat import fold, pressed, sunk
-from harness.pair.integration import integrate
-from harness.pair.system import system_of
-from harness.parameters.contact_law import ContactLaw
-from harness.parameters.contact_rules import Rules
-from harness.parameters.contact_scene import Body, ContactScene, Plane
-from harness.theory import cohesion
+from harness.parameters.law import ContactLaw
+from harness.parameters.rules import Rules
+from harness.parameters.scene import Body, ContactScene, Plane
+from harness.solvers.pair.integration import integrate
+from harness.solvers.pair.normal import fold, pressed, sunk
+from harness.solvers.pair.system import system_of
+from harness.theory import contact
 from tests.pair.scenes import FLOOR, MASS, RADIUS, guided
 
 YOUNG, NU, GAMMA = 1e8, 0.3, 0.5
@@ -52,7 +52,7 @@ def force_of(a, depth):
 @pytest.mark.parametrize("a", [2e-4, 4e-4, 8e-4])
 def test_a_contact_that_peels_gives_the_energy_of_its_springs_for_the_area(a):
     """-dU/da at a fixed depth is 2 pi a gamma, the energy of the surface laid bare."""
-    force, depth = cohesion.mdr_force_and_depth(GAMMA, PLANE_STRAIN, RADIUS, a)
+    force, depth = contact.mdr_force_and_depth(GAMMA, PLANE_STRAIN, RADIUS, a)
     h = 1e-4 * a
     freed = (stored(a + h, depth) - stored(a - h, depth)) / (2.0 * h)
     assert freed == pytest.approx(2.0 * math.pi * a * GAMMA, rel=1e-5)
@@ -90,7 +90,7 @@ def test_the_fold_is_where_the_depth_is_least():
     for other in (0.99 * a, 1.01 * a):
         g, length, _ = sunk(PLANE_STRAIN, GAMMA, RADIUS, other)
         assert g - length > last
-    _, told = cohesion.mdr_pull_off(GAMMA, PLANE_STRAIN, RADIUS)
+    _, told = contact.mdr_pull_off(GAMMA, PLANE_STRAIN, RADIUS)
     assert last == pytest.approx(told, rel=1e-12)
     assert fold(PLANE_STRAIN, 0.0, RADIUS) == (0.0, 0.0)
 
@@ -98,7 +98,7 @@ def test_the_fold_is_where_the_depth_is_least():
 def test_pulled_it_parts_at_the_fold_with_the_largest_tension_on_the_way():
     pull = (2000, ((0.0, 0.0, 6e-3)), (0.0, 0.0, 0.0))
     path = integrate(guided(STICKS, pull, overlap=1e-5))
-    tension, last = cohesion.mdr_pull_off(GAMMA, PLANE_STRAIN, RADIUS)
+    tension, last = contact.mdr_pull_off(GAMMA, PLANE_STRAIN, RADIUS)
     (end,) = path.of_kind("ends")
     assert end.overlap == pytest.approx(last, rel=1e-9)
     assert -path.forces[:, 0, 2].min() == pytest.approx(tension, rel=1e-5)

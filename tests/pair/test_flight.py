@@ -5,13 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from harness.pair.flight import flown, next_contact
-from harness.pair.geometry import normal_and_gap
-from harness.pair.integration import integrate
-from harness.pair.system import system_of
-from harness.parameters.contact_law import ContactLaw
-from harness.parameters.contact_rules import Rules
-from harness.parameters.contact_scene import Body, ContactScene
+from harness.parameters.law import ContactLaw
+from harness.parameters.rules import Rules
+from harness.parameters.scene import Body, ContactScene
+from harness.solvers.pair.geometry import flown, next_contact, normal_and_gap
+from harness.solvers.pair.integration import integrate
+from harness.solvers.pair.system import system_of
 from tests.pair.scenes import FLOOR, STILL
 
 SPEED = st.floats(-2.0, 2.0)

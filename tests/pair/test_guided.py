@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from harness.pair.integration import integrate
-from harness.pair.system import effective_moduli
-from harness.parameters.contact_rules import Rules
-from harness.parameters.contact_scene import Body, ContactScene, Segment
+from harness.parameters.rules import Rules
+from harness.parameters.scene import Body, ContactScene, Segment
+from harness.solvers.pair.integration import integrate
+from harness.solvers.pair.system import effective_moduli
 from tests.pair.scenes import ELASTIC, HERTZ, LINEAR, MASS, RADIUS, STILL, guided
 
 PRESSED = 1e-5

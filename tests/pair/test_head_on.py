@@ -5,13 +5,13 @@ import math
 import pytest
 from scipy.optimize import brentq
 
-from harness.pair.integration import integrate
-from harness.pair.normal import HERTZ as HERTZ_LAW
-from harness.pair.normal import JKR, elastic
-from harness.pair.system import effective_moduli
-from harness.parameters.contact_law import ContactLaw
-from harness.parameters.contact_scene import Body, ContactScene
-from harness.theory import dashpot, hertz, hertz_impact
+from harness.parameters.law import ContactLaw
+from harness.parameters.scene import Body, ContactScene
+from harness.solvers.pair.integration import integrate
+from harness.solvers.pair.normal import HERTZ as HERTZ_LAW
+from harness.solvers.pair.normal import JKR, elastic
+from harness.solvers.pair.system import effective_moduli
+from harness.theory import contact
 from tests.pair.scenes import MASS, RADIUS, STILL, impact
 
 LINEAR = ContactLaw(normal_stiffness=1e6, damping="coeff_restitution", restitution=0.4)
@@ -29,16 +29,16 @@ def rebound(law, speed=1.0):
 @pytest.mark.parametrize("restitution", [1.0, 0.9, 0.1])
 def test_a_linear_spring_with_its_dashpot(restitution, clipped):
     e, path = rebound(LINEAR.replace(restitution=restitution, clipped=clipped))
-    zeta = dashpot.damping_ratio(restitution) if restitution < 1.0 else 0.0
-    expected = dashpot.restitution_clipped(zeta) if clipped else restitution
+    zeta = contact.damping_ratio(restitution) if restitution < 1.0 else 0.0
+    expected = contact.restitution_clipped(zeta) if clipped else restitution
     assert e == pytest.approx(expected, rel=1e-10)
     if clipped and zeta:
         free = path.of_kind("clips")[0].time * math.sqrt(1e6 / MASS)
-        assert free == pytest.approx(dashpot.duration_clipped(zeta), rel=1e-10)
+        assert free == pytest.approx(contact.duration_clipped(zeta), rel=1e-10)
 
 
 def test_velocity_and_mass_velocity_state_one_dashpot():
-    eta = 2.0 * dashpot.damping_ratio(0.4) * math.sqrt(1e6 * MASS)
+    eta = 2.0 * contact.damping_ratio(0.4) * math.sqrt(1e6 * MASS)
     for damping, value in (("velocity", eta), ("mass_velocity", eta / MASS)):
         law = LINEAR.replace(damping=damping, damping_coefficient=value)
         assert rebound(law)[0] == pytest.approx(0.4, rel=1e-10)
@@ -54,10 +54,10 @@ def test_the_constant_restitution_of_hertz_at_every_speed(speed, restitution):
 @pytest.mark.parametrize("clipped", [False, True])
 def test_the_viscoelastic_dashpot(clipped):
     law = HERTZ.replace(damping="viscoelastic", damping_coefficient=5e6, clipped=clipped)
-    k = hertz_impact.stiffness(MODULUS, RADIUS)
-    relaxation = hertz_impact.relaxation(5e6, MASS, RADIUS, k)
-    damping = relaxation / hertz_impact.largest_overlap(MASS, k, 1.0)
-    expected = hertz.impact(damping, clipped=clipped)
+    k = contact.stiffness(MODULUS, RADIUS)
+    relaxation = contact.relaxation(5e6, MASS, RADIUS, k)
+    damping = relaxation / contact.largest_hertz_overlap(MASS, k, 1.0)
+    expected = contact.impact(damping, clipped=clipped)
     # that integration has a tolerance of 1e-11
     assert rebound(law)[0] == pytest.approx(expected.restitution, rel=1e-9)
 
@@ -70,13 +70,11 @@ def test_unequal_spheres_without_damping():
     )
     path = integrate(ContactScene(bodies, (), law, 1e-5, 100, every=100))
     mass, radius = 27.0 / 28.0 * MASS, 0.75 * RADIUS
-    k = hertz_impact.stiffness(MODULUS, radius)
+    k = contact.stiffness(MODULUS, radius)
     peak = path.of_kind("turns")[0]
-    assert peak.overlap == pytest.approx(hertz_impact.largest_overlap(mass, k, 1.0), rel=1e-11)
-    assert peak.force == pytest.approx(hertz_impact.largest_force(mass, k, 1.0), rel=1e-11)
-    assert path.contact_times()[0] == pytest.approx(
-        hertz_impact.contact_time(mass, k, 1.0), rel=1e-10
-    )
+    assert peak.overlap == pytest.approx(contact.largest_hertz_overlap(mass, k, 1.0), rel=1e-11)
+    assert peak.force == pytest.approx(contact.largest_force(mass, k, 1.0), rel=1e-11)
+    assert path.contact_times()[0] == pytest.approx(contact.contact_time(mass, k, 1.0), rel=1e-10)
     assert path.velocities[-1, :, 2] == pytest.approx([0.5 - 27.0 / 14.0, -0.5 + 1.0 / 14.0])
 
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from harness.cases.head_on.case import HeadOn
+from harness.cases.head_on import HeadOn
 from harness.errors import RequestError
-from harness.pair.integration import integrate
-from harness.parameters.contact_law import ContactLaw
-from harness.parameters.contact_rules import Rules
-from harness.parameters.contact_scene import Body, ContactScene
-from harness.theory import hertz_impact
+from harness.parameters.law import ContactLaw
+from harness.parameters.rules import Rules
+from harness.parameters.scene import Body, ContactScene
+from harness.solvers.pair.integration import integrate
+from harness.theory import contact
 from tests.pair.scenes import FLOOR, MASS, RADIUS
 
 YOUNG, NU = 1e8, 0.3
@@ -54,7 +54,7 @@ def test_a_sphere_on_a_flat_is_an_ellipse_that_sinks_into_springs(depth):
 def test_it_is_hertz_to_the_first_order_and_softer_by_three_eightieths_of_overlap_over_radius():
     """2 theta - sin 2 theta = 16/3 x^(3/2) (1 - 3/10 x ...), x = overlap / (8 R)."""
     for overlap in (1e-5, 2e-4):
-        spring = hertz_impact.stiffness(PLANE_STRAIN / 2.0, RADIUS / 2.0)
+        spring = contact.stiffness(PLANE_STRAIN / 2.0, RADIUS / 2.0)
         ratio = force(overlap, wall=False) / (spring * overlap**1.5)
         x = overlap / (8.0 * RADIUS)
         assert 1.0 - ratio == pytest.approx(0.3 * x, rel=x)
@@ -103,7 +103,7 @@ def test_unequal_spheres_take_the_mean_of_both_sides_of_the_flat_in_their_circle
     expected = between_unequal(overlap, overlap)
     assert path.forces[0, 0, 2] == pytest.approx(expected, rel=1e-9 + 1e-15 * RADIUS / overlap)
     reduced = RADIUS * SECOND / (RADIUS + SECOND)
-    hertz = hertz_impact.stiffness(PLANE_STRAIN / 2.0, reduced) * overlap**1.5
+    hertz = contact.stiffness(PLANE_STRAIN / 2.0, reduced) * overlap**1.5
     assert expected == pytest.approx(hertz, rel=overlap / RADIUS)
 
 

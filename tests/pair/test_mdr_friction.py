@@ -9,14 +9,14 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 from harness.errors import RequestError
-from harness.pair import lever
-from harness.pair.geometry import levers
-from harness.pair.integration import integrate
-from harness.pair.plastic import SWELLING, grown, sprung_back
-from harness.pair.system import system_of
-from harness.parameters.contact_law import ContactLaw
-from harness.parameters.contact_rules import Rules
-from harness.parameters.contact_scene import Body, ContactScene, Segment
+from harness.parameters.law import ContactLaw
+from harness.parameters.rules import Rules
+from harness.parameters.scene import Body, ContactScene, Segment
+from harness.solvers.pair import geometry
+from harness.solvers.pair.geometry import levers
+from harness.solvers.pair.integration import integrate
+from harness.solvers.pair.normal import SWELLING, grown, sprung_back
+from harness.solvers.pair.system import system_of
 from tests.pair.scenes import FLOOR, MASS, RADIUS
 from tests.pair.test_plastic import (
     BULK,
@@ -202,12 +202,12 @@ def test_levers_and_radius_grow_with_the_overlap_and_stay_as_it_opens(flats):
     one["stage"] = SWELLING
     more, rate = grown(system.law, one, depth)
     assert more == pytest.approx(SWOLLEN(2e-4), rel=1e-6)
-    ends = [levers(system, 0, lever.RADIUS, depth + part)[0][0] for part in (-h, h)]
-    told = levers(system, 0, lever.RADIUS, depth)[0]
+    ends = [levers(system, 0, geometry.RADIUS, depth + part)[0][0] for part in (-h, h)]
+    told = levers(system, 0, geometry.RADIUS, depth)[0]
     assert told == pytest.approx((RADIUS + more, (ends[1] - ends[0]) / (2.0 * h)), rel=1e-5)
     assert told[1] == rate
     # the place of the contact is half of what is left between the centres
-    to_contact = levers(system, 0, lever.CONTACT_POINT, depth)[0]
+    to_contact = levers(system, 0, geometry.CONTACT_POINT, depth)[0]
     if flats == 2.0:
         assert to_contact == (RADIUS - 0.5 * depth, -0.5)
     one["largest"] = depth

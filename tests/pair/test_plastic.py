@@ -8,13 +8,12 @@ from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
 from harness.errors import RequestError
-from harness.pair.flat import pressed
-from harness.pair.integration import integrate
-from harness.pair.plastic import SWELLING, sprung_back, swelling
-from harness.pair.system import system_of
-from harness.parameters.contact_law import ContactLaw
-from harness.parameters.contact_rules import Rules
-from harness.parameters.contact_scene import Body, ContactScene, Plane
+from harness.parameters.law import ContactLaw
+from harness.parameters.rules import Rules
+from harness.parameters.scene import Body, ContactScene, Plane
+from harness.solvers.pair.integration import integrate
+from harness.solvers.pair.normal import SWELLING, pressed, sprung_back, swelling
+from harness.solvers.pair.system import system_of
 from tests.pair.scenes import FLOOR, MASS, RADIUS
 
 YOUNG, NU, STRESS = 1e8, 0.3, 1e6

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from harness.errors import RequestError
-from harness.pair.geometry import change, geometry
-from harness.pair.integration import integrate
-from harness.pair.system import effective_moduli, system_of
-from harness.parameters.contact_rules import Rules
-from harness.parameters.contact_scene import Body, ContactScene, Segment
-from harness.theory import dashpot
+from harness.parameters.rules import Rules
+from harness.parameters.scene import Body, ContactScene, Segment
+from harness.solvers.pair.geometry import change, geometry
+from harness.solvers.pair.integration import integrate
+from harness.solvers.pair.system import effective_moduli, system_of
+from harness.theory import contact
 from tests.pair.scenes import ELASTIC, FLOOR, HERTZ, LINEAR, MASS, RADIUS, STILL, guided, impact
 
 PRESSED = 1e-5
@@ -225,10 +225,10 @@ def test_the_restitution_of_hertz_with_the_dashpot_of_a_linear_spring():
     law = HERTZ.replace(tangential="none", restitution=0.5)
     ball = Body(RADIUS, MASS, (0.0, 0.0, RADIUS), (0.0, 0.0, -1.0))
     scene = ContactScene((ball,), (FLOOR,), law, 1e-5, 100, every=100)
-    zeta = dashpot.damping_ratio(0.5)
+    zeta = contact.damping_ratio(0.5)
     for rule, factor in (("exact", 1.0), ("linear", 2.0 / math.sqrt(5.0))):
         end = integrate(scene, Rules(hertz_restitution=rule)).velocities[-1, 0, 2]
-        assert end == pytest.approx(dashpot.restitution_unclipped(factor * zeta), rel=1e-9)
+        assert end == pytest.approx(contact.restitution_unclipped(factor * zeta), rel=1e-9)
 
 
 @pytest.mark.parametrize(("rule", "turned"), [("none", 0.0), ("mean", 0.5)])
@@ -249,10 +249,10 @@ def test_the_mass_of_a_frozen_partner():
     fixed = Body(RADIUS, MASS, STILL, frozen=True)
     ball = Body(RADIUS, MASS, (0.0, 0.0, 2.0 * RADIUS), (0.0, 0.0, -1.0))
     scene = ContactScene((ball, fixed), (), law, 1e-5, 100, every=100)
-    zeta = dashpot.damping_ratio(0.5)
+    zeta = contact.damping_ratio(0.5)
     for rule, effective in (("infinite", zeta), ("own", zeta / math.sqrt(2.0))):
         end = integrate(scene, Rules(frozen_mass=rule)).velocities[-1, 0, 2]
-        assert end == pytest.approx(dashpot.restitution_unclipped(effective), rel=1e-10)
+        assert end == pytest.approx(contact.restitution_unclipped(effective), rel=1e-10)
 
 
 def test_the_mass_of_tsuji():
@@ -270,7 +270,7 @@ def test_the_mass_of_tsuji():
     # the fit of alpha(e) misses by less than 1e-3
     assert found["twice_effective"] == pytest.approx(0.5, abs=1e-3)
     assert found["effective"] == pytest.approx(0.61607, abs=5e-5)
-    whole, half = (dashpot.damping_ratio(value) for value in found.values())
+    whole, half = (contact.damping_ratio(value) for value in found.values())
     assert whole / half == pytest.approx(math.sqrt(2.0), rel=1e-9)
 
 

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from harness.pair.integration import integrate
-from harness.pair.stepping import Departures, NotSteppedError, advance
-from harness.parameters.contact_law import ContactLaw
-from harness.parameters.contact_rules import Rules
-from harness.parameters.contact_scene import ZERO, Body, ContactScene, Plane, Segment
+from harness.parameters.law import ContactLaw
+from harness.parameters.rules import Rules
+from harness.parameters.scene import ZERO, Body, ContactScene, Plane, Segment
+from harness.solvers.pair.integration import integrate
+from harness.solvers.pair.stepping import Departures, NotSteppedError, advance
 
 RADIUS, MASS = 0.01, 0.01
 FLOOR = Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from harness.errors import RequestError
-from harness.parameters.contact import CLIPPED, CONTACTS, PLASTIC, SOURCE, Contact
+from harness.parameters.law import CLIPPED, CONTACTS, PLASTIC, SOURCE, Contact
 
 
 @pytest.mark.parametrize("restitution", [0.05, 0.5, 0.9])

@@ -4,8 +4,7 @@ import pytest
 from pydantic import Field
 
 from harness.errors import RequestError
-from harness.parameters.contact_coefficients import TAKES
-from harness.parameters.contact_law import ContactLaw
+from harness.parameters.law import TAKES, ContactLaw
 
 NEEDED = {
     "damping_coefficient": 1.0,

@@ -3,7 +3,7 @@
 import pytest
 
 from harness.errors import RequestError
-from harness.parameters.contact_rules import Rules
+from harness.parameters.rules import Rules
 
 
 @pytest.mark.parametrize("name", list(Rules.model_fields))

@@ -5,8 +5,8 @@ import math
 import pytest
 
 from harness.errors import RequestError
-from harness.parameters.contact_law import ContactLaw
-from harness.parameters.contact_scene import Body, ContactScene, Plane, Segment, sphere_mass
+from harness.parameters.law import ContactLaw
+from harness.parameters.scene import Body, ContactScene, Plane, Segment, sphere_mass
 
 BALL = Body(radius=0.5, mass=2.0, position=(0.0, 0.0, 0.5))
 STILL = (0.0, 0.0, 0.0)

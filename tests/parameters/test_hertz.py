@@ -8,16 +8,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 
-from harness.cases.drop.parameters import Drop
-from harness.cases.incline.parameters import Incline
-from harness.engines.reference import mfix_euler, stability
+from harness.cases.drop.case import Drop
+from harness.cases.incline.system import Incline
 from harness.errors import RequestError
-from harness.parameters.contact import PLASTIC, SOURCE, Contact
-from harness.parameters.hertz import (
+from harness.parameters.law import (
+    PLASTIC,
+    SOURCE,
     STIFFEST,
+    Contact,
     fewest_steps_per_contact,
     hertz,
 )
+from harness.solvers.grain import mfix_euler, trajectory
 
 POSITIVE = st.floats(1e-6, 1e6)
 
@@ -99,5 +101,5 @@ def test_the_step_of_the_well_is_bounded_as_the_reference_bounds_it(zeta):
     """Written as a linear contact: sqrt(15/8) times as fast, with a smaller damping ratio."""
     contact = Contact(restitution=None, damping_ratio=zeta)
     faster = math.sqrt(STIFFEST)
-    linear = stability.fewest_steps_per_contact(mfix_euler.growth, zeta / faster)
+    linear = trajectory.fewest_steps_per_contact(mfix_euler.growth, zeta / faster)
     assert fewest_steps_per_contact(contact) == pytest.approx(faster * linear, rel=1e-6)

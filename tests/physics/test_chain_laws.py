@@ -7,12 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from harness.chain import exact, rk4
-from harness.chain.arrays import assemble
-from harness.chain.complementarity import forces_of_overlaps
-from harness.observables.impulse import impulse
-from harness.observables.summary import energy_drift
+from harness.observables.windows import energy_drift, impulse
 from harness.parameters.tower import Tower
+from harness.solvers.chain import exact, rk4
+from harness.solvers.chain.forces import forces_of_overlaps
+from harness.solvers.chain.motion import assemble
 from tests.theory.closed_forms import momentum_error
 
 few = settings(max_examples=25, deadline=None)

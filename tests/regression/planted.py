@@ -8,17 +8,15 @@ runs the real LAMMPS.
 from pathlib import Path
 
 from harness.cases.contract import Study
-from harness.cases.incline.evidence import InclineEvidence, Verifying
-from harness.cases.incline.single_runs import passages
+from harness.cases.incline.checks import InclineEvidence, Verifying, passages
 from harness.cases.registry import get_case
-from harness.cases.tower.engine_runs import run_towers
-from harness.cases.tower.records import record_name, tower_record
-from harness.comparison.findings import Findings
+from harness.cases.tower.run import record_name, run_towers, tower_record
 from harness.comparison.regression import Baseline, Expected, against_baseline
+from harness.comparison.verification import Findings
 from harness.errors import EngineError
 from harness.parameters.tower import Tower
 from harness.store.baseline import read_baseline
-from harness.workflows.baseline_rows import here
+from harness.workflows.verification import here
 
 COMMITTED = Path(__file__).parents[2] / "reports" / "baseline"
 TOWER_CASES = [Tower(height=height, law="overlap") for height in (2, 19)]

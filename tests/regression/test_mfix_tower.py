@@ -12,10 +12,10 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 
-from harness.cases.tower.recorded import recorded_tower
-from harness.chain import exact
+from harness.cases.tower.engine_checks import recorded_tower
 from harness.comparison.convergence import slope_order
 from harness.parameters.tower import Tower
+from harness.solvers.chain import exact
 
 STIFFNESS, MASS, SPEED, GRAVITY = 1e5, 1.0, 2.0, 9.81
 SAMPLE = pi * sqrt(MASS / 2 / STIFFNESS) / 50  # [s] between two rows of either file

@@ -5,13 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from harness.cases.incline.parameters import Incline
+from harness.cases.incline.checks import CASES
 from harness.cases.incline.runs import measured as inclines_measured
 from harness.cases.incline.runs import run_inclines
-from harness.cases.incline.single_runs import CASES
-from harness.cases.tower.engine_runs import run_towers
-from harness.comparison.triage import Triage
-from harness.comparison.verdicts import Verdict
+from harness.cases.incline.system import Incline
+from harness.cases.tower.run import run_towers
+from harness.comparison.verdicts import Triage, Verdict
 from harness.engines.lammps.engine import Lammps
 from harness.engines.process import Limits
 from tests.regression.planted import (

@@ -3,16 +3,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from harness.comparison.divergence import Comparison
-from harness.comparison.engines import DeclaredEngine
-from harness.comparison.findings import Findings, Headline
-from harness.comparison.tolerances import Tolerance
-from harness.comparison.verdicts import Kind, failed_run, finding, judge, not_tested
-from harness.comparison.verification import Verification
+from harness.comparison.series import Comparison
+from harness.comparison.verdicts import Kind, Tolerance, failed_run, finding, judge, not_tested
+from harness.comparison.verification import DeclaredEngine, Findings, Headline, Verification
 from harness.errors import EngineTimeoutError
 from harness.observables.provenance import Provenance
-from harness.report.figures.style import label, panels
 from harness.report.sections import Drawing, Section, Table
+from harness.report.style import label, panels
 
 ENGINE = Provenance("toy", "1 Jan 2030", ("A", "B"), "/bin/toy", "executable")
 WIDTH = Tolerance("deg", 3e-4, 0.0, "a reason")

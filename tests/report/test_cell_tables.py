@@ -2,10 +2,9 @@
 
 from dataclasses import replace
 
-from harness.comparison.tolerances import Tolerance
-from harness.comparison.verdicts import Cell, Kind, Verdict, judge, not_tested
-from harness.report.cell_tables import HEAD, cells_markdown
-from harness.report.markdown import report_markdown
+from harness.comparison.verdicts import Cell, Kind, Tolerance, Verdict, judge, not_tested
+from harness.report.ci import report_markdown
+from harness.report.matrix import HEAD, cells_markdown
 
 WIDTH = Tolerance("N", 0.0, 1e-6, "a millionth, for a test")
 

@@ -7,8 +7,15 @@ from dataclasses import replace
 import pytest
 
 from harness.comparison.known_defects import KnownDefect, told_apart
-from harness.comparison.tolerances import Tolerance
-from harness.comparison.verdicts import Cell, Kind, Verdict, failed_run, judge, not_tested
+from harness.comparison.verdicts import (
+    Cell,
+    Kind,
+    Tolerance,
+    Verdict,
+    failed_run,
+    judge,
+    not_tested,
+)
 from harness.errors import EngineNaNError
 from harness.report.cells import addresses, cell_pages
 from harness.report.folder import write

@@ -3,15 +3,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from harness.comparison.baseline_record import BaselineRecord, Quantity
-from harness.comparison.divergence import Comparison
+from harness.comparison.regression import BaselineRecord, Quantity
 from harness.comparison.releases import Column, release_matrix
-from harness.comparison.tolerances import Tolerance
+from harness.comparison.series import Comparison
+from harness.comparison.verdicts import Tolerance
 from harness.observables.provenance import Provenance
-from harness.report.divergences import MOST_DIVERGENCES, divergence_section, first_to_diverge
-from harness.report.figures.divergence import divergence, name_and_unit
-from harness.report.figures.releases import NONE, changes
-from harness.report.releases import markdown, write_releases
+from harness.report.figures import NONE, changes, divergence, name_and_unit
+from harness.report.folder import markdown, write_releases
+from harness.report.sections import MOST_DIVERGENCES, divergence_section, first_to_diverge
 
 TIME = np.linspace(0.0, 1.0, 501)
 PARTED = Comparison(

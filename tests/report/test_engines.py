@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import jsonschema
 
-from harness.comparison.results import read_published
-from harness.report.engines import TITLE, engines_section
+from harness.comparison.verification import read_published
 from harness.report.plain import finite
 from harness.report.schema import published
+from harness.report.sections import TITLE, engines_section
 
 
 def test_each_engine_has_a_row_with_what_became_of_it(declared):

@@ -9,10 +9,9 @@ import pytest
 
 from harness.errors import RequestError
 from harness.report import folder as report_folder
-from harness.report.folder import write
+from harness.report.folder import check_folder, check_writable, write
 from harness.report.gallery import draw_sections
 from harness.report.sections import Drawing, Section
-from harness.report.target import check_folder, check_writable
 from tests.report.conftest import DIVERGED, draw
 
 FIGURES = {"one", "two", "broad", "odd", "four-rows", "extra"}

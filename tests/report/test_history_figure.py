@@ -2,7 +2,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from harness.report.figures.history import quantity_history, release_order
+from harness.report.figures import quantity_history, release_order
 
 RELEASES = ["22 Jul 2025 - Update 4", "29 Aug 2024 - Update 1", "2 Aug 2023 - Update 3"]
 

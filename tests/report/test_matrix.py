@@ -2,9 +2,8 @@
 
 from dataclasses import replace
 
-from harness.comparison.tolerances import Tolerance
-from harness.comparison.verdicts import Cell, Kind, Verdict, judge
-from harness.report.markdown import report_markdown
+from harness.comparison.verdicts import Cell, Kind, Tolerance, Verdict, judge
+from harness.report.ci import report_markdown
 from harness.report.matrix import matrices, matrix_markdown
 from harness.report.page import html_page
 

@@ -9,14 +9,13 @@ from dataclasses import replace
 import pypdf
 import pytest
 
-from harness.comparison.results import read_published
 from harness.comparison.run_diff import diff_runs
-from harness.report.diff_folder import write_diff
-from harness.report.engines import engines_section
+from harness.comparison.verification import read_published
+from harness.report.folder import Page, write_diff, write_study
 from harness.report.gallery import draw_sections
 from harness.report.page import html_page
 from harness.report.plain import finite
-from harness.report.study_page import Page, write_study
+from harness.report.sections import engines_section
 
 DESK, PHONE = (1280, 800), (390, 844)
 SIZES = pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])

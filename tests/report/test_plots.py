@@ -7,7 +7,7 @@ from xml.etree import ElementTree as Xml
 import numpy as np
 import pytest
 
-from harness.report.plots import HEIGHT, LEFT, RIGHT, TOP, WIDTH, svg
+from harness.report.gallery import HEIGHT, LEFT, RIGHT, TOP, WIDTH, svg
 from harness.report.sections import Line, Plot
 
 X = np.linspace(0.0, 10.0, 11)

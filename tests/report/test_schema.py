@@ -3,7 +3,7 @@ import json
 import jsonschema
 import pytest
 
-from harness.comparison.results import read_published
+from harness.comparison.verification import read_published
 from harness.report.plain import finite
 from harness.report.schema import generated, published
 

@@ -8,22 +8,19 @@ import pytest
 from matplotlib.figure import Figure
 
 from harness import workflows
-from harness.cases.incline.critical_angle import CriticalAngle, Sample
-from harness.cases.incline.extrapolation import extrapolate
-from harness.cases.incline.parameters import Incline
-from harness.comparison.baseline_record import BaselineRecord, Quantity
+from harness.cases.incline.angle import CriticalAngle, Sample, extrapolate
+from harness.cases.incline.system import Incline
+from harness.comparison.regression import BaselineRecord, Quantity
 from harness.comparison.releases import Column, release_matrix
 from harness.comparison.run_diff import diff_runs
-from harness.comparison.tolerances import Tolerance
-from harness.comparison.verdicts import Kind
-from harness.engines.reference.engine import Reference
+from harness.comparison.verdicts import Kind, Tolerance
+from harness.engines.reference import Reference
 from harness.errors import RequestError
 from harness.observables.provenance import Provenance
-from harness.parameters.contact import PLASTIC
+from harness.parameters.law import PLASTIC
 from harness.parameters.tower import Tower
-from harness.reproduction.claims import Ledger, untestable
+from harness.reproduction.claims import SOURCES, Ledger, untestable
 from harness.reproduction.run import Reproduction
-from harness.reproduction.source import SOURCES
 from harness.workflows.baseline import BaselineComparison
 from harness.workflows.history_search import Recorded
 from harness.workflows.sweep_run import Sweep
@@ -144,7 +141,7 @@ def test_names_of_engines_are_text_not_markup(verification, hostile):
 @pytest.mark.parametrize("verb", ["cases", "engines"])
 def test_lists_are_tables(verb, monkeypatch):
     if verb == "engines":
-        monkeypatch.setattr("harness.workflows.status.engine_names", lambda: ["reference"])
+        monkeypatch.setattr("harness.workflows.engine_status.engine_names", lambda: ["reference"])
     found = getattr(workflows, verb)()
     assert len(found.frame()) == len(found) > 0
     assert "<table" in found._repr_html_()

@@ -1,6 +1,6 @@
 import pytest
 
-from harness.report.figures.style import power
+from harness.report.style import power
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,8 @@
 from dataclasses import replace
 
 from harness.comparison.verdicts import Verdict
-from harness.report.summary import short_markdown
-from harness.report.verdict_summary import headline
+from harness.report.ci import short_markdown
+from harness.report.text import headline
 
 COMMENT = 65_536
 """Characters that a comment on GitHub holds."""

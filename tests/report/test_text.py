@@ -2,8 +2,8 @@ import math
 
 import pytest
 
-from harness.comparison.findings import Headline
-from harness.report.markdown import report_markdown
+from harness.comparison.verification import Headline
+from harness.report.ci import report_markdown
 from harness.report.plain import markdown_text, one_line, printable, safe_path
 from harness.report.templating import number
 from harness.report.text import headline_lines, summary, value_text

@@ -5,8 +5,8 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from harness.report.gallery import compact, data_uri, size
 from harness.report.gallery import picture as draw_picture
-from harness.report.vector import compact, data_uri, size
 from tests.report.conftest import draw
 
 FIGURE = """<?xml version="1.0"?>

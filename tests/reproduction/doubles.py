@@ -2,10 +2,9 @@
 
 import numpy as np
 
-from harness.cases.incline.result import Motion
-from harness.cases.incline.template import case_of
+from harness.cases.incline.system import Motion, case_of
 from harness.engines.output import Output
-from harness.engines.reference.engine import Reference
+from harness.engines.reference import Reference
 from harness.errors import EngineError
 from harness.observables.provenance import Provenance
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from harness.reproduction import as_printed
-from harness.reproduction.source import SOURCES
+from harness.reproduction.claims import SOURCES
 
 X = np.array([0.0, 0.9, 1.85, 2.8])
 

@@ -6,12 +6,13 @@ import pytest
 from harness.reproduction.claims import (
     ClaimStatus,
     Ledger,
+    Source,
+    bounded,
     claim,
     compare,
+    rounded,
     untestable,
 )
-from harness.reproduction.source import Source
-from harness.reproduction.wording import bounded, rounded
 
 SOURCE = Source(
     "eq-6",

@@ -3,9 +3,7 @@ from dataclasses import replace
 
 import pytest
 
-from harness.reproduction.claims import ClaimStatus, claim_of_facts
-from harness.reproduction.source import Source
-from harness.reproduction.wording import told
+from harness.reproduction.claims import ClaimStatus, Source, claim_of_facts, told
 
 SOURCE = Source(
     "fig-9",

@@ -3,9 +3,7 @@ import math
 import pandas as pd
 import pytest
 
-from harness.reproduction.claims import Ledger, claim, compare
-from harness.reproduction.ledger_differences import ledger_differences
-from harness.reproduction.source import Source
+from harness.reproduction.claims import Ledger, Source, claim, compare, ledger_differences
 
 
 def ledger(printed=10.21, found=10.2078, key="eq-6", holds=True, width=0.005):

@@ -7,16 +7,21 @@ import pytest
 
 import harness
 from harness.cases.registry import get_case
-from harness.comparison.baseline_record import BaselineRecord, Quantity
-from harness.comparison.divergence import Series
-from harness.comparison.regression import Baseline
+from harness.comparison.regression import Baseline, BaselineRecord, Quantity
+from harness.comparison.series import Series
 from harness.errors import RequestError
 from harness.store import acceptance
 from harness.store.acceptance import ChangeKind, changes, write
-from harness.store.baseline import committed, committed_tolerances, digest, read_baseline
-from harness.store.baseline_reader import read_tables
-from harness.store.baseline_tables import HEAD, table_texts
-from harness.store.overrides import read_overrides
+from harness.store.baseline import (
+    HEAD,
+    committed,
+    committed_tolerances,
+    digest,
+    read_baseline,
+    read_overrides,
+    read_tables,
+    table_texts,
+)
 
 TIME = np.linspace(0.0, 0.1, 1001)
 PATH = BaselineRecord(

@@ -4,19 +4,17 @@ import numpy as np
 import pytest
 
 from harness.cases.grain import COLUMNS
-from harness.cases.incline.critical_angles import critical_angle
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import InclineRun, Motion
+from harness.cases.incline.angle import critical_angle
 from harness.cases.incline.runs import run_inclines
-from harness.cases.incline.template import case_of, job_of
-from harness.cases.tower.engine_runs import run_towers
+from harness.cases.incline.system import Incline, InclineRun, Motion, case_of, job_of
+from harness.cases.tower.run import run_towers
 from harness.engines.contract import Engine, Output
 from harness.engines.lammps.engine import Lammps
 from harness.engines.traits import Traits
 from harness.errors import EngineCrashError, RequestError
 from harness.observables.provenance import Provenance
 from harness.parameters.tower import Tower
-from harness.store.cached_engine import CachedEngine
+from harness.store.cache import CachedEngine
 from harness.store.entries import Entries
 
 WHO = {"engine": "synthetic", "files": ["1"]}

@@ -3,14 +3,14 @@ import subprocess
 
 import pytest
 
-from harness.store import checkout
+from harness.store import acceptance
 
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     (tmp_path / "harness").mkdir()
     (tmp_path / "harness" / "law.py").write_text("1")
-    monkeypatch.setattr(checkout, "ROOT", tmp_path / "harness")
+    monkeypatch.setattr(acceptance, "ROOT", tmp_path / "harness")
     return tmp_path
 
 
@@ -21,7 +21,7 @@ def _git(folder, *words):
 
 def test_outside_a_checkout_there_is_no_commit(folder):
     assert folder.is_dir()
-    assert checkout.commit() == ""
+    assert acceptance.commit() == ""
 
 
 @pytest.mark.skipif(shutil.which("git") is None, reason="git is not here")
@@ -30,7 +30,7 @@ def test_the_commit_of_a_checkout_and_whether_files_were_edited(folder):
     _git(folder, "add", ".")
     _git(folder, "commit", "-m", "law")
     _git(folder, "tag", "-a", "v1", "-m", "v1")
-    clean = checkout.commit()
+    clean = acceptance.commit()
     assert len(clean) == 40
     (folder / "harness" / "law.py").write_text("2")
-    assert checkout.commit() == f"{clean}-dirty"
+    assert acceptance.commit() == f"{clean}-dirty"

@@ -10,9 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from harness.engines.environments import COMPLETE, USED, held
-from harness.store.entries import ABANDONED_SECONDS, ASIDE, PRUNING, Entries
-from harness.store.keys import key_of
+from harness.engines.process import COMPLETE, USED, held
+from harness.store.entries import ABANDONED_SECONDS, ASIDE, PRUNING, Entries, key_of
 
 KEY, OTHER = key_of({"n": 1}), key_of({"n": 2})
 
@@ -227,7 +226,7 @@ WRITER = """
 import sys
 from pathlib import Path
 from harness.store.entries import Entries
-from harness.store.keys import key_of
+from harness.store.entries import key_of
 entries = Entries(Path(sys.argv[1]))
 print("ready", flush=True)
 n = 0

@@ -10,10 +10,8 @@ from contextlib import closing
 import pytest
 
 from harness.errors import RequestError
-from harness.store import history_query
-from harness.store.history import End, History, Quantity, Start
-from harness.store.history_query import HistoryQuery
-from harness.store.schema import MIGRATIONS, VERSION
+from harness.store import history as history_query
+from harness.store.history import MIGRATIONS, VERSION, End, History, HistoryQuery, Quantity, Start
 
 START = Start("verify", ["--quick"], "0.1.0", "abc", "Linux")
 END = End(1, 2.5, "lammps", "22 Jul 2025 - Update 4", "in-process", folder="/runs/1")

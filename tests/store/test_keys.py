@@ -2,15 +2,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.template import job_of as incline_job
-from harness.cases.tower.template import job_of as tower_job
-from harness.cases.tower.timing import timing_of
-from harness.parameters.contact import CLIPPED, SOURCE, Contact
+from harness.cases.incline.system import Incline
+from harness.cases.incline.system import job_of as incline_job
+from harness.cases.tower.system import job_of as tower_job
+from harness.cases.tower.system import timing_of
+from harness.parameters.law import CLIPPED, SOURCE, Contact
 from harness.parameters.tower import Tower
-from harness.store import keys
-from harness.store.cached_engine import SOURCES, run_key
-from harness.store.keys import digest_of_tree, key_of, source_digest, versions
+from harness.store import entries
+from harness.store.cache import SOURCES, run_key
+from harness.store.entries import digest_of_tree, key_of, source_digest, versions
 
 ENGINE = {"engine": "lammps", "how": "in-process", "files": ["abc liblammps.so"]}
 
@@ -117,10 +117,10 @@ def test_every_option_of_a_run_changes_the_key(change):
 def test_a_scene_is_known_by_the_source_that_makes_it(monkeypatch):
     monkeypatch.setattr(Lammps, "script_digest", staticmethod(lambda _: ""))
     first = key(Incline())
-    monkeypatch.setattr("harness.store.cached_engine.source_digest", lambda *rooms: str(rooms))
+    monkeypatch.setattr("harness.store.cache.source_digest", lambda *rooms: str(rooms))
     assert key(Incline()) != first
     seen = []
-    monkeypatch.setattr("harness.store.cached_engine.source_digest", lambda *r: seen.append(r))
+    monkeypatch.setattr("harness.store.cache.source_digest", lambda *r: seen.append(r))
     key(Incline())
     assert ("cases",) in seen
 
@@ -128,7 +128,7 @@ def test_a_scene_is_known_by_the_source_that_makes_it(monkeypatch):
 @pytest.mark.parametrize("fact", ["machine", "versions", "source_digest"])
 def test_platform_packages_and_source_change_the_key(monkeypatch, fact):
     first = key(Incline())
-    monkeypatch.setattr(f"harness.store.cached_engine.{fact}", lambda *_: {"other": "1"})
+    monkeypatch.setattr(f"harness.store.cache.{fact}", lambda *_: {"other": "1"})
     assert key(Incline()) != first
 
 
@@ -176,7 +176,7 @@ def test_an_edit_of_the_source_changes_its_digest(tmp_path, monkeypatch):
     for room in (*SOURCES, "report"):
         (tmp_path / room).mkdir()
         (tmp_path / room / "law.py").write_text("force = k * overlap")
-    monkeypatch.setattr(keys, "ROOT", tmp_path)
+    monkeypatch.setattr(entries, "ROOT", tmp_path)
     digests = []
     for text in ("force = k * overlap", "force = 2 * k * overlap"):
         (tmp_path / "engines" / "law.py").write_text(text)

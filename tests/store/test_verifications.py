@@ -4,8 +4,13 @@ import zipfile
 
 import pytest
 
-from harness.store import verifications
-from harness.store.verifications import DECODE_ERRORS, pack, unpack, verification_key
+from harness.store import entries
+from harness.store.entries import (
+    VERIFICATION_ERRORS,
+    pack_verification,
+    unpack_verification,
+    verification_key,
+)
 
 
 @pytest.fixture
@@ -19,7 +24,7 @@ def report(tmp_path):
 
 def test_a_report_and_its_record_come_back(report, tmp_path):
     record = {"status": 0, "checks": [{"value": math.inf, "tolerance": math.nan}]}
-    back = unpack(pack(report, record), tmp_path / "copy")
+    back = unpack_verification(pack_verification(report, record), tmp_path / "copy")
     assert back["status"] == 0
     assert back["checks"][0]["value"] == math.inf
     assert math.isnan(back["checks"][0]["tolerance"])
@@ -30,8 +35,8 @@ def test_a_report_and_its_record_come_back(report, tmp_path):
 
 @pytest.mark.parametrize("payload", [b"", b"no archive"])
 def test_what_is_no_verification_is_refused(payload, tmp_path):
-    with pytest.raises(DECODE_ERRORS):
-        unpack(payload, tmp_path / "copy")
+    with pytest.raises(VERIFICATION_ERRORS):
+        unpack_verification(payload, tmp_path / "copy")
     assert not (tmp_path / "copy").exists()
 
 
@@ -42,8 +47,8 @@ def test_a_name_that_leads_out_of_the_folder_is_refused_before_anything_is_writt
         archive.writestr("record.json", "{}")
         archive.writestr("report/report.html", "<p>")
         archive.writestr(f"report/{name}", "crafted")
-    with pytest.raises(DECODE_ERRORS, match="no name of a file"):
-        unpack(stream.getvalue(), tmp_path / "below" / "copy")
+    with pytest.raises(VERIFICATION_ERRORS, match="no name of a file"):
+        unpack_verification(stream.getvalue(), tmp_path / "below" / "copy")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -55,8 +60,8 @@ def told(monkeypatch):
     def fingerprint_of(engine, options):
         return contents[engine] and {**contents[engine], **options}
 
-    monkeypatch.setattr(verifications, "fingerprint_of", fingerprint_of)
-    monkeypatch.setattr(verifications, "chosen_options", lambda _, options: dict(options))
+    monkeypatch.setattr(entries, "fingerprint_of", fingerprint_of)
+    monkeypatch.setattr(entries, "chosen_options", lambda _, options: dict(options))
     return contents
 
 
@@ -76,7 +81,7 @@ def test_everything_that_decides_the_verdicts_changes_the_key(told, monkeypatch)
     told["toy"] = {"files": ["another library"]}
     found.append(key())
     for fact in ("machine", "versions", "source_digest"):
-        monkeypatch.setattr(verifications, fact, lambda *_: {"other": "1"})
+        monkeypatch.setattr(entries, fact, lambda *_: {"other": "1"})
         found.append(key())
     assert None not in found
     assert len(set(found)) == len(found)

@@ -10,15 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import expm
 
 from harness.observables.tower import TowerRun
-from harness.theory import (
-    bounce,
-    cohesion,
-    dashpot,
-    hertz,
-    oblique,
-    semi_infinite_chain,
-    tower,
-)
+from harness.theory import chain
+from harness.theory import contact as bounce
+from harness.theory import contact as cohesion
+from harness.theory import contact as dashpot
+from harness.theory import contact as hertz
+from harness.theory import contact as oblique
 
 Floats = NDArray[np.float64]
 
@@ -76,7 +73,7 @@ def viscoelastic_series(damping: float) -> float:
     """Return 1 - c a + 3/5 (c a)^2, the restitution to second order in a = A v / overlap.
 
     a grows as v^(1/5). Ramirez, Poeschel, Brilliantov and Schwager, Phys. Rev. E 60, 4465
-    (1999): their C2 is 3/5 C1^2; c is :func:`harness.theory.hertz.first_order_loss`.
+    (1999): their C2 is 3/5 C1^2; c is :func:`harness.theory.contact.first_order_loss`.
     """
     loss = hertz.first_order_loss() * damping
     return 1.0 - loss + 0.6 * loss**2
@@ -87,7 +84,7 @@ def slides_throughout_elastic(friction: float, stiffness_ratio: float) -> float:
 
     A slider at its limit recovers with the spring as it opens, as long as u > -mu v k_n / k_t:
     7 mu - mu k_n / k_t, psi = 4 chi - 1 of Maw, Barber and Fawcett. With the limit of
-    :func:`harness.theory.oblique.sticks_at_first` where that is larger.
+    :func:`harness.theory.contact.sticks_at_first` where that is larger.
     """
     recovery = oblique.sticks_at_first(friction, stiffness_ratio)
     return max(oblique.slides_throughout(friction, 1.0) - recovery, recovery)
@@ -132,7 +129,7 @@ def rolling_deceleration(rolling_friction: float, radius: float, gravity: float)
     return 5.0 / 7.0 * rolling_friction * gravity / radius
 
 
-FIRST_CONTACT_RATIO = (1 - semi_infinite_chain.DETACHMENT_VELOCITY) / 2  # 0.5661397 of 2 m v0
+FIRST_CONTACT_RATIO = (1 - chain.DETACHMENT_VELOCITY) / 2  # 0.5661397 of 2 m v0
 
 
 def static_overlaps(
@@ -164,7 +161,7 @@ def overlap_modes(mobile: int, omega: float) -> Floats:
 
 def impulse_of_gamma(gamma: float) -> float:
     """Return the impulse of that contact [1], in m v0: ``2 + Gamma omega t0``."""
-    return 2 + gamma * tower.contact_time_of_gamma(gamma)
+    return 2 + gamma * chain.contact_time_of_gamma(gamma)
 
 
 def velocities_after(mass: tuple[float, float], speed: float) -> tuple[float, float]:

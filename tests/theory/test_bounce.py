@@ -5,17 +5,17 @@ import math
 import numpy as np
 import pytest
 
-from harness.pair.integration import integrate
-from harness.parameters.contact_law import ContactLaw
-from harness.parameters.contact_scene import Body, ContactScene, Plane
-from harness.theory import bounce, dashpot
+from harness.parameters.law import ContactLaw
+from harness.parameters.scene import Body, ContactScene, Plane
+from harness.solvers.pair.integration import integrate
+from harness.theory import contact
 from tests.pair.scenes import FLOOR, MASS, RADIUS
 from tests.theory import closed_forms
 
 G = 9.81
 LAW = ContactLaw(normal_stiffness=1e5, damping="coeff_restitution", restitution=0.8)
 OMEGA = math.sqrt(1e5 / MASS)
-ZETA = dashpot.damping_ratio(0.8)
+ZETA = contact.damping_ratio(0.8)
 
 
 def test_every_bounce_of_a_falling_sphere():
@@ -30,13 +30,13 @@ def test_every_bounce_of_a_falling_sphere():
     assert len(path.of_kind("ends")) == 4
     assert path.positions[-1, 0, 2] - RADIUS == pytest.approx(apexes[-1][1], rel=1e-10)
     assert abs(path.velocities[-1, 0, 2]) < 1e-9
-    first = bounce.rebound(OMEGA, ZETA, G, math.sqrt(2.0 * G * height))
+    first = contact.rebound(OMEGA, ZETA, G, math.sqrt(2.0 * G * height))
     assert path.contact_times()[0] == pytest.approx(first.duration, rel=1e-10)
     assert path.of_kind("turns")[0].overlap == pytest.approx(first.overlap, rel=1e-12)
 
 
 def test_without_gravity_it_is_the_dashpot_alone():
-    one = bounce.rebound(OMEGA, ZETA, 0.0, 2.0)
+    one = contact.rebound(OMEGA, ZETA, 0.0, 2.0)
     assert one.speed / 2.0 == pytest.approx(0.8, rel=1e-12)
     assert one.duration == pytest.approx(math.pi / OMEGA / math.sqrt(1.0 - ZETA**2), rel=1e-12)
 
@@ -49,13 +49,13 @@ def test_a_hard_sphere_rises_to_the_square_of_the_restitution():
 
 
 def test_a_slow_sphere_stays():
-    assert bounce.rebound(OMEGA, ZETA, G, 1e-5) is None
+    assert contact.rebound(OMEGA, ZETA, G, 1e-5) is None
     assert len(closed_forms.apexes(OMEGA, 0.5, G, 1e-8, 5)) == 1
 
 
 def test_spheres_pressed_between_plates():
     radii, masses, heights, top = (0.01, 0.012), (0.01, 0.03), (0.0099, 0.0315), 0.043
-    zeta = dashpot.damping_ratio(0.9)
+    zeta = contact.damping_ratio(0.9)
     pair_mass = masses[0] * masses[1] / sum(masses)
     dashpots = [2.0 * zeta * math.sqrt(1e4 * m) for m in (masses[0], pair_mass, masses[1])]
     bodies = tuple(

@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 from scipy.linalg import eigh
 
-from harness.theory import free_chain, semi_infinite_chain, tower, two_spheres
+from harness.theory import chain
 from tests.theory import closed_forms
 
 
@@ -25,16 +25,16 @@ def test_two_spheres_against_an_integrator():
 
     parted.terminal, parted.direction = True, -1
     end = solve_ivp(motion, (0, 1), [1e-15, 0, v, 0], events=parted, rtol=1e-12, atol=1e-15)
-    assert end.t[-1] == pytest.approx(two_spheres.contact_time(m, k), rel=1e-8)
+    assert end.t[-1] == pytest.approx(chain.contact_time(m, k), rel=1e-8)
     assert end.y[2:, -1] == pytest.approx(closed_forms.velocities_after((m, m), v), abs=1e-8)
-    energy = 0.5 * k * two_spheres.peak_overlap(m, k, v) ** 2
+    energy = 0.5 * k * chain.peak_overlap(m, k, v) ** 2
     assert energy == pytest.approx(0.25 * m * v**2)  # what is not in the centre of mass
 
 
 @pytest.mark.parametrize("gravity", [0.0, 9.81, 1e4])
 def test_contact_on_fixed(gravity):
     m, k, v = 1.3, 1e5, 2.0
-    t0 = two_spheres.contact_time_on_fixed(m, k, v, gravity)
+    t0 = chain.contact_time_on_fixed(m, k, v, gravity)
 
     def place(t):
         return closed_forms.displacement_on_fixed(m, k, v, gravity, t)
@@ -42,11 +42,11 @@ def test_contact_on_fixed(gravity):
     assert place(t0) == pytest.approx(0, abs=1e-15)
     times = np.linspace(0, t0, 10_001)
     force = k * np.array([place(t) for t in times])
-    assert force.max() == pytest.approx(two_spheres.peak_force_on_fixed(m, k, v, gravity), rel=1e-6)
+    assert force.max() == pytest.approx(chain.peak_force_on_fixed(m, k, v, gravity), rel=1e-6)
     impulse, _ = quad(lambda t: k * place(t), 0, t0)
-    assert impulse == pytest.approx(two_spheres.impulse_on_fixed(m, k, v, gravity), rel=1e-10)
+    assert impulse == pytest.approx(chain.impulse_on_fixed(m, k, v, gravity), rel=1e-10)
     gamma = gravity / (v * math.sqrt(k / m))
-    assert tower.contact_time_of_gamma(gamma) == pytest.approx(t0 * math.sqrt(k / m))
+    assert chain.contact_time_of_gamma(gamma) == pytest.approx(t0 * math.sqrt(k / m))
     assert closed_forms.impulse_of_gamma(gamma) * m * v == pytest.approx(impulse, rel=1e-10)
 
 
@@ -59,7 +59,7 @@ def test_contact_on_fixed(gravity):
     ],
 )
 def test_free_chain_table(deformable, expected):
-    velocity = free_chain.final_velocities(len(expected), deformable)
+    velocity = chain.final_velocities(len(expected), deformable)
     assert velocity == pytest.approx(expected, abs=1e-6)
     assert velocity.sum() == pytest.approx(1, abs=1e-12)
     assert velocity @ velocity == pytest.approx(1, abs=1e-12)
@@ -76,11 +76,11 @@ def test_three_particles_by_hand():
     from scipy.optimize import brentq
 
     part = brentq(force, 2.0, 3.0, xtol=1e-15)
-    assert free_chain.final_velocities(3)[0] == pytest.approx(grain(part), abs=1e-12)
+    assert chain.final_velocities(3)[0] == pytest.approx(grain(part), abs=1e-12)
 
 
 def test_semi_infinite_chain_against_a_long_row():
-    n, end = 60, semi_infinite_chain.DETACHMENT_TAU
+    n, end = 60, chain.DETACHMENT_TAU
 
     def motion(_, y):
         force = y[: n - 1] - y[1:n]
@@ -94,10 +94,10 @@ def test_semi_infinite_chain_against_a_long_row():
     run = solve_ivp(motion, (0, end / 2), start, rtol=1e-12, atol=1e-14, dense_output=True)
     tau = np.linspace(0, end, 30)
     state = run.sol(tau / 2)
-    assert state[n] == pytest.approx(semi_infinite_chain.grain_velocity(tau), abs=1e-9)
-    assert state[0] - state[1] == pytest.approx(semi_infinite_chain.grain_force(tau), abs=1e-9)
+    assert state[n] == pytest.approx(chain.grain_velocity(tau), abs=1e-9)
+    assert state[0] - state[1] == pytest.approx(chain.grain_force(tau), abs=1e-9)
     assert end == pytest.approx(5.135622, abs=1e-6)
-    assert pytest.approx(-0.1322795, abs=1e-7) == semi_infinite_chain.DETACHMENT_VELOCITY
+    assert pytest.approx(-0.1322795, abs=1e-7) == chain.DETACHMENT_VELOCITY
     assert pytest.approx(0.5661397, abs=1e-7) == closed_forms.FIRST_CONTACT_RATIO
 
 
@@ -112,9 +112,9 @@ def test_overlap_modes(mobile):
 @pytest.mark.parametrize("deformable", [False, True])
 @pytest.mark.parametrize("contacts", [1, 2, 3, 9])
 def test_static_tower_and_series_stiffness(contacts, deformable):
-    law = free_chain.compliance(contacts, deformable)
-    force = tower.static_forces(contacts, 2.0, 9.81)
+    law = chain.compliance(contacts, deformable)
+    force = chain.static_forces(contacts, 2.0, 9.81)
     overlap = closed_forms.static_overlaps(contacts, 2.0, 9.81, 1e5, deformable)
     assert overlap == pytest.approx(law @ force / 1e5)
     approach = (law @ np.ones(contacts)).sum() / 1e5  # under a force of 1 N
-    assert 1 / approach == pytest.approx(tower.series_stiffness(contacts, 1e5, deformable))
+    assert 1 / approach == pytest.approx(chain.series_stiffness(contacts, 1e5, deformable))

@@ -8,9 +8,14 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from harness.errors import RequestError
-from harness.theory.critical_angle import STATIC_ANGLE_DEG, critical_angle, no_flight_bound
-from harness.theory.energy_map import steady_energy, well_depth
-from harness.theory.shock import shock_from_impulse_ratio, shock_from_restitution
+from harness.theory.chain import shock_from_impulse_ratio, shock_from_restitution
+from harness.theory.incline import (
+    STATIC_ANGLE_DEG,
+    critical_angle,
+    no_flight_bound,
+    steady_energy,
+    well_depth,
+)
 
 SHOCKS = st.floats(0.0, 1.0)
 

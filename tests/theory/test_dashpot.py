@@ -6,11 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from harness.cases.drop.parameters import Drop
-from harness.cases.drop.runs import run_drops
-from harness.engines.reference.engine import Reference
-from harness.parameters.contact import Contact
-from harness.theory.dashpot import (
+from harness.cases.drop.case import Drop, run_drops
+from harness.engines.reference import Reference
+from harness.parameters.law import Contact
+from harness.theory.contact import (
     damping_ratio,
     duration_clipped,
     duration_unclipped,

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from harness.theory.energy_map import (
+from harness.theory.incline import (
     after_next_shock,
     energies,
     gain_per_crest,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from harness.errors import RequestError
-from harness.theory.energy_scaling import LARGEST_HEIGHT, impulse_ratio
+from harness.theory.incline import LARGEST_HEIGHT, impulse_ratio
 
 
 def speed_taken_up(springs, force=3.0, stiffness=70.0, mass=2.0):

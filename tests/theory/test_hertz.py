@@ -5,13 +5,11 @@ import math
 import pytest
 from scipy.special import gamma
 
-from harness.cases.drop.parameters import Drop
-from harness.cases.drop.runs import run_drops
-from harness.engines.reference.engine import Reference
+from harness.cases.drop.case import Drop, run_drops
+from harness.engines.reference import Reference
 from harness.errors import RequestError
-from harness.parameters.contact import Contact
-from harness.parameters.hertz import hertz
-from harness.theory.hertz import first_order_loss, impact
+from harness.parameters.law import Contact, hertz
+from harness.theory.contact import first_order_loss, impact
 from tests.theory import closed_forms
 
 

@@ -6,7 +6,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from harness.theory import hertz, hertz_impact
+from harness.theory import contact
 from tests.pair.scenes import sphere_mass
 from tests.theory import closed_forms
 
@@ -24,33 +24,33 @@ def test_the_benchmarks_of_chung_and_ooi(material, sizes, speed, expected):
     radius, radius_share, mass_share = sizes
     modulus = young / (2.0 * (1.0 - poisson**2))
     mass = mass_share * sphere_mass(radius, density)
-    k = hertz_impact.stiffness(modulus, radius_share * radius)
+    k = contact.stiffness(modulus, radius_share * radius)
     force, overlap, time = expected
-    assert hertz_impact.largest_force(mass, k, speed) == pytest.approx(force, rel=5e-4)
-    assert hertz_impact.largest_overlap(mass, k, speed) == pytest.approx(overlap, rel=5e-4)
-    assert hertz_impact.contact_time(mass, k, speed) == pytest.approx(time, rel=5e-4)
+    assert contact.largest_force(mass, k, speed) == pytest.approx(force, rel=5e-4)
+    assert contact.largest_hertz_overlap(mass, k, speed) == pytest.approx(overlap, rel=5e-4)
+    assert contact.contact_time(mass, k, speed) == pytest.approx(time, rel=5e-4)
 
 
 def test_overlap_and_time_by_energy_and_quadrature():
     mass, k, speed = 2.0, 3e9, 0.7
     overlap = brentq(lambda x: 0.4 * k * x**2.5 - 0.5 * mass * speed**2, 1e-9, 1.0, rtol=1e-14)
-    assert hertz_impact.largest_overlap(mass, k, speed) == pytest.approx(overlap, rel=1e-12)
+    assert contact.largest_hertz_overlap(mass, k, speed) == pytest.approx(overlap, rel=1e-12)
     # x = 1 - y^2 takes the root from the end of 2 dx / sqrt(1 - x^(5/2))
     passed, _ = quad(lambda y: 4.0 * y / math.sqrt(1.0 - (1.0 - y * y) ** 2.5), 0.0, 1.0)
-    assert hertz_impact.contact_time(mass, k, speed) * speed / overlap == pytest.approx(passed)
+    assert contact.contact_time(mass, k, speed) * speed / overlap == pytest.approx(passed)
     assert passed == pytest.approx(2.9432, abs=1e-4)
 
 
 def test_the_series_of_the_viscoelastic_restitution_has_an_error_of_third_order():
     errors = [
-        hertz.impact(a, clipped=False).restitution - closed_forms.viscoelastic_series(a)
+        contact.impact(a, clipped=False).restitution - closed_forms.viscoelastic_series(a)
         for a in (0.04, 0.02)
     ]
     assert errors[0] / errors[1] == pytest.approx(8.0, rel=0.25)
 
 
 def test_the_relaxation_gives_the_dashpot():
-    k, radius, mass, overlap, eta = hertz_impact.stiffness(1e9, 0.02), 0.02, 0.3, 1e-5, 5e4
-    relaxation = hertz_impact.relaxation(eta, mass, radius, k)
+    k, radius, mass, overlap, eta = contact.stiffness(1e9, 0.02), 0.02, 0.3, 1e-5, 5e4
+    relaxation = contact.relaxation(eta, mass, radius, k)
     dashpot = k * relaxation * math.sqrt(overlap)
     assert dashpot == pytest.approx(eta * mass * math.sqrt(radius * overlap))

@@ -5,9 +5,9 @@ import math
 import pytest
 from scipy.integrate import solve_ivp
 
-from harness.pair.integration import integrate
-from harness.parameters.contact_law import ContactLaw
-from harness.theory import dashpot, oblique
+from harness.parameters.law import ContactLaw
+from harness.solvers.pair.integration import integrate
+from harness.theory import contact
 from tests.pair.scenes import RADIUS, impact
 from tests.theory import closed_forms
 
@@ -35,20 +35,20 @@ def slides_throughout(law, ratio):
 
 def test_the_impulse_of_sliding_is_that_of_momentum_balance():
     path = integrate(impact(SPRINGS, (3.0, 0.0, -1.0)))
-    lost = oblique.sliding_impulse(0.2, 1.0, 1.0)
+    lost = contact.sliding_impulse(0.2, 1.0, 1.0)
     assert path.velocities[-1, 0, 0] == pytest.approx(3.0 - lost, rel=1e-11)
     assert path.omegas[-1, 0, 1] * RADIUS == pytest.approx(2.5 * lost, rel=1e-11)
 
 
 def test_the_angle_of_kharaz():
     """Chung and Ooi (2011), test 4: sliding throughout above 32.52 degrees."""
-    angle = math.degrees(math.atan(oblique.slides_throughout(0.092, 0.98)))
+    angle = math.degrees(math.atan(contact.slides_throughout(0.092, 0.98)))
     assert angle == pytest.approx(32.52, abs=0.005)
 
 
 @pytest.mark.parametrize(("law", "ratio"), [(INCREMENTS, RATIO), (SPRINGS, 2.0 / 7.0)])
 def test_where_an_elastic_contact_sticks_at_first_and_where_it_slides_to_its_end(law, ratio):
-    first = oblique.sticks_at_first(0.2, ratio)
+    first = contact.sticks_at_first(0.2, ratio)
     assert slides_at_once(law, 1.001 * first)
     assert not slides_at_once(law, 0.999 * first)
     last = closed_forms.slides_throughout_elastic(0.2, ratio)
@@ -58,7 +58,7 @@ def test_where_an_elastic_contact_sticks_at_first_and_where_it_slides_to_its_end
 
 def test_mindlin_on_the_total_displacement_sticks_up_to_two_thirds_of_that():
     law = INCREMENTS.replace(tangential="mindlin")
-    first = 2.0 / 3.0 * oblique.sticks_at_first(0.2, RATIO)
+    first = 2.0 / 3.0 * contact.sticks_at_first(0.2, RATIO)
     assert slides_at_once(law, 1.001 * first)
     assert not slides_at_once(law, 0.999 * first)
 
@@ -76,7 +76,7 @@ def test_the_restitution_of_sticking_springs(ratio, restitution, clipped):
     )
     path = integrate(impact(law, (1.0, 0.0, -1.0)))
     end = path.velocities[-1, 0, 0] - RADIUS * path.omegas[-1, 0, 1]
-    zeta = dashpot.damping_ratio(restitution) if restitution < 1.0 else 0.0
+    zeta = contact.damping_ratio(restitution) if restitution < 1.0 else 0.0
     expected = closed_forms.sticking_restitution(ratio, zeta, clipped=clipped)
     assert -end == pytest.approx(expected, abs=1e-7)
 
@@ -94,22 +94,22 @@ def test_a_contact_that_sticks_is_an_oscillator(stiffness, dashpot_):
         return [y[1], -stiffness * y[0] - dashpot_ * y[1]]
 
     end = solve_ivp(rates, (0.0, 2.5), [0.0, 1.0], rtol=1e-11, atol=1e-13).y[1, -1]
-    assert oblique.held(stiffness, dashpot_, 2.5) == pytest.approx(end, abs=1e-9)
+    assert contact.held(stiffness, dashpot_, 2.5) == pytest.approx(end, abs=1e-9)
 
 
 @pytest.mark.parametrize("ratio", [1e-3, 2.0 / 7.0, 0.8])
 @pytest.mark.parametrize("zeta", [0.0, 0.2])
 def test_what_a_sticking_spring_leaves_is_the_restitution_of_one_that_is_clipped(ratio, zeta):
-    found = oblique.held(3.5 * ratio, 0.0, dashpot.duration_clipped(zeta))
+    found = contact.held(3.5 * ratio, 0.0, contact.duration_clipped(zeta))
     assert -found == pytest.approx(closed_forms.sticking_restitution(ratio, zeta, clipped=True))
 
 
 def test_of_both_branches_the_lesser_impulse_holds():
-    slides = oblique.slides_throughout(0.3, 0.5)
-    assert oblique.two_branches(2.0 * slides, 0.3, 0.5, -0.2) == pytest.approx(0.5)
-    assert oblique.two_branches(0.1 * slides, 0.3, 0.5, -0.2) == -0.2
+    slides = contact.slides_throughout(0.3, 0.5)
+    assert contact.two_branches(2.0 * slides, 0.3, 0.5, -0.2) == pytest.approx(0.5)
+    assert contact.two_branches(0.1 * slides, 0.3, 0.5, -0.2) == -0.2
     both = slides / 1.2
-    assert oblique.two_branches(both, 0.3, 0.5, -0.2) == pytest.approx(-0.2, abs=1e-14)
+    assert contact.two_branches(both, 0.3, 0.5, -0.2) == pytest.approx(-0.2, abs=1e-14)
 
 
 @pytest.mark.parametrize("x_t", [0.0, 0.5])
@@ -123,8 +123,8 @@ def test_the_law_leaves_as_much_where_friction_holds_it(x_t):
     )
     path = integrate(impact(law, (1.0, 0.0, -1.0)))
     left = path.velocities[-1, 0, 0] - RADIUS * path.omegas[-1, 0, 1]
-    zeta = dashpot.damping_ratio(0.6)
+    zeta = contact.damping_ratio(0.6)
     k_t, k = law.tangential_stiffness, law.normal_stiffness
-    lasts = dashpot.duration_clipped(zeta)  # with omega = 1
-    expected = oblique.held(3.5 * k_t / k, 3.5 * x_t * 2.0 * zeta, lasts)
+    lasts = contact.duration_clipped(zeta)  # with omega = 1
+    expected = contact.held(3.5 * k_t / k, 3.5 * x_t * 2.0 * zeta, lasts)
     assert left == pytest.approx(expected, abs=1e-6)

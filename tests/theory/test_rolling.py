@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from harness.pair.integration import integrate
-from harness.parameters.contact_scene import Body, ContactScene
-from harness.theory import dashpot, rolling
+from harness.parameters.scene import Body, ContactScene
+from harness.solvers.pair.integration import integrate
+from harness.theory import contact
 from tests.pair.scenes import FLOOR, LINEAR, MASS, RADIUS, STILL
 from tests.theory import closed_forms
 
@@ -30,7 +30,7 @@ def test_a_sphere_that_slides_begins_to_roll():
     expected = closed_forms.slip_to_roll(0.1, 0.3, G)
     path = on_the_floor(STIFF, (0.1, 0.0, 0.0), time=2.0 * expected.time)
     # the spring takes over when the force that it gains, k_t u, is what the dashpot loses, eta u'
-    eta = 2.0 * dashpot.damping_ratio(0.5) * math.sqrt(STIFF.normal_stiffness * MASS)
+    eta = 2.0 * contact.damping_ratio(0.5) * math.sqrt(STIFF.normal_stiffness * MASS)
     early = eta / STIFF.tangential_stiffness
     assert path.of_kind("sticks")[0].time == pytest.approx(expected.time - early, rel=1e-9)
     assert path.velocities[-1, 0, 0] == pytest.approx(expected.speed, rel=1e-6)
@@ -38,7 +38,7 @@ def test_a_sphere_that_slides_begins_to_roll():
 
 @pytest.mark.parametrize(("angle", "rolls"), [(0.5, True), (1.0, False)])
 def test_down_an_incline(angle, rolls):
-    expected = rolling.down_an_incline(angle, 0.3, G)
+    expected = contact.down_an_incline(angle, 0.3, G)
     assert expected.rolls == rolls
     path = on_the_floor(STIFF, time=1e-2, angle=angle)
     (_, halfway, end) = path.velocities[:, 0, 0]
@@ -49,7 +49,7 @@ def test_down_an_incline(angle, rolls):
 
 def test_at_the_limit_rolling_and_sliding_are_one():
     limit = math.atan(3.5 * 0.3)
-    rolls, slides = (rolling.down_an_incline(limit + d, 0.3, G) for d in (-1e-9, 1e-9))
+    rolls, slides = (contact.down_an_incline(limit + d, 0.3, G) for d in (-1e-9, 1e-9))
     assert (rolls.rolls, slides.rolls) == (True, False)
     assert slides[1:] == pytest.approx(rolls[1:], rel=1e-7)
 
@@ -73,6 +73,6 @@ def test_twisting_resistance_slows_a_sphere_that_turns_on_its_spot():
     )
     path = on_the_floor(law, omega=(0.0, 0.0, 50.0), time=0.01)
     slowed = -np.diff(path.omegas[1:, 0, 2])[0] / 0.005
-    expected = rolling.twisting_deceleration(1e-3, RADIUS, G)
+    expected = contact.twisting_deceleration(1e-3, RADIUS, G)
     assert expected == pytest.approx(1e-3 * MASS * G / (0.4 * MASS * RADIUS**2), rel=1e-14)
     assert slowed == pytest.approx(expected, rel=1e-9)

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from harness.errors import RequestError
-from harness.theory.shock import (
+from harness.theory.chain import (
     SHOCK_WITHOUT_REBOUND,
     shock_from_impulse_ratio,
     shock_from_restitution,

@@ -8,17 +8,15 @@ from pydantic import Field
 
 from harness.cases import registry as cases
 from harness.cases.contract import Case, Measured, Plan, Reference
-from harness.comparison.baseline_record import BaselineRecord, Quantity, made_by
-from harness.comparison.findings import Findings
-from harness.comparison.tolerances import Tolerance
-from harness.comparison.verdicts import Kind, judge
+from harness.comparison.regression import BaselineRecord, Quantity, made_by
+from harness.comparison.verdicts import Kind, Tolerance, judge
+from harness.comparison.verification import Findings
 from harness.engines import registry as engines
 from harness.engines.contract import Engine, Job, Template
 from harness.engines.output import Output
 from harness.engines.traits import Traits
 from harness.errors import EngineCrashError, EngineMissingError
-from harness.observables.declared import Observable
-from harness.observables.provenance import Provenance
+from harness.observables.provenance import Observable, Provenance
 from harness.parameters.base import Parameters
 
 NARROW = Tolerance("m", 1e-9, 0.0, "a product of two numbers")

@@ -3,7 +3,7 @@ import math
 import pytest
 
 from harness.errors import EngineCrashError, RequestError
-from harness.parameters.contact import PLASTIC
+from harness.parameters.law import PLASTIC
 from harness.workflows import cases, run
 from tests.workflows import fakes
 
@@ -103,7 +103,7 @@ def test_an_engine_that_cannot_be_imported_is_no_engine_of_a_case(monkeypatch):
     monkeypatch.setattr(
         registry, "engine_names", lambda: (_ for _ in ()).throw(AssertionError("not called"))
     )
-    monkeypatch.setattr("harness.workflows.case_list.engine_names", lambda: ["toy", "no:Such"])
+    monkeypatch.setattr("harness.workflows.case_runs.engine_names", lambda: ["toy", "no:Such"])
     assert {case.engines for case in cases()} == {("toy",)}
 
 

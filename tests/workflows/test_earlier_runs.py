@@ -4,13 +4,11 @@ import pytest
 
 from harness.cases.contract import Measured
 from harness.cases.layers.case import CASE
-from harness.cases.layers.parameters import Layers
+from harness.cases.layers.system import Layers
 from harness.errors import EngineMissingError, EngineOutputError, RequestError
 from harness.observables.provenance import Provenance
-from harness.workflows.earlier_runs import read_runs, script_digest
-from harness.workflows.study_run import study
-from harness.workflows.sweep_local import Work
-from harness.workflows.sweep_run import as_frame
+from harness.workflows.study_run import read_runs, script_digest, study
+from harness.workflows.sweep_run import Work, as_frame
 
 UNDECIDED = EngineOutputError("undecided: it never stopped")
 

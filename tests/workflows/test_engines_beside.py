@@ -7,12 +7,11 @@ import pytest
 
 from harness.cases.contract import Study
 from harness.cases.drop.case import CASE, DropCase
-from harness.comparison.findings import Findings
-from harness.engines.cost import in_words
-from harness.workflows import engines_beside
-from harness.workflows.engine_selection import EngineSelection
-from harness.workflows.engines_beside import EnginesBeside
-from harness.workflows.main_engine import MainRun
+from harness.comparison.verification import Findings
+from harness.engines.border import in_words
+from harness.workflows import verification
+from harness.workflows.engine_status import EngineSelection
+from harness.workflows.verification import EnginesBeside, MainRun
 from tests.engine_doubles import Twin
 
 PARAMETERS = CASE.presets["fall"]
@@ -42,7 +41,7 @@ def test_a_case_is_announced_by_the_steps_of_the_engines_before(
 ):
     opened = {"twin": of_seconds(1e-9), "again": of_seconds(per_step)}
     opened["again"].name, opened["again"].workers = "again", 1
-    monkeypatch.setattr(engines_beside, "engine_class", lambda _: Twin)
+    monkeypatch.setattr(verification, "engine_class", lambda _: Twin)
     study = Study("quick", open_engine=lambda name: nullcontext(opened[name]))
     EnginesBeside(EngineSelection(tuple(opened)), [Falls()], study, None).run()
     seconds = 2 * PARAMETERS.steps * per_step

@@ -12,9 +12,9 @@ import time
 import pytest
 
 from harness import workflows
-from harness.cases.incline.parameters import Incline
+from harness.cases.incline.system import Incline
 from harness.cases.tower.run import Options
-from harness.engines.reference.engine import Reference
+from harness.engines.reference import Reference
 from harness.parameters.tower import Tower
 from harness.reproduction import reproduce
 from harness.workflows import progress as module

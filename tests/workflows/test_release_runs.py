@@ -1,6 +1,6 @@
 import pytest
 
-from harness.comparison.release_changes import Change
+from harness.comparison.releases import Change
 from harness.errors import EngineMissingError, RequestError
 from harness.workflows import releases
 from tests.workflows import fakes

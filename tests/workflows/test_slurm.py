@@ -3,16 +3,14 @@
 import pytest
 
 from harness.cases.layers.case import CASE
-from harness.cases.layers.parameters import Layers
+from harness.cases.layers.system import Layers
 from harness.engines.lammps.engine import Lammps
 from harness.errors import EngineUndecidedError, RequestError
 from harness.workflows import slurm, slurm_queue
-from harness.workflows.slurm import MARGIN, Slurm
-from harness.workflows.slurm_jobs import SUBMITIT, _line, last_line, told_of
+from harness.workflows.slurm import MARGIN, SUBMITIT, Slurm, _line, last_line, told_of
 from harness.workflows.slurm_queue import ExecutorOptions, check_launcher
-from harness.workflows.sweep_local import Local, Work
 from harness.workflows.sweep_plan import Asked, plan
-from harness.workflows.sweep_run import run_plan
+from harness.workflows.sweep_run import Local, Work, run_plan
 from tests.workflows import fakes
 
 

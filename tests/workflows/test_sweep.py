@@ -15,14 +15,11 @@ from harness.errors import (
     RequestError,
 )
 from harness.observables.reference import Points
-from harness.store.cached_engine import CachedEngine
+from harness.store.cache import CachedEngine
 from harness.store.entries import Entries
 from harness.workflows import sweep
-from harness.workflows.sweep_folder import held_sweep
-from harness.workflows.sweep_local import Local
-from harness.workflows.sweep_plan import Asked, asked_in, plan, with_options
-from harness.workflows.sweep_run import drawn_columns, key_of, run_plan
-from harness.workflows.sweep_values import as_text, values_of
+from harness.workflows.sweep_plan import Asked, as_text, asked_in, plan, values_of, with_options
+from harness.workflows.sweep_run import Local, column_of, drawn_columns, held_sweep, run_plan
 from tests.workflows import fakes
 
 pytestmark = pytest.mark.usefixtures("registered")
@@ -282,7 +279,7 @@ def test_two_sweeps_in_one_folder_are_refused(tmp_path):
     ],
 )
 def test_keys_carry_their_units_once(name, unit, key):
-    assert key_of(name, unit) == key
+    assert column_of(name, unit) == key
 
 
 def test_many_values_of_the_second_parameter_are_told_by_a_bar():

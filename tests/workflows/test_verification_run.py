@@ -3,15 +3,14 @@ import json
 import pytest
 
 from harness.comparison.regression import Baseline
-from harness.comparison.results import read_published
-from harness.comparison.triage import Triage
-from harness.comparison.verdicts import Kind, Verdict
+from harness.comparison.verdicts import Kind, Triage, Verdict
+from harness.comparison.verification import read_published
 from harness.engines import registry as engine_registry
 from harness.errors import EngineCrashError, RequestError
+from harness.report.ci import short_markdown
 from harness.report.plain import finite
-from harness.report.summary import short_markdown
 from harness.workflows import sections, verify
-from harness.workflows.engine_selection import EngineSelection, asked_engines
+from harness.workflows.engine_status import EngineSelection, asked_engines
 from tests.workflows import fakes
 
 pytestmark = pytest.mark.usefixtures("registered")

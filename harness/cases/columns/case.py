@@ -1,20 +1,414 @@
-"""The grain over compliant columns as a case."""
+"""The grain over compliant columns as a case.
+
+How close results of columns must be: as of ``case.toml``, which says why.
+
+Critical angles over columns, and what the source's theory makes of the same columns.
+
+What columns are held against: the incline, the reference DEM, and the limit of stiff ones.
+
+The report's section on columns: angles, both readings of the source, and what follows.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from functools import partial
+from typing import Any
 
-from harness.cases.columns.parameters import Columns
-from harness.cases.columns.runs import read
-from harness.cases.columns.template import NAME, TEMPLATE, job_of
-from harness.cases.contract import Case, LevelName, Reference, Study
+import numpy as np
+
+from harness.cases.columns.system import (
+    NAME,
+    TEMPLATE,
+    Columns,
+    Inside,
+    critical_angle,
+    job_of,
+    read,
+    run_columns,
+)
+from harness.cases.contract import (
+    Case,
+    LevelName,
+    Part,
+    Reference,
+    Study,
+    Words,
+    rows_of_parts,
+    tolerances_of,
+)
+from harness.cases.grain import complete
+from harness.cases.incline.angle import step_limit
 from harness.cases.incline.case import CASE as INCLINE
-from harness.cases.parts import rows_of_parts
-from harness.comparison.findings import Findings
+from harness.cases.incline.runs import run_inclines
+from harness.cases.incline.system import Incline, InclineRun, Motion
+from harness.cases.source_angles import READINGS, source_angles
+from harness.comparison.convergence import limit
+from harness.comparison.verdicts import Check, Kind, finding, judge, not_tested
+from harness.comparison.verification import Findings
 from harness.engines.contract import Engine, Job, Output
+from harness.engines.process import cores, parallel_map
+from harness.engines.reference import Reference as ReferenceDEM
 from harness.engines.traits import Traits
-from harness.parameters.contact import CONTACTS
-from harness.report.sections import Section
+from harness.errors import EngineOutputError
+from harness.parameters.law import CONTACTS, PLASTIC, SOURCE
+from harness.parameters.tower import LAWS, Law
+from harness.report.sections import Section, Table
+from harness.report.style import (
+    BLACK,
+    COLOURS,
+    MARKERS,
+    STYLES,
+    Figure,
+    label,
+    legend_below,
+    panels,
+    power,
+)
+from harness.theory.chain import Reading
+from harness.theory.incline import critical_angle as closed_form
+
+_TOLD = tolerances_of(__file__)
+
+ONE = _TOLD["ONE"]
+TWO_CODES = _TOLD["TWO_CODES"]
+RIGID = _TOLD["RIGID"]
+FIRST_ORDER = _TOLD["FIRST_ORDER"]
+
+
+STEPS = 200.0
+
+
+@dataclass(frozen=True)
+class Angle:
+    """A critical angle [deg] over columns, beside the source's in both readings [deg].
+
+    The uncertainty of elastic columns is half the range in which moving and trapped angles mix.
+    """
+
+    n: int
+    law: Law
+    inside: Inside
+    stiffness: float  # [N/m]
+    value_deg: float
+    uncertainty_deg: float
+
+    @property
+    def source_deg(self) -> dict[Reading, float]:
+        """Return the source's angle of each reading."""
+        return source_angles(self.n, self.law)
+
+
+@dataclass
+class Angles:
+    """The angles of a study."""
+
+    found: list[Angle] = field(default_factory=list)
+
+    def of(self, **same: Any) -> list[Angle]:
+        """Return the angles whose attributes have these values."""
+        return [a for a in self.found if all(getattr(a, key) == v for key, v in same.items())]
+
+    def records(self) -> list[dict[str, Any]]:
+        """Return the angles as flat JSON-ready mappings."""
+        return [
+            {
+                **asdict(angle),
+                **{f"source_{reading}_deg": v for reading, v in angle.source_deg.items()},
+            }
+            for angle in self.found
+        ]
+
+
+HEIGHTS: dict[LevelName, tuple[int, ...]] = {
+    "quick": (1, 2, 4),
+    "default": (1, 2, 4, 8),
+    "full": (1, 2, 4, 8, 16),
+}
+STIFFNESSES: dict[LevelName, tuple[float, ...]] = {
+    "quick": (1e5, 1e6),
+    "default": (1e4, 1e5, 1e6),
+    "full": (1e5, 1e6, 1e7),
+}
+
+
+def damped_cases(level: LevelName) -> list[Columns]:
+    """Return the columns of a level whose contacts all damp as the grain's, plastic."""
+    return [
+        Columns(n=n, law=law, contact=PLASTIC, stiffness=k, steps_per_contact=STEPS)
+        for law in LAWS
+        for k in STIFFNESSES[level]
+        for n in HEIGHTS[level]
+    ]
+
+
+def damped_angles(cases: Sequence[Columns], engine: Engine) -> list[Angle]:
+    """Return the critical angles by passage, side by side; raise the first EngineError."""
+
+    def one(case: Columns) -> Angle:
+        found = critical_angle(case, engine)
+        return _angle(case, found.value_deg, found.uncertainty_deg)
+
+    return parallel_map(one, cases, cores())
+
+
+ELASTIC: dict[LevelName, tuple[int, ...]] = {"quick": (), "default": (2, 4), "full": (2, 4, 8)}
+SCAN = tuple(10.0 + 0.1 * i for i in range(11))
+"""[deg] angles of elastic columns: fates mix, so that they are counted and not bisected."""
+
+
+def elastic_angles(level: LevelName, engine: Engine) -> Iterator[Angle]:
+    """Yield where passages over columns without dashpots turn from trapped to moving on.
+
+    Half way between the lowest angle that moves on and the highest that is trapped, with half
+    their distance and half a step of the scan.
+    """
+    for law in LAWS:
+        for n in ELASTIC[level]:
+            case = Columns(
+                n=n, law=law, inside="elastic", contact=PLASTIC, stiffness=1e5,
+                steps_per_contact=STEPS,
+            )  # fmt: skip
+            runs = complete(run_columns(engine, [case.replace(angle=a) for a in SCAN], "passage"))
+            moves = [r.case.angle for r in runs if r.motion is Motion.MOVES_ON]
+            trapped = [r.case.angle for r in runs if r.motion is Motion.TRAPPED]
+            low, high = min(moves, default=SCAN[-1]), max(trapped, default=SCAN[0])
+            step = SCAN[1] - SCAN[0]
+            yield _angle(case, 0.5 * (low + high), 0.5 * (abs(high - low) + step))
+
+
+def _angle(case: Columns, value: float, uncertainty: float) -> Angle:
+    return Angle(case.n, case.law, case.inside, case.stiffness, value, uncertainty)
+
+
+EVERY = 50
+ORDERED = 1e6
+"""[N/m] at which the order in the step is looked at: soft columns jitter more."""
+
+ANGLE = 10.6
+REFINED_STEPS = (100.0, 200.0, 400.0, 800.0)
+RAMP: dict[LevelName, tuple[float, ...]] = {
+    "quick": (),
+    "default": tuple(10.0 ** (4.5 + 0.5 * i) for i in range(5)),
+    "full": tuple(10.0 ** (5.0 + 0.5 * i) for i in range(5)),
+}
+
+
+def engine_parts(engine: Engine) -> list[Part]:
+    """Return the parts that need an engine, with the rows that each leaves."""
+    ones = [Part("one particle", partial(_one_particle, engine), 1)]
+    return ones + [Part(f"{law} law", partial(_two_codes, engine, law), 2) for law in LAWS]
+
+
+def own_parts(study: Study, angles: Angles) -> list[Part]:
+    """Return the parts of this package's own solvers; the angles go to ``angles``."""
+    parts = [Part("angles", lambda: list(_angles(study.level, angles)))]
+    if RAMP[study.level]:
+        parts.append(Part("stiff columns", lambda: list(_stiff(RAMP[study.level]))))
+    return parts
+
+
+def _one_particle(engine: Engine) -> list[Check]:
+    """Hold the path over columns of one particle against that over the incline's row."""
+    case = Columns(n=1, contact=PLASTIC, steps_per_contact=100.0, stiffness=1e5, angle=ANGLE)
+    row = f"columns: n = 1, path over three wells as on the incline, {engine.title}"
+    reason = engine.refuses(job_of(case, "passage"))
+    if reason:
+        return [not_tested(row, Kind.CROSS_CODE, reason, "m")]
+    case = case.replace(wells=3)
+    same = {name: getattr(case, name) for name in Incline.model_fields}
+    (over,) = complete(run_columns(engine, [case], "steady", every=EVERY))
+    (on,) = complete(run_inclines(engine, [Incline(**same)], "steady", every=EVERY))
+    return [judge(row, Kind.CROSS_CODE, _apart(over, on), 0.0, ONE)]
+
+
+def _apart(one: InclineRun, other: InclineRun) -> float:
+    """Return the largest distance [m] of two paths where both have samples; at least 100."""
+    if one.trajectory is None or other.trajectory is None:
+        raise EngineOutputError("a run left no path")
+    rows = min(one.trajectory.x_m.size, other.trajectory.x_m.size)
+    if rows < 100:
+        raise EngineOutputError(f"the paths have {rows} samples in common: 100 are needed")
+    a, b = one.trajectory, other.trajectory
+    return float(np.hypot(a.x_m[:rows] - b.x_m[:rows], a.y_m[:rows] - b.y_m[:rows]).max())
+
+
+def _two_codes(engine: Engine, law: str) -> list[Check]:
+    """Hold the margins of passages over three particles against the reference DEM's."""
+    rows, own = [], ReferenceDEM()
+    for inside in ("damped", "elastic"):
+        # soft and with the source's contact: an external force costs a millisecond a step
+        case = Columns(
+            n=3, law=law, inside=inside, contact=SOURCE, stiffness=2e3, angle=ANGLE
+        )  # fmt: skip
+        row = f"columns: n = 3, {law} law, {inside}, margin against reference DEM, {engine.title}"
+        reason = engine.refuses(job_of(case, "passage"))
+        if reason:
+            rows.append(not_tested(row, Kind.CROSS_CODE, reason, "m g d"))
+            continue
+        (theirs,) = complete(run_columns(engine, [case], "passage"))
+        (ours,) = complete(run_columns(own, [case], "passage"))
+        rows.append(judge(row, Kind.CROSS_CODE, theirs.margin, ours.margin, TWO_CODES))
+    return rows
+
+
+def _angles(level: LevelName, angles: Angles) -> Iterator[Check]:
+    """Find the angles of a level and yield the highest columns' beside the source's."""
+    engine = ReferenceDEM()
+    angles.found += damped_angles(damped_cases(level), engine)
+    angles.found += elastic_angles(level, engine)
+    for law in LAWS:
+        for inside in ("damped", "elastic"):
+            found = angles.of(law=law, inside=inside)
+            if not found:
+                continue
+            top = max(found, key=lambda angle: (angle.n, angle.stiffness))
+            for reading, words in READINGS.items():
+                yield finding(
+                    f"columns: n = {top.n}, {law} law, {inside}, against the source ({words})",
+                    top.value_deg,
+                    top.source_deg[reading],
+                    "deg",
+                    f"critical angle at k = {top.stiffness:g} N/m in the reference DEM",
+                    top.uncertainty_deg,
+                )
+
+
+def _stiff(stiffnesses: Sequence[float]) -> Iterator[Check]:
+    """Yield the order in the step, and the limit of stiff damped columns against 10.2078 deg."""
+    engine = ReferenceDEM()
+    for law in LAWS:
+        cases = [
+            Columns(n=4, law=law, contact=PLASTIC, stiffness=k, steps_per_contact=steps)
+            for k in reversed(stiffnesses)  # the costliest first
+            for steps in reversed(REFINED_STEPS)
+        ]
+        angles = parallel_map(partial(critical_angle, engine=engine, phases=4), cases, cores())
+        at = {k: step_limit([a for a in angles if a.case.stiffness == k]) for k in stiffnesses}
+        row = f"columns: n = 4, {law} law, order in the step of the critical angle"
+        yield judge(row, Kind.ANALYTIC, at[ORDERED].order, 1.0, FIRST_ORDER)
+        rigid = limit(
+            [1.0 / k for k in at],
+            [one.value for one in at.values()],
+            [one.uncertainty for one in at.values()],
+            (0.5, 1.0, 1.5),
+        )
+        row = f"columns: n = 4, {law} law, damped, critical angle of stiff columns"
+        yield judge(
+            row, Kind.ANALYTIC, rigid.value, closed_form(), RIGID, uncertainty=rigid.uncertainty
+        )
+
+
+WORDS = Words(__file__)
+
+
+def sections(angles: Angles) -> Sequence[Section]:
+    """Return the section of the angles that were found; none without angles."""
+    if not angles.found:
+        return ()
+    drawing = WORDS.drawing("critical-angle-columns", lambda: figure(angles))
+    told = finding_in_words(angles)
+    return (
+        WORDS.section("columns", paragraphs=told, tables=(_table(angles),), drawings=(drawing,)),
+    )
+
+
+def finding_in_words(angles: Angles) -> list[str]:
+    """Return what the angles say against the source's, a sentence for each law."""
+    told = []
+    for law in LAWS:
+        high = [a for a in angles.of(law=law, inside="damped") if a.n > 1]
+        if not high:
+            continue
+        least = min(high, key=lambda a: a.value_deg)
+        stiffest = max(a.stiffness for a in high)
+        off = max(abs(a.value_deg - closed_form()) for a in high if a.stiffness == stiffest)
+        lost = min(a.source_deg["lost"] for a in high)
+        words = (
+            f"{law.capitalize()} law: the lowest angle over damped columns is "
+            f"{least.value_deg:.3f} deg (n = {least.n}, k = {power(least.stiffness)} N/m), "
+            f"where the source expects {least.source_deg['lost']:.2f} deg; at k = "
+            f"{power(stiffest)} N/m all are within {off:.2g} deg of the {closed_form():.4f} deg of "
+            f"one sphere. "
+        )
+        elastic = angles.of(law=law, inside="elastic")
+        if elastic:
+            low, top = (f(a.value_deg for a in elastic) for f in (min, max))
+            words += f"Over elastic columns the angle is {low:.2f} to {top:.2f} deg. "
+        every = [*high, *elastic]
+        falls = any(a.value_deg - a.uncertainty_deg <= 0.5 * (lost + closed_form()) for a in every)
+        told.append(
+            words
+            + (
+                "Some angle falls as far as half way to the source's."
+                if falls
+                else f"No angle falls even half way to the source's {lost:.2f} deg: that "
+                "impulses spread through a column does not lower the critical angle of this grain."
+            )
+        )
+    return told
+
+
+def _table(angles: Angles) -> Table:
+    head = (
+        "law",
+        "columns",
+        "n",
+        "k (N/m)",
+        "critical angle (deg)",
+        *(f"source, {words} (deg)" for words in READINGS.values()),
+    )
+    rows = tuple(
+        (
+            angle.law,
+            angle.inside,
+            str(angle.n),
+            power(angle.stiffness),
+            _value(angle),
+            *(f"{angle.source_deg[reading]:.3f}" for reading in READINGS),
+        )
+        for angle in angles.found
+    )
+    caption = "Uncertainties of elastic columns: half the range in which fates change."
+    return Table("columns", caption, head, rows, frozenset(range(2, len(head))))
+
+
+def _value(angle: Angle) -> str:
+    digits = max(1, 1 - math.floor(math.log10(max(angle.uncertainty_deg, 1e-9))))
+    return f"{angle.value_deg:.{digits}f} ± {angle.uncertainty_deg:.1g}"
+
+
+def figure(angles: Angles) -> Figure:
+    """Draw the angles over n, a panel a law."""
+    found = panels(1, 2)
+    for axes, law in zip(found.axes, LAWS, strict=True):
+        axes.set_title(f"{law} law")
+        groups = sorted({(a.inside, a.stiffness) for a in angles.of(law=law)})
+        for i, (inside, k) in enumerate(groups):
+            group = angles.of(law=law, inside=inside, stiffness=k)
+            axes.errorbar(
+                [a.n for a in group],
+                [a.value_deg for a in group],
+                [a.uncertainty_deg for a in group],
+                color=COLOURS[1 + i % 6],
+                marker=MARKERS[i % 6],
+                linestyle="none" if inside == "elastic" else "-",
+                label=f"{inside}, k = {power(k)} N/m",
+            )
+        heights = sorted({a.n: a for a in angles.of(law=law)}.items())
+        for (reading, words), style in zip(READINGS.items(), STYLES[1:], strict=False):
+            theory = [a.source_deg[reading] for _, a in heights]
+            axes.plot(
+                [n for n, _ in heights], theory, color=BLACK, ls=style, label=f"source, {words}"
+            )
+        axes.axhline(closed_form(), color="0.6", lw=0.8, label="one fixed sphere, 10.2078 deg")
+        axes.set_xscale("log", base=2)
+        axes.set_xticks([n for n, _ in heights], [str(n) for n, _ in heights])
+        label(axes, "particles of a column, n", "critical angle (deg)")
+    legend_below(found)
+    return found
 
 
 class ColumnsCase(Case[Columns]):
@@ -57,22 +451,15 @@ class ColumnsCase(Case[Columns]):
 
     def expected_rows(self, level: LevelName, engine: Engine) -> int:
         """Return how many rows a level leaves."""
-        from harness.cases.columns.checks import engine_parts
-
         return sum(part.rows for part in engine_parts(engine))
 
     def verify(self, engine: Engine, study: Study) -> Findings:
         """Hold an engine against the incline for one particle, and against the reference DEM."""
-        from harness.cases.columns.checks import engine_parts
-
         rows = rows_of_parts(self.name, engine_parts(engine))
         return Findings(self.name, engine.name, rows)
 
     def verify_own(self, study: Study) -> Findings:
         """Hold the reference DEM against the limit of stiff columns; find the angles."""
-        from harness.cases.columns.checks import own_parts
-        from harness.cases.columns.evidence import Angles
-
         angles = Angles()
         rows = rows_of_parts(self.name, own_parts(study, angles), "deg")
         records = {"columns": angles.records()}
@@ -82,8 +469,6 @@ class ColumnsCase(Case[Columns]):
         self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]
     ) -> Sequence[Section]:
         """Return the critical angle against the height of the columns."""
-        from harness.cases.columns.sections import sections
-
         return sections(own.evidence)
 
 

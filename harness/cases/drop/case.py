@@ -1,29 +1,610 @@
-"""A grain that meets one fixed sphere, as a case; engines qualify with it."""
+"""A grain that meets one fixed sphere, as a case; engines qualify with it.
+
+A grain that meets one fixed sphere: what an engine is qualified with before it is believed.
+
+What engines are asked to simulate: the values of a drop, its script, its scene.
+
+Run drops in an engine, and read what comes back.
+
+What one drop is expected to do: closed forms, and Hertz's impact, which is integrated.
+
+The drops that an engine qualifies with, and what is expected of each.
+
+Each trap that an engine is known to have shows here: a dashpot that is
+silently missing or takes another effective mass (restitution), a contact that is found late
+(onset), a force along the tangent (oblique), a wrong spring (static), a wrong clock (fall).
+
+The figure of the head-on collisions.
+
+What a report says of the drops: collisions and what is expected of them.
+"""
 
 from __future__ import annotations
 
 import math
+import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
-from harness.cases.case_text import tolerances_of
-from harness.cases.contract import Case, LevelName, Reference, Study
-from harness.cases.drop.checks import DropEvidence, DropTest, angular_momentum_ratio, drop_tests
-from harness.cases.drop.expected import references_of
-from harness.cases.drop.parameters import Drop
-from harness.cases.drop.runs import DropRun, read, run_drops
-from harness.cases.drop.template import HEAD_ON, NAME, TEMPLATE, job_of
-from harness.cases.parts import failed_part
-from harness.cases.runs import whole
-from harness.comparison.baseline_record import BaselineRecord, Quantity, made_by, record_name
-from harness.comparison.findings import Findings
-from harness.comparison.verdicts import Check, Kind, judge, not_tested
-from harness.engines.contract import Engine, Job, Output
-from harness.engines.cost import STATED_SECONDS
+import numpy as np
+from pydantic import Field, model_validator
+
+from harness.cases.contract import (
+    Case,
+    LevelName,
+    Reference,
+    Study,
+    Words,
+    failed_part,
+    tolerances_of,
+)
+from harness.cases.grain import COLUMNS, Grain, path_in, run_jobs, whole
+from harness.comparison.regression import BaselineRecord, Quantity, made_by, record_name
+from harness.comparison.verdicts import Check, Kind, Tolerance, judge, not_tested
+from harness.comparison.verification import Findings
+from harness.engines.border import STATED_SECONDS
+from harness.engines.contract import Engine, Job, Output, Template, Value
 from harness.engines.traits import Traits
-from harness.errors import EngineError, HarnessError
-from harness.parameters.contact import PLASTIC, SOURCE
-from harness.report.sections import Section
+from harness.errors import EngineError, EngineOutputError, HarnessError
+from harness.observables.provenance import Provenance
+from harness.observables.reference import Trajectory
+from harness.parameters.allowed import COUNT, allowed_in
+from harness.parameters.law import (
+    PLASTIC,
+    SOURCE,
+    Contact,
+    Spring,
+    contact_allowed,
+    contact_of,
+    contact_values,
+)
+from harness.parameters.plane_scene import Scene
+from harness.report.sections import Drawing, Section
+from harness.theory.contact import (
+    duration_clipped,
+    duration_unclipped,
+    restitution_clipped,
+    restitution_unclipped,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from harness.theory.contact import Impact
+
+
+LEAST_OVERLAP = 1e6 * sys.float_info.epsilon
+"""[d] below which the rounding of a place is a millionth of the overlap or more."""
+
+MOST_DECADES = 290.0
+"""Between 1 and a mass [kg], and between that and a stiffness [N/m]: floats have 308."""
+
+
+class Drop(Grain):
+    """One run of a grain above a fixed sphere of its size, in SI units.
+
+    The sphere's centre is the origin, the grain starts at (0, diameter + gap) and moves
+    down with ``speed`` and along x with ``sideways``; gravity points down. Head-on
+    collision, free fall, static contact and oblique contact are cases of it.
+    """
+
+    steps_per_contact: float = Field(
+        2000.0, gt=0.0, le=1e5, description="[-] steps per contact time pi sqrt(m/k)"
+    )
+    gravity: float = Field(0.0, ge=0.0, description="[m/s2] acceleration of gravity, downward")
+    gap: float = Field(0.0, gt=-0.25, le=10.0, description="[m] from the sphere; negative: pressed")
+    speed: float = Field(0.0, description="[m/s] downward, at the start")
+    sideways: float = Field(0.0, description="[m/s] along x, at the start")
+    duration: float = Field(
+        3.0, gt=0.0, le=1e4, description="[-] of the run, in contact times pi sqrt(m/k)"
+    )
+    every: int = Field(1, ge=1, description="[-] steps between two samples of the path")
+
+    @model_validator(mode="after")
+    def _is_sound(self) -> Drop:
+        mass = 3.0 * math.log10(self.diameter) + math.log10(self.density)
+        if max(abs(mass), abs(mass - math.log10(self.stiffness))) > MOST_DECADES:
+            raise ValueError(
+                f"diameter = {self.diameter:g} m, density = {self.density:g} kg/m3, stiffness = "
+                f"{self.stiffness:g} N/m: mass or contact time is beyond floating point"
+            )
+        if not self.gap > -0.25 * self.diameter:
+            raise ValueError(
+                f"gap = {self.gap!r} m: must be greater than {-0.25 * self.diameter:.4g} m, a "
+                "quarter of the diameter"
+            )
+        overlap = self.largest_overlap
+        if overlap and not LEAST_OVERLAP <= overlap / self.diameter <= 0.5:
+            raise ValueError(
+                f"the grain would press itself {overlap / self.diameter:.3g} diameters in at "
+                f"stiffness = {self.stiffness:g} N/m, diameter = {self.diameter:g} m, speed = "
+                f"{math.hypot(self.speed, self.sideways):g} m/s, gravity = {self.gravity:g} m/s2: "
+                f"must be from {LEAST_OVERLAP:.2g} to 0.5"
+            )
+        return self
+
+    @property
+    def largest_overlap(self) -> float:
+        """Return an upper bound of the overlap [m]: of a linear spring, undamped, head-on."""
+        weight = self.mass * self.gravity / self.stiffness
+        fall = math.sqrt(2.0 * self.gravity * max(self.gap, 0.0))
+        speed = math.hypot(self.speed, self.sideways, fall)
+        return weight + math.hypot(weight, speed * math.sqrt(self.mass / self.stiffness))
+
+    @property
+    def hertz_speed(self) -> float:
+        """Return sqrt(speed^2 + sideways^2 + g d) [m/s], at which a Hertz spring stands for k."""
+        falls = math.sqrt(self.gravity * self.diameter)
+        return math.hypot(self.speed, self.sideways, falls)
+
+    @property
+    def steps(self) -> int:
+        """Return the number of steps, a multiple of ``every`` that covers the duration."""
+        return self.every * math.ceil(self.duration * self.steps_per_contact / self.every - 1e-9)
+
+
+NAME = "drop"
+"""Name of the case, and of its template."""
+
+HEAD_ON = Contact(name="head-on", restitution=0.5, damping_ratio=None)
+"""The contact of the scripts as they stand."""
+
+SAME = (
+    *("stiffness", "steps_per_contact", "gravity", "diameter", "density"),
+    *("gap", "speed", "sideways"),
+)
+"""Parameters that scripts are told under their own names."""
+
+
+def values_of(case: Drop) -> dict[str, Value]:
+    """Return what a script is told of a drop."""
+    told = {**case.values(*SAME, "steps"), "series_every": case.every}
+    return {**told, **contact_values(case.contact)}
+
+
+def case_of(values: Mapping[str, Any]) -> Drop:
+    """Return the parameters that values state, the inverse of :func:`values_of`."""
+    return Drop(
+        contact=contact_of(values),
+        every=values["series_every"],
+        duration=values["steps"] / values["steps_per_contact"],
+        **{name: values[name] for name in SAME},
+    )
+
+
+def scene_of(values: Mapping[str, Any], spring: Spring) -> Scene:
+    """Return the grain, particle 1, and the fixed sphere as arrays."""
+    case = case_of(values)
+    return case.scene(
+        (0.0, case.diameter + case.gap, case.sideways, -case.speed),
+        [(0.0, 0.0)],
+        gravity=(0.0, -case.gravity),
+        steps=values["steps"],
+        every=values["series_every"],
+        spring=spring,
+    )
+
+
+TEMPLATE = Template(
+    name=NAME,
+    variants={"": values_of(Drop(contact=HEAD_ON, gap=1e-3, speed=1.0))},
+    scene=scene_of,
+    allowed={**allowed_in(Drop), **contact_allowed(), "steps": COUNT, "series_every": COUNT},
+)
+
+
+def job_of(case: Drop) -> Job:
+    """Return the job of a drop, which writes the path."""
+    return Job(TEMPLATE, values_of(case), sampled=True)
+
+
+@dataclass(frozen=True)
+class DropRun:
+    """The grain's path, origin in the fixed sphere's centre; ``seconds`` of wall time it took."""
+
+    case: Drop
+    path: Trajectory
+    seconds: float
+    provenance: Provenance
+
+
+def run_drops(engine: Engine, cases: Sequence[Drop]) -> list[DropRun | EngineError]:
+    """Run a grain against one fixed sphere, case by case, and return the paths in order.
+
+    Raise RequestError for a case that the engine cannot state.
+    """
+    return run_jobs(engine, cases, job_of, read)
+
+
+def read(case: Drop, output: Output) -> DropRun:
+    """Return the drop that an output tells of, every sample of it.
+
+    Raise EngineOutputError for what is missing or cut, or ran with other settings, EngineNaNError
+    for values that are not finite.
+    """
+    output.check_numbers({**case.settings(), "steps": case.steps})
+    table = output.table(COLUMNS, case.steps // case.every + 1)
+    return DropRun(case, path_in(table), output.seconds, output.provenance)
+
+
+RESTED = 1e-6
+"""Part of its motion that a grain keeps at most which is said to rest."""
+
+
+def references_of(case: Drop, spring: Spring) -> dict[str, Reference]:
+    """Return the expected quantities of a drop by their names; {} where none is known."""
+    if case.sideways != 0.0:
+        kept = case.gravity == 0.0
+        return {"angular_momentum_ratio": Reference(1.0, "closed form")} if kept else {}
+    if case.gravity > 0.0:
+        return _falling(case) if case.gap > 0.0 else _resting(case, spring)
+    if case.speed <= 0.0:
+        return {}
+    return _linear_impact(case) if spring == "linear" else _hertz_impact(case)
+
+
+def restitution(case: Drop) -> float:
+    """Return the restitution of a head-on collision with the linear spring."""
+    law = restitution_clipped if case.contact.tail == "clipped" else restitution_unclipped
+    return law(case.contact.zeta_against_full_mass)
+
+
+def hertz_impact(case: Drop) -> Impact:
+    """Return the head-on collision with Hertz's spring."""
+    from harness.theory.contact import impact
+
+    law = case.hertz
+    clipped = case.contact.tail == "clipped"
+    return impact(law.relaxation * case.speed / law.overlap, clipped=clipped)
+
+
+def rest(case: Drop, spring: Spring) -> tuple[float, float]:
+    """Return the overlap [m] under the weight, and the slowest rate [1/s] at which it is reached.
+
+    m g / k, or (m g / K)^(2/3) with Hertz's spring.
+    """
+    weight = case.mass * case.gravity
+    if spring == "linear":
+        overlap, slope = weight / case.stiffness, case.stiffness
+        zeta = case.contact.zeta_against_full_mass
+    else:
+        overlap = case.hertz.rest(weight)
+        slope, zeta = case.hertz.slope(overlap), case.hertz.damping_ratio(overlap, case.mass)
+    slowest = zeta - math.sqrt(zeta * zeta - 1.0) if zeta >= 1.0 else zeta
+    return overlap, slowest * math.sqrt(slope / case.mass)
+
+
+def _linear_impact(case: Drop) -> dict[str, Reference]:
+    """Return the overlap of a collision that has turned within the run, and what one over leaves.
+
+    The motion turns at half the time at which the clipped force vanishes.
+    """
+    zeta, unit = case.contact.zeta_against_full_mass, math.sqrt(case.mass / case.stiffness)
+    left = (case.steps * case.step - max(case.gap, 0.0) / case.speed) / unit
+    turns = 0.5 * duration_clipped(zeta)
+    if case.contact.tail == "clipped":
+        parts = duration_clipped(zeta)
+    else:  # from critical damping on it creeps back for ever
+        parts = duration_unclipped(zeta) if zeta < 1.0 else math.inf
+    found = {}
+    if left >= turns:
+        deepest = case.speed * math.exp(-zeta * turns) * unit
+        found["largest_sampled_overlap_m"] = Reference(deepest, "closed form")
+    if left >= parts:
+        found["restitution"] = Reference(restitution(case), "closed form")
+        found["end_speed_m_per_s"] = Reference(restitution(case) * case.speed, "closed form")
+    return found
+
+
+def _hertz_impact(case: Drop) -> dict[str, Reference]:
+    found = hertz_impact(case).restitution
+    return {
+        "restitution": Reference(found, "integrated"),
+        "end_speed_m_per_s": Reference(found * case.speed, "integrated"),
+    }
+
+
+def _falling(case: Drop) -> dict[str, Reference]:
+    """Return where a free fall ends; {} for one that meets the sphere."""
+    time = case.steps * case.step
+    fallen = case.speed * time + 0.5 * case.gravity * time * time
+    if fallen >= case.gap:
+        return {}
+    return {
+        "end_overlap_m": Reference(fallen - case.gap, "closed form"),
+        "end_speed_m_per_s": Reference(case.speed + case.gravity * time, "closed form"),
+    }
+
+
+def _resting(case: Drop, spring: Spring) -> dict[str, Reference]:
+    """Return the overlap under the weight; {} for a grain that is still moving at the end."""
+    overlap, rate = rest(case, spring)
+    if math.exp(-rate * case.steps * case.step) > RESTED:
+        return {}
+    return {"end_overlap_m": Reference(overlap, "closed form")}
+
+
+HEAD_ON_CHECK = "restitution head-on"
+
+HALF = 0.5
+"""Restitution that tells every rule from every other."""
+
+GAPS = 117.5
+"""Steps that the grain flies before it meets the sphere: no round number, at which a sparse
+search for contacts might happen to look."""
+
+SPEED = 1.0
+"""[m/s] of the collisions, on spheres of 1 m and 1 kg."""
+
+TIMES_TO_REST = 30.0
+"""[1/rate] of the slowest decay, until a grain rests; half of them pass before it is linear."""
+
+OVERLAP = 1e-4
+"""[d] of the grain that slides by: pressed in at the start."""
+
+
+@dataclass(frozen=True)
+class DropTest:
+    """A drop, what is measured on its path, what is expected, and how close.
+
+    ``quantity`` is the name of what is measured, in the baseline.
+    """
+
+    name: str
+    quantity: str
+    case: Drop
+    measure: Callable[[DropRun], float]
+    expected: float
+    tolerance: Tolerance
+
+
+@dataclass(frozen=True)
+class DropEvidence:
+    """The runs of an engine's drops with the tests that they were made for."""
+
+    who: str
+    made: tuple[tuple[DropTest, DropRun], ...]
+
+
+def drop_tests(traits: Traits) -> Iterator[DropTest]:
+    """Yield the tests that an engine with such traits can be put to."""
+    for contact in _contacts(traits):
+        yield _collision(contact, traits.spring)
+    yield _static(traits) if traits.spring == "linear" else _static_hertz(traits)
+    yield _onset(traits)
+    yield _fall(traits)
+    yield _oblique(traits)
+
+
+def _contacts(traits: Traits) -> Iterator[Contact]:
+    for tail in traits.tails:
+        for mass in traits.effective_masses:
+            contact = Contact(
+                name=f"e = {HALF:g}, {tail}, m_eff {mass}",
+                restitution=HALF,
+                damping_ratio=None,
+                tail=tail,
+                effective_mass=mass,
+            )
+            yield from (c for c in (contact,) if not traits.refuses_contact(c))
+    mass = traits.effective_masses[0]
+    for named in (SOURCE, SOURCE.replace(name="source, clipped", tail="clipped"), PLASTIC):
+        contact = named.replace(effective_mass=mass)
+        if not traits.refuses_contact(contact):
+            yield contact
+
+
+def _any_contact(traits: Traits) -> Contact:
+    """Return a contact with damping that the engine can state."""
+    return next(iter(_contacts(traits)))
+
+
+def _collision(contact: Contact, spring: Spring) -> DropTest:
+    """Return the test of a restitution: in closed form, or integrated with Hertz's spring.
+
+    An error of one step in the contact's begin is worth omega h of the speed, and so is
+    the first-order error of a scheme that meets damping explicitly. With Hertz's spring the largest
+    overlap without damping is that of the linear one at the speed of the drop, so a step is worth
+    as much of the speed as there.
+    """
+    if spring == "linear":
+        # a contact that ends late: at 15 contact times for the source's
+        case = _flying(contact, duration=25.0, every=100)
+        expected = restitution(case)
+    else:
+        impact = hertz_impact(_flying(contact, duration=1.0, every=1))
+        # the impact's own time, and as much again for the flight before it
+        case = _flying(contact, duration=1.0 + 2.0 * impact.duration / math.pi, every=100)
+        expected = impact.restitution
+    width = math.pi / case.steps_per_contact * (1.0 + 2.0 * contact.zeta_against_full_mass)
+    return DropTest(
+        f"{HEAD_ON_CHECK}, {contact.name}",
+        "restitution",
+        case,
+        lambda run: float(run.path.vy_m_per_s[-1]) / SPEED,
+        expected,
+        Tolerance("", width, 0.0, "omega h (1 + 2 zeta): a step's worth of spring and dashpot"),
+    )
+
+
+def _flying(contact: Contact, duration: float, every: int) -> Drop:
+    case = Drop(contact=contact, speed=SPEED, duration=duration, every=every)
+    return case.replace(gap=GAPS * case.speed * case.step)
+
+
+def _onset(traits: Traits) -> DropTest:
+    """Return the collision that tells whether the force begins in the step after the contact."""
+    case = _flying(_any_contact(traits), duration=0.2, every=1)
+    resolution = 10.0 ** (1 - traits.digits)
+    return DropTest(
+        "contact found within two steps",
+        "onset_steps",
+        case,
+        lambda run: _depth_of_onset(run, resolution) / (case.speed * case.step),
+        0.0,
+        Tolerance("steps", 2.0, 0.0, "a step is the resolution, and a scheme may write one late"),
+    )
+
+
+def _depth_of_onset(run: DropRun, resolution: float) -> float:
+    """Return the depth [m] to which the grain flies freely, by its first change of speed."""
+    v = run.path.vy_m_per_s
+    changed = np.flatnonzero(np.abs(v - v[0]) > 10.0 * resolution * abs(v[0]))
+    if changed.size == 0:
+        raise EngineOutputError(f"{run.provenance.engine}: the grain never felt the sphere")
+    return float(run.case.diameter - run.path.y_m[changed[0] - 1])
+
+
+def _static(traits: Traits) -> DropTest:
+    """Return the grain that comes to rest under its weight: the overlap is m g / k."""
+    contact = _any_contact(traits)
+    # soft, so that single precision can tell the overlap
+    case = Drop(contact=contact, stiffness=1e4, gravity=9.81, duration=40.0, every=1000)
+    left = 2.0 * math.exp(-contact.zeta_against_full_mass * math.pi * case.duration)
+    return _rest("m g / k", case, left, traits)
+
+
+def _static_hertz(traits: Traits) -> DropTest:
+    """Return the grain that comes to rest on Hertz's spring: the overlap is (m g / K)^(2/3).
+
+    The most damped contact rests first; the step may be coarse, as the rest does not depend on it.
+    """
+    contact = max(_contacts(traits), key=lambda contact: contact.zeta_against_full_mass)
+    case = Drop(contact=contact, gravity=9.81, steps_per_contact=200.0, every=100)
+    _, rate = rest(case, traits.spring)
+    case = case.replace(duration=TIMES_TO_REST / rate / case.contact_time)
+    return _rest("(m g / K)^(2/3)", case, math.exp(-0.5 * TIMES_TO_REST), traits)
+
+
+def _rest(name: str, case: Drop, left: float, traits: Traits) -> DropTest:
+    """Return the test of the overlap at rest; ``left`` is the part of the motion left."""
+    overlap, _ = rest(case, traits.spring)
+    digits = 10.0 ** (1 - traits.digits) * case.diameter / overlap
+    return DropTest(
+        f"static contact, overlap over {name}",
+        "static_overlap_ratio",
+        case,
+        lambda run: (case.diameter - float(run.path.y_m[-1])) / overlap,
+        1.0,
+        Tolerance(
+            "",
+            left + 10.0 * digits + 1e-9,
+            0.0,
+            "what the dashpot has left of the motion, and the digits of the output",
+        ),
+    )
+
+
+def _fall(traits: Traits) -> DropTest:
+    """Return the free fall that ends before it meets the sphere: g t^2 / 2."""
+    case = Drop(contact=_any_contact(traits), gravity=9.81, gap=0.05, every=100)
+    time = 0.9 * math.sqrt(2.0 * case.gap / case.gravity)
+    case = case.replace(duration=time / case.contact_time)
+
+    def fallen(run: DropRun) -> float:
+        t = float(run.path.time_s[-1])
+        start = case.diameter + case.gap
+        return (start - float(run.path.y_m[-1])) / (0.5 * case.gravity * t * t)
+
+    step = 2.0 * case.step / time
+    digits = 10.0 ** (1 - traits.digits) / case.gap
+    return DropTest(
+        "free fall over g t^2 / 2",
+        "fall_ratio",
+        case,
+        fallen,
+        1.0,
+        Tolerance("", step + 10.0 * digits, 0.0, "a scheme may begin half a step late or early"),
+    )
+
+
+def _oblique(traits: Traits) -> DropTest:
+    """Return the grain that slides by a sphere: a central force keeps m (x vy - y vx)."""
+    case = Drop(contact=_any_contact(traits), sideways=SPEED, gap=-OVERLAP, duration=3.0, every=100)
+
+    def kept(run: DropRun) -> float:
+        ratio = angular_momentum_ratio(run.path)
+        if not math.isfinite(ratio):
+            raise EngineOutputError(f"{run.provenance.engine}: the grain never moved sideways")
+        return ratio
+
+    width = max(1e-9, 10.0 * 10.0 ** (1 - traits.digits))
+    return DropTest(
+        "oblique contact, angular momentum kept",
+        "angular_momentum_ratio",
+        case,
+        kept,
+        1.0,
+        Tolerance("", width, 0.0, "exact in symplectic schemes but for round-off and digits"),
+    )
+
+
+def angular_momentum_ratio(path: Trajectory) -> float:
+    """Return the angular momentum about the sphere's centre, end over start; NaN for none there."""
+    momentum = path.x_m * path.vy_m_per_s - path.y_m * path.vx_m_per_s
+    return float(momentum[-1] / momentum[0]) if momentum[0] else math.nan
+
+
+SHOWN = 4.0
+"""[contact times] of the motion that are drawn: later only the source's contact still changes."""
+
+
+def speeds_of_collisions(made: Sequence[tuple[DropTest, DropRun]], who: str) -> Figure:
+    """Draw the normal speed against time of each collision, with the expected rebound."""
+    from matplotlib.figure import Figure
+
+    from harness.report.style import BLACK, COLOURS, MARKERS, STYLES, legend_below
+
+    figure = Figure(figsize=(8.0, 4.2))
+    axes = figure.add_subplot()
+    for number, (test, run) in enumerate(
+        (test, run) for test, run in made if test.quantity == "restitution"
+    ):
+        time = run.path.time_s / run.case.contact_time
+        axes.plot(
+            time,
+            run.path.vy_m_per_s / run.case.speed,
+            color=COLOURS[number % 7],
+            ls=STYLES[number % 6],
+            marker=MARKERS[number % 6],
+            markevery=(number, 9),
+            mfc="none",
+            lw=1.1,
+            label=run.case.contact.name,
+        )
+        axes.plot(SHOWN, test.expected, "_", color=BLACK, ms=16, clip_on=False)
+    axes.set(xlabel="time (contact times)", ylabel="normal velocity over the first speed")
+    axes.set_xlim(0.0, SHOWN)
+    axes.set_title(f"{who}; bars: expected after the rebound")
+    legend_below(figure, 3)
+    return figure
+
+
+WORDS = Words(__file__)
+
+
+def sections_of(evidence: Sequence[DropEvidence]) -> Sequence[Section]:
+    """Return a section with the drops of each engine, the figure of the first; none without."""
+    shown = [one for one in evidence if one.made]
+    if not shown:
+        return ()
+    rows = [
+        (one.who, test.name, f"{test.measure(run):.8g}", f"{test.expected:.8g}")
+        for one in shown
+        for test, run in one.made
+    ]
+    table = WORDS.table("Drops", tuple(dict.fromkeys(rows)), (2, 3), (1,))
+    return (WORDS.section("drops", tables=(table,), drawings=(_drawing(shown[0]),)),)
+
+
+def _drawing(evidence: DropEvidence) -> Drawing:
+
+    return WORDS.drawing(
+        "drop-collisions", lambda: speeds_of_collisions(evidence.made, evidence.who)
+    )
+
 
 LONGER = 4.0
 """How many times as long the second of two runs is that tell what a step costs."""
@@ -133,8 +714,6 @@ class DropCase(Case[Drop]):
         self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]
     ) -> Sequence[Section]:
         """Return the collisions of the engines, with a figure of the main one's."""
-        from harness.cases.drop.sections import sections_of
-
         found = [*([main] if main is not None else []), *beside.values()]
         return sections_of([one.evidence for one in found if one.evidence is not None])
 

@@ -6,22 +6,19 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
-from harness.cases.contract import Case, LevelName, Measured, Reference, Study
-from harness.cases.incline.cost import run_seconds
-from harness.cases.incline.parameters import Incline
+from harness.cases.contract import Case, LevelName, Measured, Part, Reference, Study, rows_of_parts
+from harness.cases.incline.levels import REGRESSION, run_seconds
 from harness.cases.incline.runs import read
-from harness.cases.incline.template import NAME, TEMPLATE, job_of
-from harness.cases.incline.tolerances import REGRESSION
-from harness.cases.parts import Part, rows_of_parts
-from harness.comparison.findings import Findings
+from harness.cases.incline.system import NAME, TEMPLATE, Incline, job_of
 from harness.comparison.verdicts import Check
+from harness.comparison.verification import Findings
 from harness.engines.contract import Engine, Job, Output
 from harness.engines.traits import Traits
-from harness.parameters.contact import CONTACTS
+from harness.parameters.law import CONTACTS
 from harness.report.sections import Section
 
 if TYPE_CHECKING:
-    from harness.cases.incline.engine_angle import EngineAngle
+    from harness.cases.incline.engine_checks import EngineAngle
 
 STEPS = {"plastic": 100.0}
 """Steps per contact time of a preset, where they are not the default."""
@@ -56,8 +53,8 @@ class InclineCase(Case[Incline]):
     def references(self, parameters: Incline, traits: Traits) -> Mapping[str, Reference]:
         """Return the margin of rigid spheres; none for a contact that rebounds."""
         from harness.cases.incline.closed_forms import ONE_SHOCK, rebound
-        from harness.theory.energy_map import passage_margin
-        from harness.theory.shock import SHOCK_WITHOUT_REBOUND
+        from harness.theory.chain import SHOCK_WITHOUT_REBOUND
+        from harness.theory.incline import passage_margin
 
         if rebound(parameters.contact) > ONE_SHOCK:
             return {}
@@ -66,7 +63,7 @@ class InclineCase(Case[Incline]):
 
     def solve(self, parameters: Incline, solver: str) -> Measured:
         """Follow the grain over rigid spheres, from event to event."""
-        from harness.cases.incline.rigid import solve_rigid
+        from harness.cases.incline.checks import solve_rigid
 
         if solver not in self.solvers:
             return super().solve(parameters, solver)
@@ -78,15 +75,15 @@ class InclineCase(Case[Incline]):
 
     def expected_rows(self, level: LevelName, engine: Engine) -> int:
         """Return how many rows a level leaves."""
-        from harness.cases.incline.checks import expected_rows
+        from harness.cases.incline.verification import expected_rows
 
         return expected_rows(level, engine)
 
     def verify(self, engine: Engine, study: Study) -> Findings:
         """Hold an engine against the closed form, the reference DEM and itself."""
-        from harness.cases.incline.checks import incline_checks
-        from harness.cases.incline.evidence import InclineEvidence, Verifying
-        from harness.theory.critical_angle import critical_angle
+        from harness.cases.incline.checks import InclineEvidence, Verifying
+        from harness.cases.incline.verification import incline_checks
+        from harness.theory.incline import critical_angle
 
         evidence = InclineEvidence(engine.title, critical_angle())
         found = Findings(self.name, engine.name, evidence=evidence)
@@ -106,8 +103,12 @@ class InclineCase(Case[Incline]):
 
         At level full also the reference DEM with restitution against rigid spheres.
         """
-        from harness.cases.incline.own_checks import restitution_checks, theory_checks
-        from harness.cases.incline.rigid import Stiffening, rigid_checks
+        from harness.cases.incline.checks import (
+            Stiffening,
+            restitution_checks,
+            rigid_checks,
+            theory_checks,
+        )
 
         parts = [Part("closed forms", theory_checks), Part("restitution", restitution_checks)]
         stiffening: list[Stiffening] = []
@@ -124,7 +125,7 @@ class InclineCase(Case[Incline]):
 
     def recorded(self, study: Study) -> Mapping[str, Findings]:
         """Return the recorded angles of an engine that is missing."""
-        from harness.cases.incline.recorded import MFIX, RECORDED_NAME, recorded_checks
+        from harness.cases.incline.verification import MFIX, RECORDED_NAME, recorded_checks
 
         if MFIX not in study.missing:
             return {}
@@ -134,7 +135,7 @@ class InclineCase(Case[Incline]):
 
     def across(self, beside: Mapping[str, Findings]) -> Sequence[Check]:
         """Hold the angles of engines against one another."""
-        from harness.cases.incline.engine_angle import across_engines
+        from harness.cases.incline.engine_checks import across_engines
 
         return across_engines([angle for found in beside.values() for angle in found.evidence])
 
@@ -142,8 +143,8 @@ class InclineCase(Case[Incline]):
         self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]
     ) -> Sequence[Section]:
         """Return the contacts with their angles, restitution, the engines beside one another."""
-        from harness.cases.incline.rigid import rigid_section
-        from harness.cases.incline.sections import contact_sections, engine_sections
+        from harness.cases.incline.checks import rigid_section
+        from harness.cases.incline.report import contact_sections, engine_sections
 
         found: list[Section] = []
         if main is not None:

@@ -6,22 +6,24 @@ from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from harness.errors import RequestError
-from harness.hard_sphere.critical_angle import MOST_RESTITUTION
-from harness.hard_sphere.critical_angle import critical_angle as of_rigid_spheres
-from harness.parameters.contact import Contact
+from harness.parameters.law import Contact
 from harness.shown import Shown, record_frame
-from harness.theory.critical_angle import STATIC_ANGLE_DEG, critical_angle, no_flight_bound
-from harness.theory.dashpot import (
-    restitution_clipped,
-    restitution_in_steps,
-    restitution_unclipped,
-)
-from harness.theory.energy_map import gain_per_crest, steady_energy, well_depth
-from harness.theory.shock import (
+from harness.solvers.hard_sphere import MOST_RESTITUTION
+from harness.solvers.hard_sphere import critical_angle as of_rigid_spheres
+from harness.theory.chain import (
     SHOCK_WITHOUT_REBOUND,
     Reading,
     shock_from_impulse_ratio,
     shock_from_restitution,
+)
+from harness.theory.contact import restitution_clipped, restitution_in_steps, restitution_unclipped
+from harness.theory.incline import (
+    STATIC_ANGLE_DEG,
+    critical_angle,
+    gain_per_crest,
+    no_flight_bound,
+    steady_energy,
+    well_depth,
 )
 
 if TYPE_CHECKING:

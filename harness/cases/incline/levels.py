@@ -1,15 +1,54 @@
-"""How much of the incline a verification runs: quick, default or full."""
+"""How much of the incline a verification runs, what it costs, how close results must be.
+
+How close results of the incline must be, of checks and of the baseline: as of ``case.toml``.
+
+How much of the incline a verification runs: quick, default or full.
+
+What inclines and their critical angles are expected to take an engine.
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from pydantic import Field, model_validator
 
-from harness.cases.contract import LevelName
-from harness.cases.incline.parameters import Incline
+from harness.cases.contract import LevelName, tolerances_of
+from harness.cases.incline.system import Incline, Route
+from harness.engines.border import engine_seconds
+from harness.engines.traits import Traits
 from harness.parameters.base import Parameters
-from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE, Contact
+from harness.parameters.law import CLIPPED, PLASTIC, SOURCE, Contact
+
+_TOLD = tolerances_of(__file__)
+
+CLOSED_FORM = _TOLD["CLOSED_FORM"]
+EXTRAPOLATED = _TOLD["EXTRAPOLATED"]
+ALL_WELLS = _TOLD["ALL_WELLS"]
+TWO_WAYS = _TOLD["TWO_WAYS"]
+SCALES = _TOLD["SCALES"]
+REFERENCE_ANGLE = _TOLD["REFERENCE_ANGLE"]
+REFERENCE_PATH = _TOLD["REFERENCE_PATH"]
+REFERENCE_SPEED = _TOLD["REFERENCE_SPEED"]
+REFERENCE_PASSAGE = _TOLD["REFERENCE_PASSAGE"]
+REFERENCE_FIRST_CRESTS = _TOLD["REFERENCE_FIRST_CRESTS"]
+REFERENCE_CRESTS = _TOLD["REFERENCE_CRESTS"]
+TOLD_ENERGY = _TOLD["TOLD_ENERGY"]
+ENERGY_RISE = _TOLD["ENERGY_RISE"]
+ADAPTIVE_RESTITUTION = _TOLD["ADAPTIVE_RESTITUTION"]
+ENGINES_PLASTIC = _TOLD["ENGINES_PLASTIC"]
+ENGINES_OF_ONE_CLASS = _TOLD["ENGINES_OF_ONE_CLASS"]
+RECORDED = _TOLD["RECORDED"]
+RIGID = _TOLD["RIGID"]
+
+MOST_ROUTE_JITTER = 2e-3
+"""[deg] a stated uncertainty may add to the resolution of a search: where in a step a contact
+begins moves the angle of the source's contact by 1e-3 deg at 50 steps in the reference DEM."""
+
+REGRESSION = tolerances_of(__file__, "regression")
+"""Of the baseline's records, by quantity; ``series`` is the band about every series."""
+
 
 SOURCE_CLIPPED = Contact(
     name="source, clipped", restitution=SOURCE.restitution, damping_ratio=None, tail="clipped"
@@ -122,3 +161,36 @@ LEVELS: dict[LevelName, Level] = {
         ),
     ),
 }
+
+
+PASSAGE, WELL = 2.1, 4.5
+"""[sqrt(d/g)] that a run takes by the passage route, and for each well by the steady route: the
+mean over the runs of an angle, the same at k = 1e5, 1e6 and 1e8 N/m in the reference DEM."""
+
+COARSE, COARSE_WELLS = 20.0, 100
+"""Steps per contact below which fates are not taken to be monotone before they were probed, and
+the wells to pass there."""
+
+RUNS_BY_PASSAGE, STEADY_RUNS, COARSE_RUNS = 12, 16, 70
+"""Runs behind an angle, likewise; the last at steps so coarse that fates are probed, 60 to 71 at
+4.8 steps per contact and k = 1e5 to 1e7 N/m."""
+
+
+def run_seconds(case: Incline, route: Route, rules: Traits) -> float:
+    """Return what one run is expected to take [s]."""
+    longest = PASSAGE if route == "passage" else min(WELL * case.wells, case.time_limit)
+    steps = longest * math.sqrt(case.diameter / case.gravity) / case.step
+    return engine_seconds(steps, case.spheres + 1, rules)
+
+
+def angle_seconds(case: Incline, route: Route, rules: Traits) -> float:
+    """Return what a critical angle is expected to take [s], by a case with the wells to pass."""
+    runs = RUNS_BY_PASSAGE
+    if route == "steady":
+        runs = COARSE_RUNS if case.steps_per_contact < COARSE else STEADY_RUNS
+    return runs * run_seconds(case, route, rules)
+
+
+def extrapolation_seconds(case: Incline, rules: Traits, ladder: Ladder | None = None) -> float:
+    """Return what the angles of a ladder of stiffnesses and steps are expected to take [s]."""
+    return sum(angle_seconds(one, "passage", rules) for one in (ladder or Ladder()).cases(case))

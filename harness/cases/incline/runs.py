@@ -9,22 +9,29 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from harness.cases.grain import COLUMNS, path_in
-from harness.cases.incline.judge import Judgement, judge
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import Crests, InclineRun, Motion
-from harness.cases.incline.routes import Start
-from harness.cases.incline.template import Route, job_of, scene_of, values_of
-from harness.cases.runs import complete, run_jobs
+from harness.cases.grain import COLUMNS, complete, path_in, run_jobs
+from harness.cases.incline.system import (
+    Crests,
+    Incline,
+    InclineRun,
+    Judgement,
+    Motion,
+    Route,
+    Start,
+    job_of,
+    judge,
+    scene_of,
+    values_of,
+)
 from harness.engines.contract import Engine, Output
 from harness.engines.output import SERIES, SHOWN, Table
-from harness.engines.scene import STAGES, Scene
 from harness.errors import EngineError, EngineOutputError, RequestError
-from harness.observables.trajectory import Trajectory
-from harness.parameters.contact import Spring
+from harness.observables.reference import Trajectory
+from harness.parameters.law import Spring
+from harness.parameters.plane_scene import STAGES, Scene
 
 if TYPE_CHECKING:
-    from harness.engines.reference.engine import Reference
+    from harness.engines.reference import Reference
 
 TOUCHING = {"0": False, "1": True}
 
@@ -214,7 +221,7 @@ def follow(
     duration that is not positive or asks for more than 1e15 steps, EngineError when
     the run fails.
     """
-    from harness.engines.reference.engine import MOST_STEPS
+    from harness.engines.reference import MOST_STEPS
 
     if not (math.isfinite(duration) and 0.0 < duration <= MOST_STEPS * case.step):
         raise RequestError(

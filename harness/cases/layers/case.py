@@ -1,23 +1,80 @@
-"""Layers of frictionless spheres on a tilted rough base, as a case."""
+"""Layers of frictionless spheres on a tilted rough base, as a case.
+
+What a report says of a flow of layers: its profile.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
-from harness.cases.case_study import CaseStudy
-from harness.cases.contract import Case, LevelName, Plan, Reference, Study
-from harness.cases.layers.parameters import RAISED, SINGLE, Layers
-from harness.cases.layers.reading import QUANTITIES, profile_in, read
-from harness.cases.layers.template import NAME, TEMPLATE, job_of, restart_steps
-from harness.comparison.findings import Findings
-from harness.comparison.tolerances import Tolerance
+from harness.cases.contract import Case, CaseStudy, LevelName, Plan, Reference, Study
+from harness.cases.layers.system import (
+    NAME,
+    QUANTITIES,
+    RAISED,
+    SINGLE,
+    TEMPLATE,
+    Layers,
+    job_of,
+    profile_in,
+    read,
+    restart_steps,
+)
+from harness.comparison.verdicts import Tolerance
+from harness.comparison.verification import Findings
+from harness.engines.border import engine_seconds
 from harness.engines.contract import Engine, Job, Output
-from harness.engines.cost import engine_seconds
 from harness.engines.traits import Traits
 from harness.errors import EngineError
-from harness.parameters.contact import PLASTIC
-from harness.report.sections import Section
+from harness.parameters.law import PLASTIC
+from harness.report.sections import Drawing, Film, Section
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from harness.cases.layers.system import Profile
+
+
+TITLE = "Frictionless layers"
+
+EXPLAINED = (
+    "Frictionless spheres in layers on a rough base, periodic along and across, lowered until they "
+    "rest. A single grain on the ordered row is the incline: it must stop at the incline's "
+    "critical angle."
+)
+
+
+def flow_section(who: str, profile: Profile, film: Film | None = None) -> Section:
+    """Return the section with the profile of a flow in an engine, and the film of one."""
+    drawing = Drawing(
+        "layers-profile",
+        "Profile of a small flow of layers",
+        "Mean speed of the grains and solid fraction, in slices of a quarter of a diameter, four "
+        "layers at 16 deg. Each grain counts whole in the slice of its centre, so that the "
+        "fraction rises and falls with the layers and may exceed that of a packing.",
+        lambda: profile_drawn(who, profile),
+    )
+    films = () if film is None else (film,)
+    return Section(TITLE, (EXPLAINED,), drawings=(drawing,), films=films)
+
+
+def profile_drawn(who: str, profile: Profile) -> Figure:
+    """Draw speed and solid fraction of the slices over their height."""
+    from matplotlib.figure import Figure
+
+    from harness.report.style import COLOURS
+
+    figure = Figure(figsize=(7.0, 3.6), layout="constrained")
+    left, right = figure.subplots(1, 2, sharey=True)
+    left.plot(profile.speed, profile.height, "o-", color=COLOURS[0])
+    left.set(xlabel="mean speed (sqrt(g d))", ylabel="height above the base (d)")
+    right.plot(profile.solid_fraction, profile.height, "s-", color=COLOURS[1])
+    right.set(xlabel="solid fraction, grains by their centres")
+    figure.suptitle(f"Four layers at 16 deg, {who}")
+    return figure
+
 
 FLOWING = Layers(layers=4, length=8, width=4, first_angle=16.0, rate=0.5)
 """A small flow, for its profile."""
@@ -85,7 +142,7 @@ class LayersCase(Case[Layers]):
 
         Without rebound: overdamped contacts.
         """
-        from harness.theory.critical_angle import critical_angle
+        from harness.theory.incline import critical_angle
 
         one = parameters.grains == 1 and parameters.base == "ordered" and parameters.width == 1
         if not one:
@@ -97,7 +154,7 @@ class LayersCase(Case[Layers]):
 
     def seconds(self, parameters: Layers, rules: Traits | None, solver: str = "") -> float:
         """Return what a descent is expected to take [s], good to a factor of three."""
-        from harness.cases.layers.cost import steps_of  # with the study that it is the cost of
+        from harness.cases.layers.extents import steps_of  # with the study that it is the cost of
 
         return _seconds(parameters, steps_of(parameters), rules)
 
@@ -119,7 +176,7 @@ class LayersCase(Case[Layers]):
         """Judge the single grain, and run a small flow for its profile."""
         findings = super().verify(engine, study)
         if not engine.refuses(self.job(FLOWING)):
-            from harness.cases.layers.film import film_job, film_of
+            from harness.cases.layers.report import film_job, film_of
 
             output, filmed = engine.run([self.job(FLOWING), film_job()])
             if not isinstance(output, EngineError):
@@ -131,8 +188,6 @@ class LayersCase(Case[Layers]):
         self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]
     ) -> Sequence[Section]:
         """Return the limit in words and the profile of a small flow."""
-        from harness.cases.layers.sections import flow_section
-
         return () if main is None or main.evidence is None else (flow_section(*main.evidence),)
 
 

@@ -9,7 +9,7 @@ from itertools import chain, pairwise
 from statistics import fmean
 from typing import Literal
 
-from harness.cases.case_study import Row
+from harness.cases.contract import Row
 from harness.cases.layers.averages import (
     BOX_POWERS,
     MARGIN_DEG,
@@ -24,7 +24,7 @@ from harness.cases.layers.averages import (
     welch,
     with_scatter_of,
 )
-from harness.cases.layers.study import LIMIT, REFERENCE, THICKNESS
+from harness.cases.layers.extents import LIMIT, REFERENCE, THICKNESS
 
 STOP, START = "stop_angle_deg", "start_angle_deg"
 

@@ -1,32 +1,71 @@
-"""The tower as a case: one run of it, its verification, its parts of the report."""
+"""What a run of a tower is expected to take.
+
+The tower as a case: one run of it, its verification, its parts of the report.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import lru_cache, partial
 
-from harness.cases.contract import Case, LevelName, Measured, Reference, Study
-from harness.cases.parts import Part, rows_of_parts
-from harness.cases.tower.cost import tower_seconds
-from harness.cases.tower.engine_runs import read
-from harness.cases.tower.parameters import TowerRunParameters
-from harness.cases.tower.records import NAME
-from harness.cases.tower.run import MARGIN, SOLVERS, covering, tower
-from harness.cases.tower.template import TEMPLATE, job_of
-from harness.cases.tower.timing import Timing, timing_of
-from harness.cases.tower.tolerances import REGRESSION
-from harness.comparison.findings import Findings
+from harness.cases.contract import Case, LevelName, Measured, Part, Reference, Study, rows_of_parts
+from harness.cases.tower.run import MARGIN, NAME, SOLVERS, covering, read, tower
+from harness.cases.tower.system import (
+    TEMPLATE,
+    Timing,
+    TowerRunParameters,
+    check_duration,
+    job_of,
+    timing_of,
+)
+from harness.cases.tower.verification import REGRESSION
+from harness.comparison.verification import Findings
+from harness.engines.border import engine_seconds
 from harness.engines.contract import Engine, Job, Output
 from harness.engines.traits import Traits
 from harness.errors import EngineOutputError, RequestError
-from harness.observables.impulse import impulse
-from harness.observables.interpolation import grain_velocity_at
-from harness.observables.summary import energy_drift, peak_force
 from harness.observables.tower import TowerRun
-from harness.observables.windows import turnaround, window_end
+from harness.observables.windows import (
+    SEARCH,
+    energy_drift,
+    grain_velocity_at,
+    impulse,
+    peak_force,
+    turnaround,
+    window_end,
+)
 from harness.parameters.tower import Tower
 from harness.report.sections import Section
-from harness.theory import two_spheres
+from harness.theory import chain
+
+SAMPLES_PER_T0 = 1000
+
+
+def tower_seconds(
+    case: Tower,
+    solver: str | None = None,
+    rules: Traits | None = None,
+    *,
+    duration: float = SEARCH,
+    steps_per_contact: float | None = None,
+) -> float:
+    """Return what a tower is expected to take [s] for ``duration`` [t0].
+
+    In an engine of ``rules``, else in a solver of this package, RK4 unless another is named.
+    Raise RequestError for a step or duration that cannot be.
+    """
+    check_duration(duration)
+    if rules is not None:
+        steps = timing_of(case, duration, steps_per_contact, 1).steps
+        return engine_seconds(steps, case.particles, rules)
+    from harness.solvers.chain import rk4  # kernels, which other cases do without
+    from harness.solvers.chain.motion import chosen_step, exact_seconds, rk4_step_seconds
+
+    if solver == "exact":
+        return exact_seconds(case.particles, duration, SAMPLES_PER_T0 * duration)
+    seconds = duration * case.contact_time
+    steps = rk4.step_count(seconds, chosen_step(case, None, steps_per_contact))
+    return steps * rk4_step_seconds(case.law, case.particles)
 
 
 class TowerCase(Case[TowerRunParameters]):
@@ -97,19 +136,19 @@ class TowerCase(Case[TowerRunParameters]):
 
     def expected_rows(self, level: LevelName, engine: Engine) -> int:
         """Return how many rows a level leaves."""
-        from harness.cases.tower.checks import expected_rows
+        from harness.cases.tower.verification import expected_rows
 
         return expected_rows(level, engine)
 
     def verify(self, engine: Engine, study: Study) -> Findings:
         """Hold an engine against the exact propagator, law by law."""
-        from harness.cases.tower.checks import engine_findings
+        from harness.cases.tower.verification import engine_findings
 
         return engine_findings(engine, study)
 
     def verify_own(self, study: Study) -> Findings:
         """Hold RK4 and the exact propagator against each other and closed forms."""
-        from harness.cases.tower.own_checks import own_findings
+        from harness.cases.tower.verification import own_findings
 
         return own_findings(study)
 
@@ -121,23 +160,25 @@ class TowerCase(Case[TowerRunParameters]):
 
     def recorded(self, study: Study) -> Mapping[str, Findings]:
         """Return the recorded towers of an engine that is missing."""
-        from harness.cases.tower import recorded
-        from harness.cases.tower.evidence import CodeEvidence
+        from harness.cases.tower import engine_checks
+        from harness.cases.tower.verification import CodeEvidence
 
-        if recorded.MFIX not in study.missing:
+        if engine_checks.MFIX not in study.missing:
             return {}
-        evidence = CodeEvidence(recorded.NAME)
-        part = Part("towers", partial(recorded.recorded_checks, evidence.towers))
-        checks = rows_of_parts(recorded.NAME, [part])
+        evidence = CodeEvidence(engine_checks.RECORDED_NAME)
+        part = Part("towers", partial(engine_checks.recorded_checks, evidence.towers))
+        checks = rows_of_parts(engine_checks.RECORDED_NAME, [part])
         rows = {"towers": [one.record() for one in evidence.towers]}
-        found = Findings(self.name, recorded.NAME, checks, evidence=evidence, published=rows)
-        return {recorded.NAME: found}
+        found = Findings(
+            self.name, engine_checks.RECORDED_NAME, checks, evidence=evidence, published=rows
+        )
+        return {engine_checks.RECORDED_NAME: found}
 
     def sections(
         self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]
     ) -> Sequence[Section]:
         """Return where the laws differ, the towers of engines, and the figures."""
-        from harness.cases.tower.sections import sections
+        from harness.cases.tower.report import sections
 
         return sections(
             main.evidence if main else None,
@@ -185,9 +226,9 @@ def _closed_form(parameters: Tower) -> dict[str, float]:
     stiffness, mass = 2 / (1 / first + 1 / second), parameters.each("mass")[0]
     own = (mass, stiffness, parameters.speed, parameters.gravity)
     return known | {
-        "peak_force_N": two_spheres.peak_force_on_fixed(*own),
-        "impulse_Ns": two_spheres.impulse_on_fixed(*own),
-        "turnaround_s": two_spheres.contact_time_on_fixed(*own) / 2,
+        "peak_force_N": chain.peak_force_on_fixed(*own),
+        "impulse_Ns": chain.impulse_on_fixed(*own),
+        "turnaround_s": chain.contact_time_on_fixed(*own) / 2,
     }
 
 

@@ -1,4 +1,11 @@
-"""The towers of an engine beside the main one: finest steps against exact, order of the error."""
+"""The towers of an engine beside the main one, live or recorded, against the exact propagator.
+
+Towers recorded with MFiX-DEM 21.3.2, for where that is not: against the exact propagator.
+
+The tables lie in the engine's folder ``recorded``, which says where they come from.
+
+The towers of an engine beside the main one: finest steps against exact, order of the error.
+"""
 
 from __future__ import annotations
 
@@ -7,28 +14,88 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
-from harness.cases.contract import Study
-from harness.cases.parts import Part, asked, rows_of_parts
-from harness.cases.runs import whole
-from harness.cases.tower import tolerances
-from harness.cases.tower.checks import refusal
-from harness.cases.tower.engine_runs import run_towers
-from harness.cases.tower.evidence import CodeEvidence, EngineTower
-from harness.cases.tower.levels import FINEST, LADDER, LEVELS, ORDER_HEIGHT
-from harness.cases.tower.records import NAME
-from harness.cases.tower.run import MARGIN, covering, tower
-from harness.cases.tower.step_convergence import step_convergence
-from harness.comparison.findings import Findings
-from harness.comparison.tolerances import Tolerance
-from harness.comparison.verdicts import Check, Kind, finding, judge, not_tested
+from harness.cases.contract import Part, Study, asked, rows_of_parts
+from harness.cases.grain import recorded_text, whole
+from harness.cases.tower import verification
+from harness.cases.tower.comparison import step_convergence
+from harness.cases.tower.run import MARGIN, NAME, covering, run_towers, tower
+from harness.cases.tower.verification import (
+    FINEST_STEPS,
+    LADDER,
+    LEVELS,
+    ORDER_HEIGHT,
+    CodeEvidence,
+    EngineTower,
+    refusal,
+)
+from harness.comparison.verdicts import Check, Kind, Tolerance, finding, judge, not_tested
+from harness.comparison.verification import Findings
 from harness.engines.contract import Engine
-from harness.errors import EngineError
-from harness.observables.impulse import impulse
-from harness.observables.summary import peak_force
+from harness.engines.mfix.system import steps_per_contact
+from harness.errors import EngineError, RequestError
 from harness.observables.tower import TowerRun
-from harness.observables.windows import SEARCH, window_end
+from harness.observables.windows import SEARCH, impulse, peak_force, window_end
+from harness.parameters.law import Contact
 from harness.parameters.tower import Tower
+
+MFIX = "mfix"
+RECORDED_NAME = "mfix (recorded)"
+
+UNDAMPED = Contact(name="undamped", restitution=1.0, damping_ratio=None, effective_mass="half")
+
+RECORDED_CASE = Tower(height=1, stiffness=1e5, speed=2.0, law="overlap")
+"""The recorded towers but for their heights: 1 kg, 1 m, undamped, all just touching."""
+
+FACTORS = (50, 5000)
+"""``DTSOLID_FACTOR`` of the recorded towers; only the finer ones are judged."""
+
+
+def recorded_tower(factor: int) -> NDArray[np.void]:
+    """Return the recorded force on a tower's grain: ``t_s`` [s], ``F_top_N2`` ... [N].
+
+    At the positions of that time, eight digits; every step at f = 50, every 100th at f = 5000.
+    Raise RequestError for a factor other than 50 and 5000.
+    """
+    if factor not in FACTORS:
+        raise RequestError(f"f = {factor}: no tower was recorded, must be 50 or 5000")
+    text = recorded_text(MFIX, f"tower_k1e5_euler_f{factor}.csv")
+    table: NDArray[np.void] = np.genfromtxt(text.splitlines(), delimiter=",", names=True)
+    return table
+
+
+def recorded_checks(towers: list[EngineTower]) -> list[Check]:
+    """Hold the largest recorded force on the grain against the exact one at the same times.
+
+    What was found is added to ``towers``.
+    """
+    factor, rows = FACTORS[-1], []
+    table, steps = recorded_tower(factor), steps_per_contact(factor, UNDAMPED)
+    for column in (table.dtype.names or ())[1:]:
+        case = RECORDED_CASE.replace(height=int(column.removeprefix("F_top_N")) - 1)
+        peak, exact = float(table[column].max()), _exact_peak(case, table["t_s"])
+        towers.append(EngineTower(RECORDED_NAME, case.height, steps, peak, exact, recorded=True))
+        rows.append(
+            judge(
+                f"{RECORDED_NAME}: tower, n = {case.height}: peak force",
+                Kind.CROSS_CODE,
+                peak,
+                exact,
+                replace(verification.FINEST, unit="N"),
+                note="largest of the samples, against the exact one at the same times",
+            )
+        )
+    return rows
+
+
+def _exact_peak(case: Tower, times: NDArray[np.float64]) -> float:
+    duration = float(times[-1]) / case.contact_time
+    run = tower(case, solver="exact", duration=duration, samples=times.size - 1)
+    # the exact run adds samples where contacts change; those are not MFiX's
+    at = np.abs(run.time[:, None] - times).argmin(axis=0)
+    return float(run.grain_force[at].max())
+
 
 CASE = Tower(law="overlap", stiffness=1e5, speed=2.0)
 
@@ -81,11 +148,11 @@ def _finest(
     cases = [CASE.replace(height=height) for height in LEVELS[study.level].beside]
     exact = [_exact(case, study) for case in cases]
     ends = [window_end(run, "turnaround") / run.tower.contact_time for run in exact]
-    runs = run_towers(engine, cases, max(SEARCH, *ends) * MARGIN, steps_per_contact=FINEST)
+    runs = run_towers(engine, cases, max(SEARCH, *ends) * MARGIN, steps_per_contact=FINEST_STEPS)
     rows: list[Check] = []
     for run, own in zip(runs, exact, strict=True):
         part = partial(_against_exact, engine.name, run, own, evidence, first_order=first_order)
-        name = f"tower, n = {own.tower.height}, {FINEST:g} steps per contact"
+        name = f"tower, n = {own.tower.height}, {FINEST_STEPS:g} steps per contact"
         rows += rows_of_parts(engine.name, [asked(Part(name, part))])
     return rows
 
@@ -104,10 +171,10 @@ def _against_exact(
     first_order: bool,
 ) -> list[Check]:
     run, height = whole(run), exact.tower.height
-    name = f"{engine}: tower, n = {height}, {FINEST:g} steps per contact"
+    name = f"{engine}: tower, n = {height}, {FINEST_STEPS:g} steps per contact"
     forces, impulses = (peak_force(run), peak_force(exact)), (impulse(run), impulse(exact))
-    evidence.towers.append(EngineTower(engine, height, FINEST, *forces, *impulses))
-    force = replace(tolerances.FINEST, unit="N")
+    evidence.towers.append(EngineTower(engine, height, FINEST_STEPS, *forces, *impulses))
+    force = replace(verification.FINEST, unit="N")
     late = _impulse_tolerance(exact, first_order=first_order)
     return [
         judge(f"{name}: peak force", Kind.CROSS_CODE, *forces, force),
@@ -121,12 +188,12 @@ def _impulse_tolerance(exact: TowerRun, *, first_order: bool) -> Tolerance:
     Such a scheme has its velocities half a step early: at the window's end, and where the
     compression turns, which counts twice in the window.
     """
-    known = replace(tolerances.FINEST, unit="N s")
+    known = replace(verification.FINEST, unit="N s")
     if not first_order:
         return known
     end = window_end(exact, "turnaround")
     force = float(np.interp(end, exact.time, exact.grain_force))
-    late = 1.5 * exact.tower.contact_period / FINEST * force
+    late = 1.5 * exact.tower.contact_period / FINEST_STEPS * force
     why = "first order: velocities half a step early, where the window ends and, twice, in its end"
     return replace(known, absolute=late, reason=f"{known.reason}; {why}")
 
@@ -150,7 +217,7 @@ def _order(engine: Engine, found: Findings) -> Check:
             f"called {engine.traits.integrator or 'its own'}: too little to be judged"
         )
         return finding(name, order, expected, "", note, half)
-    return judge(name, Kind.CROSS_CODE, order, expected, tolerances.ORDER, uncertainty=half)
+    return judge(name, Kind.CROSS_CODE, order, expected, verification.ORDER, uncertainty=half)
 
 
 def _one(engine: Engine, case: Tower, steps: float) -> TowerRun:

@@ -1,4 +1,14 @@
-"""ESyS-Particle as an engine of the harness: a process for each model, under an MPI launcher.
+"""ESyS-Particle as an engine of the harness, and the contacts with friction that it states.
+
+Open MPI, under which ESyS-Particle runs: its launcher, its environment, its words.
+
+Contacts with friction in ESyS-Particle: interactions and rules, read off the source of 2.3.
+
+``RotFricInteraction.cpp``: a linear spring without a dashpot; the force of the tangential one is
+summed up in space, and does not turn with the contact; it acts where the distance of the centres
+is parted as the radii are. Its walls have no friction.
+
+ESyS-Particle as an engine of the harness: a process for each model, under an MPI launcher.
 
 One rank, the master, reads the script; the other one computes. A second model in the same process
 waits for ever.
@@ -6,8 +16,10 @@ waits for ever.
 
 from __future__ import annotations
 
+import os
 import re
 import shlex
+import shutil
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from copy import copy
@@ -15,27 +27,102 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar
 
-from harness.engines.batches import finished
-from harness.engines.contact_model import RESISTANCES
-from harness.engines.contract import Job, Value, Values
-from harness.engines.esys.contacts import CONTACTS
-from harness.engines.esys.open_mpi import RANKS, environment, find_launcher, without_frame
-from harness.engines.fingerprints import OF_PYTHON, digest, program_files, tree_files
+from harness.engines.contract import Job, Value, Values, finished
 from harness.engines.output import SERIES, Output
 from harness.engines.process import FAULTS, Ended, Limits, last_words, signal_of, text_of
-from harness.engines.script import Task
-from harness.engines.scripted import ScriptedEngine
-from harness.engines.traits import Traits
+from harness.engines.programs import (
+    OF_PYTHON,
+    ScriptedEngine,
+    digest,
+    find_program,
+    program_files,
+    tree_files,
+)
+from harness.engines.scripts import Task
+from harness.engines.traits import (
+    PLANES,
+    RESISTANCES,
+    ContactModel,
+    States,
+    Traits,
+    never_attracts,
+    takes,
+)
 from harness.errors import (
     EngineError,
     EngineInputError,
     EngineMissingError,
     EngineOutputError,
     EngineTimeoutError,
+    RequestError,
 )
 from harness.observables.provenance import Provenance
-from harness.parameters.contact import PLASTIC, contact_of, contact_values
-from harness.parameters.hertz import fewest_steps_per_contact
+from harness.parameters.law import PLASTIC, contact_of, contact_values, fewest_steps_per_contact
+
+LAUNCHERS = ("mpirun.openmpi", "mpirun")
+"""Debian's ESyS-Particle belongs to Open MPI, whose launcher has this name there."""
+
+RANKS = ("-np", "2")
+
+OPEN_MPI = {
+    "OMPI_MCA_rmaps_base_oversubscribe": "1",
+    "OMPI_MCA_mpi_yield_when_idle": "1",
+    "OMPI_MCA_hwloc_base_binding_policy": "none",
+}
+"""Runs go side by side on few cores: a rank that waits gives way, and none is bound to a core."""
+
+TEMPORARY = ("OMPI_MCA_orte_tmpdir_base", "OMPI_MCA_btl_vader_backing_directory")
+"""Where Open MPI keeps its files; a process that is killed leaves them, in its folder here."""
+
+AS_ROOT = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+"""In a container there is nobody else."""
+
+
+def environment(folder: Path) -> Mapping[str, str]:
+    """Return the environment of an Open MPI that keeps its files in a folder."""
+    root = hasattr(os, "geteuid") and os.geteuid() == 0
+    temporary = dict.fromkeys(TEMPORARY, str(folder))
+    return {**os.environ, **OPEN_MPI, **temporary, **(AS_ROOT if root else {})}
+
+
+def without_frame(said: str) -> str:
+    """Return what a process said without the lines of dashes that the launcher frames it in."""
+    return "".join(f"{line}\n" for line in said.splitlines() if line.strip("-"))
+
+
+def find_launcher(words: str | None) -> list[str]:
+    """Return the launcher's words, its program as a path."""
+    if words is not None:
+        try:
+            first, *options = shlex.split(words) or [""]
+        except ValueError as error:
+            raise RequestError(f"--mpirun {words!r}: {str(error).lower()}") from None
+        return [find_program("mpirun", first), *options]
+    for name in LAUNCHERS:
+        path = shutil.which(name)
+        if path is not None:
+            return [path]
+    raise EngineMissingError(
+        "ESyS-Particle needs the launcher of Open MPI, mpirun.openmpi: apt install openmpi-bin"
+    )
+
+
+RULES = {"torque_lever": "share", "velocity_lever": "share", "spring_frame": "room"}
+
+_MOVES: States = {"motion_1": ("free",), "motion_2": ("free", "frozen")}
+_SPHERES: States = {PLANES: (0,), **_MOVES}
+
+CONTACTS = (
+    ContactModel("RotElastic", takes("hooke", "none", "none") | _MOVES),
+    ContactModel("RotFriction", takes("hooke", "none", "linear_history") | _SPHERES, RULES),
+    ContactModel("HertzianElastic", takes("hertz", "none", "none") | _SPHERES),
+    ContactModel(
+        "HertzianViscoElastic",
+        takes("hertz", "viscoelastic", "none") | _SPHERES,
+        needs=never_attracts,
+    ),
+)
+
 
 GREETING = """from esys.lsm import LsmMpi
 sim = LsmMpi(numWorkerProcesses=1, mpiDimList=[1, 1, 1])

@@ -1,4 +1,8 @@
-"""Kratos DEM as an engine of the harness: generated scripts that any Python with Kratos runs.
+"""Kratos as an engine of the harness, and the contacts with friction that it states.
+
+Contacts with friction in Kratos DEM: laws and rules, read off the source of 10.4.4.
+
+Kratos DEM as an engine of the harness: generated scripts that any Python with Kratos runs.
 
 Kratos is never imported into the harness's own process: it prints, and it may crash.
 """
@@ -12,18 +16,76 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar, Literal
 
-from harness.engines.contact_model import RESISTANCES
 from harness.engines.contract import Job, Template, Values
-from harness.engines.fingerprints import OF_PYTHON, ask_program, program_files, tree_files
-from harness.engines.kratos.contacts import CONTACTS
 from harness.engines.process import FAULTS, Ended, Limits, last_words, signal_of
-from harness.engines.programs import ASK_SECONDS
-from harness.engines.script import Task
-from harness.engines.scripted import ScriptedEngine
-from harness.engines.traits import Traits
+from harness.engines.programs import (
+    ASK_SECONDS,
+    OF_PYTHON,
+    ScriptedEngine,
+    ask_program,
+    program_files,
+    tree_files,
+)
+from harness.engines.scripts import Task
+from harness.engines.traits import (
+    DASHPOTS,
+    RESISTANCES,
+    ContactModel,
+    ContactValues,
+    Traits,
+    never_attracts,
+    takes,
+)
 from harness.errors import EngineError, EngineInputError, EngineMissingError, EngineNaNError
 from harness.observables.provenance import Provenance
 from harness.parameters.allowed import Allowed
+
+RULES = {"velocity_lever": "contact_point", "wall_lever": "height"}
+"""spheric_particle.cpp: arms end at half the overlap of two spheres, at a wall in its plane."""
+
+
+def dashpot(values: ContactValues) -> str:
+    """Return why a dashpot cannot be stated, or nothing where it can."""
+    reason = never_attracts(values)
+    if not reason and values["damping"] != "none" and values["tangential"] != "none":
+        return "has a dashpot along the surface that is tied to the normal one, and limited twice"
+    return reason
+
+
+def springs(values: ContactValues) -> str:
+    """Return why linear springs cannot be stated, or nothing where they can."""
+    if values["tangential"] != "none" and not of_a_material(values):
+        return "has k_t of less than 4/3 k_n: it is 2 (1 - nu) / (2 - nu) of it"
+    return dashpot(values)
+
+
+def of_a_material(values: ContactValues) -> bool:
+    """Return whether linear springs are those of a material, with a Poisson's ratio above -1."""
+    return float(values["tangential_stiffness"]) < 4.0 / 3.0 * float(values["normal_stiffness"])
+
+
+CONTACTS = (
+    ContactModel(
+        "DEM_D_Linear_viscous_Coulomb",
+        takes("hooke", DASHPOTS, "none linear_history"),
+        RULES,
+        springs,
+    ),
+    ContactModel(
+        "DEM_D_Linear_Custom_Constants",
+        takes("hooke", DASHPOTS, "none linear_history"),
+        RULES,
+        dashpot,
+    ),
+    ContactModel(
+        "DEM_D_Hertz_viscous_Coulomb",
+        takes("hertz", "none coeff_restitution", "none mindlin_rescale/force"),
+        RULES,
+        dashpot,
+    ),
+    ContactModel("DEM_D_Hertz_viscous_Coulomb_DMT", takes("dmt", "none", "none"), RULES),
+)
+
 
 Scheme = Literal["Velocity_Verlet", "Symplectic_Euler"]
 """Kratos's names of its integrators."""

@@ -1,24 +1,25 @@
-"""LAMMPS as an engine of the harness: its command, its launcher, its library in-process."""
+"""LAMMPS as an engine of the harness: its command, its launcher, its library in-process.
+
+Submodels of granular contacts that not every release of LAMMPS has.
+
+Variations of a LAMMPS run, such as a restart, that must not change its result.
+"""
 
 from __future__ import annotations
 
 import os
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from functools import cached_property
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
-from harness.engines.contact_model import ContactModel
-from harness.engines.contract import Job, Variation, Vector
+from harness.engines.contract import Job, Value, Values, Variation, Vector
 from harness.engines.lammps.external_forces import FORCES
-from harness.engines.lammps.fingerprint import fingerprint, is_wheel
-from harness.engines.lammps.inprocess import InProcess
-from harness.engines.lammps.language import LammpsLanguage
-from harness.engines.lammps.launcher import SLEEPING, check_greeting
-from harness.engines.lammps.read import packages_in, version_in
-from harness.engines.lammps.releases import executable_of, in_use, is_release
+from harness.engines.lammps.language import LammpsLanguage, packages_in, version_in
+from harness.engines.lammps.releases import executable_of, fingerprint, in_use, is_release, is_wheel
 from harness.engines.lammps.restarts import (
     FILES,
     PREFIX,
@@ -27,19 +28,143 @@ from harness.engines.lammps.restarts import (
     link_into,
     progress_in,
 )
-from harness.engines.lammps.submodels import GRANULAR, MIXES_MODELS, lacking
-from harness.engines.lammps.variations import variations
-from harness.engines.lammps.worker_process import Order
+from harness.engines.lammps.workers import SLEEPING, InProcess, Order, check_greeting
 from harness.engines.output import Output
-from harness.engines.parallel import cores
-from harness.engines.process import Limits, first_words, way_of_death
+from harness.engines.process import Limits, cores, first_words, way_of_death
 from harness.engines.programs import find_program, launcher_of, launcher_words
-from harness.engines.script import Task
-from harness.engines.traits import Traits
+from harness.engines.scripts import Task
+from harness.engines.traits import ContactModel, Traits
 from harness.errors import EngineError, EngineMissingError, RequestError
-from harness.observables.provenance import Provenance
-from harness.observables.release import release_of
-from harness.shared_memory import processes_with_room
+from harness.files import processes_with_room
+from harness.observables.provenance import Provenance, release_of
+
+FIRST_RELEASES = {
+    "coeff_restitution": "29 Aug 2024",
+    "mdr": "22 Jul 2025",
+    "linear_history_classic": "2 Aug 2023",
+    "mindlin_classic": "2 Aug 2023",
+}
+"""The first stable release that has one."""
+
+MIXES_MODELS = "28 Mar 2023"
+"""The first release whose pair_style granular gives types that it mixes their submodels, too."""
+
+GRANULAR = {"wall_force": "magnified", "mdr_friction": "hertz"}
+"""Rules of pair_style granular and of its walls, of mdr alone."""
+
+
+def lacking(values: Values, identify: Callable[[], Provenance]) -> str:
+    """Return the submodel among values that a release does not have, and which one has it.
+
+    Or why no release takes them together.
+
+    The old contact styles (``interface`` = old) are in every release. Nothing where LAMMPS is not
+    here: that is said when it is to run.
+    """
+    newton_on = values.get("newton") == "on" or values.get("defaults") == "yes"
+    if values.get("normal") == "mdr" and newton_on:
+        return "its mdr takes newton = off, not on"
+    if "partner_youngs_modulus" in values:
+        if values["planes"]:
+            return "its walls take the coefficients of the contact, and mix none (stated has them)"
+        if values["tangential"] == "mindlin_classic":
+            return "it mixes materials where G* follows from them (mindlin NULL)"
+    told = () if values.get("interface") == "old" else values.values()
+    for name, first in FIRST_RELEASES.items():
+        if name not in told:
+            continue
+        try:
+            version = identify().engine_version
+        except EngineMissingError:
+            return ""
+        if release_of(version) < release_of(first):
+            return f"LAMMPS {version} has no {name}: LAMMPS {first} has it"
+    return ""
+
+
+ONE_SUM = "no force is a sum of more than two parts, whatever their order: not one bit may change"
+SAME_LIST = "the pairs in contact are the same, and what they remember: not one bit may change"
+NO_SETUP = "nothing happens between two runs without setup: not one bit may change"
+SET_UP = "the setup of a run repeats forces that are there already: not one bit may change"
+CUT_BACK = "a spring that Coulomb's limit cut back gives its force again to a rounding"
+IN_FULL = "a restart file holds all numbers in full, and what contacts remember: not one bit"
+STIFFNESSES = "hertz and mindlin are the law of hertz/material and NULL, k_n = 4/3 E*, k_t = 8 G*"
+WRAPPED = "coordinates that go round the box are rounded as those of its size are"
+
+OTHER_ORDER = "either of a pair may hold it: sums of their velocities are rounded in another order"
+
+AXES = ("x", "y", "z")
+DEFAULTS = "with LAMMPS's defaults"
+SORTED = "particles sorted"
+
+
+def variations(job: Job, ends: Sequence[Vector]) -> Iterator[Variation]:
+    """Yield the variations that a script has variables for; ``ends`` [m] as the engine says."""
+    values = job.values
+    yield Variation("newton on", {"newton": "on"}, ONE_SUM)
+    yield Variation("thin neighbour skin", {"skin": 0.01}, SAME_LIST)
+    yield Variation("neighbours at every step", {"rebuild": "no"}, SAME_LIST)
+    yield Variation("neighbours from bins", {"neighbours": "bin"}, SAME_LIST)
+    of_one = values["interface"] == "current" and "partner_youngs_modulus" not in values
+    if values["normal"] == "hertz" and of_one:
+        yield Variation("told its stiffnesses", {"told_by": "stiffness"}, STIFFNESSES, exact=False)
+    yield from _in_another_order(values, ends)
+    yield from _stopped(values)
+    if values.get("walls_as") == "region":
+        return
+    # a plane must not cross a periodic boundary, nor need it cross that of ranks
+    across = AXES[:2] if values["planes"] else AXES
+    room = float(values["room"])
+    start, end = (dict(zip(AXES, one, strict=True)) for one in ends)
+    middle = {axis: 0.5 * (start[axis] + end[axis]) for axis in across}
+    periodic = " ".join("p" if axis in across else "f" for axis in AXES)
+    # what begins in the box leaves it halfway
+    leaves = {
+        f"low_{axis}": x - (2.0 * room if end[axis] > start[axis] else 0.0)
+        for axis, x in middle.items()
+    }
+    reach = 2.0 * room + max(map(abs, middle.values()))
+    told: dict[str, Value] = {"boundary": periodic, **leaves}
+    yield Variation("over a periodic boundary", told, WRAPPED, exact=False, reach=reach)
+    centred = {f"low_{axis}": x - room for axis, x in middle.items()}
+    for ranks, grid in ((2, "2 1 1"), (4, "2 2 1")):
+        yield Variation(f"{ranks} ranks", {"grid": grid, **centred}, ONE_SUM, ranks=ranks)
+
+
+def _in_another_order(values: Mapping[str, Value], ends: Sequence[Vector]) -> Iterator[Variation]:
+    """Yield the runs without commands that only a careful script has, and with sorted particles.
+
+    LAMMPS's defaults are newton on, neighbours from bins of half the cutoff, and particles sorted
+    by their places every 1000 steps. Under either a contact is held by one of its particles, then
+    by the other, as both go through the bins. The box is as small as it may be, for they fill it.
+    """
+    if values["normal"] == "mdr":  # newton = off is among what it needs
+        return
+    radii = [float(values[name]) for name in ("radius_1", "radius_2") if name in values]
+    room = 0.5 * max(abs(b - a) for a, b in zip(*ends, strict=True)) + 6.0 * max(radii)
+    lows = (0.5 * (a + b) - room for a, b in zip(*ends, strict=True))
+    box = {f"low_{axis}": low for axis, low in zip(AXES, lows, strict=True)}
+    for name, told in ((DEFAULTS, {"defaults": "yes"}), (SORTED, {"sort": "1 0"})):
+        if name == DEFAULTS or len(radii) > 1:
+            told = {**told, "room": room, **box}
+            yield Variation(name, told, OTHER_ORDER, exact=False, carried=True)
+
+
+def _stopped(values: Mapping[str, Value]) -> Iterator[Variation]:
+    """Yield the runs that are stopped halfway, between two samples, or two pieces of a motion."""
+    pieces = [int(v) for name, v in values.items() if name.startswith("steps_in_") and v]
+    if pieces:
+        stop = {"stop_after": list(accumulate(pieces))[-2]}
+        yield Variation("restarted", {**stop, "go_on": "restart"}, IN_FULL)
+        return
+    every = int(values["series_every"])
+    stop = {"stop_after": int(values["steps"]) // every // 2 * every + every // 2}
+    yield Variation("run on", {**stop, "go_on": "continue"}, NO_SETUP)
+    # of the other laws a dashpot shows there, a known defect
+    cut = values["normal"] == "mdr" and values["tangential"] not in ("none", "linear_nohistory")
+    why = CUT_BACK if cut else SET_UP
+    yield Variation("run again", stop, why, exact=not cut, everywhere=False)
+    yield Variation("restarted", {**stop, "go_on": "restart"}, IN_FULL, against="run again")
 
 
 class Lammps(LammpsLanguage):

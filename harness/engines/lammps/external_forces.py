@@ -15,7 +15,7 @@ from typing import Any
 FORCES = {"deformable": "harness.engines.lammps.deformable:DeformableLaw"}
 """Where each law's class is, whose ``of`` makes it from the values of a job."""
 
-OVER_COLUMNS = "harness.engines.lammps.deformable_columns:DeformableColumns"
+OVER_COLUMNS = "harness.engines.lammps.deformable:DeformableColumns"
 """The same where values speak of columns of ``n`` particles."""
 
 MOTION = re.compile(r"^# ---- motion.*$", re.MULTILINE)

@@ -19,9 +19,9 @@ from pathlib import Path
 from typing import Any, Self
 
 from harness.engines.output import Output
-from harness.engines.script import Task
+from harness.engines.scripts import Task
 from harness.errors import EngineError, EngineInputError, EngineOutputError
-from harness.home import lock_file
+from harness.files import lock_file
 
 EVERY, FILES, RESUME = "restart_every", "restart_files", "resume"
 NAME = "run"

@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from harness.engines.lammps.external_forces import FORCES, run_with_force
-from harness.engines.lammps.library import open_lammps
-from harness.parent_process import end_with
+from harness.engines.lammps.workers import open_lammps
+from harness.files import end_with
 
 FOLDER = ".dem-harness-"
 """How the name of a runner's temporary folder begins; each worker has a folder in it."""

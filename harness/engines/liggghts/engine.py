@@ -1,4 +1,8 @@
-"""LIGGGHTS as an engine of the harness: its command and its quirks.
+"""LIGGGHTS as an engine of the harness, and the contacts with friction that it states.
+
+Contacts with friction in LIGGGHTS: models and rules, read off the source of 3.8.0.
+
+LIGGGHTS as an engine of the harness: its command and its quirks.
 
 LIGGGHTS's language is that of LAMMPS of about 2011: no words in conditions, no formats, no
 ``fix halt``. It is silent about an error where it has no log: every run writes its own.
@@ -6,18 +10,160 @@ LIGGGHTS's language is that of LAMMPS of about 2011: no words in conditions, no 
 
 from __future__ import annotations
 
+import math
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 from harness.engines.lammps.language import LammpsLanguage
-from harness.engines.liggghts.contacts import CONTACTS
 from harness.engines.process import first_words
-from harness.engines.script import Task
-from harness.engines.traits import Traits
+from harness.engines.scripts import Task
+from harness.engines.traits import DASHPOTS, ContactModel, ContactValues, Traits, takes
 from harness.errors import EngineMissingError
 from harness.observables.provenance import Provenance
+
+SAME = 1e-9
+"""Relative difference of coefficients that are tied to one another."""
+
+RULES = {
+    "damping_in_cap": "sticking_only",
+    "velocity_lever": "contact_point",
+    "wall_lever": "contact_point",
+}
+"""tangential_model_history.h and surface_model_default.h."""
+
+TURNING = {**RULES, "wall_turning": "levered"}
+"""rolling_model_epsd.h, _epsd2.h and _epsd3.h, which take the spin at a wall with its lever.
+
+They add up a torque that keeps its direction while the normal turns: with the normal it turns only
+where all moves in one plane.
+"""
+
+AI = 2.25
+"""Of k_n (mu_r R*)^2, the stiffness per radian: Ai et al., Powder Technol. 206, 269 (2011)."""
+
+SPRINGS = {"rolling": ("mu_r", "N/m"), "twisting": ("mu_w", "N m")}
+"""Of both kinds of springs: their limit, and the unit of their stiffness."""
+
+
+def as_tangential(kind: str, values: ContactValues) -> str:
+    """Return why epsd2 does not have a spring, or nothing where it has."""
+    if why := _turns_aside(kind, values):
+        return why
+    if values[f"{kind}_damping"] != 0.0:
+        return f"has {kind} springs without a dashpot only"
+    own = float(values["tangential_stiffness"])
+    if kind == "rolling":
+        tie = f"k_t = {own:.6g} N/m"
+    elif "radius_2" in values and values["planes"]:
+        return "has twisting springs of k_t R*^2, and R* at a wall is another"
+    else:
+        own *= _reduced_radius(values) ** 2
+        tie = f"k_t R*^2 = {own:.6g} N m"
+    return "" if _equal(values[f"{kind}_stiffness"], own) else f"has {kind} springs of {tie}"
+
+
+def as_normal(kind: str, values: ContactValues) -> str:
+    """Return why epsd does not have a spring, or nothing where it has."""
+    return _turns_aside(kind, values) or _of_normal(kind, values, AI, AI)
+
+
+def by_factor(kind: str, values: ContactValues) -> str:
+    """Return why epsd3 does not have a spring, or nothing where it has.
+
+    Its factor, in the place of 2.25, is at least 1 (global_properties.cpp).
+    """
+    return _turns_aside(kind, values) or _of_normal(kind, values, 1.0, math.inf)
+
+
+def _of_normal(kind: str, values: ContactValues, least: float, most: float) -> str:
+    """Return why a spring is not a factor of k_n times its limit squared, or nothing.
+
+    The limit over R* is LIGGGHTS's mu; the spring of the rolling displacement is the torque's over
+    R*^2, so that R* is in neither.
+    """
+    limit, unit = SPRINGS[kind]
+    whole = float(values["normal_stiffness"]) * float(values[f"{kind}_friction"]) ** 2
+    stiffness = float(values[f"{kind}_stiffness"])
+    if whole > 0.0 and least * whole * (1.0 - SAME) <= stiffness <= most * whole * (1.0 + SAME):
+        return ""
+    more, factor = ("", f"{least:g} ") if least == most else (" or more", "")
+    return f"has {kind} springs of {factor}k_n {limit}^2 = {least * whole:.6g} {unit}{more}"
+
+
+def _turns_aside(kind: str, values: ContactValues) -> str:
+    """Return why a twisting spring, which resists rolling as well, is no other; or nothing.
+
+    It has but a twist to resist where spheres spin about the vertical, one above another.
+    """
+    if kind == "rolling":
+        return ""
+    aside = ["gravity_x", "gravity_y"]
+    for body in ("1", "2") if "radius_2" in values else ("1",):
+        aside += [f"{name}_{body}" for name in ("x", "y", "vx", "vy", "wx", "wy")]
+    if values["motion_1"] == "prescribed" or any(values[name] != 0.0 for name in aside):
+        return "has twisting springs that resist rolling as well"
+    return ""
+
+
+def _reduced_radius(values: ContactValues) -> float:
+    """Return R* of the pair, or of the sphere on a wall [m]."""
+    one = float(values["radius_1"])
+    if "radius_2" not in values:
+        return one
+    other = float(values["radius_2"])
+    return one * other / (one + other)
+
+
+def from_material(values: ContactValues) -> str:
+    """Return why model hertz does not have a tangential dashpot, or nothing where it has."""
+    poisson = float(values["poisson_ratio"])
+    own = math.sqrt(2.0 * (1.0 - poisson) / (2.0 - poisson))
+    if values["tangential"] == "none" or values["tangential_damping"] == 0.0:
+        return ""
+    if _equal(values["tangential_damping"], own):
+        return ""
+    return f"has no tangential dashpot but of {own:.9g} times the normal one, or none"
+
+
+def _equal(one: str | float, other: str | float) -> bool:
+    return math.isclose(float(one), float(other), rel_tol=SAME)
+
+
+_SPRINGS = "none linear_nohistory linear_history linear_history_classic"
+_SOLIDS = "none linear_nohistory mindlin mindlin_classic"
+_TURNING: dict[str, Callable[[str, ContactValues], str]] = {
+    "epsd2": as_tangential,
+    "epsd": as_normal,
+    "epsd3": by_factor,
+}
+
+
+def _turning(kind: str, name: str) -> ContactModel:
+    """Return model hooke/stiffness with a rolling_friction, for rolling or for twisting."""
+    torsion = " torsionTorque" if kind == "twisting" else ""
+    return ContactModel(
+        name + torsion,
+        takes("hooke", DASHPOTS, _SPRINGS, **{kind: "sds"}),
+        TURNING,
+        partial(_TURNING[name], kind),
+    )
+
+
+CONTACTS = (
+    ContactModel("hooke/stiffness", takes("hooke", DASHPOTS, _SPRINGS), RULES),
+    *(_turning(kind, name) for kind in SPRINGS for name in _TURNING),
+    ContactModel("hertz/stiffness", takes("hertz", "none viscoelastic", _SOLIDS), RULES),
+    ContactModel(
+        "hertz",
+        takes("hertz", "coeff_restitution", "none mindlin mindlin_classic"),
+        RULES,
+        from_material,
+    ),
+)
+
 
 MODEL = "hooke/stiffness"
 """The one normal model whose spring and dashpot can be stated."""

@@ -1,4 +1,10 @@
-"""MFiX-DEM as an engine of the harness: the batch solver that a user builds.
+"""MFiX-DEM as an engine of the harness: its inputs, its solver, its runs.
+
+MFiX's inputs: the keyword file from its template, and the particles.
+
+Run ``mfixsolver``: ask for its version, and run an input in a fresh folder.
+
+MFiX-DEM as an engine of the harness: the batch solver that a user builds.
 
 A run is stated from its scene (``system.py``, ``scripts.py``) and read from the frames that MFiX
 writes (``vtp.py``, ``read.py``). The folder ``recorded`` holds output of 21.3.2.
@@ -7,29 +13,356 @@ writes (``vtp.py``, ``read.py``). The folder ``recorded`` holds output of 21.3.2
 from __future__ import annotations
 
 import math
+import re
+import tempfile
+import tomllib
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from importlib import resources
+from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from harness.engines.contract import Engine, Job, Template
-from harness.engines.fingerprints import facts, program_files
-from harness.engines.mfix.contact_balls import contact_table
-from harness.engines.mfix.contact_input import ContactInput
-from harness.engines.mfix.declared import OBTAIN, TRAITS
-from harness.engines.mfix.read import check_end, forced_table, path_table
-from harness.engines.mfix.scripts import contact_files, input_files, states_contact, system_files
-from harness.engines.mfix.solver import Run, Solver, version_of
-from harness.engines.mfix.step import REFERENCE, Scheme, steps_per_contact
-from harness.engines.mfix.system import System, contact_in, system_of
+from harness.engines.mfix.contacts import (
+    CONTACT,
+    CONTACTS,
+    OBTAIN,
+    TRAITS,
+    ContactInput,
+    contact_table,
+)
+from harness.engines.mfix.output import Frame, check_end, forced_table, path_table, read_frames
+from harness.engines.mfix.system import (
+    REFERENCE,
+    Scheme,
+    System,
+    contact_in,
+    steps_per_contact,
+    system_of,
+)
 from harness.engines.output import SERIES, Output, Table
-from harness.engines.parallel import cores, parallel_map
-from harness.engines.process import Limits
-from harness.engines.programs import find_program
-from harness.engines.scene import LOOK, Scene
-from harness.errors import EngineError, EngineMissingError, EngineOutputError, RequestError
+from harness.engines.process import (
+    Ended,
+    Limits,
+    Processes,
+    cores,
+    first_text,
+    first_words,
+    parallel_map,
+    way_of_death,
+)
+from harness.engines.programs import facts, find_program, fresh_folder, program_files
+from harness.engines.scripts import renderer
+from harness.engines.traits import stating
+from harness.errors import (
+    EngineCrashError,
+    EngineError,
+    EngineInputError,
+    EngineMissingError,
+    EngineNaNError,
+    EngineOutputError,
+    RequestError,
+)
 from harness.observables.provenance import Provenance
-from harness.parameters.contact import Contact
+from harness.parameters.law import Contact, contact_values
+from harness.parameters.plane_scene import LOOK, Scene
+
+KEYWORDS, PARTICLES = "mfix.dat", "particle_input.dat"
+"""The names that MFiX looks for."""
+
+GRAIN, FORCE = "GRAIN", "FORCE"
+"""Names of the files of particles and of contact forces, before ``_0000.vtp``."""
+
+SEARCH_CELL = 2.4
+"""[d] least width of the cells of the neighbour search, which looks half a cell about a particle:
+neighbours are lost where half a cell is less than a diameter."""
+
+
+def states_contact(template: Template) -> bool:
+    """Return whether there is an input for contacts by the name of a template."""
+    return _templates().joinpath(f"{template.name}.dat.j2").is_file()
+
+
+def contact_files(contact: ContactInput, title: str = "") -> dict[str, str]:
+    """Return the inputs of a contact with friction, by their names."""
+    told = {"title": title or "A contact with friction.", **contact.context()}
+    return {
+        KEYWORDS: _render("contacts.dat.j2", particles=len(contact.balls), **_written(told)),
+        PARTICLES: _lines(contact.particles()),
+    }
+
+
+def system_files(system: System, title: str = "") -> dict[str, str]:
+    """Return the inputs of a system, by their names."""
+    return {KEYWORDS: keyword_file(system, title), PARTICLES: particle_file(system)}
+
+
+def keyword_file(system: System, title: str = "") -> str:
+    """Return the text of ``mfix.dat``; its title is the system's name unless given."""
+    width, height = system.box
+    regions = [{"name": GRAIN, "data": "P"}]
+    if system.forces:
+        regions.append({"name": FORCE, "data": "F"})
+    return _render(
+        "mfix.dat.j2",
+        title=title or system.name,
+        name=system.name,
+        forces=system.forces,
+        held=bool(system.held),
+        # half a step less: MFiX rounds the number of steps up, in single precision
+        stop=_number((system.first + system.steps - 0.5) * system.step),
+        start=_number(system.first * system.step) if system.first else "",
+        gravity_x=_number(system.gravity[0]),
+        gravity_y=_number(system.gravity[1]),
+        width=_number(width),
+        height=_number(height),
+        columns=_cells(width, system.diameter),
+        rows=_cells(height, system.diameter),
+        search_columns=_search_cells(width, system.diameter),
+        search_rows=_search_cells(height, system.diameter),
+        diameter=_number(system.diameter),
+        density=_number(system.density),
+        particles=len(system.mobile) + len(system.held),
+        stiffness=_number(system.stiffness),
+        restitution=_number(system.restitution),
+        factor=_number(system.factor),
+        scheme=system.scheme,
+        interval=_number(system.every * system.step),
+        regions=regions,
+    )
+
+
+def particle_file(system: System) -> str:
+    """Return the text of ``particle_input.dat``, version 1 in two dimensions.
+
+    A line each, mobile ones first: x, y, radius, density, vx, vy.
+    """
+    radius, density = 0.5 * system.diameter, system.density
+    return _lines((s.x, s.y, radius, density, s.vx, s.vy) for s in system.spheres)
+
+
+def _lines(rows: Iterable[Iterable[float]]) -> str:
+    return "".join(" ".join(map(_number, row)) + "\n" for row in rows)
+
+
+def input_files(templates: Iterable[Template]) -> dict[str, str]:
+    """Return an input of each template that has an example, by its name below ``inputs``.
+
+    An example ``templates/<template>.toml`` says in which values it differs from the template's
+    main variant with the contact of the recorded runs, and has a title.
+    """
+    files: dict[str, str] = {}
+    for template in templates:
+        if states_contact(template):
+            files |= _contact_examples(template)
+        example = _templates().joinpath(f"{template.name}.toml")
+        if template.scene is not None and example.is_file():
+            known = tomllib.loads(example.read_text(encoding="utf-8"))
+            system = _example(template, known)
+            written = system_files(system, known["title"])
+            files |= {f"mfix/{template.name}/{name}": text for name, text in written.items()}
+    return files
+
+
+def _contact_examples(template: Template) -> dict[str, str]:
+    """Return the inputs of the variants of a contact that MFiX states as they stand."""
+    files: dict[str, str] = {}
+    for variant, values in template.variants.items():
+        if stating(CONTACTS, values)[1]:
+            continue
+        title = f"A contact with friction: {template.notes[variant]}"
+        written = contact_files(ContactInput(values), title)
+        files |= {f"mfix/{template.name}-{variant}/{name}": t for name, t in written.items()}
+    return files
+
+
+def _example(template: Template, known: Mapping[str, Any]) -> System:
+    """Return the system of a template's example."""
+    assert template.scene is not None
+    defaults = template.variants[template.main]
+    contact = {name: v for name, v in contact_values(CONTACT).items() if name in defaults}
+    scene = template.scene({**defaults, **contact, **known["values"]}, "linear")
+    if "velocity" in known:
+        velocity = np.array(scene.velocity)
+        velocity[0] = known["velocity"]
+        scene = replace(scene, velocity=velocity)
+    return system_of(template.name, scene, scene.steps, scene.every or LOOK)
+
+
+def _cells(length: float, diameter: float) -> int:
+    """Return the number of cells, two diameters wide as in the recorded runs."""
+    return max(3, math.floor(0.5 * length / diameter))
+
+
+def _search_cells(length: float, diameter: float) -> int:
+    """Return the number of cells of the neighbour search."""
+    return max(1, math.floor(length / (SEARCH_CELL * diameter)))
+
+
+def _number(value: float) -> str:
+    """Return the shortest Fortran double that reads back as the same number."""
+    mantissa, _, exponent = repr(float(value)).partition("e")
+    point = mantissa if "." in mantissa else f"{mantissa}.0"
+    return f"{point}d{int(exponent)}" if exponent else point
+
+
+def _written(told: Any) -> Any:
+    """Return numbers of a template's values, at any depth, as Fortran reads them."""
+    if isinstance(told, float):
+        return _number(told)
+    if isinstance(told, dict):
+        return {name: _written(value) for name, value in told.items()}
+    return [_written(one) for one in told] if isinstance(told, list) else told
+
+
+def _render(template: str, **values: object) -> str:
+    return renderer([_templates()], template, {})(values)
+
+
+def _templates() -> Traversable:
+    return resources.files(__package__).joinpath("templates")
+
+
+HELP_SECONDS = 60.0
+SAID = 100_000
+"""Bytes that are read of an answer."""
+
+IN_HELP = ("mfix.dat", "<KEYWORD>=<VALUE>", "--print-flags")
+"""What the help of a batch solver speaks of, and that of no other program (``mfix.f``)."""
+
+OLDEST = (21, 3)
+"""The version whose source the inputs follow; older ones lack some of the keywords."""
+
+UNVERSIONED = "unversioned"
+"""The version of a build that was not told its own: cmake then writes 0.0, or in a checkout
+without tags nothing."""
+
+TRAPPED = (
+    "its builds stop at a division by zero, an overflow or a value that is not a number; look for "
+    "a restitution of 0, a step too coarse for the contact, numbers beyond 1e38 in its output"
+)
+"""What raises SIGFPE: cmake compiles with ``-ffpe-trap=invalid,zero,overflow``, in 21.3.2."""
+
+REFUSAL = re.compile(r"^.*\b(?:Error|ERROR) \d+:.*$", re.MULTILINE)
+"""What a numbered refusal of an input begins with."""
+
+UNNUMBERED = re.compile(
+    r"^ *(?:Illegal or unknown input|Invalid|Required input not specified)\b.*$", re.MULTILINE
+)
+"""What a refusal without a number begins with; the solver ends without a run."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """What a run left: frames of particles and of forces, wall time [s], and its words."""
+
+    frames: list[Frame]
+    forces: list[Frame]
+    seconds: float
+    log: str
+
+
+def version_of(program: str) -> str:
+    """Return the version that a solver names, UNVERSIONED where it was built without one.
+
+    Raise EngineMissingError where it is no MFiX, which is known by its help, or too old a version.
+    """
+    help_text, usage = _answer(program, "--help")
+    if usage.timed_out:
+        raise EngineMissingError(
+            f"--program mfix={program} does not run: no answer within {HELP_SECONDS:g} s"
+        )
+    if not all(word in help_text for word in IN_HELP):
+        raise EngineMissingError(
+            f"--program mfix={program} is not an MFiX solver: its --help does not speak of "
+            f"{IN_HELP[0]}{first_words(help_text)}"
+        )
+    text, answer = _answer(program, "--version")
+    found = re.fullmatch(r"v?(\d+)\.(\d+)[\w.+-]*", text.strip())
+    if answer.code != 0:
+        raise EngineMissingError(
+            f"--program mfix={program} is not an MFiX solver: --version gave no version"
+            f"{first_words(text)}"
+        )
+    if found is None or found[1] == found[2] == "0":
+        return UNVERSIONED
+    if (int(found[1]), int(found[2])) < OLDEST:
+        raise EngineMissingError(
+            f"--program mfix={program} is version {found[0]}: must be 21.3 or later (tried: 21.3.2)"
+        )
+    return found[0]
+
+
+def _answer(program: str, option: str) -> tuple[str, Ended]:
+    """Return what a program says to an option, and how it ended."""
+    with fresh_folder() as folder:
+        ended = Processes().run(
+            [program, option], folder, seconds=HELP_SECONDS, memory=Limits().memory
+        )
+        return first_text(folder / "said", SAID), ended
+
+
+class Solver:
+    """Runs inputs, one process and one fresh folder each: MFiX takes one input a start.
+
+    A folder of its own for each: what an earlier run left (``.RES``) stops a new one.
+    """
+
+    def __init__(self, program: str, limits: Limits) -> None:
+        self._program, self._limits = program, limits
+        self._files = ExitStack()
+        self._folder = self._files.enter_context(fresh_folder())
+        self._processes = Processes()
+
+    def run(self, texts: Mapping[str, str]) -> Run | EngineError:
+        """Run files; return what they left, or the error with them and last words as its log."""
+        if self._processes.closed:
+            return EngineCrashError(f"MFiX ({self._program}) was closed")
+        with tempfile.TemporaryDirectory(dir=self._folder) as name:
+            folder = Path(name)
+            for file, text in texts.items():
+                (folder / file).write_text(text, encoding="utf-8")
+            ended = self._processes.run(
+                [self._program, "-f", KEYWORDS],
+                folder,
+                seconds=self._limits.seconds,
+                memory=self._limits.memory,
+            )
+            again = f"# {Path(self._program).name} -f {KEYWORDS}"
+            log = "\n".join(
+                [again, *(f"# {file}\n{text}" for file, text in texts.items()), ended.said]
+            )
+            try:
+                return self._output(folder, ended, log)
+            except EngineError as error:
+                error.log = log
+                return error
+
+    def close(self) -> None:
+        """End what runs and remove the temporary files."""
+        self._processes.close()
+        self._files.close()
+
+    def _output(self, folder: Path, ended: Ended, log: str) -> Run:
+        refusal = REFUSAL.search(ended.said)
+        if refusal is None and (ended.code != 0 or not any(folder.glob(f"{GRAIN}_*.vtp"))):
+            refusal = UNNUMBERED.search(ended.said)
+        if refusal is not None and not ended.timed_out:
+            raise EngineInputError(f"MFiX refused its input: {refusal[0].strip()[:160]}")
+        if way_of_death(ended.code) == "signal SIGFPE" and not ended.timed_out:
+            raise EngineNaNError(f"MFiX died: signal SIGFPE: {TRAPPED}")
+        error = ended.error(f"MFiX ({self._program})", self._limits.seconds)
+        if error is not None:
+            raise error
+        frames = read_frames(folder, GRAIN)
+        if not frames:
+            raise EngineOutputError(f"MFiX wrote no particles{first_words(ended.said)}")
+        return Run(frames, read_frames(folder, FORCE), ended.seconds, log)
+
 
 MOST_FRAMES = 100_000
 """Files that a run writes at most: MFiX writes one a sample."""

@@ -1,4 +1,10 @@
-"""A scene as MFiX holds it: particles in a box, held ones on an outlet that stands still.
+"""A scene as MFiX holds it: its step, its box, its particles.
+
+The step of MFiX-DEM in the harness's terms.
+
+Where a scene's particles lie in MFiX's box: upright in a line, over a row, over spheres.
+
+A scene as MFiX holds it: particles in a box, held ones on an outlet that stands still.
 
 MFiX has no keyword that holds a particle. It does take over the velocity of a particle within
 a radius of a mass outflow, and no longer adds forces to it (``EXITING``; 21.3.2,
@@ -18,22 +24,167 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass, replace
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.engines.mfix.layout import (
-    EQUAL,
-    Layout,
-    Sphere,
-    over_a_row,
-    over_spheres,
-    upright_line,
-)
-from harness.engines.mfix.step import FIRST_STEP, Scheme, factor
-from harness.engines.scene import Scene
 from harness.errors import RequestError
-from harness.parameters.contact import Contact
+from harness.parameters.law import Contact
+from harness.parameters.plane_scene import Scene
+
+Scheme = Literal["EULER", "ADAMS_BASHFORTH"]
+"""MFiX's names of its integrators (``DES_INTG_METHOD``)."""
+
+REFERENCE: dict[Scheme, str] = {
+    "EULER": "mfix-euler",
+    "ADAMS_BASHFORTH": "mfix-adams-bashforth",
+}
+"""The reference DEM's names of them."""
+
+FIRST_STEP: dict[Scheme, float] = {"EULER": 1.0, "ADAMS_BASHFORTH": 0.5}
+"""The part of h a by which the first step's displacement h v + part h^2 a falls behind or ahead:
+x+ = x + h (v + h a), and x + h/2 (v + v + h a)."""
+
+LEAST_FACTOR = 10.0
+"""What MFiX takes at least for ``DTSOLID_FACTOR`` (21.3.2, ``check_solids_dem.f``)."""
+
+
+def steps_per_contact(factor: float, contact: Contact) -> float:
+    """Return the steps per pi sqrt(m/k) that MFiX takes at a ``DTSOLID_FACTOR``.
+
+    MFiX divides the duration of a damped contact, with m_eff = m/2 also against
+    a fixed sphere, pi / sqrt(k/m_eff - (eta / (2 m_eff))^2), by the factor. With eta = 2 zeta
+    sqrt(k m_eff) that is pi sqrt(m/k) / sqrt(2 (1 - zeta^2)): at e = 1e-20 it is ten times
+    as long, and MFiX's default factor of 50 means 4.8 steps. Raise RequestError for a factor
+    that is not positive, or a contact without such a duration (zeta >= 1) or without m/2.
+    """
+    if not (math.isfinite(factor) and factor > 0.0):
+        raise RequestError(f"factor = {factor!r}: must be finite and greater than 0")
+    return factor * _steps_of_factor_one(contact)
+
+
+def factor(steps: float, contact: Contact) -> float:
+    """Return the ``DTSOLID_FACTOR`` of so many steps per pi sqrt(m/k).
+
+    The inverse of :func:`steps_per_contact`, with its errors. Raise RequestError below the
+    10 that MFiX takes at least.
+    """
+    wanted = steps / _steps_of_factor_one(contact)
+    if not wanted >= LEAST_FACTOR:
+        least = LEAST_FACTOR * _steps_of_factor_one(contact)
+        raise RequestError(
+            f"steps_per_contact = {steps:g} is DTSOLID_FACTOR = {wanted:.4g} in MFiX, which takes "
+            f"{LEAST_FACTOR:g} or more: must be at least {least:.4g} with this contact"
+        )
+    return wanted
+
+
+def _steps_of_factor_one(contact: Contact) -> float:
+    if contact.effective_mass != "half":
+        raise RequestError(
+            "effective_mass = 'full': MFiX takes half the mass, must be 'half' "
+            "(--set contact.effective_mass=half, of critical-angle --half-mass)"
+        )
+    if contact.zeta >= 1.0:
+        raise RequestError(
+            f"damping ratio = {contact.zeta:g}: MFiX's contact time asks for less than 1"
+        )
+    return math.sqrt(2.0 * (1.0 - contact.zeta**2))
+
+
+LIFT = 1e-12
+"""[d] by which a particle over a row is lifted: where it just touches, rounding shall not make
+an overlap, which the attractive tail would hold back."""
+
+BEHIND, BEYOND = 1, 2
+"""Spheres of a row behind its first one, and beyond where the last stage ends."""
+
+EQUAL = 1e-9
+"""Relative difference of masses, or diameters, that are equal."""
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """Position [m] and velocity [m/s] of a particle."""
+
+    x: float
+    y: float
+    vx: float = 0.0
+    vy: float = 0.0
+
+
+class Layout(NamedTuple):
+    """Mobile and held spheres, where the scene's origin is in the box, and the box."""
+
+    mobile: tuple[Sphere, ...]
+    held: tuple[Sphere, ...]
+    origin: tuple[float, float]
+    box: tuple[float, float]
+
+
+def upright_line(scene: Scene, steps: int) -> Layout:
+    """Return particles in a line, upright, the first on top, the last held or clear of the floor.
+
+    The first particle's place is the origin.
+    """
+    if scene.fixed[:-1].any():
+        raise RequestError("of particles in a line it holds the last alone")
+    d, time, falls = float(scene.diameter[0]), steps * scene.step, max(scene.gravity[0], 0.0)
+    along, velocity = scene.position[:, 0], scene.velocity[:, 0]
+    if np.any(np.diff(along) <= 0.0):
+        raise RequestError("particles in a line must come in order")
+    speed = float(np.abs(velocity).max())
+    fall = 0.0 if scene.fixed[-1] else speed * time + 0.5 * falls * time**2
+    lowest = 0.5 * d if scene.fixed[-1] else 2.0 * d + fall
+    top = lowest + float(along[-1] - along[0])
+    spheres = tuple(
+        Sphere(2.0 * d, top - float(x - along[0]), 0.0, 0.0 - float(v))
+        for x, v in zip(along, velocity, strict=True)
+    )
+    count = np.count_nonzero(~scene.fixed)
+    origin = (2.0 * d, top + float(along[0]))
+    box = (4.0 * d, top + 2.0 * d + speed * time)
+    return Layout(spheres[:count], spheres[count:], origin, box)
+
+
+def over_a_row(scene: Scene) -> Layout:
+    """Return a particle over a row that is long enough for the stages of a periodic one."""
+    d, row = float(scene.diameter[0]), 0.5 * float(scene.diameter[0])
+    if np.count_nonzero(~scene.fixed) != 1 or not scene.stages:
+        raise RequestError(
+            "it has no periodic row: a scene must say by its stages how far its particle goes"
+        )
+    x0, y0 = scene.position[1]
+    end = max(stage.place for stage in scene.stages) - x0
+    ahead = math.ceil(end / d * (1.0 - EQUAL)) + BEYOND
+    first = (BEHIND + 1.5) * d
+    x, y = (float(value) for value in scene.position[0] - scene.position[1])
+    grain = Sphere(first + x, row + y + LIFT * d, *(float(v) for v in scene.velocity[0]))
+    held = tuple(Sphere(first + i * d, row) for i in range(-BEHIND, ahead + 1))
+    box = ((BEHIND + ahead + 3) * d, 6.0 * d)
+    return Layout((grain,), held, (float(first - x0), float(row - y0)), box)
+
+
+def over_spheres(scene: Scene, steps: int) -> Layout:
+    """Return particles over level fixed ones, with room to fly about for the whole run."""
+    d, time = float(scene.diameter[0]), steps * scene.step
+    x0, y0 = (float(value) for value in scene.position[scene.fixed].min(axis=0))
+    x, y = scene.position[:, 0] - x0, scene.position[:, 1] - y0
+    speed = np.abs(scene.velocity).max(axis=0)
+    pulls = 0.5 * np.maximum(np.array([abs(scene.gravity[0]), scene.gravity[1]]), 0.0) * time**2
+    reach = float(speed[0] * time + pulls[0]) + 3.0 * d
+    floor = 0.5 * d
+    left = reach - min(float(x.min()), 0.0)
+    top = floor + 2.0 * d + max(float(y.max()), d) + float(speed[1] * time + pulls[1])
+    spheres = tuple(
+        Sphere(left + float(x), floor + float(y), float(vx), float(vy))
+        for x, y, (vx, vy) in zip(x, y, scene.velocity, strict=True)
+    )
+    count = np.count_nonzero(~scene.fixed)
+    box = (float(np.ptp(x)) + 2.0 * reach, top)
+    return Layout(spheres[:count], spheres[count:], (left - x0, floor - y0), box)
+
 
 Floats = NDArray[np.float64]
 

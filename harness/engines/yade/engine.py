@@ -1,4 +1,8 @@
-"""Yade as an engine of the harness: it runs a generated script in its own Python.
+"""Yade as an engine of the harness, and the contacts with friction that it states.
+
+Contacts with friction in Yade: laws and rules, read off the source.
+
+Yade as an engine of the harness: it runs a generated script in its own Python.
 
 A script takes its runs as a list in a JSON file, and writes what each left when it is over.
 """
@@ -12,15 +16,117 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import ClassVar
 
-from harness.engines.fingerprints import OF_PYTHON, program_files, tree_files, with_libraries
 from harness.engines.output import Output
 from harness.engines.process import first_text, first_words
-from harness.engines.script import Task
-from harness.engines.scripted import ScriptedEngine
-from harness.engines.traits import Traits
-from harness.engines.yade.contacts import CONTACTS
+from harness.engines.programs import (
+    OF_PYTHON,
+    ScriptedEngine,
+    program_files,
+    tree_files,
+    with_libraries,
+)
+from harness.engines.scripts import Task
+from harness.engines.traits import (
+    DASHPOTS,
+    PLANES,
+    ContactModel,
+    ContactValues,
+    States,
+    Traits,
+    never_attracts,
+    takes,
+)
 from harness.errors import EngineMissingError, EngineNaNError
 from harness.observables.provenance import Provenance
+
+RULES = {
+    "damping_in_cap": "sticking_only",
+    "velocity_lever": "contact_point",
+    "wall_lever": "height",
+    "spring_spin": "mean",
+}
+"""ViscoelasticPM.cpp, HertzMindlin.cpp; ScGeom::rotate turns springs with the mean spin."""
+
+TURNING_RULES = {
+    "velocity_lever": "contact_point",
+    "wall_lever": "contact_point",
+    "spring_spin": "mean",
+}
+"""CohesiveFrictionalContactLaw.cpp; a box, Ig2_Box_Sphere_ScGeom, touches at half the overlap."""
+
+
+GROWS = (1.0,)
+"""ScGeom::rotate adds what is across a spring: each step's angle a lengthens it by a^2 / 2."""
+
+
+def solid(values: ContactValues) -> str:
+    """Return why a contact of Mindlin's cannot be stated, or nothing where it can."""
+    if values["normal"] == "dmt" and (values["damping"] != "none" or values["friction"]):
+        return "has dmt without dashpot and friction only"
+    if values["rolling"] == "sds" and values["rolling_damping"] != 0.0:
+        return "has rolling springs without a dashpot only"
+    if values["damping"] != "none" and values["motion_1"] == "prescribed" and values["planes"]:
+        return "has no dashpot between a wall and a sphere that is held"
+    return never_attracts(values)
+
+
+def springs(values: ContactValues) -> str:
+    """Return why springs of rolling and twisting cannot be stated, or nothing where they can."""
+    for kind in ("rolling", "twisting"):
+        if values[kind] == "sds" and values[f"{kind}_damping"] != 0.0:
+            return f"has {kind} springs without a dashpot only"
+    if values[PLANES] and "radius_2" in values:
+        return (
+            "has springs of one stiffness and limit only: of a sphere on walls, or of two spheres"
+        )
+    return ""
+
+
+def _told(states: States, *names: str) -> States:
+    """Return states with some before the others: what is refused first is what is told."""
+    return {name: states[name] for name in dict.fromkeys((*names, *states))}
+
+
+_TURNS = "hooke", "none", "linear_history linear_history_classic"
+TURNING = "Law2_ScGeom6D_CohFrictPhys_CohesionMoment"
+
+CONTACTS = (
+    ContactModel(
+        "Law2_ScGeom_ViscElPhys_Basic",
+        _told(
+            takes("hooke", DASHPOTS, "none linear_history linear_history_classic"),
+            *("normal", "rolling", "twisting"),
+        ),
+        RULES,
+        never_attracts,
+        GROWS,
+    ),
+    ContactModel(
+        TURNING,
+        _told(
+            takes(*_TURNS, rolling="sds", twisting="none sds"),
+            *("normal", "rolling", "twisting", "tangential"),
+        ),
+        TURNING_RULES,
+        springs,
+        GROWS,
+    ),
+    ContactModel(
+        TURNING,
+        _told(takes(*_TURNS, twisting="sds"), "normal", "twisting", "rolling", "tangential"),
+        TURNING_RULES,
+        springs,
+        GROWS,
+    ),
+    ContactModel(
+        "Law2_ScGeom_MindlinPhys_Mindlin",
+        takes("hertz dmt", "none coeff_restitution", "none mindlin/force", rolling="none sds"),
+        RULES,
+        solid,
+        GROWS,
+    ),
+)
+
 
 FOREIGN = ("PYTHON", "OMPI_", "PMI_", "PMIX_", "DISPLAY", "XDG_CONFIG_HOME")
 """Variables that Yade must not inherit: it has a Python of its own, and would take itself for

@@ -13,22 +13,10 @@ from functools import partial
 
 from harness.engines.contract import Engine
 from harness.reproduction.as_printed import PRINTED, Printed
-from harness.reproduction.claims import Ledger, Statement, untestable
-from harness.reproduction.ledger import (
-    appendix_chains,
-    appendix_window,
-    background_energy,
-    background_incline,
-    beyond,
-    discussion,
-    errata,
-    introduction,
-    methods_chain,
-    methods_pair,
-    methods_scales,
-    results,
-)
-from harness.reproduction.source import SOURCES
+from harness.reproduction.claims import SOURCES, Ledger, Statement, untestable
+from harness.reproduction.ledger import appendix, background, errata, methods, results
+from harness.reproduction.ledger import errata as beyond
+from harness.reproduction.ledger import results as discussion
 from harness.workflows.progress import Progress, silent
 
 Section = Callable[[Printed], Iterable[Statement]]
@@ -43,24 +31,24 @@ def statements(
     the engine becomes their reason.
     """
     sections: tuple[Section, ...] = (
-        introduction.statements,
-        background_energy.statements,
-        partial(background_incline.statements, engine=engine),
-        methods_scales.statements,
-        methods_pair.statements,
-        methods_chain.statements,
-        results.statements,
-        discussion.statements,
-        appendix_chains.statements,
-        appendix_window.statements,
-        beyond.statements,
+        background.introduction_statements,
+        background.background_energy_statements,
+        partial(background.background_incline_statements, engine=engine),
+        methods.methods_scales_statements,
+        methods.methods_pair_statements,
+        methods.methods_chain_statements,
+        results.results_statements,
+        discussion.discussion_statements,
+        appendix.appendix_chains_statements,
+        appendix.appendix_window_statements,
+        beyond.beyond_statements,
     )
     rows = [untestable(s) for s in SOURCES.values() if s.untestable and not s.title]
     for done, section in enumerate(sections):
         progress("ledger", done, len(sections) + 1)
         rows += section(printed)
     progress("ledger", len(sections), len(sections) + 1)
-    rows += errata.statements(printed, Ledger(tuple(rows)))
+    rows += errata.restatement_statements(printed, Ledger(tuple(rows)))
     progress("ledger", len(sections) + 1, len(sections) + 1)
     return in_order(rows)
 

@@ -1,17 +1,34 @@
-"""Random chains and rows with a fixed seed, made forwards: from compressions to centres."""
+"""What the rows of the ledger share: random chains, one damped contact, tower runs.
+
+Random chains and rows with a fixed seed, made forwards: from compressions to centres.
+
+One damped contact by direct integration: when it ends, and how fast the grain leaves.
+
+The tower runs that the rows share, each made once.
+
+By the exact propagator, which has no step: what a row finds is the model, not an
+integrator. Towers are the source's (1 kg, 1 m, 9.81 m/s2) unless a row says otherwise.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
 
-from harness.chain import sweeps
-from harness.chain.complementarity import contact_forces
+from harness.cases.tower.impulse import SPEEDS, STIFFNESSES, impulse_table
+from harness.cases.tower.run import tower
+from harness.observables.tower import TowerRun
+from harness.observables.windows import ImpulseRow, grain_alone
+from harness.parameters.tower import Law, Tower
+from harness.solvers.chain import forces
+from harness.solvers.chain.forces import contact_forces
 
 Floats = NDArray[np.float64]
 
@@ -96,7 +113,7 @@ def rows(count: int = 500, closest: tuple[float, float] = (0.9, 1.1)) -> tuple[R
 def off_from_sweeps(some: Sequence[Row]) -> float:
     """Return how far the compressions by sweeps lie off those of ``some`` rows at most [m]."""
     return max(
-        float(np.abs(sweeps.compressions(row.centres, 2 * RADIUS) - row.compressions).max())
+        float(np.abs(forces.compressions(row.centres, 2 * RADIUS) - row.compressions).max())
         for row in some
     )
 
@@ -120,3 +137,94 @@ def openings(some: Sequence[Row]) -> list[Opening]:
             beyond = float(apart[i]), float(apart[i + 2])
             found.append(Opening(float(row.distances[i]), pressed, beyond))
     return found
+
+
+class Ended(NamedTuple):
+    """The end of a contact that began at speed 1."""
+
+    time: float
+    restitution: float
+
+
+def integrate(
+    stiffness: float, mass: float, damping: float, end: Literal["parted", "released"] = "parted"
+) -> Ended:
+    """Integrate m x'' + gamma x' + k x = 0 from touching at speed 1 m/s until the contact ends.
+
+    It ends when the overlap is gone (``parted``, the attractive tail kept) or when
+    the force is (``released``, the tail clipped).
+    """
+
+    def at_end(_: float, state: Any) -> float:
+        held = state[0] if end == "parted" else stiffness * state[0] + damping * state[1]
+        return float(held)
+
+    at_end.terminal, at_end.direction = True, -1  # type: ignore[attr-defined]
+    period = (mass / stiffness) ** 0.5
+    solution = solve_ivp(
+        lambda _, s: [s[1], -(stiffness * s[0] + damping * s[1]) / mass],
+        (0.0, 100 * period),
+        [1e-13 * period, 1.0],
+        events=at_end,
+        rtol=1e-11,
+        atol=1e-14 * period,
+    )
+    return Ended(float(solution.t[-1]), -float(solution.y[1, -1]))
+
+
+SAMPLES = 2000
+"""For each run: enough to name a time to a thousandth of t0; changes of contact are exact."""
+
+MEDIAN = (1e6, 2.0)
+"""[N/m], [m/s] of the runs that the source tells most about."""
+
+Ratios = dict[tuple[float, float], dict[int, float]]
+
+
+@cache
+def run(case: Tower, duration: float = 3.0) -> TowerRun:
+    """Return ``case`` run for ``duration`` [t0], with profiles."""
+    return tower(case, solver="exact", duration=duration, samples=SAMPLES, profiles=True)
+
+
+@cache
+def free_collision(particles: int, law: Law = "deformable") -> TowerRun:
+    """Return a grain that runs into free particles, no gravity, until all have parted."""
+    case = Tower(height=particles - 1, base="free", gravity=0.0, law=law)
+    return run(case, 1.0 + 0.5 * particles)
+
+
+@cache
+def impulses(law: Law = "deformable") -> tuple[ImpulseRow, ...]:
+    """Return the source's six runs over all heights, turnaround window."""
+    return tuple(impulse_table(laws=(law,), solver="exact"))
+
+
+def ratios(law: Law = "deformable") -> Ratios:
+    """Return alpha by (stiffness, speed) and height."""
+    found: Ratios = {(k, v): {} for k in STIFFNESSES for v in SPEEDS}
+    for row in impulses(law):
+        found[row.stiffness, row.speed][row.height] = row.ratio
+    return found
+
+
+@cache
+def heights_with_structure_window(law: Law, tallest: int = 8) -> tuple[int, ...]:
+    """Return the heights from 1 to ``tallest`` that have a structure window, median run."""
+    rows = impulse_table(
+        laws=(law,),
+        windows=("structure",),
+        heights=range(1, tallest + 1),
+        stiffnesses=MEDIAN[:1],
+        speeds=MEDIAN[1:],
+    )
+    return tuple(row.height for row in rows if math.isfinite(row.window_s))
+
+
+def contact_intervals(one: TowerRun) -> list[tuple[float, float]]:
+    """Return when the grain touches anything [t0], from and to; cut off by the end of the run."""
+    first, *_, last = (float(time) for time in one.time_over_t0)
+    alone = [*grain_alone(one), (last, last)]
+    begins = [first, *(end for _, end in alone)]
+    ends = [begin for begin, _ in alone]
+    return [pair for pair in zip(begins, ends, strict=False) if pair[0] < pair[1]]

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from harness.reproduction.movies.frames import InclineMotion, Motions, RowMotion
-    from harness.reproduction.movies.stage import Scene
+    from harness.reproduction.movies.motions import InclineMotion, Motions, RowMotion
+    from harness.reproduction.movies.scenes import Scene
 
 
 @dataclass(frozen=True)
@@ -28,10 +28,8 @@ class Film:
 
 def films(motions: Motions) -> list[Film]:
     """Return a film of each motion that there is."""
-    from harness.reproduction.movies.dump import incline_dump, row_dump
-    from harness.reproduction.movies.incline_grain import InclineGrain
-    from harness.reproduction.movies.row_collision import RowCollision
-    from harness.reproduction.movies.tower_shock import TowerShock
+    from harness.reproduction.movies.motions import incline_dump, row_dump
+    from harness.reproduction.movies.scenes import InclineGrain, RowCollision, TowerShock
 
     rows = [_film(RowCollision(one), row_dump(one)) for one in (motions.pair, motions.triple)]
     incline = motions.incline
@@ -40,7 +38,7 @@ def films(motions: Motions) -> list[Film]:
 
 
 def _film(scene: Scene[Any], dump: bytes) -> Film:
-    from harness.report.gif import FRAME_MS, gif, png
+    from harness.report.gallery import FRAME_MS, gif, png
 
     motion: RowMotion | InclineMotion = scene.motion
     speed = 1e3 * float(motion.time[1] - motion.time[0]) / FRAME_MS

@@ -5,28 +5,34 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from harness.cases.columns.case import CASE
-from harness.cases.columns.evidence import Angle, Angles
-from harness.cases.columns.parameters import Columns
-from harness.cases.columns.rest import crest_energy, loaded, sinking, start_load, start_of
-from harness.cases.columns.runs import critical_angle, run_columns
-from harness.cases.columns.sections import finding_in_words, sections
-from harness.cases.columns.template import case_of, scene_of, values_of
+from harness.cases.columns.case import CASE, Angle, Angles, finding_in_words, sections
+from harness.cases.columns.system import (
+    Columns,
+    case_of,
+    crest_energy,
+    critical_angle,
+    loaded,
+    run_columns,
+    scene_of,
+    sinking,
+    start_load,
+    start_of,
+    values_of,
+)
 from harness.cases.contract import Study
-from harness.cases.incline import routes
-from harness.cases.incline.parameters import Incline
+from harness.cases.incline import system
+from harness.cases.incline.system import Incline
 from harness.cases.source_angles import impulse_ratio, source_angles
-from harness.chain.complementarity import contact_forces
 from harness.comparison.verdicts import Verdict
 from harness.engines.lammps.engine import Lammps
-from harness.engines.reference.columns import accelerate, compress
-from harness.engines.reference.engine import Reference
-from harness.engines.reference.over_columns import held_of
-from harness.engines.reference.row import Grain, row_of
+from harness.engines.reference import Reference
 from harness.errors import RequestError
-from harness.parameters.contact import PLASTIC
+from harness.parameters.law import PLASTIC
 from harness.parameters.tower import LAWS
-from harness.theory.critical_angle import critical_angle as closed_form
+from harness.solvers.chain.forces import contact_forces
+from harness.solvers.grain.columns import accelerate, compress, held_of
+from harness.solvers.grain.row import Grain, row_of
+from harness.theory.incline import critical_angle as closed_form
 
 SOFT = Columns(n=5, contact=PLASTIC, steps_per_contact=100.0, stiffness=1e5)
 
@@ -86,10 +92,10 @@ def test_one_particle_starts_as_the_incline(route, law):
     same = {name: getattr(case, name) for name in Incline.model_fields}
     incline = Incline(**same)
     assert start_of(case, route).state() == pytest.approx(
-        routes.start_of(incline, route).state(), rel=1e-12, abs=1e-15
+        system.start_of(incline, route).state(), rel=1e-12, abs=1e-15
     )
     springs = 0.5 * (case.mass * case.gravity) ** 2 / case.stiffness
-    assert crest_energy(case) == pytest.approx(routes.crest_energy(incline) - springs, rel=1e-14)
+    assert crest_energy(case) == pytest.approx(system.crest_energy(incline) - springs, rel=1e-14)
 
 
 # below half the reach, which the chain solver refuses: a sum of places may round beyond it

@@ -4,10 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from harness.cases.contact_base.contact_case import ContactCase
-from harness.cases.contact_base.motion import COLUMNS
-from harness.cases.contact_base.reference import followed, rules_of
-from harness.cases.contact_base.study import verify_trials
+from harness.cases.contact.contact_case import ContactCase
+from harness.cases.contact.motion import COLUMNS, followed, rules_of
+from harness.cases.contact.verification import verify_trials
 from harness.cases.contract import Study
 from harness.cases.registry import built_in, get_case
 from harness.comparison.verdicts import Verdict
@@ -15,7 +14,7 @@ from harness.engines.contract import Engine
 from harness.engines.lammps.engine import Lammps
 from harness.engines.output import SERIES, Output
 from harness.observables.provenance import Provenance
-from harness.parameters.contact_law import ContactLaw
+from harness.parameters.law import ContactLaw
 
 
 def contact_cases():

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from harness.cases.contact_base.further import COHESIVE_FRICTION, TURNING
-from harness.cases.contact_base.parameters import reduced_modulus
-from harness.cases.contact_base.reference import followed
+from harness.cases.contact.motion import followed
+from harness.cases.contact.parameters import reduced_modulus
+from harness.cases.contact.submodels import COHESIVE_FRICTION, TURNING
 from harness.cases.registry import get_case
-from harness.pair.integration import integrate
-from harness.parameters.contact_rules import Rules
-from harness.theory.slider import twisting_spin
+from harness.parameters.rules import Rules
+from harness.solvers.pair.integration import integrate
+from harness.theory.contact import twisting_spin
 
 NAMES = ("head-on", "slip-to-roll", "incline-roll", "twist", "bounce", "prescribed-motion")
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 
-from harness.cases.contact_base.study import verify_trials
+from harness.cases.contact.verification import verify_trials
 from harness.cases.contract import Study
 from harness.cases.registry import get_case
 from harness.comparison.verdicts import Kind, Verdict

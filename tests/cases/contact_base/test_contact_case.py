@@ -2,8 +2,8 @@
 
 import pytest
 
-from harness.cases.contact_base.contact_case import LONGER, PAIRS, ContactCase
-from harness.cases.contact_base.ways import EQUAL, SYSTEMS, chosen
+from harness.cases.contact.contact_case import LONGER, PAIRS, ContactCase
+from harness.cases.contact.transformations import EQUAL, SYSTEMS, chosen
 from harness.cases.registry import all_cases
 
 CASES = [case for case in all_cases().values() if isinstance(case, ContactCase)]

@@ -2,9 +2,9 @@
 
 import pytest
 
-from harness.cases.contact_base.further import TURNING
-from harness.cases.contact_base.invariance import invariances
-from harness.cases.contact_base.study import verify_trials
+from harness.cases.contact.invariance import invariances
+from harness.cases.contact.submodels import TURNING
+from harness.cases.contact.verification import verify_trials
 from harness.cases.contract import Study
 from harness.cases.registry import get_case
 from harness.comparison.known_defects import told_apart

@@ -9,24 +9,22 @@ import numpy as np
 import pytest
 
 import harness
-from harness.cases.contact_base import impact, reference
-from harness.cases.contact_base.invariance import invariances
-from harness.cases.contact_base.ladder import STEPS
-from harness.cases.contact_base.study import verify_trials
-from harness.cases.contact_base.submodels import PULLS_LITTLE
-from harness.cases.contact_base.tolerances import KINKED
+from harness.cases.contact import impact, motion
+from harness.cases.contact.invariance import invariances
+from harness.cases.contact.limits import KINKED, STEPS
+from harness.cases.contact.submodels import PULLS_LITTLE
+from harness.cases.contact.verification import verify_trials
 from harness.cases.contract import Study
 from harness.cases.registry import get_case
-from harness.comparison.findings import Findings
 from harness.comparison.known_defects import told_apart
 from harness.comparison.verdicts import Kind, Verdict
+from harness.comparison.verification import Findings
 from harness.engines.lammps.engine import Lammps
-from harness.observables.provenance import Provenance
-from harness.observables.release import release_of
-from harness.pair import damping
+from harness.observables.provenance import Provenance, release_of
+from harness.solvers.pair import normal
 from harness.store.known_defects import known_defects
-from harness.theory.dashpot import damping_ratio
-from harness.workflows.case_run import run
+from harness.theory.contact import damping_ratio
+from harness.workflows.case_runs import run
 
 GONE = {
     "wall-youngs-modulus",
@@ -286,7 +284,7 @@ def test_the_dashpots_of_mdr_are_those_of_wall_and_pair_interchanged_which_is_kn
 @pytest.fixture
 def forgetful():
     """Let no scene and motion that are kept be taken for those of another dashpot."""
-    kept = (reference._followed, reference.contact_time, impact.impact)
+    kept = (motion._followed, motion.contact_time, impact.impact)
     for one in kept:
         one.cache_clear()
     yield
@@ -298,8 +296,8 @@ def forgetful():
 @pytest.mark.parametrize("submodel", ["mdr, mdr damping", "mdr, yield, mdr damping"])
 @pytest.mark.parametrize(("system", "factor"), [("wall", 0.5), ("two spheres", 2.0)])
 def test_with_that_factor_the_dashpot_of_mdr_holds(lammps, monkeypatch, system, factor, submodel):
-    told = damping.coefficient
-    monkeypatch.setattr(damping, "coefficient", lambda law, rules: factor * told(law, rules))
+    told = normal.coefficient
+    monkeypatch.setattr(normal, "coefficient", lambda law, rules: factor * told(law, rules))
     case = few(get_case("head-on"), (submodel,), (system,))
     trials = case.trials("default", case.submodels)
     checks = verify_trials(case, lammps, Study("default"), trials).checks

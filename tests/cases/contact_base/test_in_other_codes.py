@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from harness.cases.contact_base.study import verify_trials
+from harness.cases.contact.verification import verify_trials
 from harness.cases.contract import Study
 from harness.cases.registry import all_cases, get_case
 from harness.comparison.known_defects import told_apart

@@ -6,21 +6,20 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from harness.cases.contact_base import invariance, views, ways
-from harness.cases.contact_base.contact_case import ContactCase
-from harness.cases.contact_base.invariance import invariances
-from harness.cases.contact_base.motion import motion_of
-from harness.cases.contact_base.submodels import Trial
-from harness.cases.contact_base.ways import EQUAL, chosen
+from harness.cases.contact import invariance, transformations
+from harness.cases.contact.contact_case import ContactCase
+from harness.cases.contact.invariance import invariances
+from harness.cases.contact.motion import motion_of
+from harness.cases.contact.submodels import Trial
+from harness.cases.contact.transformations import EQUAL, chosen
 from harness.cases.contract import Study
 from harness.cases.registry import all_cases, get_case
 from harness.comparison.known_defects import told_apart
 from harness.comparison.verdicts import Kind, Verdict
-from harness.engines.lammps.engine import Lammps
-from harness.engines.lammps.variations import DEFAULTS, SORTED, variations
+from harness.engines.lammps.engine import DEFAULTS, SORTED, Lammps, variations
 from harness.engines.output import SERIES
 from harness.errors import EngineMissingError
-from harness.observables.release import release_of
+from harness.observables.provenance import release_of
 from harness.store.known_defects import known_defects
 
 pytestmark = [pytest.mark.live, pytest.mark.usefixtures("lammps_here")]
@@ -148,10 +147,10 @@ def test_lammps_s_default_sort_alone_exchanges_a_carried_pair_while_it_rolls(lam
     """One sort in 1000 steps: which takes more steps than the other invariances have."""
     case = few("prescribed-motion", ["rolling sds, linear_history"], [system])
     (trial,) = [t for t in chosen(case, "full") if t.system == system]
-    one = ways.first_ways(case, trial, "full")
+    one = transformations.first_ways(case, trial, "full")
     invariance._run([one], lammps)
-    carried, motion = one.ways[ways.CARRIED], one.motion(ways.CARRIED)
-    assert carried.scene.steps == ways.MANY > 4000
+    carried, motion = one.ways[transformations.CARRIED], one.motion(transformations.CARRIED)
+    assert carried.scene.steps == transformations.MANY > 4000
     ends = motion.position[[0, -1]].mean(axis=1)
     (told,) = (v.values for v in variations(carried.job, ends.tolist()) if v.name == SORTED)
     jobs = [
@@ -201,23 +200,27 @@ def test_a_view_that_leaves_something_behind_fails(lammps, monkeypatch):
     rolling = few("incline-roll", ["linear_history"], ["wall, slides"])
     assert "turned" not in failed(rows(lammps, rolling))
     with monkeypatch.context() as fault:
-        fault.setattr(views.View, "_plane", lambda _, plane: plane)
+        fault.setattr(transformations.View, "_plane", lambda _, plane: plane)
         assert failed(rows(lammps, rolling)) >= {"turned", "axes exchanged"}
     spinning = few("spin", ["mindlin"], ["unequal spheres"])
     with monkeypatch.context() as fault:
-        fault.setattr(views.View, "_axial", views.View._polar)
+        fault.setattr(transformations.View, "_axial", transformations.View._polar)
         assert failed(rows(lammps, spinning)) >= {"mirrored"}
     with monkeypatch.context() as fault:
-        fault.setitem(views.DIMENSIONS, "youngs_modulus", (0, 1, -2))
+        fault.setitem(transformations.DIMENSIONS, "youngs_modulus", (0, 1, -2))
         assert failed(rows(lammps, spinning)) >= {"in other units"}
     with monkeypatch.context() as fault:
-        fault.setattr(views.Renumbered, "back", lambda _, motion: motion)
+        fault.setattr(transformations.Renumbered, "back", lambda _, motion: motion)
         assert failed(rows(lammps, spinning)) >= {"renumbered"}
     with monkeypatch.context() as fault:
-        fault.setattr(views.View, "_seen", lambda view, v: views.scaled(view._polar(v), 1.0))
+        fault.setattr(
+            transformations.View,
+            "_seen",
+            lambda view, v: transformations.scaled(view._polar(v), 1.0),
+        )
         assert failed(rows(lammps, spinning)) >= {"moved"}
     with monkeypatch.context() as fault:
-        fault.setattr(ways, "_reversible", lambda law, scene: True)  # noqa: ARG005
+        fault.setattr(transformations, "_reversible", lambda law, scene: True)  # noqa: ARG005
         assert failed(rows(lammps, few("head-on", ["hertz, viscoelastic"], ["wall"]))) >= {
             "reversed in time"
         }
@@ -326,9 +329,9 @@ def test_the_shortest_level_carries_one_pair_with_friction_and_one_that_rolls(la
 def test_a_spring_of_shear_that_an_order_turns_round_is_seen_at_the_shortest_level(lammps):
     case = get_case("prescribed-motion")
     (trial,) = [t for t in chosen(case, "quick") if (t.submodel, t.system) == ("mindlin", EQUAL)]
-    one = ways.first_ways(case, trial, "quick")
+    one = transformations.first_ways(case, trial, "quick")
     invariance._run([one], lammps)
-    later = {way.name: way for way in ways.later_ways(one, lammps, "quick")}
+    later = {way.name: way for way in transformations.later_ways(one, lammps, "quick")}
     one.ways |= {DEFAULTS: later[DEFAULTS]}
     invariance._run([one], lammps)
     (held,) = invariance._rows(one, lammps, lambda way: way.name == DEFAULTS)
@@ -363,9 +366,9 @@ def test_level_full_takes_every_submodel_over_four_ranks(submodel, level, most):
 def test_the_force_at_touch_is_left_out_where_a_motion_begins_there(lammps):
     case = few("prescribed-motion", ["twisting sds, mindlin"], ["unequal spheres"])
     (trial,) = [t for t in chosen(case, "full") if t.system == "unequal spheres"]
-    one = ways.first_ways(case, trial, "full")
+    one = transformations.first_ways(case, trial, "full")
     invariance._run([one], lammps)
-    motion = one.motion(ways.PLAIN)
+    motion = one.motion(transformations.PLAIN)
     first = (np.arange(len(motion.force)) == 0)[:, None, None]
     moved = replace(motion, force=motion.force + 1.0 * first)
     sizes = dict.fromkeys(("position", "velocity", "omega", "force", "torque"), 1.0)

@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from harness.cases.contact_base.ladder import RECORDED, STEPS, climb, powers
-from harness.cases.contact_base.motion import crossing, peak, value_at
-from harness.cases.prescribed_motion.turned import CHORDS
+from harness.cases.contact.limits import RECORDED, STEPS, climb, powers
+from harness.cases.contact.motion import crossing, peak, value_at
+from harness.cases.prescribed_motion import CHORDS
 from harness.cases.registry import get_case
 from harness.errors import RequestError
-from harness.parameters.contact_law import ContactLaw
-from harness.parameters.contact_rules import Rules
+from harness.parameters.law import ContactLaw
+from harness.parameters.rules import Rules
 
 LADDER = STEPS["default"]
 SPRING = {"tangential": "linear_history"}

@@ -4,20 +4,19 @@ from dataclasses import replace
 
 import pytest
 
-from harness.cases.contact_base.figures import codes_over_parameter
-from harness.cases.contact_base.reference import followed
-from harness.cases.contact_base.scans import Scan, scanned
+from harness.cases.contact.limits import Scan, measured_scan
+from harness.cases.contact.motion import followed
+from harness.cases.contact.report import codes_over_parameter
 from harness.cases.contract import Study
 from harness.cases.registry import get_case
-from harness.comparison.findings import Findings
 from harness.comparison.verdicts import Verdict
-from harness.engines.contact_model import ContactModel, stating
+from harness.comparison.verification import Findings
 from harness.engines.contract import Engine
 from harness.engines.output import Output
 from harness.engines.registry import DEFAULT
-from harness.engines.traits import Traits
+from harness.engines.traits import ContactModel, Traits, stating
 from harness.observables.provenance import Provenance
-from harness.parameters.contact_rules import Rules
+from harness.parameters.rules import Rules
 from tests.cases.contact_base.perturbed import series_of
 
 SPRINGS = {
@@ -148,11 +147,11 @@ def test_any_other_main_engine_goes_through_all_submodels_at_once():
 def test_the_figure_of_all_codes_shows_what_a_code_states_beside_its_own_rules():
     case, code, _ = compared(OWN, OWN, {"linear_history", "mindlin"})
     case.scan = Scan("tangential_ratio", "angle", (30.0, 60.0), (("mindlin",), ("linear_history",)))
-    (one,) = scanned(case, code)
+    (one,) = measured_scan(case, code)
     assert (one.family, one.submodel) == (1, "linear_history")
     assert one.apart < 1e-9
     other = Main({}, Rules(**OWN), code.scenes)
-    (wrong,) = scanned(case, other)
+    (wrong,) = measured_scan(case, other)
     assert wrong.found == pytest.approx(one.found)
     assert wrong.apart > 1e-5
     axes = codes_over_parameter(case, [("One", [one]), ("Other", [wrong])]).axes[0]

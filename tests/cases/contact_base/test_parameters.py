@@ -4,17 +4,15 @@ from dataclasses import replace
 
 import pytest
 
-from harness.cases.contact_base.impact import impact
-from harness.cases.contact_base.parameters import ContactSystem
-from harness.cases.contact_base.template import TEMPLATE, job_of, values_of
-from harness.engines.lammps.engine import Lammps
-from harness.engines.lammps.variations import variations
+from harness.cases.contact.impact import impact
+from harness.cases.contact.motion import TEMPLATE, job_of, values_of
+from harness.cases.contact.parameters import ContactSystem
+from harness.engines.lammps.engine import Lammps, variations
 from harness.errors import RequestError
-from harness.pair.integration import integrate
-from harness.parameters.contact_coefficients import PARTNER
-from harness.parameters.contact_law import ContactLaw
-from harness.parameters.contact_scene import Body, ContactScene, Plane
-from harness.workflows.case_run import run
+from harness.parameters.law import PARTNER, ContactLaw
+from harness.parameters.scene import Body, ContactScene, Plane
+from harness.solvers.pair.integration import integrate
+from harness.workflows.case_runs import run
 
 USUAL = ContactSystem(tangential="linear_history", friction=0.3)
 

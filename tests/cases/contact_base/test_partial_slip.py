@@ -4,18 +4,18 @@ import numpy as np
 import pytest
 
 from harness.cases.contract import Study
-from harness.cases.oblique.partial_slip import INCIDENCES, LAWS, POISSON
+from harness.cases.oblique import INCIDENCES, LAWS, POISSON
 from harness.cases.registry import get_case
-from harness.comparison.findings import Findings
 from harness.comparison.verdicts import Kind
-from harness.theory.partial_slip import rebound, stiffness_ratio
+from harness.comparison.verification import Findings
+from harness.theory.contact import partial_slip_rebound, stiffness_ratio
 
 
 def test_each_law_is_a_finding_and_is_the_curve_where_all_slides():
     case = get_case("oblique")
     found = case.verify_own(Study("default"))
     assert [check.kind for check in found.checks] == [Kind.FINDING] * len(LAWS)
-    expected = rebound(INCIDENCES, POISSON)
+    expected = partial_slip_rebound(INCIDENCES, POISSON)
     # at its limit a slider recovers as the contact opens: a law of the total displacement slides
     # to the end while the rebound is beyond -2/3, one of its increments while it is beyond -1
     slides = 7.0 * stiffness_ratio(POISSON) - 2.0 / 3.0 < INCIDENCES

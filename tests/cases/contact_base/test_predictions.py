@@ -5,20 +5,19 @@ from fnmatch import fnmatchcase
 
 import pytest
 
-from harness.cases.contact_base.motion import Motion
-from harness.cases.contact_base.predictions import BOUNDS, as_the_defect_makes_it
-from harness.cases.contact_base.reference import followed, rules_of
-from harness.cases.contact_base.study import verify_trials
+from harness.cases.contact.motion import Motion, followed, rules_of
+from harness.cases.contact.predictions import BOUNDS, as_the_defect_makes_it
+from harness.cases.contact.verification import verify_trials
 from harness.cases.contract import Study
 from harness.cases.registry import get_case
 from harness.comparison.known_defects import KnownDefect, Prediction, told_apart
 from harness.comparison.verdicts import Verdict
 from harness.engines.lammps.engine import Lammps
 from harness.errors import RequestError
-from harness.pair.stepping import Departures, advance
-from harness.parameters.contact_law import ContactLaw
-from harness.parameters.contact_rules import Rules
-from harness.parameters.contact_scene import Body, ContactScene
+from harness.parameters.law import ContactLaw
+from harness.parameters.rules import Rules
+from harness.parameters.scene import Body, ContactScene
+from harness.solvers.pair.stepping import Departures, advance
 from harness.store.known_defects import known_defects
 
 LAW = ContactLaw(

@@ -8,14 +8,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from harness.cases.contact_base.contact_case import ContactCase
-from harness.cases.contact_base.submodels import HERTZ
+from harness.cases.contact.contact_case import ContactCase
+from harness.cases.contact.submodels import HERTZ
 from harness.cases.registry import all_cases, get_case
 from harness.errors import RequestError
-from harness.pair.integration import integrate
-from harness.parameters.contact_rules import Rules
-from harness.theory import oblique
-from harness.workflows.case_run import run
+from harness.parameters.rules import Rules
+from harness.solvers.pair.integration import integrate
+from harness.theory import contact
+from harness.workflows.case_runs import run
 
 CASES = ("head-on", "oblique", "spin", "bounce", "stacked", "slip-to-roll")
 SETS = [(name, preset) for name in CASES for preset in get_case(name).presets]
@@ -245,10 +245,10 @@ def test_sliding_throughout_leaves_what_the_formula_says(name):
     e, down = found["normal_restitution"], parameters.speed
     if name == "oblique":
         along, _, fall = parameters.velocity
-        lost = oblique.sliding_impulse(0.1, e, -fall)
+        lost = contact.sliding_impulse(0.1, e, -fall)
         assert found["tangential_ratio"] == pytest.approx(1.0 - lost / along, rel=1e-9)
         assert found["rim_speed_ratio"] == pytest.approx(2.5 * lost / along, rel=1e-9)
         return
-    lost, rim = oblique.sliding_impulse(0.1, e, down), parameters.radius * parameters.spin
+    lost, rim = contact.sliding_impulse(0.1, e, down), parameters.radius * parameters.spin
     assert abs(found["gained_speed_ratio"]) == pytest.approx(lost / rim, rel=1e-9)
     assert found["spin_ratio"] == pytest.approx(1.0 - 2.5 * lost / rim, rel=1e-9)

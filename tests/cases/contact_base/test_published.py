@@ -3,20 +3,13 @@
 import numpy as np
 import pytest
 
-from harness.cases.contact_base import curves
-from harness.cases.contact_base.evidence import Failed
-from harness.cases.contact_base.published import ANGLES, published
-from harness.cases.contact_base.submodels import (
-    PLAIN,
-    SYSTEMS,
-    TANGENTIAL,
-    TANGENTIAL_BESIDE,
-    Trial,
-)
+from harness.cases.contact import report
+from harness.cases.contact.impact import ANGLES, published
+from harness.cases.contact.limits import Failed
+from harness.cases.contact.submodels import PLAIN, SYSTEMS, TANGENTIAL, TANGENTIAL_BESIDE, Trial
 from harness.cases.registry import get_case
-from harness.parameters.contact_rules import Rules
-from harness.theory.oblique import slides_throughout
-from harness.theory.partial_slip import rebound, stiffness_ratio
+from harness.parameters.rules import Rules
+from harness.theory.contact import partial_slip_rebound, slides_throughout, stiffness_ratio
 
 SUBMODELS = {one.name: one for one in (*TANGENTIAL, *TANGENTIAL_BESIDE)}
 
@@ -47,7 +40,7 @@ def tried(case, parameters, system):
 )
 @pytest.mark.parametrize("system", ["wall", "unequal spheres"])
 def test_a_page_shows_the_law_on_the_curve(monkeypatch, case, name, sticking, system):
-    monkeypatch.setattr(curves, "ANGLES", np.array([5.0, 85.0]))
+    monkeypatch.setattr(report, "ANGLES", np.array([5.0, 85.0]))
     # slow: the normal turns little while the spheres pass each other, as it does for the curve
     one = tried(case, told(case, name, system, speed=0.01), system)
     plot = get_case(case).plot(one, "TOY")
@@ -86,7 +79,7 @@ def test_partial_slip_is_the_computed_curve_and_coulombs_beyond(restitution):
     psi = kappa / (0.5 * mu * (1.0 + restitution)) * incidence
     below = slice(0, 30)
     assert found.left[below] * psi[below] == pytest.approx(
-        rebound(psi[below], parameters.poisson_ratio), abs=1e-12
+        partial_slip_rebound(psi[below], parameters.poisson_ratio), abs=1e-12
     )
     assert np.all(np.diff(found.angles) > 0.0)
     assert found.angles[0] >= ANGLES[0]
@@ -111,5 +104,5 @@ def test_a_curve_of_a_long_run_has_no_more_points_than_a_page_needs(name):
     parameters = told("slip-to-roll", name).replace(steps_per_contact=1600)
     plot = case.plot(tried("slip-to-roll", parameters, "wall"), "TOY")
     for line in plot.lines:
-        assert curves.POINTS <= len(line.x) <= 5 * curves.POINTS
+        assert report.POINTS <= len(line.x) <= 5 * report.POINTS
         assert not line.marked

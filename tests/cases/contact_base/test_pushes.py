@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from harness.cases.contact_base.impact import impact
-from harness.cases.contact_base.parameters import ContactSystem
-from harness.cases.contact_base.pushes import lost, of_force
-from harness.pair.integration import integrate
-from harness.pair.normal import segment
-from harness.parameters.contact_rules import Rules
+from harness.cases.contact.impact import impact
+from harness.cases.contact.invariance import lost, of_force
+from harness.cases.contact.parameters import ContactSystem
+from harness.parameters.rules import Rules
+from harness.solvers.pair.integration import integrate
+from harness.solvers.pair.normal import segment
 
 DOWN = (0.0, 0.0, -1.0)
 SIZES = {"position": 1e-4, "velocity": 1.0, "force": 50.0}

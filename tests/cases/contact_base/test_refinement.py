@@ -6,19 +6,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from harness.cases.contact_base.ladder import FINEST, STEPS, climb, powers, unresolved
-from harness.cases.contact_base.motion import COLUMNS
-from harness.cases.contact_base.reference import followed
-from harness.cases.contact_base.study import verify_trials
+from harness.cases.contact.limits import FINEST, STEPS, climb, powers, unresolved
+from harness.cases.contact.motion import COLUMNS, followed
+from harness.cases.contact.verification import verify_trials
 from harness.cases.contract import Study
 from harness.cases.registry import get_case
-from harness.comparison.tolerances import Tolerance
-from harness.comparison.verdicts import Kind, Verdict, decided, is_undecided, judge
+from harness.comparison.verdicts import Kind, Tolerance, Verdict, decided, is_undecided, judge
 from harness.engines.contract import Engine, Output
 from harness.engines.output import SERIES
 from harness.engines.traits import Traits
 from harness.observables.provenance import Provenance
-from harness.parameters.contact_rules import Rules
+from harness.parameters.rules import Rules
 
 
 @pytest.mark.parametrize(

@@ -6,12 +6,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from harness.cases.contact_base.contact_case import LONGER
-from harness.cases.contact_base.parameters import ContactSystem
+from harness.cases.contact.contact_case import LONGER
+from harness.cases.contact.parameters import ContactSystem
 from harness.cases.registry import get_case
 from harness.engines.registry import open_engine
 from harness.errors import RequestError
-from harness.workflows.case_settings import parameters_of
+from harness.workflows.case_runs import parameters_of
 
 STRONG = {"damping": "velocity", "damping_coefficient": "1e5"}
 ROLLING = {"normal": "hooke", "normal_stiffness": "1e5"}

@@ -6,19 +6,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from harness.cases.contact_base import template
-from harness.cases.contact_base.closed_forms import head_on
-from harness.cases.contact_base.formulas import formulas
-from harness.cases.contact_base.parameters import (
+from harness.cases.contact import motion as template
+from harness.cases.contact.impact import head_on, published
+from harness.cases.contact.motion import followed
+from harness.cases.contact.parameters import (
     ContactSystem,
     one_material,
     reduced_modulus,
     reduced_shear_modulus,
 )
-from harness.cases.contact_base.published import published
-from harness.cases.contact_base.reference import followed
-from harness.cases.contact_base.study import verify_trials
-from harness.cases.contact_base.submodels import TWO_MATERIALS
+from harness.cases.contact.report import formulas
+from harness.cases.contact.submodels import TWO_MATERIALS
+from harness.cases.contact.verification import verify_trials
 from harness.cases.contract import Study
 from harness.cases.registry import get_case
 from harness.comparison.known_defects import told_apart
@@ -26,11 +25,11 @@ from harness.comparison.verdicts import Verdict
 from harness.engines.lammps.engine import Lammps
 from harness.engines.registry import engine_class
 from harness.errors import RequestError
-from harness.observables.release import release_of
-from harness.pair.system import effective_moduli
-from harness.parameters.contact_law import ContactLaw
-from harness.parameters.contact_rules import Rules
-from harness.parameters.contact_scene import Body, ContactScene, Plane
+from harness.observables.provenance import release_of
+from harness.parameters.law import ContactLaw
+from harness.parameters.rules import Rules
+from harness.parameters.scene import Body, ContactScene, Plane
+from harness.solvers.pair.system import effective_moduli
 from harness.store.known_defects import known_defects
 
 MODULI = st.floats(1e5, 1e12)

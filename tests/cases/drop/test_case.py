@@ -5,13 +5,12 @@ import math
 import pytest
 
 from harness.cases.contract import Study
-from harness.cases.drop.case import CASE
-from harness.cases.drop.parameters import Drop
-from harness.comparison.findings import Findings
-from harness.engines.reference.engine import Reference
+from harness.cases.drop.case import CASE, Drop
+from harness.comparison.verification import Findings
+from harness.engines.reference import Reference
 from harness.errors import RequestError
-from harness.parameters.contact import PLASTIC, Contact
-from harness.report.figures.style import house_style
+from harness.parameters.law import PLASTIC, Contact
+from harness.report.style import house_style
 from tests.engine_doubles import Crashing, Twin
 
 KNOWN = {

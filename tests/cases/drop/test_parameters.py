@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from harness.cases.drop.parameters import Drop
+from harness.cases.drop.case import Drop
 from harness.errors import RequestError
 
 

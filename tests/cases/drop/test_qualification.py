@@ -5,17 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from harness.cases.drop.checks import drop_tests
-from harness.cases.drop.template import case_of, scene_of, values_of
+from harness.cases.drop.case import case_of, drop_tests, scene_of, values_of
 from harness.cases.grain import COLUMNS
 from harness.cases.qualification import qualify
 from harness.comparison.verdicts import Verdict
-from harness.engines.cost import in_words
-from harness.engines.reference.engine import INTEGRATORS, Reference
+from harness.engines.border import in_words
+from harness.engines.reference import INTEGRATORS, Reference
 from harness.engines.registry import open_engine
 from harness.errors import EngineCrashError, EngineTimeoutError
-from harness.observables.trajectory import Trajectory
-from harness.parameters.contact import Contact
+from harness.observables.reference import Trajectory
+from harness.parameters.law import Contact
 from tests.engine_doubles import Twin
 
 

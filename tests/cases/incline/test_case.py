@@ -7,29 +7,30 @@ import numpy as np
 import pytest
 
 from harness.cases.contract import Study
-from harness.cases.incline.case import CASE
-from harness.cases.incline.closed_forms import closed_forms, rebound
-from harness.cases.incline.critical_angles import critical_angle, extrapolated_critical_angle
-from harness.cases.incline.engine_angle import EngineAngle, Rules
-from harness.cases.incline.engine_figure import angles_of_engines
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.passage import (
+from harness.cases.incline.angle import (
     check_passage,
+    critical_angle,
     critical_angle_by_passage,
+    extrapolated_critical_angle,
     most_restitution,
 )
-from harness.cases.incline.rigid import TITLE
+from harness.cases.incline.case import CASE
+from harness.cases.incline.checks import TITLE
+from harness.cases.incline.closed_forms import closed_forms, rebound
+from harness.cases.incline.engine_checks import EngineAngle, Rules
+from harness.cases.incline.figures import angles_of_engines
+from harness.cases.incline.report import contacts_explained, engine_table
 from harness.cases.incline.runs import measured
-from harness.cases.incline.sections import contacts_explained, engine_table
-from harness.comparison.findings import Findings
+from harness.cases.incline.system import Incline
 from harness.comparison.verdicts import Verdict
-from harness.engines.reference.engine import Reference
+from harness.comparison.verification import Findings
+from harness.engines.reference import Reference
 from harness.errors import RequestError
-from harness.hard_sphere.critical_angle import critical_angle as rigid_angle
-from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE, Contact
-from harness.report.figures.style import house_style
-from harness.theory.critical_angle import critical_angle as closed_form
-from harness.theory.energy_map import passage_margin
+from harness.parameters.law import CLIPPED, PLASTIC, SOURCE, Contact
+from harness.report.style import house_style
+from harness.solvers.hard_sphere import critical_angle as rigid_angle
+from harness.theory.incline import critical_angle as closed_form
+from harness.theory.incline import passage_margin
 from tests.engine_doubles import Twin
 
 HALF = Contact(restitution=0.5, damping_ratio=None)

@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 from harness.cases.contract import Study
-from harness.cases.incline import checks, single_runs
+from harness.cases.incline import checks as single_runs
+from harness.cases.incline import verification
 from harness.cases.incline.case import CASE
-from harness.cases.incline.evidence import InclineEvidence, Verifying
-from harness.cases.incline.reference_checks import against_the_reference
-from harness.cases.incline.single_runs import RECURSION_CASE, recursion
-from harness.comparison.findings import Findings
+from harness.cases.incline.checks import RECURSION_CASE, InclineEvidence, Verifying, recursion
+from harness.cases.incline.verification import against_the_reference
 from harness.comparison.verdicts import Kind, Verdict
-from harness.engines.reference.engine import Reference
+from harness.comparison.verification import Findings
+from harness.engines.reference import Reference
 from harness.errors import EngineMissingError, EngineOutputError
-from harness.theory.critical_angle import critical_angle
+from harness.theory.incline import critical_angle
 from tests.engine_doubles import TRAITS, Clamped, Crashing, Twin
 
 
@@ -87,7 +87,7 @@ def test_a_part_that_raises_anything_at_all_is_a_failed_row(monkeypatch):
     def broken(*_, **__):
         raise IndexError("list index out of range")
 
-    monkeypatch.setattr(checks, "recursion", broken)
+    monkeypatch.setattr(verification, "recursion", broken)
     monkeypatch.setattr(single_runs, "critical_angle", broken)
     found = CASE.verify(Twin(), Study("quick"))
     rows = {check.name: check for check in found.checks if check.verdict is Verdict.FAIL}
@@ -153,7 +153,7 @@ def rows_kept(keep):
 )
 def test_a_path_that_lacks_samples_is_no_result(keep):
     with pytest.raises(EngineOutputError, match=r"rows of a series|samples missing in between"):
-        checks._motions(verifying(sampled(rows_kept(keep))))
+        verification._motions(verifying(sampled(rows_kept(keep))))
 
 
 def test_a_path_without_a_column_is_no_result():
@@ -162,7 +162,7 @@ def test_a_path_without_a_column_is_no_result():
         return table
 
     with pytest.raises(EngineOutputError, match="vy_m_per_s"):
-        checks._motions(verifying(sampled(without)))
+        verification._motions(verifying(sampled(without)))
 
 
 @pytest.mark.parametrize(
@@ -180,7 +180,7 @@ def test_a_path_without_a_column_is_no_result():
 )
 def test_another_path_does_not_pass_beside_the_reference(change, shown):
     told = verifying(sampled(change))
-    checks._motions(told)
+    verification._motions(told)
     names = failed(against_the_reference(told))
     paths = {name.partition(",")[0] for name in names}
     assert (any(shown in name for name in names) and len(paths) == 2) if shown else not names
@@ -209,7 +209,7 @@ def test_an_engine_with_few_digits_is_judged_by_its_angles_alone():
         traits = replace(TRAITS, digits=6)
 
     told = verifying(Six())
-    checks._motions(told)
+    verification._motions(told)
     recursion(told)
     assert not any("path at" in c.name or "crests" in c.name for c in against_the_reference(told))
 
@@ -240,7 +240,7 @@ def test_a_twin_is_held_against_the_engine_and_closed():
 
 @pytest.mark.live
 def test_lammps_is_the_committed_baseline_to_the_last_bit_in_its_passages():
-    from harness.cases.incline.single_runs import passages
+    from harness.cases.incline.checks import passages
     from harness.engines.registry import open_engine
     from harness.store.baseline import read_baseline
 

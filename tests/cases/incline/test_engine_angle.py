@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from harness.cases.incline.engine_angle import EngineAngle, Rules
+from harness.cases.incline.engine_checks import EngineAngle, Rules
 
 RULES = Rules("clipped", "half", "linear")
 

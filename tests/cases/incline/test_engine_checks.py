@@ -7,15 +7,19 @@ from dataclasses import replace
 import pytest
 
 from harness.cases.contract import Study
+from harness.cases.incline.angle import critical_angle
 from harness.cases.incline.case import CASE
-from harness.cases.incline.critical_angles import critical_angle
-from harness.cases.incline.engine_angle import contacts_of, reference_for
-from harness.cases.incline.engine_checks import microseconds_per_step, same_rules
+from harness.cases.incline.engine_checks import (
+    contacts_of,
+    microseconds_per_step,
+    reference_for,
+    same_rules,
+)
 from harness.cases.incline.levels import STATED
-from harness.cases.incline.parameters import Incline
+from harness.cases.incline.system import Incline
 from harness.comparison.verdicts import Kind, Verdict
-from harness.engines.reference.engine import Reference
-from harness.parameters.contact import CLIPPED, PLASTIC
+from harness.engines.reference import Reference
+from harness.parameters.law import CLIPPED, PLASTIC
 from tests.engine_doubles import TRAITS, Clamped, Crashing, Half, Twin
 
 

@@ -1,12 +1,11 @@
 import pytest
 
-from harness.cases.incline.critical_angle import CriticalAngle
-from harness.cases.incline.extrapolation import extrapolate
+from harness.cases.incline.angle import CriticalAngle, extrapolate
 from harness.cases.incline.levels import FULL_LADDER, QUICK_LADDER, Ladder
-from harness.cases.incline.parameters import Incline
+from harness.cases.incline.system import Incline
 from harness.errors import RequestError
 from harness.observables.provenance import Provenance
-from harness.parameters.contact import PLASTIC
+from harness.parameters.law import PLASTIC
 
 TRUTH = 10.2
 

@@ -5,16 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import Motion
-from harness.cases.incline.routes import start_of
 from harness.cases.incline.runs import follow, measured, read
+from harness.cases.incline.system import Incline, Motion, start_of
 from harness.engines.output import Output
-from harness.engines.reference.engine import Reference
+from harness.engines.reference import Reference
 from harness.errors import EngineNaNError, EngineOutputError
 from harness.observables.provenance import Provenance
-from harness.observables.trajectory import Trajectory
-from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE
+from harness.observables.reference import Trajectory
+from harness.parameters.law import CLIPPED, PLASTIC, SOURCE
 
 WHO = Provenance("some engine", "1")
 

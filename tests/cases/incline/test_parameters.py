@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from harness.cases.incline.parameters import Incline
+from harness.cases.incline.system import Incline
 from harness.errors import RequestError
-from harness.parameters.contact import CONTACTS, Contact
+from harness.parameters.law import CONTACTS, Contact
 
 POSITIVE = "greater than 0"
 

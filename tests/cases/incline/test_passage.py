@@ -4,10 +4,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.passage import critical_angle_by_passage
+from harness.cases.incline.angle import critical_angle_by_passage
+from harness.cases.incline.system import Incline
 from harness.errors import EngineCrashError, EngineOutputError, RequestError
-from harness.theory.critical_angle import critical_angle
+from harness.theory.incline import critical_angle
 
 CASE = Incline()
 

@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 
 from harness.cases.contract import Study
+from harness.cases.incline.angle import critical_angle_by_steady_motion
 from harness.cases.incline.case import CASE
-from harness.cases.incline.recorded import (
+from harness.cases.incline.runs import follow, steady_runs
+from harness.cases.incline.system import Motion, start_in_well
+from harness.cases.incline.verification import (
     CONTACT,
     PATHS,
     START_SPEED,
@@ -16,12 +19,8 @@ from harness.cases.incline.recorded import (
     recorded_angles,
     recorded_path,
 )
-from harness.cases.incline.result import Motion
-from harness.cases.incline.routes import start_in_well
-from harness.cases.incline.runs import follow, steady_runs
-from harness.cases.incline.steady import critical_angle_by_steady_motion
 from harness.comparison.verdicts import Verdict
-from harness.engines.reference.engine import Reference
+from harness.engines.reference import Reference
 from harness.errors import RequestError
 
 ROW_SECONDS = 0.0130557  # six digits, every 20 steps at f = 50

@@ -3,15 +3,15 @@
 import pytest
 
 from harness.cases.contract import Study
+from harness.cases.incline.angle import critical_angle as critical_angle_in
 from harness.cases.incline.case import CASE
-from harness.cases.incline.critical_angles import critical_angle as critical_angle_in
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.rigid import STIFFNESSES, rigid_section, solve_rigid
+from harness.cases.incline.checks import STIFFNESSES, rigid_section, solve_rigid
+from harness.cases.incline.system import Incline
 from harness.comparison.verdicts import Verdict
 from harness.engines.lammps.engine import Lammps
-from harness.engines.reference.engine import Reference
-from harness.hard_sphere.critical_angle import critical_angle
-from harness.parameters.contact import Contact
+from harness.engines.reference import Reference
+from harness.parameters.law import Contact
+from harness.solvers.hard_sphere import critical_angle
 from harness.workflows import run, sweep
 
 

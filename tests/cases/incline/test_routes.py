@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.routes import (
+from harness.cases.incline.system import (
+    Incline,
     Start,
     crest_energy,
     crest_place,
@@ -20,7 +20,7 @@ from harness.cases.incline.routes import (
     start_of,
 )
 from harness.errors import RequestError
-from harness.parameters.contact import CONTACTS
+from harness.parameters.law import CONTACTS
 
 ANGLES = st.floats(0.0, 30.0)
 

@@ -7,23 +7,24 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import Motion
-from harness.cases.incline.routes import (
+from harness.cases.incline.runs import follow, measured
+from harness.cases.incline.system import (
+    Incline,
+    Motion,
     crest_energy,
     crest_place,
     energy,
     margin,
     overlaps,
+    scene_of,
     settled_place,
+    spring_of,
     start_of,
+    values_of,
 )
-from harness.cases.incline.runs import follow, measured
-from harness.cases.incline.springs import spring_of
-from harness.cases.incline.template import scene_of, values_of
-from harness.engines.reference.engine import Reference
-from harness.engines.reference.row import acceleration, row_of
-from harness.parameters.contact import CLIPPED, PLASTIC
+from harness.engines.reference import Reference
+from harness.parameters.law import CLIPPED, PLASTIC
+from harness.solvers.grain.row import acceleration, row_of
 
 CASE = Incline(angle=12.0, contact=PLASTIC, steps_per_contact=400.0, phase=0.3)
 LAWS = ("linear", "Hertz")

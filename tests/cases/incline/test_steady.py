@@ -2,16 +2,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from harness.cases.incline.cost import COARSE_RUNS
-from harness.cases.incline.critical_angles import critical_angle
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.passage import critical_angle_by_passage
-from harness.cases.incline.recorded import case_at
-from harness.cases.incline.result import Motion
-from harness.cases.incline.steady import critical_angle_by_steady_motion
-from harness.engines.reference.engine import Reference
+from harness.cases.incline.angle import (
+    critical_angle,
+    critical_angle_by_passage,
+    critical_angle_by_steady_motion,
+)
+from harness.cases.incline.levels import COARSE_RUNS
+from harness.cases.incline.system import Incline, Motion
+from harness.cases.incline.verification import case_at
+from harness.engines.reference import Reference
 from harness.errors import EngineOutputError
-from harness.theory.critical_angle import critical_angle as closed_form
+from harness.theory.incline import critical_angle as closed_form
 
 CASE = Incline()
 COARSE = Incline(steps_per_contact=10.0)

@@ -8,12 +8,10 @@ import pytest
 
 from harness.cases.contract import Study
 from harness.cases.layers.case import CASE, FLOWING
-from harness.cases.layers.parameters import SINGLE, Layers
-from harness.cases.layers.template import TEMPLATE, values_of
+from harness.cases.layers.system import SINGLE, TEMPLATE, Layers, values_of
 from harness.comparison.verdicts import Verdict
 from harness.engines.lammps.engine import Lammps
-from harness.engines.output import Output
-from harness.engines.tables import read_dump
+from harness.engines.output import Output, read_dump
 from harness.errors import (
     EngineLostAtomsError,
     EngineOutputError,

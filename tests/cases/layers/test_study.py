@@ -12,7 +12,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy import stats
 
-from harness.cases.incline.parameters import Incline
+from harness.cases.incline.system import Incline
 from harness.cases.layers.averages import (
     BOX_POWERS,
     Mean,
@@ -26,24 +26,28 @@ from harness.cases.layers.averages import (
 )
 from harness.cases.layers.case import CASE
 from harness.cases.layers.changes import TEST, compared, seeds_of
-from harness.cases.layers.cost import Speed, durations_of, steps_of
-from harness.cases.layers.extents import BOXES, EXTENTS, RANKS
-from harness.cases.layers.parameters import SINGLE
-from harness.cases.layers.study import (
+from harness.cases.layers.extents import (
+    BOXES,
+    EXTENTS,
     LIMIT,
+    RANKS,
     REFERENCE,
     SINGLE_CRITICAL_DEG,
     THICKNESS,
-    LayersStudy,
+    Speed,
+    durations_of,
     grains_in,
+    steps_of,
 )
+from harness.cases.layers.study import LayersStudy
+from harness.cases.layers.system import SINGLE
 from harness.cases.source_angles import READINGS, source_angles
 from harness.errors import RequestError
 from harness.observables.reference import ReferencePoints
 from harness.parameters.base import Parameters
-from harness.report.figures.style import house_style
+from harness.report.style import house_style
 from harness.workflows import critical_angle
-from harness.workflows.sweep_run import key_of
+from harness.workflows.sweep_run import column_of
 
 STUDY = LayersStudy()
 REPORT = Path(__file__).parents[3] / "reports/layers"
@@ -290,7 +294,7 @@ def row(one: Parameters, ranks, angle):
     """Return a run as a sweep makes it, with an angle of stop, None for one that is undecided."""
     values = {**one.model_dump(mode="json"), "contact.restitution": one.contact.restitution}
     units = {"length": "d", "width": "d", "filled": "d", "rate": "deg", "rise": "deg"}
-    told = {key_of(name, units.get(name, "")): value for name, value in values.items()}
+    told = {column_of(name, units.get(name, "")): value for name, value in values.items()}
     around = None if angle is None else angle + 1e-3
     return {
         "ranks": ranks,

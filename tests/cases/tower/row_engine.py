@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numba import njit
 
-from harness.cases.tower.template import case_of
+from harness.cases.tower.system import case_of
 from harness.engines.contract import Engine, Output
 from harness.engines.traits import Traits
 from harness.observables.provenance import Provenance

@@ -4,9 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from harness.cases.tower.against_exact import against_exact
-from harness.cases.tower.evidence import CodeEvidence
 from harness.cases.tower.run import tower
+from harness.cases.tower.verification import CodeEvidence, against_exact
 from harness.comparison.verdicts import Verdict
 from harness.parameters.tower import Tower
 

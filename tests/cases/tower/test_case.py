@@ -7,13 +7,13 @@ import pytest
 
 from harness.cases.contract import Study
 from harness.cases.tower.case import CASE
-from harness.cases.tower.parameters import TowerRunParameters
-from harness.cases.tower.records import record_name
+from harness.cases.tower.run import record_name
+from harness.cases.tower.system import TowerRunParameters
 from harness.comparison.verdicts import Kind, Verdict
 from harness.engines.output import Output
 from harness.errors import EngineCrashError, EngineError, EngineOutputError, RequestError
 from harness.parameters.tower import Tower
-from harness.workflows.case_settings import parameters_of
+from harness.workflows.case_runs import parameters_of
 from tests.cases.tower.row_engine import RowEngine
 
 QUICK = Study(level="quick")
@@ -181,8 +181,7 @@ def test_own_solvers_need_no_engine(own):
 
 def test_the_last_change_of_contacts_is_the_same_in_other_units():
     """Other units round every operation differently; samples fall on other sides of a change."""
-    from harness.cases.tower.records import tower_record
-    from harness.cases.tower.run import tower
+    from harness.cases.tower.run import tower, tower_record
 
     width = CASE.regression["last_change_s"]
     for law in ("overlap", "deformable"):
@@ -202,12 +201,12 @@ def test_the_last_change_of_contacts_is_the_same_in_other_units():
 
 
 def test_an_error_within_a_part_is_a_row_and_the_others_go_on(monkeypatch):
-    from harness.cases.tower import own_checks
+    from harness.cases.tower import verification
 
     def wrong(*_):
         raise IndexError("of a part")
 
-    monkeypatch.setattr(own_checks, "_laws_apart", wrong)
+    monkeypatch.setattr(verification, "_laws_apart", wrong)
     found = CASE.verify_own(QUICK)
     failed = [check for check in found.checks if check.verdict is Verdict.FAIL]
     assert [check.name for check in failed] == ["tower: laws apart"]

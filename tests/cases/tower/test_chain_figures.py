@@ -5,8 +5,8 @@ import io
 import numpy as np
 import pytest
 
-from harness.cases.tower.figures import peak_error as chain_peak_error
-from harness.cases.tower.figures import runs as chain_runs
+from harness.cases.tower import figures as chain_peak_error
+from harness.cases.tower import figures as chain_runs
 from harness.cases.tower.run import tower
 from harness.parameters.tower import Tower
 

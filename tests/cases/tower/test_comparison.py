@@ -8,12 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from harness.cases.tower.comparison import compare
-from harness.cases.tower.contact_events import ContactEvent, match_events
-from harness.chain import exact, rk4
+from harness.cases.tower.comparison import ContactEvent, compare, match_events
 from harness.errors import RequestError
 from harness.observables.tower import COLUMNS, TowerRun
 from harness.parameters.tower import Tower
+from harness.solvers.chain import exact, rk4
 
 TOWER = Tower(height=3, law="overlap")
 PEAK = 1000.0  # [N]

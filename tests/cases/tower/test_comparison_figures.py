@@ -6,12 +6,11 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
-from harness.cases.tower.comparison import compare
-from harness.cases.tower.figures import comparison as tower_comparison
-from harness.cases.tower.step_convergence import step_convergence
-from harness.chain import exact, rk4
+from harness.cases.tower import figures as tower_comparison
+from harness.cases.tower.comparison import compare, step_convergence
 from harness.parameters.tower import Tower
-from harness.report.figures.style import house_style
+from harness.report.style import house_style
+from harness.solvers.chain import exact, rk4
 
 
 @pytest.fixture(autouse=True)

@@ -7,7 +7,7 @@ import pytest
 
 from harness.cases.contract import Study
 from harness.cases.tower.case import CASE
-from harness.cases.tower.levels import FINEST
+from harness.cases.tower.verification import FINEST_STEPS
 from harness.comparison.verdicts import Verdict
 from harness.errors import EngineCrashError
 from tests.cases.tower.row_engine import Half, RowEngine
@@ -24,7 +24,7 @@ def test_every_height_is_close_and_the_order_is_that_of_the_scheme(kind, order):
     assert {check.verdict for check in rows} == {Verdict.PASS}
     assert len(rows) == 2 * 5 + 1
     assert [tower.height for tower in evidence.towers] == [1, 2, 4, 9, 19]
-    assert {tower.steps_per_contact for tower in evidence.towers} == {FINEST}
+    assert {tower.steps_per_contact for tower in evidence.towers} == {FINEST_STEPS}
     assert all(abs(tower.peak_error) < 2e-5 for tower in evidence.towers)
     (found,) = evidence.convergence
     assert found.l2_order.value == pytest.approx(order, abs=0.1)

@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from harness.cases.tower.evidence import EngineTower
+from harness.cases.tower.verification import EngineTower
 
 
 def test_errors_of_a_tower_are_relative():

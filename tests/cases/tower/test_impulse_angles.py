@@ -9,15 +9,15 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 from scipy.special import jv
 
-from harness.cases.tower.impulse_angles import (
+from harness.cases.tower.impulse import (
     angle_from_impulse_ratio,
     energy_scaling_angles,
     impulse_angles,
     impulse_by_gamma,
+    impulse_table,
 )
-from harness.cases.tower.impulse_table import impulse_table
 from harness.parameters.tower import Tower
-from harness.theory.energy_map import passage_margin
+from harness.theory.incline import passage_margin
 
 WINDOWS = ("turnaround", "structure", "first-contact")
 KNOWN_BESSEL_RATIO = 0.5661397  # (1 + 0.1322795) / 2

@@ -5,8 +5,8 @@ import io
 import numpy as np
 import pytest
 
-from harness.cases.tower.figures import impulse as figures
-from harness.cases.tower.impulse_angles import (
+from harness.cases.tower import figures
+from harness.cases.tower.impulse import (
     WAYS,
     energy_scaling_angles,
     impulse_angles,
@@ -142,7 +142,7 @@ def inside(figure):
 
 
 def test_legends_are_not_cut_off(frame):
-    from harness.report.figures.style import house_style
+    from harness.report.style import house_style
 
     one = frame[(frame["law"] == "overlap") & (frame["window"] == "turnaround")]
     with house_style():

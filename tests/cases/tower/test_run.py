@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from harness.cases.tower.impulse_table import impulse_table
+from harness.cases.tower.impulse import impulse_table
 from harness.cases.tower.run import covering, tower
 from harness.errors import RequestError
 from harness.parameters.tower import Tower

@@ -5,10 +5,10 @@ import json
 import numpy as np
 import pytest
 
-from harness.cases.tower.step_convergence import step_convergence
-from harness.chain import exact, rk4
+from harness.cases.tower.comparison import step_convergence
 from harness.errors import RequestError
 from harness.parameters.tower import Tower
+from harness.solvers.chain import exact, rk4
 
 STEPS = np.geomspace(50, 3200, 13)
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from harness.cases.tower.timing import MOST_ROWS, timing_of
+from harness.cases.tower.system import MOST_ROWS, timing_of
 from harness.errors import RequestError
 from harness.parameters.tower import Tower
 

@@ -6,9 +6,8 @@ from pathlib import Path
 import pytest
 
 from harness.engines.esys.engine import Esys
-from harness.engines.output import Output, results_in
+from harness.engines.output import Output, read_csv, results_in
 from harness.engines.process import Limits
-from harness.engines.tables import read_csv
 from harness.errors import EngineMissingError
 from harness.observables.provenance import Provenance
 

@@ -7,14 +7,13 @@ from pathlib import Path
 import pytest
 
 import harness
-from harness.cases.contact_base.study import verify_trials
+from harness.cases.contact.verification import verify_trials
 from harness.cases.contract import Study
 from harness.cases.registry import get_case
 from harness.comparison.known_defects import told_apart
 from harness.comparison.verdicts import Verdict
-from harness.engines.contact_model import stating
-from harness.engines.esys.contacts import CONTACTS
-from harness.engines.esys.open_mpi import RANKS, environment, find_launcher
+from harness.engines.esys.engine import CONTACTS, RANKS, environment, find_launcher
+from harness.engines.traits import stating
 from harness.store.known_defects import known_defects
 
 OBLIQUE = get_case("oblique")

@@ -4,13 +4,12 @@ import time
 
 import pytest
 
-from harness.cases.drop.parameters import Drop
-from harness.cases.drop.runs import run_drops
-from harness.cases.drop.template import job_of as drop_job
-from harness.cases.incline.parameters import Incline
+from harness.cases.drop.case import Drop, run_drops
+from harness.cases.drop.case import job_of as drop_job
 from harness.cases.incline.runs import run_inclines
-from harness.cases.incline.template import job_of as incline_job
-from harness.cases.tower.engine_runs import run_towers
+from harness.cases.incline.system import Incline
+from harness.cases.incline.system import job_of as incline_job
+from harness.cases.tower.run import run_towers
 from harness.engines.esys.engine import Esys
 from harness.engines.registry import open_engine
 from harness.errors import (
@@ -23,7 +22,7 @@ from harness.errors import (
     EngineTimeoutError,
     RequestError,
 )
-from harness.parameters.contact import PLASTIC, SOURCE, Contact
+from harness.parameters.law import PLASTIC, SOURCE, Contact
 from harness.parameters.tower import Tower
 
 DROP = Drop(contact=PLASTIC, speed=1.0, steps_per_contact=30.0, duration=1.0, every=15)

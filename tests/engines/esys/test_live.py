@@ -6,25 +6,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from harness.cases.drop.parameters import Drop
-from harness.cases.drop.runs import run_drops
-from harness.cases.drop.template import TEMPLATE
-from harness.cases.incline.critical_angles import critical_angle
-from harness.cases.incline.parameters import Incline
+from harness.cases.drop.case import TEMPLATE, Drop, run_drops
+from harness.cases.incline.angle import critical_angle
 from harness.cases.incline.runs import run_inclines
+from harness.cases.incline.system import Incline
 from harness.cases.qualification import qualify
-from harness.cases.tower.engine_runs import run_towers
-from harness.cases.tower.run import tower
+from harness.cases.tower.run import run_towers, tower
 from harness.comparison.verdicts import Verdict
 from harness.engines.contract import Job
 from harness.engines.esys.engine import Esys
 from harness.engines.process import Limits
-from harness.engines.reference.engine import Reference
+from harness.engines.reference import Reference
 from harness.errors import EngineError, EngineInputError, EngineMissingError, EngineTimeoutError
-from harness.observables.impulse import impulse
-from harness.parameters.contact import CLIPPED, PLASTIC, Contact
+from harness.observables.windows import impulse
+from harness.parameters.law import CLIPPED, PLASTIC, Contact
 from harness.parameters.tower import Tower
-from harness.theory.critical_angle import critical_angle as closed_form
+from harness.theory.incline import critical_angle as closed_form
 
 pytestmark = pytest.mark.live
 

@@ -5,15 +5,15 @@ import re
 import numpy as np
 import pytest
 
-from harness.cases.drop import runs as drops
-from harness.cases.drop.parameters import Drop
+from harness.cases.drop import case as drops
+from harness.cases.drop.case import Drop
 from harness.cases.incline import runs as inclines
-from harness.cases.incline.parameters import Incline
-from harness.cases.tower import engine_runs as towers
-from harness.cases.tower.timing import timing_of
+from harness.cases.incline.system import Incline
+from harness.cases.tower import run as towers
+from harness.cases.tower.system import timing_of
 from harness.engines.esys.engine import Esys, apart
 from harness.engines.process import Ended, Limits
-from harness.engines.reference.engine import Reference
+from harness.engines.reference import Reference
 from harness.errors import (
     EngineCrashError,
     EngineInputError,
@@ -22,8 +22,7 @@ from harness.errors import (
     EngineOutputError,
     EngineTimeoutError,
 )
-from harness.parameters.contact import PLASTIC, Contact
-from harness.parameters.hertz import hertz
+from harness.parameters.law import PLASTIC, Contact, hertz
 from harness.parameters.tower import Tower
 
 INCLINE = Incline(angle=10.5, stiffness=1e5, contact=PLASTIC, steps_per_contact=50.0)

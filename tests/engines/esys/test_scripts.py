@@ -3,16 +3,16 @@ import re
 
 import pytest
 
-from harness.cases.contact_base import template as contacts
-from harness.cases.drop import template as drops
-from harness.cases.drop.parameters import Drop
-from harness.cases.incline import template as inclines
-from harness.cases.incline.parameters import Incline
-from harness.cases.tower import template as towers
-from harness.cases.tower.timing import timing_of
+from harness.cases.contact import motion as contacts
+from harness.cases.drop import case as drops
+from harness.cases.drop.case import Drop
+from harness.cases.incline import system as inclines
+from harness.cases.incline.system import Incline
+from harness.cases.tower import system as towers
+from harness.cases.tower.system import timing_of
 from harness.engines.contract import Job, Template
 from harness.engines.esys.engine import Esys
-from harness.parameters.contact import PLASTIC, Contact
+from harness.parameters.law import PLASTIC, Contact
 from harness.parameters.tower import Tower
 
 TEMPLATES = [inclines.TEMPLATE, drops.TEMPLATE, towers.TEMPLATE]

@@ -5,13 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from harness.cases.drop.parameters import Drop
-from harness.cases.incline.parameters import Incline
+from harness.cases.drop.case import Drop
+from harness.cases.incline.system import Incline
 from harness.engines.kratos.engine import Kratos
-from harness.engines.output import Output, results_in
-from harness.engines.tables import read_csv
+from harness.engines.output import Output, read_csv, results_in
 from harness.observables.provenance import Provenance
-from harness.parameters.contact import PLASTIC
+from harness.parameters.law import PLASTIC
 from harness.parameters.tower import Tower
 
 RECORDED = Path(__file__).parent / "recorded"

@@ -2,12 +2,12 @@
 
 import pytest
 
-from harness.cases.contact_base.study import verify_trials
+from harness.cases.contact.verification import verify_trials
 from harness.cases.contract import Study
 from harness.cases.registry import get_case
 from harness.comparison.verdicts import Verdict
-from harness.engines.contact_model import stating
-from harness.engines.kratos.contacts import CONTACTS
+from harness.engines.kratos.engine import CONTACTS
+from harness.engines.traits import stating
 
 OBLIQUE = get_case("oblique")
 

@@ -4,15 +4,14 @@ from pathlib import Path
 
 import pytest
 
-from harness.cases.contact_base import template as contacts
-from harness.cases.drop import template as drops
-from harness.cases.drop.parameters import Drop
-from harness.cases.drop.runs import DropRun, run_drops
-from harness.cases.incline import template as inclines
-from harness.cases.incline.result import InclineRun, Motion
+from harness.cases.contact import motion as contacts
+from harness.cases.drop import case as drops
+from harness.cases.drop.case import Drop, DropRun, run_drops
+from harness.cases.incline import system as inclines
 from harness.cases.incline.runs import run_inclines
-from harness.cases.tower import template as towers
-from harness.cases.tower.engine_runs import run_towers
+from harness.cases.incline.system import InclineRun, Motion
+from harness.cases.tower import system as towers
+from harness.cases.tower.run import run_towers
 from harness.engines.kratos.engine import Kratos
 from harness.engines.registry import open_engine
 from harness.errors import (
@@ -26,7 +25,7 @@ from harness.errors import (
     RequestError,
 )
 from harness.observables.tower import TowerRun
-from harness.parameters.contact import SOURCE
+from harness.parameters.law import SOURCE
 from harness.parameters.tower import Tower
 
 FAKE = Path(__file__).parent / "fake_kratos.py"

@@ -7,15 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from harness.cases.incline.critical_angles import critical_angle
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import Motion
+from harness.cases.incline.angle import critical_angle
 from harness.cases.incline.runs import run_inclines
-from harness.cases.incline.template import TEMPLATE, scene_of, values_of
+from harness.cases.incline.system import TEMPLATE, Incline, Motion, scene_of, values_of
 from harness.cases.qualification import qualify
 from harness.engines.kratos.engine import REFERENCE, Kratos
-from harness.engines.reference.engine import Reference
-from harness.parameters.contact import CLIPPED, PLASTIC
+from harness.engines.reference import Reference
+from harness.parameters.law import CLIPPED, PLASTIC
 
 pytestmark = pytest.mark.live
 

@@ -3,17 +3,17 @@
 import numpy as np
 import pytest
 
-from harness.cases.drop import runs as drops
+from harness.cases.drop import case as drops
 from harness.cases.incline import runs as inclines
-from harness.cases.incline.result import Motion
-from harness.cases.tower import engine_runs as towers
-from harness.cases.tower.timing import timing_of
-from harness.chain import exact
-from harness.engines.batches import finished
+from harness.cases.incline.system import Motion
+from harness.cases.tower import run as towers
+from harness.cases.tower.system import timing_of
+from harness.engines.contract import finished
 from harness.engines.kratos.engine import Kratos
 from harness.engines.process import Ended
-from harness.engines.reference.engine import Reference
+from harness.engines.reference import Reference
 from harness.errors import EngineMissingError, EngineNaNError, EngineOutputError
+from harness.solvers.chain import exact
 
 HEAD = "time_s,x_m,y_m,vx_m_per_s,vy_m_per_s\n"
 ROWS = "0,0,1.1,0,-1\n0.1,0,1.0,0,-1\n0.2,0,0.9,0,-1\n"

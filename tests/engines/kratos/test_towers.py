@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from harness.chain import exact
 from harness.engines.kratos.engine import Kratos
-from harness.observables.impulse import impulse
+from harness.observables.windows import impulse
 from harness.parameters.tower import Tower
+from harness.solvers.chain import exact
 from tests.engines.tower_runs import KINDS, force_difference, run
 
 pytestmark = [pytest.mark.live, pytest.mark.slow]

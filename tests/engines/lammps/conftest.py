@@ -2,7 +2,7 @@
 
 import pytest
 
-from harness.engines.script import Script
+from harness.engines.scripts import Script
 
 HEAD = """
 units si

@@ -3,8 +3,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from harness.chain.complementarity import contact_forces
 from harness.engines.lammps.deformable import DeformableLaw
+from harness.solvers.chain.forces import contact_forces
 
 STIFFNESS, DIAMETER = 1e6, 1.0
 

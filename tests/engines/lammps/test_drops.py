@@ -3,15 +3,13 @@
 import numpy as np
 import pytest
 
-from harness.cases.drop.parameters import Drop
-from harness.cases.drop.runs import read, run_drops
+from harness.cases.drop.case import Drop, read, run_drops
 from harness.engines.lammps.engine import Lammps
-from harness.engines.output import Output
-from harness.engines.reference.engine import Reference
-from harness.engines.tables import read_csv
+from harness.engines.output import Output, read_csv
+from harness.engines.reference import Reference
 from harness.errors import EngineInputError, EngineNaNError, EngineOutputError
 from harness.observables.provenance import Provenance
-from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE
+from harness.parameters.law import CLIPPED, PLASTIC, SOURCE
 
 HEAD = "time_s,x_m,y_m,vx_m_per_s,vy_m_per_s\n"
 ROWS = "0,0,1.1,0,-1\n0.1,0,1.0,0,-1\n0.2,0,0.9,0,-1\n"

@@ -4,22 +4,18 @@ from functools import partial
 import numpy as np
 import pytest
 
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.passage import critical_angle_by_passage
-from harness.cases.incline.result import Motion
+from harness.cases.incline.angle import critical_angle_by_passage, critical_angle_by_steady_motion
 from harness.cases.incline.runs import measured, read, run_inclines
-from harness.cases.incline.steady import critical_angle_by_steady_motion
-from harness.cases.incline.template import TEMPLATE, job_of, values_of
+from harness.cases.incline.system import TEMPLATE, Incline, Motion, job_of, values_of
 from harness.engines.lammps.engine import Lammps
 from harness.engines.output import Output, results_in
 from harness.engines.process import Limits
-from harness.engines.script import Script, Task
+from harness.engines.scripts import Script, Task
 from harness.errors import EngineError, EngineMissingError
 from harness.observables.provenance import Provenance
-from harness.parameters.contact import CLIPPED, CONTACTS, PLASTIC, SOURCE
-from harness.theory.critical_angle import critical_angle
-from harness.theory.dashpot import restitution_clipped
-from harness.theory.energy_map import energies, passage_margin, well_depth
+from harness.parameters.law import CLIPPED, CONTACTS, PLASTIC, SOURCE
+from harness.theory.contact import restitution_clipped
+from harness.theory.incline import critical_angle, energies, passage_margin, well_depth
 
 pytestmark = [pytest.mark.live, pytest.mark.usefixtures("lammps_here")]
 

@@ -3,12 +3,10 @@ from pathlib import Path
 
 import pytest
 
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import InclineRun, Motion
 from harness.cases.incline.runs import measured, run_inclines
-from harness.cases.incline.template import TEMPLATE, job_of
+from harness.cases.incline.system import TEMPLATE, Incline, InclineRun, Motion, job_of
 from harness.engines.lammps.engine import Lammps
-from harness.engines.script import Script, Task
+from harness.engines.scripts import Script, Task
 from harness.errors import (
     EngineCrashError,
     EngineInputError,

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from harness.engines.contract import Engine
-from harness.engines.fingerprints import digest
 from harness.engines.lammps.engine import Lammps
-from harness.engines.lammps.fingerprint import fingerprint
+from harness.engines.lammps.releases import fingerprint
+from harness.engines.programs import digest
 from harness.engines.registry import fingerprint_of
 from harness.errors import RequestError
 
@@ -77,7 +77,7 @@ def test_the_library_of_this_environment_is_told_without_loading_it():
     assert any("liblammps" in name for name in found["files"])
     assert any("libmpi" in name for name in found["files"])
     script = (
-        "import sys; from harness.store.verifications import verification_key\n"
+        "import sys; from harness.store.entries import verification_key\n"
         "assert verification_key('quick', cases=['one'], engine='lammps')\n"
         "print(sorted({'lammps', 'numpy', 'scipy', 'pandas', 'matplotlib', 'numba', 'pydantic'}"
         " & set(sys.modules)))"

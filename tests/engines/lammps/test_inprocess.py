@@ -9,14 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.template import TEMPLATE, values_of
+from harness.cases.incline.system import TEMPLATE, Incline, values_of
 from harness.engines.lammps.engine import Lammps
-from harness.engines.lammps.inprocess import InProcess
 from harness.engines.lammps.language import names_in
-from harness.engines.lammps.worker_process import Left, Order
+from harness.engines.lammps.workers import InProcess, Left, Order
 from harness.engines.process import Limits
-from harness.engines.script import Script
+from harness.engines.scripts import Script
 from harness.errors import (
     EngineCrashError,
     EngineInputError,
@@ -222,11 +220,11 @@ def test_workers_leave_no_shared_memory(runner):
 OWNER = """
 import sys, threading, time
 from harness.engines.lammps.engine import Lammps
-from harness.engines.lammps.inprocess import InProcess
-from harness.engines.lammps.worker_process import Left, Order
+from harness.engines.lammps.workers import InProcess
+from harness.engines.lammps.workers import Left, Order
 from harness.engines.lammps.language import names_in
 from harness.engines.process import Limits
-from harness.engines.script import Script
+from harness.engines.scripts import Script
 from tests.engines.lammps.test_inprocess import ENDLESS, GOOD
 runner = InProcess(2, Limits())
 runner.run([GOOD, GOOD])

@@ -4,7 +4,7 @@ import pytest
 
 from harness.engines.lammps import engine
 from harness.engines.lammps.engine import Lammps
-from harness.engines.lammps.launcher import SLEEPING
+from harness.engines.lammps.workers import SLEEPING
 
 
 @pytest.mark.parametrize(("here", "sleep"), [(3, False), (2, True)])

@@ -1,12 +1,10 @@
 import numpy as np
 import pytest
 
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import Motion
 from harness.cases.incline.runs import read as read_run
-from harness.engines.lammps.read import error_from_text, version_in
-from harness.engines.output import Output, results_in
-from harness.engines.tables import read_csv
+from harness.cases.incline.system import Incline, Motion
+from harness.engines.lammps.language import error_from_text, version_in
+from harness.engines.output import Output, read_csv, results_in
 from harness.errors import (
     EngineCrashError,
     EngineInputError,
@@ -17,7 +15,7 @@ from harness.errors import (
     EngineOutputError,
 )
 from harness.observables.provenance import Provenance
-from harness.parameters.contact import PLASTIC
+from harness.parameters.law import PLASTIC
 
 WHO = Provenance("lammps", "22 Jul 2025 - Update 4")
 CASE = Incline(angle=10.2, steps_per_contact=100.0, contact=PLASTIC)

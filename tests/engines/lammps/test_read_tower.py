@@ -1,11 +1,10 @@
 import numpy as np
 import pytest
 
-from harness.cases.tower.engine_runs import read
-from harness.cases.tower.timing import Timing
+from harness.cases.tower.run import read
+from harness.cases.tower.system import Timing
 from harness.engines.lammps.engine import Lammps
-from harness.engines.output import Output
-from harness.engines.tables import read_dump
+from harness.engines.output import Output, read_dump
 from harness.errors import EngineNaNError, EngineOutputError
 from harness.observables.provenance import Provenance
 from harness.parameters.tower import Tower

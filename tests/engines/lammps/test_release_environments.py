@@ -2,7 +2,6 @@ import subprocess
 
 import pytest
 
-from harness.engines.environments import drop, environments_folder
 from harness.engines.lammps import releases
 from harness.engines.lammps.releases import (
     COMPLETE,
@@ -11,6 +10,7 @@ from harness.engines.lammps.releases import (
     install,
     is_release,
 )
+from harness.engines.process import drop, environments_folder
 from harness.errors import EngineMissingError, EngineTimeoutError, RequestError
 
 

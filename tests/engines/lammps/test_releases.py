@@ -5,10 +5,10 @@ import pytest
 
 from harness.cases.incline.case import InclineCase
 from harness.cases.incline.runs import read
-from harness.cases.incline.template import job_of
+from harness.cases.incline.system import job_of
 from harness.engines.lammps.engine import Lammps
 from harness.engines.process import Limits
-from harness.engines.script import Script, Task
+from harness.engines.scripts import Script, Task
 
 pytestmark = [pytest.mark.live, pytest.mark.slow]
 

@@ -9,13 +9,12 @@ import time
 import pytest
 
 from harness.cases.layers.case import CASE
-from harness.cases.layers.parameters import Layers
-from harness.cases.layers.template import job_of, restart_steps
+from harness.cases.layers.system import Layers, job_of, restart_steps
 from harness.engines.lammps.engine import Lammps
 from harness.engines.lammps.restarts import STATE, RestartFolder
 from harness.engines.process import Limits
 from harness.errors import EngineCrashError, EngineInputError, EngineTimeoutError
-from harness.workflows.earlier_runs import RESTARTS, script_digest
+from harness.workflows.study_run import RESTART_LINES, script_digest
 
 SMALL = Layers(layers=1, length=6, width=3, stiffness_over_weight=1e3, flow_time=10.0)
 EVERY = 3000
@@ -46,9 +45,9 @@ def test_restart_files_are_part_of_a_long_run_and_not_of_the_committed_ones():
 
 def test_the_script_is_told_apart_by_what_it_does_without_restart_files(monkeypatch):
     text = Lammps.script(CASE.template).text
-    marked = RESTARTS.findall(text)
+    marked = RESTART_LINES.findall(text)
     assert len(marked) > 10
-    assert "restart" not in RESTARTS.sub("", text)
+    assert "restart" not in RESTART_LINES.sub("", text)
     before = script_digest(CASE, "lammps")
 
     def inputs(changed):

@@ -6,15 +6,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from harness.cases.drop.template import TEMPLATE as DROP
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.template import TEMPLATE, job_of, values_of
+from harness.cases.drop.case import TEMPLATE as DROP
+from harness.cases.incline.system import TEMPLATE, Incline, job_of, values_of
 from harness.cases.registry import built_in, get_case
-from harness.cases.tower.template import TEMPLATE as TOWER
-from harness.engines.batches import finished
+from harness.cases.tower.system import TEMPLATE as TOWER
+from harness.engines.contract import finished
 from harness.engines.lammps.engine import Lammps
 from harness.errors import RequestError
-from harness.parameters.contact import CONTACTS, Contact
+from harness.parameters.law import CONTACTS, Contact
 
 SCRIPTS = [
     Lammps.script(template, variant)

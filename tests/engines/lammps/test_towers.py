@@ -1,15 +1,14 @@
 import numpy as np
 import pytest
 
-from harness.cases.incline.parameters import Incline
 from harness.cases.incline.runs import measured
-from harness.cases.tower.engine_runs import run_towers
-from harness.chain import exact
+from harness.cases.incline.system import Incline
+from harness.cases.tower.run import run_towers
 from harness.engines.lammps.engine import Lammps
 from harness.errors import RequestError
-from harness.observables.impulse import impulse
-from harness.observables.windows import first_contact_end
+from harness.observables.windows import first_contact_end, impulse
 from harness.parameters.tower import Tower
+from harness.solvers.chain import exact
 from tests.engines.tower_runs import KINDS, force_difference, run
 
 pytestmark = pytest.mark.live

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import pytest
 
-from harness.cases.contact_base.study import verify_trials
+from harness.cases.contact.verification import verify_trials
 from harness.cases.contract import Study
 from harness.cases.registry import get_case
 from harness.comparison.verdicts import Verdict
-from harness.engines.contact_model import stating
-from harness.engines.liggghts.contacts import CONTACTS
-from harness.parameters.contact_rules import Rules
+from harness.engines.liggghts.engine import CONTACTS
+from harness.engines.traits import stating
+from harness.parameters.rules import Rules
 
 TWIST, ROLL, PATH = (get_case(one) for one in ("twist", "rolling-resistance", "prescribed-motion"))
 

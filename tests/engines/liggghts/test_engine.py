@@ -5,19 +5,19 @@ import subprocess
 import numpy as np
 import pytest
 
-from harness.cases.incline.critical_angles import critical_angle
-from harness.cases.incline.parameters import Incline
+from harness.cases.incline.angle import critical_angle
 from harness.cases.incline.runs import run_inclines
-from harness.cases.tower.engine_runs import run_towers
-from harness.chain import exact
+from harness.cases.incline.system import Incline
+from harness.cases.tower.run import run_towers
 from harness.engines.lammps.engine import Lammps
 from harness.engines.liggghts.engine import Liggghts
-from harness.engines.reference.engine import Reference
+from harness.engines.reference import Reference
 from harness.errors import EngineError, RequestError
-from harness.observables.impulse import impulse
-from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE
+from harness.observables.windows import impulse
+from harness.parameters.law import CLIPPED, PLASTIC, SOURCE
 from harness.parameters.tower import Tower
-from harness.theory.critical_angle import critical_angle as closed_form
+from harness.solvers.chain import exact
+from harness.theory.incline import critical_angle as closed_form
 from tests.engines.tower_runs import KINDS, force_difference
 
 pytestmark = pytest.mark.live

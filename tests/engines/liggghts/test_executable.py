@@ -2,10 +2,8 @@ from pathlib import Path
 
 import pytest
 
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import InclineRun, Motion
 from harness.cases.incline.runs import run_inclines
-from harness.cases.incline.template import TEMPLATE
+from harness.cases.incline.system import TEMPLATE, Incline, InclineRun, Motion
 from harness.engines.liggghts.engine import Liggghts
 from harness.errors import (
     EngineCrashError,
@@ -18,7 +16,7 @@ from harness.errors import (
     EngineTimeoutError,
     RequestError,
 )
-from harness.parameters.contact import PLASTIC
+from harness.parameters.law import PLASTIC
 
 HERE = Path(__file__).parent
 GOOD, BAD = (Incline(angle=angle, stiffness=5e3, contact=PLASTIC) for angle in (10.0, 13.0))

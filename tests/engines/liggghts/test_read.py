@@ -6,15 +6,13 @@ import re
 import numpy as np
 import pytest
 
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import Motion
 from harness.cases.incline.runs import read as read_incline
-from harness.cases.tower.engine_runs import read
-from harness.cases.tower.timing import Timing
-from harness.engines.lammps.read import error_from_text
+from harness.cases.incline.system import Incline, Motion
+from harness.cases.tower.run import read
+from harness.cases.tower.system import Timing
+from harness.engines.lammps.language import error_from_text
 from harness.engines.liggghts.engine import Liggghts
-from harness.engines.output import Output, results_in
-from harness.engines.tables import read_csv, read_dump
+from harness.engines.output import Output, read_csv, read_dump, results_in
 from harness.errors import (
     EngineInputError,
     EngineLostAtomsError,
@@ -22,7 +20,7 @@ from harness.errors import (
     EngineOutputError,
 )
 from harness.observables.provenance import Provenance
-from harness.parameters.contact import PLASTIC
+from harness.parameters.law import PLASTIC
 from harness.parameters.tower import Tower
 
 

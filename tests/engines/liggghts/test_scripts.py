@@ -2,17 +2,16 @@ import re
 
 import pytest
 
-from harness.cases.contact_base.template import TEMPLATE as CONTACT
-from harness.cases.drop.template import TEMPLATE as DROP
-from harness.cases.incline.template import TEMPLATE as INCLINE
-from harness.cases.tower.template import TEMPLATE as TOWER
-from harness.cases.tower.template import job_of
-from harness.cases.tower.timing import timing_of
-from harness.engines.batches import finished
+from harness.cases.contact.motion import TEMPLATE as CONTACT
+from harness.cases.drop.case import TEMPLATE as DROP
+from harness.cases.incline.system import TEMPLATE as INCLINE
+from harness.cases.tower.system import TEMPLATE as TOWER
+from harness.cases.tower.system import job_of, timing_of
+from harness.engines.contract import finished
 from harness.engines.lammps.engine import Lammps
 from harness.engines.liggghts.engine import Liggghts
 from harness.errors import RequestError
-from harness.parameters.contact import CONTACTS
+from harness.parameters.law import CONTACTS
 from harness.parameters.tower import Tower
 
 FILES = Liggghts.inputs([INCLINE, TOWER, DROP, CONTACT])

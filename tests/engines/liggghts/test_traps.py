@@ -4,15 +4,13 @@ import math
 
 import pytest
 
-from harness.cases.drop.parameters import Drop
-from harness.cases.drop.runs import run_drops
-from harness.cases.drop.template import TEMPLATE
+from harness.cases.drop.case import TEMPLATE, Drop, run_drops
 from harness.cases.qualification import qualify
 from harness.comparison.verdicts import Verdict
 from harness.engines.liggghts.engine import Liggghts
-from harness.engines.script import Script
+from harness.engines.scripts import Script
 from harness.errors import EngineInputError
-from harness.parameters.contact import SOURCE, Contact
+from harness.parameters.law import SOURCE, Contact
 
 pytestmark = pytest.mark.live
 

@@ -4,18 +4,16 @@ import math
 
 import pytest
 
-from harness.cases.contact_base.study import verify_trials
-from harness.cases.contact_base.submodels import Trial
-from harness.cases.contact_base.ways import first_ways
+from harness.cases.contact.submodels import Trial
+from harness.cases.contact.transformations import first_ways
+from harness.cases.contact.verification import verify_trials
 from harness.cases.contract import Study
 from harness.cases.registry import get_case
 from harness.comparison.verdicts import Verdict
-from harness.engines.contact_model import stating
-from harness.engines.mfix.contact_balls import contact_table
-from harness.engines.mfix.contact_input import ContactInput
-from harness.engines.mfix.contacts import CONTACTS
-from harness.engines.mfix.scripts import KEYWORDS, PARTICLES, contact_files
-from harness.engines.mfix.vtp import read_frame
+from harness.engines.mfix.contacts import CONTACTS, ContactInput, contact_table
+from harness.engines.mfix.engine import KEYWORDS, PARTICLES, contact_files
+from harness.engines.mfix.output import read_frame
+from harness.engines.traits import stating
 from harness.errors import EngineOutputError
 
 OBLIQUE = get_case("oblique")

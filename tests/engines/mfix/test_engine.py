@@ -8,22 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.cases.drop.parameters import Drop
-from harness.cases.drop.runs import DropRun, run_drops
-from harness.cases.drop.template import TEMPLATE, values_of
-from harness.cases.incline.critical_angles import critical_angle
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import Motion
+from harness.cases.drop.case import TEMPLATE, Drop, DropRun, run_drops, values_of
+from harness.cases.incline.angle import critical_angle
 from harness.cases.incline.runs import run_inclines
+from harness.cases.incline.system import Incline, Motion
 from harness.cases.qualification import qualify
-from harness.cases.tower.engine_runs import run_towers
+from harness.cases.tower.run import run_towers
 from harness.comparison.convergence import slope_order
-from harness.engines.mfix.declared import CONTACT
-from harness.engines.mfix.engine import MOST_FRAMES, Mfix
-from harness.engines.mfix.scripts import keyword_file
-from harness.engines.mfix.step import REFERENCE
-from harness.engines.mfix.system import system_of
-from harness.engines.reference.engine import Reference
+from harness.engines.mfix.contacts import CONTACT
+from harness.engines.mfix.engine import MOST_FRAMES, Mfix, keyword_file
+from harness.engines.mfix.system import REFERENCE, system_of
+from harness.engines.reference import Reference
 from harness.engines.registry import ENGINES, engine_class, open_engine
 from harness.errors import (
     EngineCrashError,
@@ -35,7 +30,7 @@ from harness.errors import (
     EngineTimeoutError,
     RequestError,
 )
-from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE
+from harness.parameters.law import CLIPPED, PLASTIC, SOURCE
 from harness.parameters.tower import Tower
 
 GOOD = Drop(

@@ -3,18 +3,17 @@
 import numpy as np
 import pytest
 
-from harness.cases.drop.parameters import Drop
-from harness.cases.drop.runs import run_drops
-from harness.cases.incline.parameters import Incline
+from harness.cases.drop.case import Drop, run_drops
 from harness.cases.incline.runs import run_inclines
-from harness.cases.tower.engine_runs import run_towers
-from harness.chain import exact
-from harness.engines.mfix.declared import CONTACT
+from harness.cases.incline.system import Incline
+from harness.cases.tower.run import run_towers
+from harness.engines.mfix.contacts import CONTACT
 from harness.engines.mfix.engine import Mfix
-from harness.engines.mfix.step import REFERENCE
-from harness.engines.reference.engine import Reference
+from harness.engines.mfix.system import REFERENCE
+from harness.engines.reference import Reference
 from harness.observables.windows import turnaround
 from harness.parameters.tower import Tower
+from harness.solvers.chain import exact
 
 pytestmark = [pytest.mark.live, pytest.mark.slow]
 

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 from harness.cases.grain import path_in
-from harness.cases.incline.recorded import START_SPEED, STIFFNESS, case_at, recorded_path
-from harness.cases.incline.routes import start_in_well
-from harness.engines.mfix.read import path_table
-from harness.engines.mfix.vtp import read_frame, read_frames
+from harness.cases.incline.system import start_in_well
+from harness.cases.incline.verification import START_SPEED, STIFFNESS, case_at, recorded_path
+from harness.engines.mfix.output import path_table, read_frame, read_frames
 from harness.errors import EngineNaNError, EngineOutputError
 
 ROWS = 300

@@ -5,16 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from harness.cases.drop import template as drop
-from harness.cases.incline import template as incline
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.recorded import CONTACT, START_SPEED, case_at
-from harness.cases.incline.routes import start_in_well
-from harness.cases.tower import template as tower
-from harness.engines.mfix.engine import Mfix
-from harness.engines.mfix.layout import LIFT
-from harness.engines.mfix.scripts import keyword_file, particle_file
-from harness.engines.mfix.step import steps_per_contact
+from harness.cases.drop import case as drop
+from harness.cases.incline import system as incline
+from harness.cases.incline.system import Incline, start_in_well
+from harness.cases.incline.verification import CONTACT, START_SPEED, case_at
+from harness.cases.tower import system as tower
+from harness.engines.mfix.engine import Mfix, keyword_file, particle_file
+from harness.engines.mfix.system import LIFT, steps_per_contact
 
 INPUTS = Path(__file__).parents[3] / "inputs"
 RECORDED = Path(__file__).parent / "recorded"

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from harness.engines.mfix.declared import CONTACT
-from harness.engines.mfix.step import LEAST_FACTOR, factor, steps_per_contact
+from harness.engines.mfix.contacts import CONTACT
+from harness.engines.mfix.system import LEAST_FACTOR, factor, steps_per_contact
 from harness.errors import RequestError
-from harness.parameters.contact import SOURCE, Contact
+from harness.parameters.law import SOURCE, Contact
 
 
 @given(

@@ -7,12 +7,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from harness.cases.drop import template as drop
-from harness.cases.drop.parameters import Drop
-from harness.cases.incline.recorded import CONTACT, case_at
-from harness.cases.incline.routes import start_behind_crest, start_in_well
-from harness.cases.tower import template as tower
-from harness.cases.tower.timing import Timing
+from harness.cases.drop import case as drop
+from harness.cases.drop.case import Drop
+from harness.cases.incline.system import start_behind_crest, start_in_well
+from harness.cases.incline.verification import CONTACT, case_at
+from harness.cases.tower import system as tower
+from harness.cases.tower.system import Timing
 from harness.engines.mfix.system import system_of
 from harness.errors import RequestError
 from harness.parameters.tower import Tower

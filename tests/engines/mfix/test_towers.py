@@ -5,14 +5,13 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 
-from harness.cases.tower.engine_runs import run_towers
-from harness.cases.tower.template import start_displacements
-from harness.cases.tower.timing import timing_of
-from harness.chain import exact
+from harness.cases.tower.run import run_towers
+from harness.cases.tower.system import start_displacements, timing_of
 from harness.comparison.convergence import slope_order
 from harness.errors import EngineOutputError
 from harness.observables.windows import turnaround
 from harness.parameters.tower import Tower
+from harness.solvers.chain import exact
 
 K, SINGLE = 1e5, 2.0**-23
 
@@ -117,7 +116,7 @@ def test_every_step_can_be_written(stand_in):
 
 def test_a_search_with_cells_of_less_than_two_diameters_is_told(stand_in, monkeypatch):
     """As in MFiX without the keywords: the grain falls through and nothing ever presses."""
-    monkeypatch.setattr("harness.engines.mfix.scripts.SEARCH_CELL", 1.5)
+    monkeypatch.setattr("harness.engines.mfix.engine.SEARCH_CELL", 1.5)
     (run,) = run_towers(stand_in(), [tower()], 1.0, steps_per_contact=50.0)
     assert isinstance(run, EngineOutputError)
     assert "no contact of the tower ever presses" in str(run)

@@ -4,11 +4,10 @@ import math
 
 import pytest
 
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.routes import Start
 from harness.cases.incline.runs import follow
-from harness.engines.reference.engine import Reference
-from harness.parameters.contact import Contact
+from harness.cases.incline.system import Incline, Start
+from harness.engines.reference import Reference
+from harness.parameters.law import Contact
 
 
 @pytest.fixture(scope="session")

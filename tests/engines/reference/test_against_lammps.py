@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 
-from harness.cases.incline.critical_angles import critical_angle
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import Motion
+from harness.cases.incline.angle import critical_angle
 from harness.cases.incline.runs import run_inclines
+from harness.cases.incline.system import Incline, Motion
 from harness.engines.lammps.engine import Lammps
-from harness.engines.reference.engine import Reference
-from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE
+from harness.engines.reference import Reference
+from harness.parameters.law import CLIPPED, PLASTIC, SOURCE
 
 pytestmark = pytest.mark.live
 

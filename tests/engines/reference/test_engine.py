@@ -6,22 +6,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from harness.cases.drop.parameters import Drop
-from harness.cases.drop.template import scene_of as drop_scene
-from harness.cases.drop.template import values_of as drop_values
-from harness.cases.incline.critical_angles import critical_angle
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import Motion
-from harness.cases.incline.routes import Start, start_in_well
+from harness.cases.drop.case import Drop
+from harness.cases.drop.case import scene_of as drop_scene
+from harness.cases.drop.case import values_of as drop_values
+from harness.cases.incline.angle import critical_angle
 from harness.cases.incline.runs import follow, run_inclines, scene_from
-from harness.cases.incline.template import scene_of, values_of
-from harness.cases.tower import template as tower
-from harness.cases.tower.timing import timing_of
-from harness.engines.reference.engine import INTEGRATORS, Reference
+from harness.cases.incline.system import Incline, Motion, Start, scene_of, start_in_well, values_of
+from harness.cases.tower import system as tower
+from harness.cases.tower.system import timing_of
+from harness.engines.reference import INTEGRATORS, Reference
 from harness.engines.registry import open_engine
-from harness.engines.scene import Stage
 from harness.errors import EngineNaNError, EngineTimeoutError, RequestError
-from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE
+from harness.parameters.law import CLIPPED, PLASTIC, SOURCE
+from harness.parameters.plane_scene import Stage
 from harness.parameters.tower import Tower
 
 

@@ -5,15 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from harness.cases.incline.critical_angles import critical_angle
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.routes import Start, energy
+from harness.cases.incline.angle import critical_angle
 from harness.cases.incline.runs import follow, run_inclines
+from harness.cases.incline.system import Incline, Start, energy
 from harness.comparison.convergence import slope_order
-from harness.engines.reference.engine import Reference
+from harness.engines.reference import Reference
 from harness.errors import RequestError
-from harness.parameters.contact import CLIPPED, PLASTIC
-from harness.theory.critical_angle import critical_angle as closed_form
+from harness.parameters.law import CLIPPED, PLASTIC
+from harness.theory.incline import critical_angle as closed_form
 
 CASE = Incline(contact=PLASTIC, stiffness=1e6, steps_per_contact=200.0)
 

@@ -5,13 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.routes import Start, energy
 from harness.cases.incline.runs import follow
+from harness.cases.incline.system import Incline, Start, energy
 from harness.comparison.convergence import slope_order
-from harness.engines.reference.engine import FIXED_STEP, Reference
-from harness.engines.reference.row import Grain
-from harness.theory.dashpot import restitution_clipped, restitution_unclipped
+from harness.engines.reference import FIXED_STEP, Reference
+from harness.solvers.grain.row import Grain
+from harness.theory.contact import restitution_clipped, restitution_unclipped
 
 ORDERS = {"velocity-verlet": 2, "mfix-euler": 1, "mfix-adams-bashforth": 2, "rk4": 4}
 
@@ -94,7 +93,7 @@ def test_restitution_converges_to_that_of_adaptive(integrator, tail, contact, co
 
 def test_half_the_mass_rebounds_with_what_mfix_recorded(contact, collide):
     """Nominal e = 1e-20 with m/2 is really 0.0439; MFiX measured 0.000, 0.037 and 0.043."""
-    from harness.engines.mfix.step import steps_per_contact
+    from harness.engines.mfix.system import steps_per_contact
 
     made = contact(1e-20, effective_mass="half")
     zeta = made.zeta_against_full_mass

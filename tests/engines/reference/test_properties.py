@@ -7,11 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.routes import Start, crest_energy, energy, start_behind_crest
 from harness.cases.incline.runs import follow, run_inclines
-from harness.engines.reference.engine import INTEGRATORS, Reference
-from harness.parameters.contact import CLIPPED, PLASTIC, SOURCE
+from harness.cases.incline.system import Incline, Start, crest_energy, energy, start_behind_crest
+from harness.engines.reference import INTEGRATORS, Reference
+from harness.parameters.law import CLIPPED, PLASTIC, SOURCE
 
 CONTACTS = st.sampled_from([SOURCE, CLIPPED, PLASTIC])
 FIXED = st.sampled_from([name for name in INTEGRATORS if name != "adaptive"])

@@ -5,16 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.routes import start_in_well
 from harness.cases.incline.runs import follow, run_inclines
-from harness.engines.reference import mfix_adams_bashforth, mfix_euler, rk4, velocity_verlet
-from harness.engines.reference.engine import FIXED_STEP, INTEGRATORS, Reference
-from harness.engines.reference.row import Grain, Row
-from harness.engines.reference.stability import fewest_steps_per_contact
-from harness.engines.reference.stretch import advance, begin
+from harness.cases.incline.system import Incline, start_in_well
+from harness.engines.reference import FIXED_STEP, INTEGRATORS, Reference
 from harness.errors import RequestError
-from harness.parameters.contact import PLASTIC, SOURCE
+from harness.parameters.law import PLASTIC, SOURCE
+from harness.solvers.grain import mfix_adams_bashforth, mfix_euler, rk4, velocity_verlet
+from harness.solvers.grain.row import Grain, Row
+from harness.solvers.grain.trajectory import advance, begin, fewest_steps_per_contact
 
 ZETAS = (0.01, 0.2, 0.7, 0.99768, 5.0)
 

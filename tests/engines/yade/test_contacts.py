@@ -8,21 +8,15 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from harness.cases.contact_base import template
-from harness.cases.contact_base.motion import motion_of
-from harness.cases.contact_base.reference import followed, powers_of, rules_of
-from harness.cases.contact_base.study import verify_trials
-from harness.cases.contact_base.undamped import (
-    ROLLING_UNDAMPED,
-    TURNING_UNDAMPED,
-    TWISTING_UNDAMPED,
-)
+from harness.cases.contact import motion as template
+from harness.cases.contact.motion import followed, motion_of, powers_of, rules_of
+from harness.cases.contact.submodels import ROLLING_UNDAMPED, TURNING_UNDAMPED, TWISTING_UNDAMPED
+from harness.cases.contact.verification import verify_trials
 from harness.cases.contract import Study
 from harness.cases.registry import get_case
 from harness.comparison.verdicts import Verdict
-from harness.engines.contact_model import stating
-from harness.engines.yade.contacts import CONTACTS, TURNING
-from harness.engines.yade.engine import Yade
+from harness.engines.traits import stating
+from harness.engines.yade.engine import CONTACTS, TURNING, Yade
 
 MOVED = get_case("prescribed-motion")
 (TURNS,) = TURNING_UNDAMPED

@@ -2,11 +2,9 @@ from pathlib import Path
 
 import pytest
 
-from harness.cases.drop.parameters import Drop
-from harness.cases.drop.runs import run_drops
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import InclineRun
+from harness.cases.drop.case import Drop, run_drops
 from harness.cases.incline.runs import run_inclines
+from harness.cases.incline.system import Incline, InclineRun
 from harness.engines.registry import open_engine
 from harness.engines.yade.engine import Yade
 from harness.errors import (
@@ -18,7 +16,7 @@ from harness.errors import (
     EngineTimeoutError,
     RequestError,
 )
-from harness.parameters.contact import PLASTIC, SOURCE
+from harness.parameters.law import PLASTIC, SOURCE
 
 HERE = Path(__file__).parent
 GIGABYTE = 1024**3

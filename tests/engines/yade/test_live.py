@@ -8,21 +8,18 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from harness.cases.drop.parameters import Drop
-from harness.cases.drop.runs import DropRun, run_drops
-from harness.cases.incline.critical_angles import critical_angle
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import Motion
+from harness.cases.drop.case import Drop, DropRun, run_drops
+from harness.cases.incline.angle import critical_angle
 from harness.cases.incline.runs import run_inclines
-from harness.cases.incline.template import TEMPLATE
+from harness.cases.incline.system import TEMPLATE, Incline, Motion
 from harness.cases.qualification import qualify
 from harness.engines.contract import Job
 from harness.engines.process import Limits
-from harness.engines.reference.engine import Reference
+from harness.engines.reference import Reference
 from harness.engines.yade.engine import Yade
 from harness.errors import EngineCrashError, EngineError, EngineInputError
-from harness.parameters.contact import PLASTIC, SOURCE
-from harness.theory.dashpot import restitution_clipped
+from harness.parameters.law import PLASTIC, SOURCE
+from harness.theory.contact import restitution_clipped
 
 pytestmark = pytest.mark.live
 

@@ -5,12 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from harness.cases.drop import runs as drops
+from harness.cases.drop import case as drops
 from harness.cases.incline import runs as inclines
-from harness.cases.incline.result import Motion
-from harness.cases.incline.routes import margin, start_of
-from harness.cases.tower import engine_runs as towers
-from harness.cases.tower.timing import timing_of
+from harness.cases.incline.system import Motion, margin, start_of
+from harness.cases.tower import run as towers
+from harness.cases.tower.system import timing_of
 from harness.engines.yade.engine import Yade
 from harness.errors import EngineNaNError, EngineOutputError
 

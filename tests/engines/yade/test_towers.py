@@ -2,9 +2,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from harness.cases.tower.engine_runs import run_towers
-from harness.cases.tower.run import tower
-from harness.observables.impulse import impulse
+from harness.cases.tower.run import run_towers, tower
+from harness.observables.windows import impulse
 from harness.parameters.tower import Tower
 
 pytestmark = [pytest.mark.live, pytest.mark.slow]

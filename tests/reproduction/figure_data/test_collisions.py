@@ -3,15 +3,14 @@ import math
 import numpy as np
 import pytest
 
+from harness.reproduction import figure_data
 from harness.reproduction.claims import ClaimStatus
-from harness.reproduction.figure_data import collisions
-from harness.theory.free_chain import final_velocities
-from harness.theory.two_spheres import peak_force_on_fixed, peak_overlap
+from harness.theory.chain import final_velocities, peak_force_on_fixed, peak_overlap
 
 
 @pytest.fixture(scope="module")
 def two_and_three():
-    return collisions.two_and_three_particles()
+    return figure_data.two_and_three_particles()
 
 
 def test_the_runs_last_until_all_have_parted(two_and_three):
@@ -32,18 +31,18 @@ def test_the_sentence_is_that_of_the_run(two_and_three):
 
 def test_another_mass_does_not_exchange(monkeypatch):
     """A perturbed constant changes the verdict."""
-    monkeypatch.setattr(collisions, "PAIR", collisions.PAIR.replace(gravity=9.81, base="fixed"))
-    statement = collisions.two_and_three_particles()[1]
+    monkeypatch.setattr(figure_data, "PAIR", figure_data.PAIR.replace(gravity=9.81, base="fixed"))
+    statement = figure_data.two_and_three_particles()[1]
     assert statement.status is ClaimStatus.NOT_REPRODUCED
     assert "Does not agree: of two particles the grain ends at" in statement.computed
 
 
 def test_error_against_stiffness():
-    curves, statement = collisions.error_against_stiffness()
+    curves, statement = figure_data.error_against_stiffness()
     assert statement.status is ClaimStatus.NOT_REPRODUCED
     # a sample is half a step off the top at most; RK4 itself errs by less than 1e-6 here
     bound = 1 - math.cos(math.pi / 50 / math.sqrt(2))
-    assert max(curves[collisions.SCALED_STEP][1]) <= bound + 1e-6
+    assert max(curves[figure_data.SCALED_STEP][1]) <= bound + 1e-6
     assert "goes as k^0.00 (RK4, 50 steps" in statement.computed
 
 
@@ -52,8 +51,8 @@ def test_gravity_left_out_against_the_closed_form(stiffness):
     """The same by another route: the peak force over the stiffness."""
     deep = peak_force_on_fixed(1.0, stiffness, 2.0, 9.81) / stiffness
     bare = math.sqrt(2) * peak_overlap(1.0, stiffness, 2.0)
-    curves, _ = collisions.error_against_stiffness()
-    stiffnesses, errors = curves[collisions.GRAVITY]
+    curves, _ = figure_data.error_against_stiffness()
+    stiffnesses, errors = curves[figure_data.GRAVITY]
     assert np.interp(stiffness, stiffnesses, errors) == pytest.approx(deep / bare - 1, rel=1e-6)
 
 
@@ -61,8 +60,8 @@ def test_an_error_that_falls_below_half_a_per_cent_is_reproduced(monkeypatch):
     def falling(stiffnesses, _):
         return stiffnesses, [10.0 / k for k in stiffnesses]
 
-    monkeypatch.setattr(collisions, "error_over_stiffness", falling)
-    statement = collisions.error_against_stiffness()[1]
+    monkeypatch.setattr(figure_data, "error_over_stiffness", falling)
+    statement = figure_data.error_against_stiffness()[1]
     assert statement.status is ClaimStatus.REPRODUCED
     assert "Does not agree" not in statement.computed
 
@@ -71,5 +70,5 @@ def test_an_error_that_falls_too_late_is_not(monkeypatch):
     def falling(stiffnesses, _):
         return stiffnesses, [100.0 / k for k in stiffnesses]
 
-    monkeypatch.setattr(collisions, "error_over_stiffness", falling)
-    assert collisions.error_against_stiffness()[1].status is ClaimStatus.NOT_REPRODUCED
+    monkeypatch.setattr(figure_data, "error_over_stiffness", falling)
+    assert figure_data.error_against_stiffness()[1].status is ClaimStatus.NOT_REPRODUCED

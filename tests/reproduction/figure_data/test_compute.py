@@ -1,9 +1,8 @@
 import pytest
 
 from harness.observables.reference import ReferencePoints
-from harness.reproduction.claims import ClaimStatus, Ledger
-from harness.reproduction.figure_data.compute import source_figures
-from harness.reproduction.source import FIGURES
+from harness.reproduction.claims import FIGURES, ClaimStatus, Ledger
+from harness.reproduction.reproduced_figures import source_figures
 
 
 @pytest.fixture(scope="module")

@@ -2,11 +2,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from harness.cases.tower.impulse_angles import READINGS, angle_from_impulse_ratio, impulse_angles
+from harness.cases.tower.impulse import READINGS, angle_from_impulse_ratio, impulse_angles
 from harness.observables.reference import PEYNEAU_ROUX, ReferencePoints
+from harness.reproduction import figure_data
 from harness.reproduction.claims import ClaimStatus
-from harness.reproduction.figure_data import heights, windows
-from harness.reproduction.figure_data.heights import curves
+from harness.reproduction.figure_data import curves
 
 POINTS = ReferencePoints("made-up.csv", (12.0, 2.0), (6.5, 9.0))
 
@@ -56,7 +56,7 @@ def test_where_a_curve_levels_off_and_what_disturbs_it():
     ],
 )
 def test_the_status_of_alpha_follows_from_the_table(runs, status):
-    statement = heights.impulse_ratio(table(**runs))
+    statement = figure_data.impulse_ratio(table(**runs))
     assert statement.status is status
     assert bool(statement.correction) == (status is not ClaimStatus.REPRODUCED)
 
@@ -67,18 +67,18 @@ def frame():
 
 
 def test_alpha_of_the_six_runs(frame):
-    statement = heights.impulse_ratio(frame)
+    statement = figure_data.impulse_ratio(frame)
     assert statement.status is ClaimStatus.CORRECTED
     assert "k = 1e5 N/m, 2 m/s: rises by 0.16 on its way" in statement.computed
     assert "5 of 6 runs fall and are level from n = 4 on" in statement.computed
 
 
 def test_angles_with_and_without_points(frame):
-    bare = heights.critical_angles(frame, None)
+    bare = figure_data.critical_angles(frame, None)
     assert "Perrin's points are not here" in bare.computed
     assert "From 10.21 deg" in bare.computed
     assert "below the published 5.76" in bare.computed
-    told = heights.critical_angles(frame, POINTS).computed
+    told = figure_data.critical_angles(frame, POINTS).computed
     ours = [run.values for run in curves(frame, "critical_angle_lost_deg")]
     off = np.array([6.5 - np.mean(ours, axis=0)[11], 9.0 - np.mean(ours, axis=0)[1]])
     assert f"made-up.csv lies {np.sqrt(np.mean(off**2)):.2f} deg away" in told
@@ -93,33 +93,33 @@ def test_angles_with_and_without_points(frame):
     ],
 )
 def test_measured_layers_are_tested_with_the_users_points_only(points, status):
-    statement = heights.thin_layers(points)
+    statement = figure_data.thin_layers(points)
     assert statement.status is status
     assert f"{PEYNEAU_ROUX.value_deg}" in statement.computed
 
 
 def test_energy_scaling(monkeypatch):
-    scaling, statement = heights.energy_scaling()
+    scaling, statement = figure_data.energy_scaling()
     assert statement.status is ClaimStatus.REPRODUCED
     at_ten = scaling.set_index("height")["critical_angle_lost_deg"][10]
     assert f"to {at_ten:.2f} deg at 10" in statement.computed
     flat = scaling.assign(critical_angle_lost_deg=6.0)
-    monkeypatch.setattr(heights, "energy_scaling_angles", lambda: flat)
-    assert heights.energy_scaling()[1].status is ClaimStatus.NOT_REPRODUCED
+    monkeypatch.setattr(figure_data, "energy_scaling_angles", lambda: flat)
+    assert figure_data.energy_scaling()[1].status is ClaimStatus.NOT_REPRODUCED
 
 
 @pytest.fixture(scope="module")
 def structure():
-    return windows.structure_window()
+    return figure_data.structure_window()
 
 
 def test_the_structure_window_exists_for_short_towers_only(structure):
     frame, statement = structure
     assert statement.status is ClaimStatus.CORRECTED
     exists = frame.dropna().groupby(["law", "held"])["height"].apply(list)
-    assert exists["deformable", windows.LITERAL] == [1, 2, 3, 4]
-    assert exists["overlap", windows.LITERAL] == [1, 2, 3]
-    assert exists["deformable", windows.LOOSER] == [1, 2, 3, 4, 5, 6]
+    assert exists["deformable", figure_data.LITERAL] == [1, 2, 3, 4]
+    assert exists["overlap", figure_data.LITERAL] == [1, 2, 3]
+    assert exists["deformable", figure_data.LOOSER] == [1, 2, 3, 4, 5, 6]
     assert "for n = 1 to 4 of 1 to 6" in statement.computed
 
 
@@ -129,7 +129,7 @@ def test_the_literal_structure_window_is_that_of_the_impulse_table(structure):
         heights=range(1, 7), stiffnesses=(1e6,), speeds=(2.0,), windows=("structure",),
         solver="exact",
     )  # fmt: skip
-    ours = frame[frame["held"] == windows.LITERAL].set_index(["law", "height"]).sort_index()
+    ours = frame[frame["held"] == figure_data.LITERAL].set_index(["law", "height"]).sort_index()
     theirs = table.set_index(["law", "height"]).sort_index()
     assert ours["impulse_ratio"].to_numpy() == pytest.approx(
         theirs["impulse_ratio"].to_numpy(), nan_ok=True
@@ -137,12 +137,12 @@ def test_the_literal_structure_window_is_that_of_the_impulse_table(structure):
 
 
 def test_with_shorter_towers_the_literal_window_would_do(monkeypatch):
-    monkeypatch.setattr(windows, "HEIGHTS", range(1, 4))
-    assert windows.structure_window()[1].status is ClaimStatus.REPRODUCED
+    monkeypatch.setattr(figure_data, "HEIGHTS", range(1, 4))
+    assert figure_data.structure_window()[1].status is ClaimStatus.REPRODUCED
 
 
 def test_window_selection(monkeypatch):
-    choices, statement = windows.window_selection()
+    choices, statement = figure_data.window_selection()
     assert statement.status is ClaimStatus.REPRODUCED
     for choice in choices:
         run = choice.run
@@ -151,5 +151,5 @@ def test_window_selection(monkeypatch):
         assert choice.structure > 1
     assert [c.run.tower.particles for c in choices] == [3, 4]
     assert "3 particles are compressed most at 1.147 t0" in statement.computed
-    monkeypatch.setattr(windows, "SEARCH", 1.0)
-    assert windows.window_selection()[1].status is ClaimStatus.NOT_REPRODUCED
+    monkeypatch.setattr(figure_data, "SEARCH", 1.0)
+    assert figure_data.window_selection()[1].status is ClaimStatus.NOT_REPRODUCED

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
+from harness.reproduction import schematics
 from harness.reproduction.claims import ClaimStatus
-from harness.reproduction.figure_data import schematics
-from harness.theory import energy_map, geometry
-from harness.theory.critical_angle import critical_angle
+from harness.theory import incline
+from harness.theory.incline import critical_angle
 
 
 def test_quartier_system_to_scale():
@@ -13,15 +13,15 @@ def test_quartier_system_to_scale():
     assert "10.2078 deg" in statement.computed
     assert system.angle_deg == critical_angle()
     heights = {name: at[1] for name, at in system.grains.items()}
-    assert heights["C"] - heights["B"] == pytest.approx(energy_map.well_depth(system.angle_deg))
+    assert heights["C"] - heights["B"] == pytest.approx(incline.well_depth(system.angle_deg))
     assert np.diff(system.spheres, axis=0)[0] == pytest.approx(
         [np.cos(np.radians(system.angle_deg)), -np.sin(np.radians(system.angle_deg))]
     )
 
 
 def test_another_well_is_not_reproduced(monkeypatch):
-    depth = energy_map.well_depth
-    monkeypatch.setattr(energy_map, "well_depth", lambda angle: 1.001 * depth(angle))
+    depth = incline.well_depth
+    monkeypatch.setattr(incline, "well_depth", lambda angle: 1.001 * depth(angle))
     statement = schematics.quartier()[1]
     assert statement.status is ClaimStatus.NOT_REPRODUCED
     assert "Does not agree: the source's expressions" in statement.computed
@@ -58,5 +58,5 @@ def test_layers():
 
 
 def test_layers_without_any_chain_are_not_reproduced(monkeypatch):
-    monkeypatch.setattr(geometry, "close_packed", geometry.towers)
+    monkeypatch.setattr(incline, "close_packed", incline.towers)
     assert schematics.layers()[1].status is ClaimStatus.NOT_REPRODUCED

@@ -4,47 +4,47 @@ import numpy as np
 import pytest
 
 from harness.cases.tower.run import tower
-from harness.observables.significant_contacts import significant_contacts
+from harness.observables.windows import significant_contacts
 from harness.parameters.tower import Tower
+from harness.reproduction import schematics
 from harness.reproduction.claims import ClaimStatus
-from harness.reproduction.figure_data import towers_in_time
 
 
 @pytest.fixture(scope="module")
 def found():
-    towers_in_time.towers_in_time.cache_clear()
-    evidence, in_time = towers_in_time.force_and_contacts()
-    return evidence, (in_time, towers_in_time.separated()[1])
+    schematics.towers_in_time.cache_clear()
+    evidence, in_time = schematics.force_and_contacts()
+    return evidence, (in_time, schematics.separated()[1])
 
 
 def test_events_of_three_particles(found):
     """By another solver, and against the numbers of the source's own law."""
     evidence, (statement, _) = found
     assert statement.status is ClaimStatus.REPRODUCED
-    told = towers_in_time.event_times(evidence.shown[1])
+    told = schematics.event_times(evidence.shown[1])
     assert told == pytest.approx([0.424, 0.607, 0.990, 1.573], abs=1e-3)
     rk4 = tower(Tower(height=2), solver="rk4", profiles=True)
-    assert towers_in_time.event_times(rk4) == pytest.approx(told, abs=2e-3)
+    assert schematics.event_times(rk4) == pytest.approx(told, abs=2e-3)
     assert "the third joins at 0.42 t0 (source 0.5)" in statement.computed
 
 
 def test_events_of_the_overlap_law_is_another(monkeypatch):
     """A perturbed law changes the verdict."""
-    monkeypatch.setattr(towers_in_time, "Tower", lambda height: Tower(height=height, law="overlap"))
-    towers_in_time.towers_in_time.cache_clear()
-    _, statement = towers_in_time.force_and_contacts()
-    towers_in_time.towers_in_time.cache_clear()
+    monkeypatch.setattr(schematics, "Tower", lambda height: Tower(height=height, law="overlap"))
+    schematics.towers_in_time.cache_clear()
+    _, statement = schematics.force_and_contacts()
+    schematics.towers_in_time.cache_clear()
     assert statement.status is ClaimStatus.NOT_REPRODUCED
     assert "Does not agree: the third joins at 0.00 t0 (source 0.5)" in statement.computed
 
 
 def test_a_grain_that_never_comes_back_has_no_events():
     run = tower(Tower(height=2), solver="exact", duration=0.9, profiles=True)
-    told = towers_in_time.event_times(run)
+    told = schematics.event_times(run)
     assert math.isnan(told.back)
     assert math.isnan(told.leaves)
     with pytest.raises(ValueError, match="three particles"):
-        towers_in_time.event_times(tower(Tower(height=3), solver="exact"))
+        schematics.event_times(tower(Tower(height=3), solver="exact"))
 
 
 def test_the_largest_force_is_that_of_all_heights(found):
@@ -73,19 +73,19 @@ def test_the_base_is_not_felt_before_the_chain_reaches_it(found):
 def test_a_base_that_is_felt_in_20_particles_changes_the_verdict(found):
     evidence, _ = found
     felt = (*evidence.base_felt[:3], 1.4)
-    statement = towers_in_time.separation(evidence.separated, felt)
+    statement = schematics.separation(evidence.separated, felt)
     assert statement.status is ClaimStatus.NOT_REPRODUCED
     assert "20 particles at 1.40 t0" in statement.computed
 
 
 def test_a_run_does_not_differ_from_itself(found):
     run = found[0].shown[0]
-    assert towers_in_time.largest_difference(run, run) == 0
-    assert towers_in_time.base_felt(run, run) == math.inf
+    assert schematics.largest_difference(run, run) == 0
+    assert schematics.base_felt(run, run) == math.inf
 
 
 def test_collapse():
-    runs, statement = towers_in_time.collapse()
+    runs, statement = schematics.collapse()
     assert statement.status is ClaimStatus.REPRODUCED
     assert [run.tower.each("stiffness")[0] for run in runs] == [1e5, 1e6, 1e7]
 
@@ -95,10 +95,10 @@ def test_without_gravity_the_collapse_is_exact_and_of_other_heights_there_is_non
         case = Tower(height=height, stiffness=stiffness, gravity=gravity)
         return tower(case, solver="exact", profiles=True)
 
-    bare = towers_in_time.judged((run(9, 1e5, 0.0), run(9, 1e6, 0.0)))
+    bare = schematics.judged((run(9, 1e5, 0.0), run(9, 1e6, 0.0)))
     assert bare.status is ClaimStatus.REPRODUCED
     left = float(bare.computed.rsplit("neighbours is ", 1)[1].removesuffix(" %."))
     # t0 is the same half-wave for both, so only the grids' rounding is left
     assert left < 1e-3
-    mixed = towers_in_time.judged((run(9, 1e5, 9.81), run(1, 1e6, 9.81)))
+    mixed = schematics.judged((run(9, 1e5, 9.81), run(1, 1e6, 9.81)))
     assert mixed.status is ClaimStatus.NOT_REPRODUCED

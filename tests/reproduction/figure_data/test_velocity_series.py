@@ -3,10 +3,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from harness.cases.incline.result import Motion
+from harness.cases.incline.system import Motion
 from harness.errors import EngineCrashError
 from harness.reproduction.claims import ClaimStatus
-from harness.reproduction.figure_data.velocity_series import (
+from harness.reproduction.figure_data import (
     ANGLES_DEG,
     as_series,
     judged,

@@ -3,9 +3,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from harness.chain.complementarity import contact_forces
+from harness.reproduction.claims import SOURCES
 from harness.reproduction.ledger.samples import Opening, Row, openings, rows, touching_chains
-from harness.reproduction.source import SOURCES
+from harness.solvers.chain.forces import contact_forces
 
 
 def row_of(distances):

@@ -5,14 +5,17 @@ import pytest
 from harness.errors import EngineCrashError
 from harness.reproduction.as_printed import PRINTED
 from harness.reproduction.claims import ClaimStatus
-from harness.reproduction.ledger import background_incline
-from harness.reproduction.ledger.background_energy import depth_of_well, fate_angle, height
-from harness.reproduction.ledger.background_incline import angles_by_step
-from harness.reproduction.ledger.contact import integrate
-from harness.reproduction.ledger.introduction import stiffness_of_springs
-from harness.theory.critical_angle import critical_angle
-from harness.theory.dashpot import duration_clipped, restitution_clipped, restitution_unclipped
-from harness.theory.energy_map import gain_per_crest, well_depth
+from harness.reproduction.ledger import background
+from harness.reproduction.ledger.background import (
+    angles_by_step,
+    depth_of_well,
+    fate_angle,
+    height,
+    stiffness_of_springs,
+)
+from harness.reproduction.ledger.samples import integrate
+from harness.theory.contact import duration_clipped, restitution_clipped, restitution_unclipped
+from harness.theory.incline import critical_angle, gain_per_crest, well_depth
 
 
 @pytest.mark.parametrize("angle", [0.0, 10.2078, 29.0])
@@ -60,7 +63,10 @@ class DeadEngine:
 
 
 def test_an_engine_that_dies_is_the_reason_of_its_rows_and_of_no_others():
-    rows = {row.source.key: row for row in background_incline.statements(PRINTED, DeadEngine())}
+    rows = {
+        row.source.key: row
+        for row in background.background_incline_statements(PRINTED, DeadEngine())
+    }
     for key in ("text-lammps-angle", "text-lammps-step", "text-restitution-angle"):
         assert rows[key].status is ClaimStatus.UNTESTABLE
         assert "signal 11" in rows[key].why

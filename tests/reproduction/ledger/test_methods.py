@@ -5,13 +5,12 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from harness.reproduction.as_printed import PRINTED
-from harness.reproduction.ledger import methods_scales
-from harness.reproduction.ledger.background_energy import collide
-from harness.reproduction.ledger.beyond import impulse_ratio_at
-from harness.reproduction.ledger.methods_pair import peak_error, pushes
-from harness.reproduction.ledger.methods_scales import rise_time
-from harness.reproduction.source import SOURCES
-from harness.theory.energy_map import steady_energy
+from harness.reproduction.claims import SOURCES
+from harness.reproduction.ledger import methods
+from harness.reproduction.ledger.background import collide
+from harness.reproduction.ledger.errata import impulse_ratio_at
+from harness.reproduction.ledger.methods import peak_error, pushes, rise_time
+from harness.theory.incline import steady_energy
 
 
 def test_rigidity_of_a_pressure_changes_with_the_unit_of_length():
@@ -51,7 +50,9 @@ def test_part_of_the_impulse_of_a_collision_leaves_the_energy_in_vectors(ratio):
     impulse = collide(before, 0.0) - before
     after = before + ratio * impulse
     assert after @ after == pytest.approx(0.25 + 0.75 * (1 - ratio) ** 2, abs=1e-15)
-    (row,) = [r for r in methods_scales.statements(PRINTED) if r.source.key == "eq-13-direction"]
+    (row,) = [
+        r for r in methods.methods_scales_statements(PRINTED) if r.source.key == "eq-13-direction"
+    ]
     assert row.found == pytest.approx(0.25 + 0.75 * 0.5**2)  # furthest off at one half
 
 

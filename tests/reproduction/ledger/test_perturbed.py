@@ -10,18 +10,30 @@ import pytest
 from harness.parameters.tower import Tower
 from harness.reproduction.as_printed import PRINTED, Printed
 from harness.reproduction.claims import ClaimStatus, Ledger
-from harness.reproduction.ledger import runs
-from harness.theory.free_chain import compliance
+from harness.reproduction.ledger import samples
+from harness.theory.chain import compliance
 
 PACKAGE = "harness.reproduction.ledger"
 REPRODUCED, CORRECTED = ClaimStatus.REPRODUCED, ClaimStatus.CORRECTED
 NOT = ClaimStatus.NOT_REPRODUCED
 
 
+MODULES = {
+    name: import_module(f"{PACKAGE}.{name}")
+    for name in ("background", "methods", "results", "appendix", "errata")
+}
+
+
+def module_of(name):
+    """Return the module that has the rows of a section of the source."""
+    return next(one for one in MODULES.values() if hasattr(one, f"{name}_statements"))
+
+
 def section(name, printed=PRINTED):
-    """Return the rows of one module, with what is printed."""
+    """Return the rows of one section, with what is printed."""
     engine = (None,) if name == "background_incline" else ()
-    return Ledger(tuple(import_module(f"{PACKAGE}.{name}").statements(printed, *engine)))
+    rows = getattr(module_of(name), f"{name}_statements")
+    return Ledger(tuple(rows(printed, *engine)))
 
 
 as_it_is = cache(section)
@@ -92,29 +104,29 @@ PHYSICS_OTHERWISE = [
     ("background_energy", "collide", patched_collide, "text-shock", NOT),
     ("introduction", "stiffness_of_springs", lambda n: 1 / (2 * n - 1), "eq-1", NOT),
     ("methods_pair", "pushes", lambda x: np.zeros(x.size), "eq-15", NOT),
-    ("methods_chain", "boundaries.first_boundary", lambda x, r: x[0] - r, "eq-16", NOT),
-    ("appendix_chains", "sweeps.compressions", lambda x, _: 0.01 * x[1:], "eq-a4", NOT),
-    ("appendix_chains", "sweeps.compressions", lambda x, _: 0.01 * x[1:], "text-sweeps", NOT),
+    ("methods_chain", "motion.first_boundary", lambda x, r: x[0] - r, "eq-16", NOT),
+    ("appendix_chains", "forces.compressions", lambda x, _: 0.01 * x[1:], "eq-a4", NOT),
+    ("appendix_chains", "forces.compressions", lambda x, _: 0.01 * x[1:], "text-sweeps", NOT),
     (
         "discussion", "compliance", lambda n, deformable: compliance(n, not deformable),
         "text-u-n-particles", REPRODUCED,
     ),
     (
-        "results", "run", lambda case, *span: runs.run(case.replace(law="overlap"), *span),
+        "results", "run", lambda case, *span: samples.run(case.replace(law="overlap"), *span),
         "text-parts", NOT,
     ),
     (
-        "results", "run", lambda case, *span: runs.run(case.replace(gravity=0.0), *span),
+        "results", "run", lambda case, *span: samples.run(case.replace(gravity=0.0), *span),
         "text-unit-of-time", NOT,
     ),
     (
         "results", "ratios",
-        lambda *_: dict.fromkeys(runs.ratios(), dict.fromkeys(range(1, 20), 1.0)),
+        lambda *_: dict.fromkeys(samples.ratios(), dict.fromkeys(range(1, 20), 1.0)),
         "text-angle-falls", NOT,
     ),
     (
         "appendix_window", "run",
-        lambda case, span=3.0: runs.run(Tower(height=case.height, gravity=400.0), span),
+        lambda case, span=3.0: samples.run(Tower(height=case.height, gravity=400.0), span),
         "text-two-particles", NOT,
     ),
 ]  # fmt: skip
@@ -127,7 +139,7 @@ PHYSICS_OTHERWISE = [
 )
 def test_other_physics_changes_the_verdict(monkeypatch, module, name, other, key, status):
     before = as_it_is(module)[key]
-    monkeypatch.setattr(f"{PACKAGE}.{module}.{name}", other)
+    monkeypatch.setattr(f"{module_of(module).__name__}.{name}", other)
     after = section(module)[key]
     assert after.status is status
     assert after.status is not before.status

@@ -1,13 +1,11 @@
 """Another machine rounds differently: what is recorded must be the same on it."""
 
-from importlib import import_module
-
 import numpy as np
 import pytest
 
-from harness.chain import sweeps
 from harness.reproduction import claims
-from tests.reproduction.ledger.test_perturbed import PACKAGE, as_it_is, section
+from harness.solvers.chain import forces
+from tests.reproduction.ledger.test_perturbed import as_it_is, module_of, section
 
 SECTIONS = (
     "introduction", "background_energy", "methods_scales", "methods_pair",
@@ -44,7 +42,7 @@ def rounded_differently(compare, seed):
 @pytest.mark.parametrize("name", SECTIONS)
 def test_round_off_changes_no_record(monkeypatch, name):
     before = records(as_it_is(name))
-    module = import_module(f"{PACKAGE}.{name}")
+    module = module_of(name)
     for seed in range(3):
         if hasattr(module, "compare"):
             monkeypatch.setattr(module, "compare", rounded_differently(claims.compare, seed))
@@ -55,11 +53,11 @@ def test_round_off_changes_no_record(monkeypatch, name):
 def test_compressions_that_round_differently_are_recorded_alike(monkeypatch):
     """Equations A4 and A5 used to show the sample with the largest round-off."""
     before = records(as_it_is("appendix_chains"))
-    random, recovered = np.random.default_rng(1), sweeps.compressions
+    random, recovered = np.random.default_rng(1), forces.compressions
 
     def perturbed(centres, diameter):
         found = recovered(centres, diameter)
         return found + 1e-15 * random.uniform(-1, 1, found.shape)
 
-    monkeypatch.setattr(sweeps, "compressions", perturbed)
+    monkeypatch.setattr(forces, "compressions", perturbed)
     assert records(section("appendix_chains")) == before

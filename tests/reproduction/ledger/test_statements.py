@@ -138,10 +138,10 @@ def test_the_same_ledger_twice_with_progress_from_first_to_last(ledger):
 def test_incline_in_lammps(lammps_here):  # noqa: ARG001
     from harness.engines.registry import open_engine
     from harness.reproduction.as_printed import PRINTED
-    from harness.reproduction.ledger import background_incline
+    from harness.reproduction.ledger import background
 
     with open_engine() as engine:
-        rows = Ledger(tuple(background_incline.statements(PRINTED, engine)))
+        rows = Ledger(tuple(background.background_incline_statements(PRINTED, engine)))
     assert rows["text-lammps-angle"].status is REPRODUCED
     assert rows["text-lammps-step"].status is NOT
     assert rows["text-restitution-angle"].status is NOT

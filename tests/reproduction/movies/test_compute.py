@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from harness.cases.incline.result import Motion
+from harness.cases.incline.system import Motion
 from harness.errors import EngineCrashError
 from harness.parameters.tower import Tower
-from harness.reproduction.movies.compute import PAIR, contact_changes, motions, row_motion
+from harness.reproduction.movies.motions import PAIR, contact_changes, motions, row_motion
 from tests.reproduction.doubles import FateEngine
 
 
@@ -129,7 +129,7 @@ def test_the_exaggeration_follows_the_deformation():
 def test_without_an_engine_or_with_a_dead_one_the_rest_is_there(found, monkeypatch):
     assert found.incline is None
     assert found.missing == "no engine"
-    monkeypatch.setattr("harness.reproduction.movies.compute.row_motion", lambda *_, **__: None)
+    monkeypatch.setattr("harness.reproduction.movies.motions.row_motion", lambda *_, **__: None)
     left = motions(FateEngine([EngineCrashError("signal 11")] * 2))
     assert left.incline is None
     assert left.missing == "crashed: signal 11"
@@ -139,7 +139,7 @@ def test_without_an_engine_or_with_a_dead_one_the_rest_is_there(found, monkeypat
 def test_the_grain_is_trapped_below_and_moves_on_above(lammps_here, monkeypatch):  # noqa: ARG001
     from harness.engines.registry import open_engine
 
-    monkeypatch.setattr("harness.reproduction.movies.compute.row_motion", lambda *_, **__: None)
+    monkeypatch.setattr("harness.reproduction.movies.motions.row_motion", lambda *_, **__: None)
     with open_engine() as engine:
         incline = motions(engine).incline
     assert incline.below.motion is Motion.TRAPPED

@@ -7,18 +7,23 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from harness.cases.incline.parameters import Incline
-from harness.cases.incline.result import Crests, InclineRun, Motion
+from harness.cases.incline.system import Crests, Incline, InclineRun, Motion
 from harness.observables.provenance import Provenance
-from harness.observables.trajectory import Trajectory
+from harness.observables.reference import Trajectory
 from harness.parameters.tower import Tower
-from harness.report.gif import FRAME_MS, gif
+from harness.report.gallery import FRAME_MS, gif
 from harness.reproduction.movies import films
-from harness.reproduction.movies.compute import PAIR, row_motion
-from harness.reproduction.movies.compute import motions as reproduced_motions
-from harness.reproduction.movies.dump import INCLINE_COLUMNS, ROW_COLUMNS, row_dump
-from harness.reproduction.movies.frames import InclineMotion, Motions
-from harness.reproduction.movies.row_collision import RowCollision
+from harness.reproduction.movies.motions import (
+    INCLINE_COLUMNS,
+    PAIR,
+    ROW_COLUMNS,
+    InclineMotion,
+    Motions,
+    row_dump,
+    row_motion,
+)
+from harness.reproduction.movies.motions import motions as reproduced_motions
+from harness.reproduction.movies.scenes import RowCollision
 
 ENGINE = Provenance("lammps", "1 Jan 2030")
 
@@ -106,7 +111,7 @@ def test_the_largest_movie_is_below_a_megabyte():
 
 
 def test_what_is_not_there_is_left_out(motions, monkeypatch):
-    monkeypatch.setattr("harness.report.gif.gif", lambda *_: b"")
+    monkeypatch.setattr("harness.report.gallery.gif", lambda *_: b"")
     names = [film.name for film in films(replace(motions, incline=None))]
     assert names == [name for name in NAMES if name != "incline"]
 

@@ -5,12 +5,11 @@ import pandas as pd
 import pytest
 
 from harness.observables.provenance import Provenance
-from harness.reproduction.claims import Ledger, compare, untestable
-from harness.reproduction.figure_data.compute import source_figures
+from harness.reproduction.claims import Ledger, Source, compare, untestable
 from harness.reproduction.findings import Findings
-from harness.reproduction.source import Source
-from harness.theory.critical_angle import critical_angle
-from harness.theory.shock import shock_from_restitution
+from harness.reproduction.reproduced_figures import source_figures
+from harness.theory.chain import shock_from_restitution
+from harness.theory.incline import critical_angle
 from tests.reproduction.doubles import FateEngine
 
 FACTORS = (50, 500, 5000)

@@ -1,7 +1,7 @@
 import pytest
 
 from harness.errors import RequestError
-from harness.reproduction.pages import folder
+from harness.reproduction import page
 
 
 def fill(text):
@@ -13,11 +13,11 @@ def fill(text):
 
 def test_an_older_reproduction_is_replaced_as_a_whole(tmp_path, monkeypatch):
     target = tmp_path / "reports" / "reproduction"
-    monkeypatch.setattr(folder, "_fill", fill("first"))
-    folder.write(None, target)
+    monkeypatch.setattr(page, "_fill", fill("first"))
+    page.write(None, target)
     (target / "of-the-first.svg").touch()
-    monkeypatch.setattr(folder, "_fill", fill("second"))
-    folder.write(None, target)
+    monkeypatch.setattr(page, "_fill", fill("second"))
+    page.write(None, target)
     assert [path.name for path in target.iterdir()] == ["ledger.csv"]
     assert (target / "ledger.csv").read_text(encoding="utf-8") == "second"
     assert [path.name for path in target.parent.iterdir()] == ["reproduction"]
@@ -25,16 +25,16 @@ def test_an_older_reproduction_is_replaced_as_a_whole(tmp_path, monkeypatch):
 
 def test_a_report_that_fails_leaves_the_older_one(tmp_path, monkeypatch):
     target = tmp_path / "reproduction"
-    monkeypatch.setattr(folder, "_fill", fill("first"))
-    folder.write(None, target)
+    monkeypatch.setattr(page, "_fill", fill("first"))
+    page.write(None, target)
 
     def fails(_found, path, _root):
         (path / "half.svg").touch()
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(folder, "_fill", fails)
+    monkeypatch.setattr(page, "_fill", fails)
     with pytest.raises(KeyboardInterrupt):
-        folder.write(None, target)
+        page.write(None, target)
     assert (target / "ledger.csv").read_text(encoding="utf-8") == "first"
     assert [path.name for path in tmp_path.iterdir()] == ["reproduction"]
 
@@ -42,6 +42,6 @@ def test_a_report_that_fails_leaves_the_older_one(tmp_path, monkeypatch):
 def test_what_is_not_a_reproduction_is_not_touched(tmp_path):
     (tmp_path / "thesis.tex").touch()
     with pytest.raises(RequestError, match="not a reproduction"):
-        folder.check_folder(tmp_path)
+        page.check_folder(tmp_path)
     with pytest.raises(RequestError, match="is a file"):
-        folder.check_folder(tmp_path / "thesis.tex")
+        page.check_folder(tmp_path / "thesis.tex")

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from harness.report.gif import base64_uri, gif, png
+from harness.report.gallery import base64_uri, gif, png
 from harness.reproduction.movies import Film
-from harness.reproduction.pages.page import html_page
+from harness.reproduction.page import html_page
 
 FILM = Film("two-particles", "Two particles", "They exchange.", b"", b"", b"")
 

@@ -1,11 +1,11 @@
 import pytest
 
 from harness.observables.reference import ReferencePoints
-from harness.report.figures.style import house_style
 from harness.report.gallery import picture
-from harness.reproduction.figure_data.compute import source_figures
-from harness.reproduction.pages.folder import source_pictures
-from harness.reproduction.source import FIGURES
+from harness.report.style import house_style
+from harness.reproduction.claims import FIGURES
+from harness.reproduction.page import source_pictures
+from harness.reproduction.reproduced_figures import source_figures
 
 MOST_BYTES = 5_000_000
 

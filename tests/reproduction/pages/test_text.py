@@ -4,8 +4,8 @@ import pytest
 
 from harness.report.gallery import Picture
 from harness.reproduction.movies import Film
-from harness.reproduction.pages.page import findings_text, html_page, markdown
-from harness.theory.critical_angle import critical_angle
+from harness.reproduction.page import findings_text, html_page, markdown
+from harness.theory.incline import critical_angle
 
 SVG = '<svg width="400pt" viewBox="0 0 400 200" />'
 PICTURE = Picture("fig-04-velocity-series", "Figure 4", "It agrees.", SVG, b"")

@@ -6,11 +6,11 @@ import numpy as np
 from pydantic import Field
 
 from harness.cases.contract import Case, Plan, Reference
-from harness.comparison.tolerances import Tolerance
+from harness.comparison.verdicts import Tolerance
 from harness.engines.contract import Job, Template
-from harness.engines.scene import Scene
-from harness.observables.declared import Observable
+from harness.observables.provenance import Observable
 from harness.parameters.base import Parameters
+from harness.parameters.plane_scene import Scene
 
 STEP = Tolerance("", 0.0, 2e-3, "a step of pi/2000 of the contact's phase, at its begin and end")
 

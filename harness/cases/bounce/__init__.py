@@ -1,1 +1,0 @@
-"""A sphere that falls on a floor and bounces, under gravity."""

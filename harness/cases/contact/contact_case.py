@@ -1,0 +1,386 @@
+"""A contact case: a scene, its quantities and their closed forms; impacts and rests alike.
+
+A contact case: a scene, its quantities and their closed forms; what is alike in all of them.
+
+A sphere that rests on the floor or on a frozen sphere, pressed in by its weight.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+
+from pydantic import Field
+
+from harness.cases.contact.impact import overlap_of
+from harness.cases.contact.limits import AGAIN, STEPS, Scan, measured_scan
+from harness.cases.contact.motion import (
+    TEMPLATE,
+    Array,
+    Motion,
+    followed,
+    job_of,
+    motion_of,
+    rules_of,
+)
+from harness.cases.contact.parameters import (
+    ContactSystem,
+    Duration,
+    Gravity,
+    counted,
+    meets,
+    resolved,
+    rest_overlap,
+    rests,
+    stiffness,
+)
+from harness.cases.contact.submodels import (
+    OLD_TANGENTIAL,
+    PLAIN,
+    SYSTEMS,
+    TANGENTIAL,
+    TANGENTIAL_BESIDE,
+    TWO_MATERIALS,
+    Submodel,
+    Told,
+    Trial,
+)
+from harness.cases.contract import Case, LevelName, Reference, Study, text_of
+from harness.comparison.verification import Findings
+from harness.engines.border import engine_seconds
+from harness.engines.contract import Engine, Job, Output, Template
+from harness.engines.registry import DEFAULT
+from harness.engines.traits import Traits
+from harness.parameters.rules import Rules
+from harness.parameters.scene import ZERO, ContactScene, Vector
+from harness.report.sections import Drawing, Plot, Section
+
+if TYPE_CHECKING:
+    from harness.cases.contact.limits import Evidence, Tried
+
+
+P = TypeVar("P", bound=ContactSystem)
+
+SAME = 1e-9
+"""Difference of integrations that differ by their rules, where these change nothing."""
+
+LONGER = ("unequal spheres", "frozen sphere", "two spheres, turned", *TWO_MATERIALS)
+"""Systems that the shortest level leaves out.
+
+In the others the submodels take turns there, but those of earlier interfaces, whose walls and pairs
+share no code. Two materials are gone through by one submodel of a case (``two_materials_of``).
+"""
+
+
+PAIRS = [name for name in TWO_MATERIALS if name.startswith("two")]
+
+
+class ContactCase(Case[P]):
+    """The part that every contact case shares.
+
+    ``submodels`` are gone through in each of ``systems``, which change the default parameters;
+    ``formula``, of ``case.toml``, says in a sentence what is expected.
+    """
+
+    group: ClassVar[str] = "contacts"
+    template: ClassVar[Template] = TEMPLATE
+    submodels: ClassVar[Sequence[Submodel]]
+    beside: ClassVar[Sequence[Submodel]] = ()
+    """Submodels that codes compared with one another go through as well."""
+    systems: ClassVar[Told] = SYSTEMS
+    two_materials_of: ClassVar[str] = ""
+    """The submodel that meets a sphere of another material at the shortest level, too."""
+    sets: ClassVar[Told]
+    """What the presets change of the default parameters, by name; the first is the default."""
+    invariant: ClassVar[Sequence[Submodel]] = ()
+    """Those whose invariances every level checks, in some systems: each in one case is enough."""
+    over_ranks: ClassVar[Sequence[str]] = ()
+    """Names of those that the default level runs on MPI ranks: one of each kind of memory."""
+    by_defaults: ClassVar[Sequence[str]] = ()
+    """Names of those that also the shortest level carries through an engine's default order."""
+    formula: ClassVar[str]
+    scan: ClassVar[Scan]
+    """The figure with all codes."""
+    shown: ClassVar[str] = ""
+    """The quantity whose error is drawn; the first unless named."""
+    every_level: ClassVar[Sequence[str]] = ()
+    """Systems in which the shortest level runs each submodel, whoever's turn it is."""
+    powers: ClassVar[tuple[float, ...]] = ()
+    """Of the step in the error, where these are not those of the law."""
+    lasts: ClassVar[bool] = False
+    """Whether contacts last throughout: none begins or ends."""
+
+    def __init_subclass__(cls, **more: Any) -> None:
+        super().__init_subclass__(**more)
+        cls.formula = text_of(cls).get("formula", "")
+        cls.regression = {quantity.name: AGAIN for quantity in getattr(cls, "quantities", ())}
+
+    @property
+    def presets(self) -> Mapping[str, P]:
+        """Return the usual parameters, and sets of the literature."""
+        return {name: self.parameters(**told) for name, told in self.sets.items()}  # type: ignore[misc]
+
+    @abstractmethod
+    def scene(self, parameters: P) -> ContactScene:
+        """Return what is set up."""
+
+    @abstractmethod
+    def observed(self, parameters: P, motion: Motion) -> Mapping[str, float]:
+        """Return the quantities of a motion, whoever computed it."""
+
+    def sizes(self, parameters: P) -> Mapping[str, float]:
+        """Return the size that a ratio has in a run, by name, in which its tolerance is a part.
+
+        That of its limit, or the largest that it has; those that are left out are of the size 1.
+        """
+        return {}
+
+    def closed_forms(self, parameters: P) -> Mapping[str, float]:
+        """Return the quantities whose exact value is known, by name."""
+        return {}
+
+    def job(self, parameters: P) -> Job:
+        """Return the job of one run."""
+        return job_of(self.scene(parameters), parameters.interface, parameters.materials_as)
+
+    def read(self, parameters: P, output: Output, traits: Traits) -> Mapping[str, float]:
+        """Return the quantities of a run; raise EngineOutputError for one that is cut."""
+        motion = motion_of(output, self.scene(parameters))
+        found = self.observed(parameters, motion)
+        if motion.tells_forces:
+            return found
+        return {name: value for name, value in found.items() if not math.isnan(value)}
+
+    def references(self, parameters: P, traits: Traits) -> Mapping[str, Reference]:
+        """Return closed forms, and what the integration of the law gives for the rest."""
+        return self.expected(parameters, rules_of(self.job(parameters), traits))
+
+    def expected(self, parameters: P, rules: Rules) -> Mapping[str, Reference]:
+        """Return what is expected under rules; closed forms where these change nothing."""
+        scene, exact = self.scene(parameters), dict(self.closed_forms(parameters))
+        integrated = self.observed(parameters, followed(scene, rules).motion)
+        if rules != Rules():
+            plain = self.observed(parameters, followed(scene, Rules()).motion)
+            exact = {
+                name: value
+                for name, value in exact.items()
+                if math.isclose(integrated[name], plain[name], rel_tol=SAME, abs_tol=SAME)
+            }
+        return {
+            **{name: Reference(value, "integrated") for name, value in integrated.items()},
+            **{name: Reference(value, "closed form") for name, value in exact.items()},
+        }
+
+    def seconds(self, parameters: P, rules: Traits | None, solver: str = "") -> float:
+        """Return what a run is expected to take an engine of these rules [s]."""
+        scene = self.scene(parameters)
+        return 0.0 if rules is None else engine_seconds(scene.steps, len(scene.bodies), rules)
+
+    def stated(self, engine: Engine) -> Sequence[Submodel]:
+        """Return the submodels that an engine is verified with: more than its own by any other."""
+        return self.submodels if engine.name == DEFAULT else (*self.submodels, *self.beside)
+
+    def trials(
+        self, level: LevelName, submodels: Sequence[Submodel] | None = None
+    ) -> Iterator[Trial]:
+        """Yield submodels in the systems that a level goes through, with its coarsest step.
+
+        Those of the case unless others are given.
+        """
+        base, coarsest = self.default, STEPS[level][0]
+        names = [one.name for one in (*self.submodels, *self.beside) if one.quick]
+        for submodel in self.submodels if submodels is None else submodels:
+            systems = {
+                system: self._told(submodel, system, coarsest)
+                for system, changes in self.systems.items()
+                if (level != "quick" or (submodel.quick and system not in LONGER))
+                and submodel.stated_in(system, changes)
+            }
+            if systems and level == "quick" and submodel.law.get("interface") != "old":
+                others = [name for name in systems if name not in self.every_level]
+                turn = others[names.index(submodel.name) % len(others)] if others else ""
+                every = [name for name in systems if name == turn or name in self.every_level]
+                of_two = submodel.name == self.two_materials_of
+                pairs = [name for name in PAIRS if of_two and name in self.systems]
+                systems = {name: self._told(submodel, name, coarsest) for name in (*every, *pairs)}
+            for system, told in systems.items():
+                yield Trial(submodel.name, system, base.replace(**told))
+
+    def _told(self, submodel: Submodel, system: str, steps: int) -> dict[str, Any]:
+        """Return what a submodel in a system changes of the case's parameters."""
+        return {**PLAIN, **submodel.law, **self.systems[system], "steps_per_contact": steps}
+
+    def expected_rows(self, level: LevelName, engine: Engine) -> int:
+        """Return a row for each trial, at least, and for the invariances of one."""
+        from harness.cases.contact.transformations import chosen
+
+        trials = self.trials(level, self.stated(engine))
+        return sum(1 for _ in trials) + sum(1 for _ in chosen(self, level))
+
+    def verify(self, engine: Engine, study: Study) -> Findings:
+        """Judge each trial in the limit of a small step, and that nothing else changes it."""
+        from harness.cases.contact.invariance import invariances
+        from harness.cases.contact.verification import verify_trials
+
+        def run() -> Findings:
+            trials = self.trials(study.level, self.stated(engine))
+            found = verify_trials(self, engine, study, trials)
+            found.checks += invariances(self, engine, study, contact_cases(study))
+            return found
+
+        return study.once((self.name, engine.name), run)
+
+    def verify_beside(self, engine: Engine, study: Study) -> Findings:
+        """Run the trials and those ``beside`` them, but none that :meth:`verify` ran."""
+        from harness.cases.contact.invariance import invariances
+        from harness.cases.contact.limits import Evidence
+        from harness.cases.contact.verification import verify_trials
+
+        done: Findings | None = study.once((self.name, engine.name), lambda: None)
+        ran = self.stated(engine) if done else ()
+        submodels = [one for one in (*self.submodels, *self.beside) if one not in ran]
+        found = verify_trials(self, engine, study, self.trials(study.level, submodels))
+        if not done and study.level == "full":
+            found.checks += invariances(self, engine, study, contact_cases(study))
+        first: Evidence = done.evidence if done and done.evidence else Evidence(engine.title, ())
+        climbed = (*first.climbed, *found.evidence.climbed)
+        failed = (*first.failed, *found.evidence.failed)
+        scans = measured_scan(self, engine)
+        found.evidence = Evidence(engine.title, climbed, scans, failed=failed)
+        return found
+
+    def drawings(self, evidence: Evidence) -> Sequence[Drawing]:
+        """Return the figures of a case: the error of a quantity over the step."""
+        from harness.cases.contact.report import errors_drawn
+
+        return (errors_drawn(self, evidence),)
+
+    def axes(self, parameters: P) -> tuple[str, str]:
+        """Return the names of the axes of :meth:`curves`, with units."""
+        return "overlap (µm)", "force (N)"
+
+    def curves(self, parameters: P, motion: Motion) -> Mapping[str, tuple[Array, Array]]:
+        """Return what a page draws of a motion, by name: x and y, each (M,)."""
+        overlap, _ = overlap_of(parameters, motion)
+        return {"": (1e6 * overlap, motion.force[:, 0, 2])}
+
+    def plot(self, one: Tried, who: str) -> Plot:
+        """Return what a page shows of a trial in an engine, by its title, beside the errors."""
+        from harness.cases.contact.report import motion_plot
+
+        return motion_plot(self, one, who)
+
+    def sections(
+        self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]
+    ) -> Sequence[Section]:
+        """Return formula, limits and figure of each trial in the main engine."""
+        from harness.cases.contact.report import sections_of
+
+        if main is None or not main.evidence:
+            return ()
+        return sections_of(self, main, tuple(beside.values()))
+
+
+def contact_cases(study: Study) -> list[ContactCase[Any]]:
+    """Return the contact cases that a study goes through."""
+    return [case for case in study.cases if isinstance(case, ContactCase)]
+
+
+class Friction:
+    """What cases with friction along the surface go through; stands before ``ContactCase``."""
+
+    submodels: ClassVar[Sequence[Submodel]] = (*TANGENTIAL, *OLD_TANGENTIAL)
+    beside: ClassVar[Sequence[Submodel]] = TANGENTIAL_BESIDE
+
+
+REST_SAMPLES = 4
+
+
+class Resting(ContactSystem):
+    """A sphere at rest along z, that moves or turns along the surface; in SI units."""
+
+    carried_by: ClassVar[tuple[str, ...]] = ("wall",)
+
+    gravity: Gravity = Field(9.81, description="[m/s2] downward")
+    duration: Duration = Field(20.0, description="[-] in half periods of the contact")
+
+    def check(self) -> None:
+        """Raise ValueError for values that have no meaning together."""
+        meets(self, *self.carried_by)
+        rests(self, -self.pull[2])
+
+    @property
+    def pull(self) -> Vector:
+        """Return the acceleration of gravity [m/s2]."""
+        return (0.0, 0.0, -self.gravity)
+
+    @property
+    def start(self) -> tuple[Vector, Vector]:
+        """Return velocity [m/s] and angular velocity [rad/s] at the start."""
+        return ZERO, ZERO
+
+    @property
+    def half_period(self) -> float:
+        """Return pi sqrt(m / k) of small oscillations about rest [s]."""
+        k = stiffness(self, rest_overlap(self, self.mass * -self.pull[2]))
+        return math.pi * math.sqrt(self.mass / k)
+
+    @property
+    def seconds(self) -> float:
+        """Return the duration [s]; raise RequestError where it has none."""
+        return self.duration * self.half_period
+
+
+R = TypeVar("R", bound=Resting)
+
+
+class RestingCase(ContactCase[R]):
+    """What the cases of a sphere at rest share: the scene, and the drawing of rolling."""
+
+    def scene(self, parameters: R) -> ContactScene:
+        """Return the sphere at rest along z under gravity.
+
+        The duration is met to a step. Raise RequestError for too many steps, which are told of the
+        parameter ``duration``, and for a step that does not resolve the law.
+        """
+        step = parameters.half_period / parameters.steps_per_contact
+        counted(parameters, parameters.seconds / step)
+        every = max(1, round(parameters.seconds / step / REST_SAMPLES))
+        overlap = rest_overlap(parameters, parameters.mass * -parameters.pull[2])
+        first, *others = parameters.bodies(-overlap, *parameters.start)
+        scene = ContactScene(
+            (first, *others),
+            parameters.planes,
+            parameters.law,
+            # the steps fill the duration: all rungs end at the same time
+            step=parameters.seconds / REST_SAMPLES / every,
+            steps=REST_SAMPLES * every,
+            every=every,
+            gravity=parameters.pull,
+        )
+        return resolved(parameters, scene, overlap)
+
+    def axes(self, parameters: R) -> tuple[str, str]:
+        """Return what is drawn: both speeds."""
+        return "time (ms)", "velocity (m/s)"
+
+    def curves(self, parameters: R, motion: Motion) -> Mapping[str, tuple[Array, Array]]:
+        """Return the speed, and radius times spin."""
+        named = zip(("speed", "radius times spin"), rolling(parameters, motion), strict=True)
+        return {name: (1e3 * motion.time, value) for name, value in named}
+
+
+def rolling(parameters: Resting, motion: Motion) -> tuple[Array, Array]:
+    """Return the speed along x, and radius times the spin about y, each (M,) [m/s]."""
+    return motion.velocity[:, 0, 0], parameters.radius * motion.omega[:, 0, 1]
+
+
+def speed_ratios(
+    halfway: str, parameters: Resting, motion: Motion, speed: float
+) -> dict[str, float]:
+    """Return the speed halfway, by a name, speed and spin at the end, over a speed [m/s]."""
+    u, spin = rolling(parameters, motion)
+    found = {halfway: u[len(u) // 2], "speed_ratio": u[-1], "rim_speed_ratio": spin[-1]}
+    return {name: float(value) / speed for name, value in found.items()}

@@ -1,0 +1,417 @@
+"""The limit of a small step: tolerances, refinement, what trials leave, scans of a parameter.
+
+How far limits may be from what is expected, and runs from their baseline, and why.
+
+A width is a part of the quantity's size in the run: that of its value in SI units; of a ratio 1, or
+its limit, or the largest that it has (:meth:`ContactCase.sizes`). Small values of large quantities
+are known no better than these; small quantities are.
+
+The limit of a small step: quantities of the same contact at several steps, extrapolated.
+
+Codes side by side: a quantity of a case over one of its parameters, by every code that can.
+
+What trials of a contact case leave: limits of their quantities, or why there are none.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from harness.cases.contact.motion import Array, Motion, followed, motion_of, rules_of
+from harness.cases.contact.parameters import SMOOTH
+from harness.cases.contact.submodels import PLAIN, Trial
+from harness.cases.contract import LevelName, Reference
+from harness.comparison.convergence import Limit
+from harness.comparison.verdicts import Tolerance
+from harness.engines.contract import Engine
+from harness.errors import EngineError
+from harness.parameters.law import ContactLaw
+from harness.parameters.rules import Rules
+
+if TYPE_CHECKING:
+    from harness.cases.contact.contact_case import ContactCase
+    from harness.cases.contact.motion import Followed
+
+
+KINKED = 1e-4
+ALONG_PATH = 1e-5
+"""Of what begins or ends within a step along a given motion."""
+
+_UPSTREAM = "the tests of the codes themselves allow 1e-3 to 1e-1"
+
+WHY_SMOOTH = (
+    "the law is smooth over the contact, and the series in the step is known: what its next term "
+    f"leaves is below a millionth; {_UPSTREAM}"
+)
+WHY_KINKED = (
+    "sliding, a clipped force or a dashpot begins or ends within a step, at another phase for "
+    "every step: a jitter that falls with it, until the limit is known to this; "
+    f"{_UPSTREAM}"
+)
+
+WHY_ALONG_PATH = (
+    "along a given motion: what is cut back is so at the end of a step, the direction of sliding "
+    "turns by steps: an error of the order of a step's part of a piece, squared, 1.6e-6 at level "
+    f"quick, and a few times it; {_UPSTREAM}"
+)
+
+SINGLE = 7
+"""Digits of single precision."""
+
+WHY_SINGLE = (
+    "written in single precision: a position to 6e-8 of the box, which is a hundred to a thousand "
+    f"overlaps, and the series in the step multiplies it by a few; {_UPSTREAM}"
+)
+
+AGAIN = Tolerance(
+    "", 1e-9, 1e-9, "round-off of a few thousand steps on ratios of the size of 1, and ten times it"
+)
+"""Of the baseline's records."""
+
+
+def width_of(
+    unit: str,
+    *,
+    kinked: bool,
+    digits: int = 15,
+    size: float = 1.0,
+    along_path: bool = False,
+) -> Tolerance:
+    """Return the tolerance about an expected limit; what that is uncertain by is no part of it.
+
+    ``digits`` are those of the code's output. ``size`` is that of a ratio in the run.
+    ``along_path``: of forces along a given motion, without a jump.
+    """
+    part, why = (KINKED, WHY_KINKED) if kinked else (SMOOTH, WHY_SMOOTH)
+    if kinked and along_path:
+        part, why = ALONG_PATH, WHY_ALONG_PATH
+    if digits <= SINGLE:
+        # of coordinates, whatever the size of a ratio
+        part, why, size = KINKED, WHY_SINGLE, max(1.0, size)
+    if unit != "1":
+        return Tolerance(unit, 0.0, part, why)
+    if size != 1.0:
+        why = f"{part:.3g} of the quantity's size in the run, {size:.3g}: {why}"
+    return Tolerance("", part * size, 0.0, why)
+
+
+STEPS: Mapping[LevelName, tuple[int, ...]] = {
+    "quick": (50, 100, 200, 400, 800),
+    "default": (100, 200, 400, 800, 1600),
+    "full": (100, 200, 400, 800, 1600, 3200, 6400),
+}
+"""Steps of the time that a contact takes, by level.
+
+A contact begins half a step after the start and, the steps being parts of its own duration, ends
+at the same phase of a step on every rung: what is left is a series in the step.
+"""
+
+FINEST: Mapping[LevelName, int] = {"quick": 25_600, "default": 51_200, "full": 204_800}
+"""Up to which a step is halved while a limit is too uncertain for its verdict, by level."""
+
+SECONDS: Mapping[LevelName, float] = {"quick": 10.0, "default": 20.0, "full": 60.0}
+"""That a run may take for it, as an engine's cost estimates it."""
+
+RECORDED = 400
+"""The rung that every level has: its values are those of the baseline."""
+
+ROUND_OFF = 1e-13
+
+RESOLVED = 4.0
+"""Steps of an interval between two switches whose error shows in the runs themselves."""
+
+MOST_POWERS = 3
+"""That the five rungs of a ladder tell apart."""
+
+
+def powers(law: ContactLaw, further: Sequence[float] = ()) -> tuple[float, ...]:
+    """Return the lowest powers of the step h in the error of a law in a scheme.
+
+    Those of velocity Verlet, and what ``further`` ones the scheme has.
+    """
+    return tuple(sorted({*further, *_powers(law)}))[:MOST_POWERS]
+
+
+def lasting_powers(law: ContactLaw, further: Sequence[float] = ()) -> tuple[float, ...]:
+    """Return the lowest powers of the step where no contact begins or ends: forces are smooth.
+
+    Velocity Verlet is even in the step without a dashpot and a spring that follows the motion by
+    steps, and if the scheme has no ``further`` ones.
+    """
+    even = law.damping == "none" and not law.tangential_spring and not further
+    return (2.0, 4.0, 6.0) if even else (1.0, 2.0, 3.0)
+
+
+def _powers(law: ContactLaw) -> tuple[float, ...]:
+    """Return the powers of the step h in the error of a law, integrated by velocity Verlet.
+
+    The scheme is of second order, but a dashpot is given the velocity of half a step before: first
+    order. A force that begins as overlap^q is missed or counted for part of a step, at a rate of
+    h^(1 + q): q is 0 for a constant dashpot, 1/4 for one of constant restitution with Hertz's
+    spring and one that goes with the root of mdr's stiffness, 1/2 for one that goes with the
+    contact radius, and 3/2 for Hertz's spring. The contact of jkr begins and ends with an area: its
+    forces are smooth in between, and jump.
+
+    What mdr remembers follows the motion by steps: the radius of a sphere that yields lags behind
+    it by the ten steps that LAMMPS averages its growth over, the area that the bulk responds to by
+    one; and the first step of a contact, which precedes that, is left to the elastic branch.
+
+    A tangential spring that is held as a force, or rescaled, takes the slip of a whole step by the
+    contact radius at its end: first order, also without a dashpot and along a given motion.
+    """
+    if law.normal == "jkr" or (law.yield_stress is not None and not law.bulk_response):
+        return (1.0, 2.0, 3.0)
+    if law.bulk_response or law.damping == "viscoelastic" or law.surface_energy is not None:
+        return (1.0, 1.5, 2.0)
+    if law.damping == "none" and law.tangential.endswith(("/force", "_rescale")):
+        return (1.0, 1.5, 2.0)
+    if law.damping == "none":
+        return (2.0, 3.0) if law.normal == "hooke" else (2.0, 2.5, 3.0)
+    if law.normal == "hooke":
+        return (1.0, 2.0, 3.0)
+    if law.damping in ("velocity", "mass_velocity"):
+        return (1.0, 2.0, 2.5)
+    return (1.0, 1.25, 2.0)
+
+
+def climb(
+    terms: Sequence[float],
+    steps: Sequence[int],
+    rungs: Sequence[Mapping[str, float]],
+    *,
+    kinked: bool,
+    jumps: bool = False,
+    known: int = 1,
+    bounds: Mapping[str, Array] | None = None,
+) -> dict[str, Limit]:
+    """Return the limit of each quantity that every rung has, finite, by its name.
+
+    ``terms`` are the powers of the step in the error, as :func:`powers` gives them.
+
+    A kink (sliding begins, a force is clipped) falls at another phase of a step on every rung: the
+    error that this leaves goes with the step squared, rungs weigh accordingly, and only
+    the first power is told apart, or as many as are ``known`` where the motion up to it has none.
+    Where the force ``jumps`` there, it goes with the step. Else the series holds on all rungs.
+    ``bounds`` are least errors of the rungs by the name of a quantity, as :func:`unresolved` gives
+    them.
+    """
+    h = 1.0 / np.asarray(steps, dtype=float)
+    terms = (1.0, *(p for p in terms if p > 1.0))[:known] if kinked else terms
+    weights = (h / h[-1]) ** (1 if jumps else 2) if kinked else np.ones_like(h)
+    found = {}
+    for name in rungs[0]:
+        y = np.array([one.get(name, np.nan) for one in rungs])
+        if np.isfinite(y).all():
+            least = (bounds or {}).get(name, np.zeros_like(h))
+            found[name] = _limit(h, y, weights, terms, least)
+    return found
+
+
+def _limit(h: Array, y: Array, weights: Array, terms: Sequence[float], least: Array) -> Limit:
+    """Return the limit; the error of a rung is how far the series misses it, times its weight.
+
+    It is no smaller than the ``least`` errors.
+    """
+    from harness.comparison.convergence import limit
+
+    scale = float(np.abs(y).max()) or 1.0
+    columns = np.column_stack([np.ones_like(h), *(h**p for p in terms)])
+    series = np.linalg.lstsq(columns / weights[:, None], y / scale / weights, rcond=None)[0]
+    missed = float(np.abs((columns @ series - y / scale) / weights).max())
+    errors = scale * max(missed, ROUND_OFF) * weights
+    return limit(h, y, np.maximum(errors, least), terms)
+
+
+def unresolved(
+    case: ContactCase[Any], parameters: Any, integrated: Followed, steps: Array
+) -> dict[str, Array]:
+    """Return what switches within a few steps of one another may hide from runs, by quantity.
+
+    ``steps`` are the durations of a step [s], shape (rungs,). A switch takes effect at the end of
+    a step. The interval between two of them, shorter than :data:`RESOLVED` steps, is off by up to
+    a step, or missed as a whole: the velocities by the change of the acceleration times that. As
+    long as every run misses it, their values lie on a series that leads elsewhere, and nothing in
+    them shows it.
+    """
+    motion = integrated.motion
+    plain = case.observed(parameters, motion)
+    found = {name: np.zeros_like(steps) for name in plain}
+    for one in integrated.intervals:
+        if one.duration >= RESOLVED * steps.max():
+            continue
+        kick = one.change * one.duration
+        later = (motion.time >= one.begin)[:, None, None]
+        kicked = replace(
+            motion,
+            velocity=motion.velocity + later * kick[:, :3],
+            omega=motion.omega + later * kick[:, 3:],
+        )
+        hidden = np.minimum(1.0, steps / one.duration) * (one.duration < RESOLVED * steps)
+        for name, value in case.observed(parameters, kicked).items():
+            if math.isfinite(value - plain.get(name, math.nan)):
+                found[name] += abs(value - plain[name]) * hidden
+    return found
+
+
+SCAN_STEPS = 1600
+"""Of a contact: at a few hundred the last stick and slip of an oblique impact still shows."""
+
+FRICTION = (
+    (
+        "linear_history, elastic",
+        "linear_history, clipped",
+        "linear_history",
+        "linear_history, 2/7, elastic",
+    ),
+    ("mindlin, elastic", "mindlin/force, elastic", "mindlin", "mindlin_rescale/force, elastic"),
+)
+"""Linear springs and solids with friction: of each the first that a code states."""
+
+NORMALS = (
+    ("hooke, velocity, clipped", "hooke, mass_velocity", "hooke"),
+    ("hertz, coeff_restitution, clipped", "hertz, coeff_restitution", "hertz"),
+)
+"""Normal forces, likewise."""
+
+
+@dataclass(frozen=True)
+class Scan:
+    """What is drawn: a quantity over values of a parameter, in the first system of the case.
+
+    Of each of the ``families`` a code shows the first submodel that it states.
+    """
+
+    quantity: str
+    parameter: str
+    values: tuple[float, ...]
+    families: tuple[tuple[str, ...], ...] = FRICTION
+
+
+@dataclass(frozen=True)
+class Scanned:
+    """One family in a code: what it found, and what its rules ask for, each (M,)."""
+
+    family: int
+    submodel: str
+    found: Array = field(repr=False)
+    expected: Array = field(repr=False)
+
+    @property
+    def apart(self) -> float:
+        """Return how far both are apart at most, as a part of the largest expected value."""
+        scale = float(np.abs(self.expected).max()) or 1.0
+        return float(np.nanmax(np.abs(self.found - self.expected), initial=0.0)) / scale
+
+
+def measured_scan(case: ContactCase[Any], engine: Engine) -> tuple[Scanned, ...]:
+    """Return what a code finds, for each family that it can state; a run that fails is NaN."""
+    plan = list(_plan(case, engine))
+    outputs = engine.run([case.job(p) for _, _, rows in plan for p in rows]) if plan else []
+    found, size = [], len(case.scan.values)
+    for number, (family, name, rows) in enumerate(plan):
+        values = np.full(size, np.nan)
+        runs = outputs[number * size : (number + 1) * size]
+        for place, (parameters, output) in enumerate(zip(rows, runs, strict=True)):
+            if not isinstance(output, EngineError):
+                motion = motion_of(output, case.scene(parameters))
+                values[place] = _value(case, parameters, motion)
+        rules = rules_of(case.job(rows[0]), engine.traits)
+        found.append(Scanned(family, name, values, curve(case, rows, rules)))
+    return tuple(found)
+
+
+def curve(case: ContactCase[Any], rows: Sequence[Any], rules: Rules) -> Array:
+    """Return what the law asks for under rules, for parameters (M,)."""
+    motions = [followed(case.scene(p), rules).motion for p in rows]
+    values = [_value(case, p, motion) for p, motion in zip(rows, motions, strict=True)]
+    return np.array(values, dtype=float)
+
+
+def _value(case: ContactCase[Any], parameters: Any, motion: Any) -> float:
+    return case.observed(parameters, motion).get(case.scan.quantity, float("nan"))
+
+
+def rows_of(case: ContactCase[Any], name: str) -> list[Any]:
+    """Return the parameters of a scan with a submodel."""
+    submodel = next(one for one in (*case.submodels, *case.beside) if one.name == name)
+    system = next(iter(case.systems.values()))
+    told = {**PLAIN, **submodel.law, **system, "steps_per_contact": SCAN_STEPS}
+    base = case.default.replace(**told)
+    return [base.replace(**{case.scan.parameter: value}) for value in case.scan.values]
+
+
+def _plan(case: ContactCase[Any], engine: Engine) -> Iterator[tuple[int, str, list[Any]]]:
+    """Yield each family with the submodel of it that an engine states, and its parameters."""
+    for family, names in enumerate(case.scan.families):
+        for name in names:
+            rows = rows_of(case, name)
+            if not any(engine.refuses(case.job(parameters)) for parameters in rows):
+                yield family, name, rows
+                break
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A trial that an engine was given, and what is expected of it under the engine's ``rules``.
+
+    ``finest`` are the parameters of the last rung, ``command`` is what runs one by hand.
+    """
+
+    trial: Trial
+    references: Mapping[str, Reference]
+    rules: Rules
+    finest: Any
+    command: str
+
+
+@dataclass(frozen=True)
+class Failed(Tried):
+    """A trial without limits, of which ``command`` runs the rung that failed, and ``why`` it did.
+
+    ``why`` goes on from the name of the engine.
+    """
+
+    why: str
+
+
+@dataclass(frozen=True)
+class Climbed(Tried):
+    """What a trial left: limits of its quantities, and its finest motion, which ``command`` runs.
+
+    ``plain`` is what is expected under the default rules. A force ``jumps`` within a step.
+    ``levels`` are the parameters of the runs that the limits are of, and ``extrapolate`` makes
+    limits of what such runs leave.
+    """
+
+    limits: Mapping[str, Limit]
+    plain: Mapping[str, Reference]
+    motion: Motion
+    kinked: bool
+    jumps: bool
+    levels: tuple[Any, ...]
+    extrapolate: Callable[[Sequence[Mapping[str, float]]], dict[str, Limit]]
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """The trials of a case in an engine, by its title, and its part of the figure of all codes.
+
+    ``drawn``: with figures of all submodels, and on the page of each the curve that the law asks
+    for: these take longer than the runs of level quick.
+    """
+
+    who: str
+    climbed: tuple[Climbed, ...]
+    scans: tuple[Scanned, ...] = ()
+    drawn: bool = True
+    failed: tuple[Failed, ...] = ()
+
+    @property
+    def tried(self) -> tuple[Tried, ...]:
+        """Return all trials that ran, those that failed last."""
+        return (*self.climbed, *self.failed)

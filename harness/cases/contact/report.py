@@ -1,0 +1,615 @@
+"""What a report says of a contact case: formulas, curves, figures, how to run each again.
+
+The formulas of a contact law in a line each, as a page of the matrix states them.
+
+Figures of contact cases, a panel for each family of submodels: errors, force over overlap.
+
+Curves of a cell's page: what the law asks for as a line, what an engine gave as points.
+
+What a report says of a contact case: formulas, figures, and how to run each again.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from harness.cases.contact.impact import overlap_of, published, relative_velocity
+from harness.cases.contact.limits import (
+    SCAN_STEPS,
+    Climbed,
+    Evidence,
+    Failed,
+    Scanned,
+    Tried,
+    curve,
+    rows_of,
+)
+from harness.cases.contact.motion import Array, Motion, asked_for, followed
+from harness.comparison.verification import Findings
+from harness.parameters.allowed import unit_in
+from harness.parameters.law import ContactLaw
+from harness.parameters.rules import Rules
+from harness.parameters.scene import ZERO, ContactScene, Vector
+from harness.report import style
+from harness.report.sections import CellText, Drawing, Line, Plot, Section, Table
+from harness.shown import in_words
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from harness.cases.contact.contact_case import ContactCase
+
+
+_EQUAL = "E* = E / (2 (1 - nu^2))"
+_TWO = "1/E* = (1 - nu_1^2) / E_1 + (1 - nu_2^2) / E_2"
+NORMAL = {
+    "hooke": "F = k_n delta, delta the overlap",
+    "hertz": f"F = 4/3 E* a delta, a = sqrt(R* delta), {_EQUAL}",
+    "dmt": f"F = 4/3 E* a delta - 4 pi gamma R*, a = sqrt(R* delta), {_EQUAL}",
+    "jkr": "F = 4 E* a^3 / (3 R*) - 4 sqrt(pi gamma E* a^3), with "
+    f"delta = a^2 / R* - 2 sqrt(pi gamma a / E*), {_EQUAL}",
+    "mdr": "F = 2 R^2 E / (1 - nu^2) (theta - sin theta cos theta) on each side of a rigid flat, "
+    "cos theta = 1 - d / (2 R), d the depth of the flat: half the overlap, all of it at a wall; of "
+    "two sizes the mean of both sides, the flat where the surfaces cross at the largest overlap",
+}
+_ON_FLAT = "on each side of a rigid flat at the depth d"
+YIELD = (
+    f"{_ON_FLAT}: as above up to Hertz's mean pressure p = Y (1 + 1.75 exp(-4.4 d / R)); from "
+    "there F = p pi a^2, a^2 = 2 R d - d^2 - d_Y (R_0 - d_Y), with a radius R that grows so that "
+    "the volume stays, less its elastic strain; back along an ellipse of the half axes "
+    "2 p a (1 - nu^2) / E and a"
+)
+ADHESION = (
+    f"{_ON_FLAT}: as above while it is pressed in; pulled, "
+    "F = 2 R^2 E' (theta - sin theta cos theta) - 2 E' a l, a = R sin theta, "
+    "d = 2 R (1 - cos theta) - l, l = sqrt(2 pi a gamma / E'), E' = E / (1 - nu^2)"
+)
+BULK = (
+    f"{_ON_FLAT}: F = K A^2 d / (4/3 pi R^3 - pi/3 d^2 (3 R - d)), A = pi R d, "
+    "K = E / (3 (1 - 2 nu)), in place of the force above"
+)
+_SECANT = "sqrt(m* F / delta), zeta = -ln e / sqrt(pi^2 + ln^2 e)"
+DAMPING = {
+    "none": "none: the normal force is the elastic one",
+    "velocity": "eta_n = eta_0",
+    "mass_velocity": "eta_n = eta_0 m*",
+    "viscoelastic": "eta_n = eta_0 m* a, a the contact radius",
+    "tsuji": "eta_n = alpha(e) sqrt(2 m* F / delta), alpha the polynomial that is fitted to Tsuji "
+    "et al. (1992)",
+    "coeff_restitution": f"eta_n = c zeta {_SECANT}, c = 2 for hooke, sqrt(5) for hertz",
+    "mdr": "eta_n = eta_0 sqrt(m* k), k = 2 E_eff a, a the contact radius, E_eff = E / (1 - nu^2) "
+    "at a wall and half of it between spheres: the slope of the elastic force",
+}
+_EQUALLY = "G* = E / (4 (2 - nu) (1 + nu))"
+_BOTH = "1/G* = (2 - nu_1) / G_1 + (2 - nu_2) / G_2, G = E / (2 (1 + nu))"
+_MINDLIN = f"8 G* a, {_EQUALLY}"
+_ADDED = f"the spring force grows by k_t times each displacement, k_t = {_MINDLIN}"
+_TOTAL = f"spring k_t xi of the whole displacement xi, k_t = {_MINDLIN}"
+_SHRINKS = "; it shrinks with a while the contact opens (Thornton et al. 2013)"
+TANGENTIAL = {
+    "linear_nohistory": "eta_t v_t alone, without a spring",
+    "linear_history": "spring k_t xi, xi the displacement along the surface",
+    "linear_history_classic": "spring k_t xi, xi the displacement along the surface, as in the "
+    "earlier styles",
+    "mindlin": _TOTAL,
+    "mindlin_classic": f"{_TOTAL}, as in the earlier styles",
+    "mindlin_rescale": _TOTAL + _SHRINKS,
+    "mindlin/force": _ADDED,
+    "mindlin_rescale/force": _ADDED + _SHRINKS,
+}
+RIGID = ", at a wall, which is rigid, of twice that G*"
+ROLLING = {
+    "sds": "spring and dashpot on the rolling displacement, whose velocity is R* (w_i - w_j) x n; "
+    "the torque is at most mu_r R* |F_n|"
+}
+TWISTING = {
+    "sds": "spring and dashpot on the angle about the normal; the torque is at most mu_w |F_n|",
+    "marshall": "stiffness k_t a^2 / 2, dashpot eta_t a^2 / 2; the torque is at most "
+    "2/3 a mu |F_n| (Marshall 2009)",
+}
+
+
+def formulas(law: ContactLaw) -> Iterator[tuple[str, str]]:
+    """Yield each part of a law that is there, and its formula."""
+    for part, formula in _parts(law):
+        two = formula.replace(_EQUAL, _TWO).replace(_EQUALLY, _BOTH)
+        yield part, two if law.two_materials else formula
+
+
+def _parts(law: ContactLaw) -> Iterator[tuple[str, str]]:
+    """Yield parts and formulas for two bodies of one material."""
+    yield "normal force", NORMAL[law.normal]
+    if law.yield_stress is not None:
+        yield "yield", YIELD
+    if law.normal == "mdr" and law.surface_energy:
+        yield "adhesion", ADHESION
+    if law.bulk_response:
+        yield "bulk response", BULK
+    dashpot = DAMPING[law.damping]
+    if law.damping != "none":
+        ends = ", and no attraction" if law.clipped else ""
+        dashpot = f"F_n = F + eta_n d(delta)/dt{ends}; {dashpot}"
+    yield "normal damping", dashpot
+    if law.tangential != "none":
+        limit = "F_t is at most mu |F_n|"
+        mine = RIGID if law.normal == "mdr" and "mindlin" in law.tangential else ""
+        told = f"{TANGENTIAL[law.tangential]}{mine}; eta_t = x_t eta_n; {limit}"
+        yield "tangential force", told
+    if law.rolling != "none":
+        yield "rolling resistance", ROLLING[law.rolling]
+    if law.twisting != "none":
+        yield "twisting resistance", TWISTING[law.twisting]
+
+
+COLUMNS = 2
+BELOW: dict[str, Any] = {
+    "ncols": 2,
+    "fontsize": "x-small",
+    "loc": "upper center",
+    "bbox_to_anchor": (0.5, -0.22),
+}
+"""Where a panel has its legend: inside it would hide lines."""
+OLD = "old"
+"""The first word of submodels of an earlier interface."""
+
+
+def errors_over_step(climbed: Sequence[Climbed], name: str, words: str, who: str) -> style.Figure:
+    """Draw the error of a quantity over the steps of a contact, one line a submodel.
+
+    ``words`` name it with its unit.
+    """
+    figure, placed = _panels(climbed)
+    steps = sorted({1.0 / h for one in climbed for x in one.limits.values() for h in x.h})
+    for axes, members in placed:
+        for number, one in enumerate(members):
+            reached, expected = one.limits.get(name), one.references.get(name)
+            if reached is not None and expected is not None:
+                error = np.abs(reached.y - expected.value)
+                error[error == 0.0] = np.nan
+                axes.plot(
+                    1.0 / reached.h, error, **_look(number, one), marker=style.MARKERS[number % 6]
+                )
+        axes.set(
+            xscale="log", yscale="log", xlabel="steps of a contact", ylabel=f"error of {words}"
+        )
+        style.few_ticks(axes, steps, most=4)
+        axes.legend(**BELOW)
+    figure.suptitle(who, fontsize="medium", x=0.01, ha="left")
+    return figure
+
+
+def force_over_overlap(climbed: Sequence[Climbed], who: str) -> style.Figure:
+    """Draw the normal force over the overlap of each submodel, at the finest step."""
+    figure, placed = _panels(climbed)
+    for axes, members in placed:
+        for number, one in enumerate(members):
+            overlap, _ = overlap_of(one.trial.parameters, one.motion)
+            touching = overlap > -0.05 * overlap.max()
+            force = one.motion.force[touching, 0, 2]
+            axes.plot(1e6 * overlap[touching], force, **_look(number, one))
+        axes.set(xlabel="overlap (µm)", ylabel="force on the sphere (N)")
+        axes.legend(**BELOW)
+    figure.suptitle(who, fontsize="medium", x=0.01, ha="left")
+    return figure
+
+
+def _panels(climbed: Sequence[Climbed]) -> tuple[style.Figure, list[tuple[Axes, list[Climbed]]]]:
+    """Return axes for each family of submodels, the first word of their names."""
+    families: dict[str, list[Climbed]] = {}
+    for one in {one.trial.submodel: one for one in reversed(climbed)}.values():
+        families.setdefault(re.split(r"[ ,_/]", one.trial.submodel)[0], []).insert(0, one)
+    names = list(families)[::-1]
+    columns = min(COLUMNS, len(names))
+    figure = style.panels(-(-len(names) // columns), columns, width=8.0 / columns, height=3.3)
+    for axes in figure.axes[len(names) :]:
+        axes.remove()
+    placed = []
+    for name, axes in zip(names, figure.axes, strict=True):
+        axes.set_title("earlier styles" if name == OLD else name)
+        placed.append((axes, families[name]))
+    return figure, placed
+
+
+def _look(number: int, one: Climbed) -> dict[str, Any]:
+    return {
+        "color": style.COLOURS[number % len(style.COLOURS)],
+        "ls": style.STYLES[number % len(style.STYLES)],
+        "mfc": "none",
+        "lw": 1.2,
+        "label": in_words(one.trial.submodel),
+    }
+
+
+def codes_over_parameter(
+    case: ContactCase[Any], codes: Sequence[tuple[str, Sequence[Scanned]]]
+) -> style.Figure:
+    """Draw what codes found, by their titles, on the law under the default rules."""
+    shown = sorted({one.family for _, found in codes for one in found})
+    figure = style.panels(1, len(shown), width=8.0 / len(shown), height=4.6)
+    x, scan = np.array(case.scan.values), case.scan
+    fields = type(case.default).model_fields
+    unit = unit_in(fields[scan.parameter].description or "")
+    units = {one.name: one.unit for one in case.quantities}
+    for axes, family in zip(figure.axes, shown, strict=True):
+        here = [(who, one) for who, found in codes for one in found if one.family == family]
+        for number, name in enumerate(dict.fromkeys(one.submodel for _, one in here)):
+            law = curve(case, rows_of(case, name), Rules())
+            axes.plot(
+                x,
+                law,
+                color=style.COLOURS[0],
+                ls=style.STYLES[number],
+                lw=1.0,
+                label=in_words(name),
+            )
+        for who, one in here:
+            number = [title for title, _ in codes].index(who)
+            colour = style.COLOURS[1 + number % (len(style.COLOURS) - 1)]
+            axes.plot(x, one.expected, color=colour, lw=0.7)
+            axes.plot(
+                x,
+                one.found,
+                style.MARKERS[number % len(style.MARKERS)],
+                color=colour,
+                mfc="none",
+                ms=4.0 + 1.5 * number,
+                label=f"{who} ({one.apart:.0e})",
+            )
+        name = in_words(scan.quantity, units[scan.quantity])
+        axes.set_ylabel(style.quantity(name, units[scan.quantity]))
+        axes.set_xlabel(style.quantity(in_words(scan.parameter), unit))
+        axes.legend(fontsize="x-small", ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.18))
+    return figure
+
+
+POINTS = 60
+"""Of a curve, at least."""
+
+DRAWN = 1e-10
+"""[overlap, speed of the contact] local error of a step, for a line on a page."""
+
+MOST_SAMPLES = 60
+"""Of an engine, that are drawn."""
+
+ANGLES = np.array([*range(5, 61, 5), 70.0, 80.0, 85.0])
+"""[deg] of the velocity at the contact to the normal. Closer where a law takes turns between
+sticking and sliding."""
+
+
+def errors_plot(case: ContactCase[Any], one: Climbed) -> Plot:
+    """Return the error of each quantity over the steps of a contact."""
+    units = {quantity.name: quantity.unit for quantity in case.quantities}
+    lines = []
+    for name, reached in one.limits.items():
+        expected = one.references.get(name)
+        if expected is not None:
+            scale = 1.0 if units[name] == "1" else abs(expected.value) or 1.0
+            error = np.abs(reached.y - expected.value) / scale
+            lines.append(Line(in_words(name, units[name]), 1.0 / reached.h, error))
+    return Plot(
+        "Error over the step",
+        "Distance from what the law asks for, relative for what has a unit.",
+        "steps of a contact",
+        "error",
+        tuple(lines),
+        logarithmic=True,
+        group=one.trial.system,
+    )
+
+
+def motion_plot(case: ContactCase[Any], one: Tried, who: str) -> Plot:
+    """Return the motion of a trial: the law integrated, and an engine's samples if it left some."""
+    parameters, scene = one.finest, case.scene(one.finest)
+    every = _finer(scene)
+    if every == scene.every:  # as it was integrated when it was judged
+        law = followed(scene, one.rules).motion
+    else:
+        law = followed(replace(scene, every=every), one.rules, DRAWN).motion
+    x_name, y_name = case.axes(parameters)
+    drawn = [("the law", law, 1)]
+    if isinstance(one, Climbed):
+        drawn.append((who, one.motion, _thinned(one.motion)))
+    lines = [
+        Line(f"{name}, {by}" if name else by, x[::every], y[::every], marked=by == who)
+        for by, motion, every in drawn
+        for name, (x, y) in case.curves(parameters, motion).items()
+    ]
+    # a code that tells no forces has no points in a figure of forces
+    sampled = any(line.marked and np.isfinite(line.y).any() for line in lines)
+    samples = "; samples of the run with the finest step" if sampled else f"; no points of {who}"
+    title = f"{y_name.partition(' (')[0]} over {x_name.partition(' (')[0]}"
+    return Plot(
+        title[:1].upper() + title[1:],
+        f"The law integrated{samples}.",
+        x_name,
+        y_name,
+        tuple(lines),
+        group=one.trial.system,
+    )
+
+
+def _thinned(motion: Motion) -> int:
+    """Return how many samples of a motion stand for one that is drawn."""
+    return max(1, len(motion.time) // MOST_SAMPLES)
+
+
+def _finer(scene: ContactScene) -> int:
+    """Return a sampling that leaves enough points, if it can be one that divides the scene's."""
+    wanted = max(1, scene.steps // POINTS)
+    if scene.every <= wanted:
+        return scene.every
+    divides = next(n for n in range(wanted, 0, -1) if scene.every % n == 0)
+    return divides if 4 * divides >= wanted else wanted
+
+
+@dataclass(frozen=True)
+class OverAngle:
+    """A ratio over the angle of the velocity at the contact to the normal.
+
+    ``quantity`` is that ratio and ``parameter`` what sets the angle; ``value`` gives the parameter
+    of an angle [deg], ``angle`` the angle of a run, ``sent`` velocity [m/s] and angular velocity
+    [rad/s] of the sphere, and ``ratio`` the quantity for what is left of the velocity at the
+    contact: the literature's curve.
+    """
+
+    quantity: str
+    parameter: str
+    title: str
+    y: str
+    value: Callable[[Any, float], float]
+    angle: Callable[[Any], float]
+    sent: Callable[[Any], tuple[Vector, Vector]]
+    ratio: Callable[[Any, Array], Array]
+
+
+def ratio_plot(case: ContactCase[Any], one: Tried, who: str, over: OverAngle) -> Plot:
+    """Return a ratio over the angle: the law, the literature's curve, and an engine's limit."""
+    parameters = one.finest
+    values = [over.value(parameters, float(angle)) for angle in ANGLES]
+    found = expected_scan(case, one, over.parameter, values, over.sent)
+    lines, told = [Line("the law", ANGLES, found[over.quantity])], "The law integrated"
+    known = published(parameters, _restitution(case, one))
+    if known is not None:
+        lines.append(Line(known.name, known.angles, over.ratio(parameters, known.left)))
+        told += f"; {known.told}"
+    if isinstance(one, Climbed):
+        reached = one.limits[over.quantity].value
+        lines.append(Line(who, [over.angle(parameters)], [reached], marked=True))
+        told += f"; {who} in the limit of a small step"
+    else:
+        told += f"; {who} has no point here"
+    return Plot(
+        over.title,
+        f"{told}.",
+        "angle to the normal (deg)",
+        over.y,
+        tuple(lines),
+        group=one.trial.system,
+    )
+
+
+def _restitution(case: ContactCase[Any], one: Tried) -> float:
+    """Return the restitution at the normal velocity of a trial, without friction to act.
+
+    Of an oblique impact the normal turns, and what comes back along the first is not all of it.
+    """
+    base = case.scene(one.finest)
+    before = base.bodies[0].velocity[2]
+    bodies = tuple(replace(body, omega=ZERO) for body in base.bodies)
+    bodies = (replace(bodies[0], velocity=(0.0, 0.0, before)), *bodies[1:])
+    motion = followed(replace(base, bodies=bodies, every=base.steps), one.rules, DRAWN).motion
+    return float(relative_velocity(motion)[-1, 2]) / -before
+
+
+def expected_scan(
+    case: ContactCase[Any],
+    one: Tried,
+    name: str,
+    values: Sequence[float],
+    sent: Callable[[Any], tuple[Vector, Vector]],
+) -> Mapping[str, Array]:
+    """Return the quantities of an impact that the law asks for, over values of a parameter.
+
+    ``sent`` tells velocity [m/s] and angular velocity [rad/s] of the sphere from the parameters.
+    A run lasts twice as long as that of the trial: a slower impact is over by then.
+    """
+    base = case.scene(one.finest)
+    rows = []
+    for value in values:
+        changed = one.finest.replace(**{name: float(value)})
+        velocity, omega = sent(changed)
+        first = replace(base.bodies[0], velocity=velocity, omega=omega)
+        steps = 2 * base.steps
+        scene = replace(base, bodies=(first, *base.bodies[1:]), steps=steps, every=steps)
+        rows.append(case.observed(changed, followed(scene, one.rules, DRAWN).motion))
+    return {quantity: np.array([row[quantity] for row in rows]) for quantity in rows[0]}
+
+
+def sections_of(
+    case: ContactCase[Any], main: Findings, beside: Sequence[Findings] = ()
+) -> Sequence[Section]:
+    """Return one section with the figures of a case.
+
+    Values, errors and runs are on pages of the matrix's cells, those of the engines ``beside``,
+    too.
+    """
+    evidence: Evidence = main.evidence
+    title = f"Contact: {case.name}"
+    drawings = tuple(case.drawings(evidence)) if evidence.climbed and evidence.drawn else ()
+    scans = [(one.evidence.who, one.evidence.scans) for one in beside if one.evidence]
+    if any(found for _, found in scans):
+        drawings = (codes_drawn(case, scans), *drawings)
+    # the main engine may stand beside itself, with more submodels
+    engines = {one.engine: one for one in (main, *beside) if one.evidence}
+    cells = tuple(cell for one in engines.values() for cell in _cells(case, one))
+    return (Section(title, (case.summary, case.formula), (), (), drawings, cells),)
+
+
+def _cells(case: ContactCase[Any], found: Findings) -> Iterator[CellText]:
+    """Yield what is told of each submodel, in all its systems in the order of the case."""
+    evidence: Evidence = found.evidence
+    systems = [*case.systems]
+    by_submodel: dict[str, list[Tried]] = {}
+    for one in evidence.tried:
+        by_submodel.setdefault(one.trial.submodel, []).append(one)
+    for name, cell in by_submodel.items():
+        cell.sort(key=lambda one: systems.index(one.trial.system))
+        failed = [one for one in cell if isinstance(one, Failed)]
+        formula = Table(
+            "The law",
+            "n points to the first sphere, m* and R* are the reduced mass and radius.",
+            ("part", "formula"),
+            (*formulas(cell[0].finest.law), *_rules(case, cell)),
+            prose=frozenset({1}),
+        )
+        yield CellText(
+            case.name,
+            name,
+            found.engine,
+            evidence.who,
+            (
+                case.summary,
+                f"Expected: {case.formula}",
+                *(f"{one.trial.system}: {evidence.who} {one.why}." for one in failed),
+            ),
+            (*_asked_of(case, failed), formula, _parameters(cell)),
+            tuple(pair for one in cell for pair in _commands(case, one, found.engine)),
+            partial(_plots, case, cell, evidence),
+            frozenset(name for one in cell for name in _inputs(case, one)),
+        )
+
+
+def _commands(case: ContactCase[Any], one: Tried, engine: str) -> Iterator[tuple[str, str]]:
+    """Yield what repeats a trial: by the harness, and by hand."""
+    system = one.trial.system
+    yield f"{system}: the case at its coarsest step", _again(case, one, engine)
+    if one.command:
+        which = "that failed" if isinstance(one, Failed) else "with the finest step"
+        yield f"{system}: the run {which}", one.command
+
+
+def _inputs(case: ContactCase[Any], one: Tried) -> tuple[str, str]:
+    """Return the names of the scripts that state a trial: of all variants, or of its own."""
+    job = case.job(one.trial.parameters)
+    return job.template.name, f"{job.template.name}-{job.variant}"
+
+
+def _asked_of(case: ContactCase[Any], failed: Sequence[Failed]) -> Iterator[Table]:
+    """Yield a table of what is expected where an engine left nothing to hold against it."""
+    units = {quantity.name: quantity.unit for quantity in case.quantities}
+    rows = tuple(
+        (
+            one.trial.system,
+            in_words(name, units[name]),
+            f"{told.value:.9g}",
+            units[name].removeprefix("1"),
+            told.kind,
+        )
+        for one in failed
+        for name, told in one.references.items()
+        if math.isfinite(told.value)
+    )
+    if rows:
+        yield Table(
+            "What the law asks for",
+            "Where the run left nothing to be held against it.",
+            ("system", "quantity", "reference", "unit", "by"),
+            rows,
+            frozenset({2}),
+        )
+
+
+def _plots(case: ContactCase[Any], cell: Sequence[Tried], evidence: Evidence) -> Sequence[Plot]:
+    """Return the plots of a submodel; without the curves of the law at level quick."""
+    found = []
+    for one in cell:
+        found += [case.plot(one, evidence.who)] if evidence.drawn else []
+        found += [errors_plot(case, one)] if isinstance(one, Climbed) else []
+    return found
+
+
+def _rules(case: ContactCase[Any], cell: Sequence[Tried]) -> Iterator[tuple[str, str]]:
+    """Yield the rules of the engine that are not the default ones and matter, in any system."""
+    told: dict[str, Any] = {}
+    for one in cell:
+        rules = asked_for(case.scene(one.finest), one.rules)
+        told |= rules.model_dump(exclude_defaults=True)
+    for name, value in told.items():
+        meaning = (Rules.model_fields[name].description or "").partition("] ")[2]
+        yield f"rule: {in_words(name)}", f"{in_words(str(value))} ({meaning})"
+
+
+def _parameters(cell: Sequence[Tried]) -> Table:
+    """Return what the first system is told, with units, and where the others differ."""
+    rows = []
+    for name, field in type(cell[0].finest).model_fields.items():
+        values = [getattr(one.finest, name) for one in cell]
+        if any(value is not None for value in values):
+            unit, _, meaning = (field.description or "[-] ").removeprefix("[").partition("] ")
+            told = [_told(value) for value in values]
+            shown = (
+                told[0]
+                if len({*told}) == 1
+                else "; ".join(
+                    f"{one.trial.system}: {text}" for one, text in zip(cell, told, strict=True)
+                )
+            )
+            rows.append((in_words(name), shown, "" if unit == "-" else unit, meaning))
+    head = ("parameter", "value", "unit", "meaning")
+    caption = "Of the run with the finest step; with --set NAME=VALUE, its words joined by _."
+    return Table("Parameters", caption, head, tuple(rows), prose=frozenset({1, 3}))
+
+
+def _told(value: Any) -> str:
+    if value is None:
+        return "none"
+    return f"{value:.9g}" if isinstance(value, float) else str(value).lower()
+
+
+def errors_drawn(case: ContactCase[Any], evidence: Evidence) -> Drawing:
+    """Return the figure of the errors of a case's first quantity."""
+    from harness.report.style import quantity
+
+    first = next(one for one in case.quantities if one.name == (case.shown or one.name))
+    words = in_words(first.name, first.unit)
+    return Drawing(
+        f"{case.name}-errors",
+        f"{case.name}: error over the step",
+        f"How far the {words} is from what the law asks for, over the steps of a contact; a panel "
+        "for each family of submodels.",
+        lambda: errors_over_step(
+            evidence.climbed, first.name, quantity(words, first.unit), evidence.who
+        ),
+    )
+
+
+def codes_drawn(case: ContactCase[Any], codes: Sequence[tuple[str, Sequence[Scanned]]]) -> Drawing:
+    """Return the figure of a case with all codes, by their titles, on the reference curves."""
+    return Drawing(
+        f"{case.name}-codes",
+        f"{case.name}: all codes on the reference curve",
+        "Lines: the law integrated, black under the default rules, in colour under a code's own; "
+        f"marks: codes, {SCAN_STEPS} steps a contact. Behind a name: how far it is at most from "
+        "the law under its own rules, as a part of the largest value.",
+        lambda: codes_over_parameter(case, codes),
+    )
+
+
+def _again(case: ContactCase[Any], one: Tried, engine: str) -> str:
+    settings = " ".join(f"--set {name}={value}" for name, value in _changes(case, one))
+    return f"dem-harness run {case.name} --engine {engine} {settings}"
+
+
+def _changes(case: ContactCase[Any], one: Tried) -> Iterator[tuple[str, Any]]:
+    """Yield what a trial changes of the default parameters."""
+    base = dict(case.default)
+    for name, value in one.trial.parameters:
+        if value is not None and base[name] != value:
+            yield name, str(value).lower() if isinstance(value, bool) else value

@@ -1,0 +1,698 @@
+"""An engine on the incline, held against closed form, reference DEM and recorded runs.
+
+Paths and crests of an engine, held against those of the reference DEM sample by sample.
+
+Hold an engine against the reference DEM, on the runs that were made for other checks.
+
+Same stiffness, step, contact and integration: only round-off may tell them apart. What the
+integration itself is worth, the adaptive integrator says.
+
+What was recorded of the incline with MFiX-DEM 21.3.2, and its check against the reference DEM.
+
+The tables lie in the engine's folder ``recorded``, which says where they come from.
+
+An engine on the incline, held against the closed form and against itself.
+"""
+
+from __future__ import annotations
+
+import csv
+import itertools
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TypeVar
+
+import numpy as np
+
+from harness.cases.contract import LevelName, Part, Study, failed_part, rows_of_parts
+from harness.cases.grain import COLUMNS, complete, recorded_text, whole
+from harness.cases.incline import levels
+from harness.cases.incline.angle import (
+    PHASES,
+    CriticalAngle,
+    critical_angle,
+    critical_angle_by_steady_motion,
+    critical_angles,
+    extrapolate,
+    side_by_side,
+)
+from harness.cases.incline.checks import (
+    CASES,
+    EVERY,
+    RECURSION_CASE,
+    InclineEvidence,
+    Recursion,
+    Verifying,
+    angle_case,
+    extrapolated_case,
+    in_phases,
+    passage_row,
+    passages,
+    recursion,
+    scales,
+    two_ways,
+)
+from harness.cases.incline.engine_checks import OWN, SOURCE_ROLE, EngineAngle, Rules, reference_for
+from harness.cases.incline.levels import (
+    COARSE_WELLS,
+    EXTRAPOLATED,
+    MOST_ROUTE_JITTER,
+    RECORDED,
+    SOURCE_CASE,
+    SOURCE_CLIPPED,
+)
+from harness.cases.incline.runs import measured, run_inclines, steady_runs
+from harness.cases.incline.system import (
+    Incline,
+    InclineRun,
+    Motion,
+    Route,
+    energy,
+    margin,
+    start_in_well,
+)
+from harness.comparison.verdicts import (
+    Check,
+    Kind,
+    Tolerance,
+    failed_run,
+    finding,
+    judge,
+    not_tested,
+)
+from harness.comparison.verification import Findings, Headline
+from harness.engines.contract import Engine
+from harness.engines.mfix.system import steps_per_contact
+from harness.engines.process import parallel_map
+from harness.engines.reference import Reference
+from harness.errors import EngineError, EngineOutputError, RequestError
+from harness.observables.reference import Trajectory
+from harness.parameters.law import CONTACTS, PLASTIC, SOURCE, Contact, Spring
+from harness.parameters.plane_scene import LOOK
+from harness.theory.incline import critical_angle as closed_form
+
+PATH_TIME = 20.0
+"""[sqrt(d/g)] over which paths are compared: rounding grows on every slow crest, by e a unit."""
+
+MOTION_EVERY = 100
+"""Steps between the samples of the motions that are compared."""
+
+FIRST_CRESTS = 5
+"""Crests over which round-off has not grown yet."""
+
+
+def motion_rows(name: str, reference: Reference, run: InclineRun) -> list[Check]:
+    """Hold a steady run over its first wells against the reference's: path and crests."""
+    short = run.case.replace(time_limit=PATH_TIME)
+    rows, own = _path(name, run, short, reference, "steady")
+    first = min(FIRST_CRESTS, own.crests.time_s.size)
+    return [*rows, *_at_crests(name, run, own, [(first, levels.REFERENCE_FIRST_CRESTS)])]
+
+
+def passage_rows(name: str, reference: Reference, run: InclineRun) -> list[Check]:
+    """Hold the path of a passage against the reference's."""
+    return _path(name, run, run.case, reference, "passage")[0]
+
+
+def _path(
+    name: str, run: InclineRun, case: Incline, reference: Reference, route: Route
+) -> tuple[list[Check], InclineRun]:
+    """Hold a path against the reference's at every sample of the plan, and the energy told of it.
+
+    Return the rows and the reference's run.
+    """
+    path, every = run.trajectory, EVERY if route == "passage" else MOTION_EVERY
+    if path is None:
+        raise EngineOutputError("it kept no path")
+    own = whole(run_inclines(reference, [case], route, every=every)[0])
+    # a code that is judged by its samples may end between two looks
+    rows = own.path.time_s.size - LOOK // every
+    if own.motion is not Motion.UNDECIDED and own.motion is not run.motion:
+        raise EngineOutputError(f"it is {run.motion} where the reference DEM is {own.motion}")
+    late = path.time_s[:rows].size < rows or not np.allclose(
+        path.time_s[:rows], own.path.time_s[:rows], rtol=0.0, atol=0.5 * case.step
+    )
+    if late:
+        raise EngineOutputError(
+            f"its path of {path.time_s.size} samples does not have the {rows} times of the plan"
+        )
+    x, y, vx, vy = (
+        getattr(path, column)[:rows] - getattr(own.path, column)[:rows]
+        for column in ("x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
+    )
+    apart = float(np.hypot(x, y).max()) / case.diameter
+    faster = float(np.hypot(vx, vy).max()) / math.sqrt(case.gravity * case.diameter)
+    near, slow = levels.REFERENCE_PATH, levels.REFERENCE_SPEED
+    if route == "passage":
+        near = slow = levels.REFERENCE_PASSAGE
+    judged = [
+        judge(f"{name}, largest distance", Kind.CROSS_CODE, apart, 0.0, near),
+        judge(f"{name}, largest velocity apart", Kind.CROSS_CODE, faster, 0.0, slow),
+        _told_energy(name, run, path, reference.traits.spring),
+        _energy_rise(name, run, path, own.path, reference.traits.spring),
+    ]
+    return judged, own
+
+
+def _energy_rise(
+    name: str, run: InclineRun, path: Trajectory, own: Trajectory, spring: Spring
+) -> Check:
+    """Hold the largest rise of energy along the whole path against that of the reference's.
+
+    Contacts only take energy: a wrong sample of position or velocity shows in it, also where
+    round-off has grown too much for the paths to be compared.
+    """
+    known, found = (_rise(run.case, one, spring) for one in (own, path))
+    name = f"{name}, largest rise of energy"
+    return judge(name, Kind.CROSS_CODE, found, known, levels.ENERGY_RISE)
+
+
+def _rise(case: Incline, path: Trajectory, spring: Spring) -> float:
+    """Return the largest rise of energy over its lowest value before, along a path [m g d]."""
+    total = energy(case, path.x_m, path.y_m, path.vx_m_per_s, path.vy_m_per_s, spring)
+    return float((total - np.minimum.accumulate(total)).max()) / case.weight_energy
+
+
+def _told_energy(name: str, run: InclineRun, path: Trajectory, spring: Spring) -> Check:
+    """Hold the energy that a run tells of against that of the last sample of its path."""
+    case = run.case
+    well = max(1, run.crests.time_s.size + (run.motion is not Motion.MOVES_ON))
+    x, y, vx, vy = (float(getattr(path, column)[-1]) for column in COLUMNS[1:])
+    return judge(
+        f"{name}, energy told and of its path",
+        Kind.CROSS_CODE,
+        run.margin,
+        margin(case, well, x, y, vx, vy, spring) / case.weight_energy,
+        levels.TOLD_ENERGY,
+    )
+
+
+def crests_rows(name: str, reference: Reference, recursion: Recursion) -> list[Check]:
+    """Hold energy and time at every crest against the reference's."""
+    run = recursion.run
+    (own,) = measured(reference, [run.case], "steady")
+    count = own.crests.time_s.size
+    if run.crests.time_s.size != count:
+        raise EngineOutputError(
+            f"it passed {run.crests.time_s.size} crests, the reference DEM {count}"
+        )
+    held = [(FIRST_CRESTS, levels.REFERENCE_FIRST_CRESTS), (count, levels.REFERENCE_CRESTS)]
+    return _at_crests(name, run, own, held)
+
+
+def _at_crests(
+    name: str, run: InclineRun, own: InclineRun, held: Sequence[tuple[int, Tolerance]]
+) -> list[Check]:
+    """Return the rows of the energy at so many crests as are held, and of the time at the most."""
+    count = held[-1][0]
+    if run.crests.time_s.size < count:
+        raise EngineOutputError(f"it passed {run.crests.time_s.size} crests of {count}")
+    ours, theirs = run.crests, own.crests
+    margins = np.abs(ours.margin_J[:count] - theirs.margin_J[:count]) / run.case.weight_energy
+    time = np.abs(ours.time_s[:count] - theirs.time_s[:count]) / run.case.step
+    step = Tolerance("steps", 0.5, 0.0, "the same steps in two codes, counted")
+    rows = [(f"energy, the worst of {some}", margins[:some], width) for some, width in held]
+    return [
+        judge(f"{name}, {what}", Kind.CROSS_CODE, float(apart.max(initial=0.0)), 0.0, width)
+        for what, apart, width in [*rows, (f"time, the worst of {count}", time, step)]
+    ]
+
+
+Found = TypeVar("Found")
+
+STIFFNESSES = (1e5, 1e6, 1e7)
+STEPS = {SOURCE.name: 50.0, "clipped": 50.0, PLASTIC.name: 100.0}
+"""Steps per contact time at which the contacts are compared."""
+
+MOTIONS = tuple(SOURCE_CASE.replace(angle=angle, wells=20) for angle in (10.20, 10.22))
+"""At the two angles of the source's velocity figure: trapped and moving."""
+
+ENOUGH_DIGITS = 12
+"""Digits of an output below which a path says no more than a critical angle does."""
+
+
+def against_the_reference(verifying: Verifying) -> list[Check]:
+    """Return the rows of an engine against the reference DEM in the scheme that it declares."""
+    return rows_of_parts("incline", reference_parts(verifying))
+
+
+def reference_parts(verifying: Verifying) -> list[Part]:
+    """Return a part for each angle and path that is compared, where the digits tell enough."""
+    engine, reference = verifying.engine, reference_for(verifying.engine.traits)
+    if engine.name == OWN or reference is None:
+        own = "this is the reference DEM"
+        reason = (
+            own if engine.name == OWN else "the reference DEM does not have the engine's scheme"
+        )
+        untested = not_tested("incline: against the reference DEM", Kind.CROSS_CODE, reason)
+        return [Part(untested.name, lambda: [untested], 1)]
+    parts = list(_reference_angle_parts(verifying, reference))
+    if engine.traits.digits >= ENOUGH_DIGITS:
+        parts += _path_parts(verifying, reference)
+    if verifying.level.name == "full":
+        rows = any(is_compared(case, SOURCE.name, 1e6) for case in _asked(verifying))
+        find = partial(_angle_at, verifying.evidence, SOURCE.name, 1e6)
+        worth = partial(_worth_of_the_step, verifying.who)
+        parts.append(_held("what the step is worth", int(rows), find, worth))
+    return parts
+
+
+def _asked(verifying: Verifying) -> list[Incline]:
+    """Return the cases whose angles the engine measures over stiffness and step."""
+    ladder = verifying.level.ladder.cases(Incline(contact=PLASTIC))
+    return verifying.stated([*ladder, *verifying.level.beside()])
+
+
+def _reference_angle_parts(verifying: Verifying, reference: Reference) -> Iterator[Part]:
+    asked, level = _asked(verifying), verifying.level
+    for contact, stiffness in itertools.product(CONTACTS, STIFFNESSES):
+        if any(is_compared(case, contact, stiffness) for case in asked):
+            name = (
+                f"incline: {verifying.who} against the reference DEM, {contact} contact, "
+                f"k = {stiffness:.3g} N/m"
+            )
+            phases = PHASES if contact == PLASTIC.name else level.phases_beside
+            find = partial(_angle_at, verifying.evidence, contact, stiffness)
+            yield _held(name, 1, find, partial(_reference_angle, name, reference, phases))
+
+
+def _path_parts(verifying: Verifying, reference: Reference) -> Iterator[Part]:
+    evidence, who = verifying.evidence, f"{verifying.who} against the reference DEM"
+    if not verifying.refusal(SOURCE_CASE, "steady"):
+        for case in MOTIONS:
+            name = f"incline: path at {case.angle:.2f} deg, {who}"
+            find = partial(_run_of, evidence.motions, case)
+            yield _held(name, 6, find, partial(motion_rows, name, reference))
+    for case in verifying.stated(CASES):
+        name = f"{passage_row(case)}, {who}"
+        find = partial(_run_of, evidence.passages, case)
+        yield _held(name, 4, find, partial(passage_rows, name, reference))
+    if not verifying.refusal(RECURSION_CASE, "steady"):
+        name = f"incline: crests at {RECURSION_CASE.angle:g} deg, {who}"
+        yield _held(name, 3, lambda: evidence.recursion, partial(crests_rows, name, reference))
+
+
+def _held(
+    name: str, rows: int, find: Callable[[], Found | None], hold: Callable[[Found], list[Check]]
+) -> Part:
+    """Return the part that holds what the engine left, nothing where its run died."""
+
+    def run() -> list[Check]:
+        found = find()
+        return [] if found is None else hold(found)
+
+    return Part(name, run, rows)
+
+
+def _run_of(runs: Sequence[InclineRun], case: Incline) -> InclineRun | None:
+    return next((run for run in runs if run.case == case), None)
+
+
+def _angle_at(evidence: InclineEvidence, contact: str, stiffness: float) -> CriticalAngle | None:
+    angles = evidence.by_contact.get(contact, [])
+    return next((angle for angle in angles if is_compared(angle.case, contact, stiffness)), None)
+
+
+def is_compared(case: Incline, contact: str, stiffness: float) -> bool:
+    """Return whether a case is the one of a contact and stiffness that is compared."""
+    same = math.isclose(case.stiffness, stiffness, rel_tol=1e-12)
+    return same and case.contact.name == contact and case.steps_per_contact == STEPS[contact]
+
+
+def _reference_angle(
+    name: str, reference: Reference, phases: int, found: CriticalAngle
+) -> list[Check]:
+    own = critical_angle(found.case, engine=reference, phases=phases)
+    values = found.value_deg, own.value_deg
+    row = judge(name, Kind.CROSS_CODE, *values, levels.REFERENCE_ANGLE, note=found.phases_note)
+    return [row]
+
+
+def _worth_of_the_step(who: str, found: CriticalAngle) -> list[Check]:
+    """Report what the source's step is worth: the same contact without a step."""
+    name = f"incline: the source's contact at k = 1e6 N/m, {who} against no step at all"
+    exact = critical_angle(found.case, engine=Reference("adaptive"), phases=1)
+    note = "held against the adaptive reference: 50 steps per contact skip the attractive tail"
+    return [finding(name, found.value_deg, exact.value_deg, "deg", note, found.uncertainty_deg)]
+
+
+MFIX = "mfix"
+RECORDED_NAME = "mfix (recorded)"
+
+EULER = "mfix-euler"
+
+TOLERANCE_DEG = 1e-3
+
+FINE = 1000
+"""Factor from which a passage will do: where in a step a contact begins is worth 1e-4 deg."""
+
+COARSE = 50
+"""Factor of 4.8 steps per contact: how long one waits decides there on what lasts."""
+
+WELLS = 20
+"""Wells to pass in steady motion, beyond those of ``COARSE``, whose jitter asks for more."""
+
+CONTACT = Contact(
+    name="MFiX", restitution=1e-20, damping_ratio=None, tail="attractive", effective_mass="half"
+)
+"""The contact of the recorded inclines: m_eff = m/2 also against a fixed sphere, not clipped."""
+
+STIFFNESS = 1e6
+"""[N/m] of the recorded paths."""
+
+START_SPEED = 1.5
+"""[m/s] in a well, along the tangent of the sphere ahead."""
+
+FIRST_CENTRE = 0.5
+"""[m] x of the first fixed sphere in the recorded paths: they count from the row's left edge."""
+
+PATHS = ((50, 10.20), (500, 10.20), (500, 10.22))
+"""``DTSOLID_FACTOR`` and angle [deg] of the recorded paths."""
+
+
+@dataclass(frozen=True)
+class RecordedAngle:
+    """A critical angle [deg] that was found by bisecting MFiX runs, to ``uncertainty_deg``."""
+
+    stiffness: float  # [N/m]
+    factor: int
+    value_deg: float
+    uncertainty_deg: float
+
+    @property
+    def case(self) -> Incline:
+        """Return the incline at this angle, as MFiX ran it."""
+        return case_at(self.value_deg, self.stiffness, self.factor)
+
+
+def case_at(angle: float, stiffness: float, factor: float) -> Incline:
+    """Return the incline (1 m, 1 kg) as MFiX ran it at an angle [deg], k [N/m] and factor."""
+    return Incline(
+        angle=angle,
+        stiffness=stiffness,
+        contact=CONTACT,
+        steps_per_contact=steps_per_contact(factor, CONTACT),
+        spheres=10,
+    )
+
+
+def recorded_path(factor: int, angle: float) -> Trajectory:
+    """Return a recorded path, six digits; raise RequestError for one that is not in ``PATHS``.
+
+    It starts at x = 0.5 d, from the centre of a fixed sphere as everywhere in the harness.
+    """
+    if (factor, angle) not in PATHS:
+        known = ", ".join(f"f = {f} at {a:.2f} deg" for f, a in PATHS)
+        raise RequestError(
+            f"f = {factor} at {angle:g} deg was not recorded: must be one of {known}"
+        )
+    text = recorded_text(MFIX, f"quartier_k1e6_euler_f{factor}_th{angle:.2f}.csv")
+    t, x, y, vx, vy = np.loadtxt(
+        text.splitlines(), delimiter=",", skiprows=1, usecols=range(5), unpack=True
+    )
+    return Trajectory(t, x - FIRST_CENTRE, y, vx, vy)
+
+
+def recorded_angles() -> list[RecordedAngle]:
+    """Return the recorded critical angles, by stiffness and factor."""
+    rows = csv.DictReader(recorded_text(MFIX, "critical_angles_euler.csv").splitlines())
+    return [
+        RecordedAngle(
+            float(row["stiffness_N_per_m"]),
+            int(row["dtsolid_factor"]),
+            float(row["critical_angle_deg"]),
+            float(row["uncertainty_deg"]),
+        )
+        for row in rows
+    ]
+
+
+SHOWN: dict[LevelName, tuple[tuple[float, int], ...]] = {
+    "quick": ((1e6, 500),),
+    "default": ((1e6, 500), (1e6, 5000)),
+}
+"""Stiffness [N/m] and ``DTSOLID_FACTOR`` by level; all of them in a full one."""
+
+
+def recorded_checks(level: LevelName, angles: list[EngineAngle]) -> list[Check]:
+    """Return the rows of MFiX's recorded angles; add to ``angles``."""
+    chosen = SHOWN.get(level)
+    with Reference(EULER) as engine:
+        return [
+            _recorded_angle(found, engine, angles)
+            for found in recorded_angles()
+            if chosen is None or (found.stiffness, found.factor) in chosen
+        ]
+
+
+def angle_in_scheme(stiffness: float, factor: int, engine: Reference) -> CriticalAngle | None:
+    """Return the critical angle at a stiffness [N/m] and factor; None for an unstable step.
+
+    Coarse steps by steady motion from MFiX's own start (1.5 m/s in a well), as the
+    recorded angles were found; fine ones by passage, which is the same there and
+    asks for a tenth of the steps.
+    """
+    wells = COARSE_WELLS if factor <= COARSE else WELLS
+    case = case_at(10.2, stiffness, factor).replace(wells=wells, time_limit=100.0 * wells)
+    try:
+        if factor >= FINE:
+            return critical_angle(case, engine=engine)
+        return critical_angle_by_steady_motion(
+            lambda cases: steady_runs(engine, cases, start_in_well(case, START_SPEED)),
+            case,
+            tolerance_deg=TOLERANCE_DEG,
+        )
+    except RequestError:
+        return None
+
+
+def _recorded_angle(found: RecordedAngle, engine: Reference, angles: list[EngineAngle]) -> Check:
+    """Hold a recorded angle against the reference DEM, by the same route from the same start."""
+    case = found.case
+    name = (
+        f"{RECORDED_NAME}: critical angle against the reference DEM, k = {found.stiffness:g} N/m, "
+        f"{case.steps_per_contact:.3g} steps"
+    )
+    try:
+        own = angle_in_scheme(found.stiffness, found.factor, engine)
+    except EngineError as error:
+        return failed_part(name, error, "deg")
+    if own is None:
+        return not_tested(name, Kind.CROSS_CODE, "the step is unstable in the scheme", "deg")
+    angles.append(
+        EngineAngle(
+            engine=RECORDED_NAME,
+            role=SOURCE_ROLE,
+            contact="source, m_eff m/2",
+            rules=Rules(case.contact.tail, case.contact.effective_mass, "linear"),
+            stiffness=found.stiffness,
+            steps_per_contact=case.steps_per_contact,
+            value_deg=found.value_deg,
+            uncertainty_deg=found.uncertainty_deg,
+            closed_form_deg=closed_form(),
+            integrator=EULER,
+            reference_deg=own.value_deg,
+            recorded=True,
+        )
+    )
+    if found.factor == COARSE:
+        note = "4.8 steps per contact: how long one waits decides on what lasts"
+        return finding(name, found.value_deg, own.value_deg, "deg", note)
+    return judge(
+        name,
+        Kind.CROSS_CODE,
+        found.value_deg,
+        own.value_deg,
+        RECORDED,
+        uncertainty=found.uncertainty_deg,
+        note=f"MFiX 21.3.2; reference DEM: {EULER}",
+    )
+
+
+TAILS = (SOURCE_CASE.replace(contact=SOURCE_CLIPPED), SOURCE_CASE)
+"""The source's contact at its own step, tail clipped and kept."""
+
+HEADLINE = "critical angle of the frictionless incline"
+
+
+def incline_checks(verifying: Verifying) -> list[Check]:
+    """Run the incline in an engine and return its checks; fill in findings and evidence.
+
+    A part whose engine dies becomes a failed row; the other parts go on. The angles over stiffness
+    and step fill the cores; beside them go the other runs, many of which wait for one another.
+    """
+    lanes = [replace(verifying, found=Findings("incline")) for _ in range(2)]
+    parts = [_angle_parts(lanes[0]), _other_parts(lanes[1])]
+    rows = parallel_map(partial(rows_of_parts, "incline", unit="deg"), parts, len(lanes))
+    for lane in lanes:
+        verifying.found.add(lane.found)
+    return [*rows[0], *rows[1], *rows_of_parts("incline", [_last_part(verifying)], "deg")]
+
+
+def expected_rows(level: LevelName, engine: Engine) -> int:
+    """Return how many rows a level leaves for an engine; one for each run that it refuses."""
+    plan = Verifying(engine, Study(level), Findings("incline"), InclineEvidence(engine.title, 0.0))
+    parts = (*_angle_parts(plan), *_other_parts(plan), _last_part(plan))
+    return sum(part.rows for part in parts)
+
+
+def _angle_parts(verifying: Verifying) -> list[Part]:
+    part, beside = verifying.part, verifying.level.beside()
+    plastic = not verifying.refusal(Incline(contact=PLASTIC))
+    return [
+        part("extrapolation", _extrapolation, 1 + plastic),
+        part("source's and clipped contact", _beside, len(beside) - len(verifying.stated(beside))),
+    ]
+
+
+def _other_parts(verifying: Verifying) -> list[Part]:
+    part, refusal = verifying.part, verifying.refusal
+    tails, shocks = not any(map(refusal, TAILS)), not refusal(RECURSION_CASE, "steady")
+    return [
+        part("the source's contact and its tail", _tails, 1 + tails),
+        part("two routes", _routes, len(verifying.level.routes)),
+        part("energy after each shock", recursion, 1 + shocks),
+        part("motion near the critical angle", _motions, bool(refusal(SOURCE_CASE, "steady"))),
+        part("scale invariance", scales, 2),
+        part("two ways to run it", two_ways, 1),
+        part("passages at a fixed angle", passages, len(CASES) - len(verifying.stated(CASES))),
+    ]
+
+
+def _last_part(verifying: Verifying) -> Part:
+    rows = sum(part.rows for part in reference_parts(verifying))
+    return verifying.part("against the reference DEM", against_the_reference, rows)
+
+
+def _extrapolation(verifying: Verifying) -> list[Check]:
+    name = f"incline: critical angle, {verifying.who} extrapolated"
+    cases = verifying.level.ladder.cases(Incline(contact=PLASTIC))
+    untested = verifying.untested(name, cases[0], kind=Kind.ANALYTIC)
+    if untested:
+        return untested
+    stage, progress = "plastic contact, extrapolation", verifying.study.progress
+    found_or_died = side_by_side(verifying.angle, cases, stage, progress)
+    verifying.keep(cases, found_or_died, PHASES)
+    angles = complete(found_or_died)
+    evidence = verifying.evidence
+    evidence.by_contact[PLASTIC.name] = angles
+    evidence.extrapolated = found = extrapolate(angles)
+    verifying.found.records.append(extrapolated_case(found, angles))
+    expected = evidence.closed_form_deg
+    how = "plastic contact, step to zero, then stiffness to infinity"
+    value, stated = found.value_deg, found.uncertainty_deg
+    headline = Headline(HEADLINE, "deg", expected, value, stated, verifying.who, how)
+    verifying.found.headlines.append(headline)
+    cap = EXTRAPOLATED.absolute
+    why = "the stated interval contains the closed form and is no wider than the tolerance"
+    return [
+        judge(name, Kind.ANALYTIC, value, expected, EXTRAPOLATED, uncertainty=stated),
+        judge(
+            "incline: the stated uncertainty holds the closed form",
+            Kind.ANALYTIC,
+            value,
+            expected,
+            Tolerance("deg", min(stated, cap), 0.0, why),
+            uncertainty=stated,
+        ),
+    ]
+
+
+def _beside(verifying: Verifying) -> list[Check]:
+    level, asked = verifying.level, verifying.level.beside()
+    rows = [row for case in asked for row in verifying.untested(_cell_name(case), case)]
+    cases = verifying.stated(asked)
+    angles = critical_angles(
+        cases,
+        verifying.engine,
+        phases=level.phases_beside,
+        stage="source's and clipped contact",
+        progress=verifying.study.progress,
+    )
+    verifying.keep(cases, angles, level.phases_beside)
+    for case, angle in zip(cases, angles, strict=True):
+        if isinstance(angle, EngineError):
+            rows.append(failed_run(_cell_name(case), Kind.CROSS_CODE, angle, "deg"))
+        else:
+            verifying.evidence.by_contact.setdefault(case.contact.name, []).append(angle)
+    return rows
+
+
+def _cell_name(case: Incline) -> str:
+    return (
+        f"incline: {case.contact.name}, k = {case.stiffness:g} N/m, "
+        f"{case.steps_per_contact:g} steps"
+    )
+
+
+def _tails(verifying: Verifying) -> list[Check]:
+    """Return the findings on the source's contact at its own step, tail kept and clipped."""
+    for case in TAILS:
+        untested = verifying.untested(_cell_name(case), case)
+        if untested:
+            return untested
+    clipped, kept = complete(map(verifying.angle, TAILS))
+    verifying.found.records += [angle_case(angle, in_phases(PHASES)) for angle in (clipped, kept)]
+    return [
+        finding(
+            "incline: the source's contact at k = 1e6 N/m, 50 steps",
+            kept.value_deg,
+            verifying.evidence.closed_form_deg,
+            "deg",
+            "close by cancellation of step and stiffness bias, not by convergence",
+            kept.uncertainty_deg,
+        ),
+        finding(
+            "incline: the same with the attractive tail clipped",
+            clipped.value_deg,
+            kept.value_deg,
+            "deg",
+            "held against the unclipped contact: clipping puts a rebound where there was none",
+            clipped.uncertainty_deg + kept.uncertainty_deg,
+        ),
+    ]
+
+
+def _routes(verifying: Verifying) -> list[Check]:
+    progress, cases = verifying.study.progress, verifying.level.routes
+    rows = []
+    for number, case in enumerate(cases, 1):
+        progress("passage against steady", number - 1, len(cases))
+        name = f"incline: steady against passage, {case.contact.name} contact"
+        rows += verifying.untested(name, case) or [_route(verifying, name, case)]
+        progress("passage against steady", number, len(cases))
+    return rows
+
+
+def _route(verifying: Verifying, name: str, case: Incline) -> Check:
+    """Hold the critical angle by steady motion against that by passage."""
+    resolution, engine = verifying.level.steady_tolerance_deg, verifying.engine
+    passage = whole(verifying.angle(case))
+    steady = critical_angle(case, method="steady", tolerance_deg=resolution, engine=engine)
+    verifying.evidence.routes += [passage, steady]
+    verifying.found.records += [
+        angle_case(passage, in_phases(PHASES)),
+        angle_case(steady, f"{resolution:g}-deg"),
+    ]
+    stated = steady.uncertainty_deg + passage.uncertainty_deg
+    cap = resolution + MOST_ROUTE_JITTER
+    why = (
+        "passage and steady must agree within the sum of their uncertainties, and within the "
+        f"resolution of the search and the jitter of a contact's begin, {cap:g} deg"
+    )
+    width = Tolerance("deg", min(stated, cap), 0.0, why)
+    value, expected = steady.value_deg, passage.value_deg
+    note = f"passage: {passage.phases_note}"
+    return judge(name, Kind.CROSS_CODE, value, expected, width, uncertainty=stated, note=note)
+
+
+def _motions(verifying: Verifying) -> list[Check]:
+    name = "incline: motion near the critical angle"
+    untested = verifying.untested(name, SOURCE_CASE, "steady", "")
+    if untested:
+        return untested
+    for run in run_inclines(verifying.engine, MOTIONS, "steady", every=MOTION_EVERY):
+        verifying.evidence.motions.append(whole(run))
+    return []

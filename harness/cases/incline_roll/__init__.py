@@ -1,1 +1,0 @@
-"""A sphere that rolls or slides down an incline."""

@@ -1,0 +1,281 @@
+"""Oblique impact of a sphere, with friction, spin and partial slip.
+
+A sphere meets a wall or another sphere at an angle: friction over a whole contact.
+
+Mindlin's laws without partial slip beside the whole curve of Maw, Barber and Fawcett (1976).
+
+Figures of the oblique impact: tangential velocity ratio over the angle.
+
+The oblique impact: what friction makes of the velocity along the surface, and of the spin.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+from pydantic import Field
+
+from harness.cases.contact.contact_case import ContactCase, Friction
+from harness.cases.contact.impact import impact, relative_velocity
+from harness.cases.contact.limits import Scan
+from harness.cases.contact.motion import Array, Motion
+from harness.cases.contact.parameters import ContactSystem, Speed, between, met
+from harness.cases.contact.report import ANGLES, OverAngle, expected_scan
+from harness.cases.contact.submodels import (
+    HERTZ,
+    OBLIQUE,
+    ROLLING_UNDAMPED,
+    RUBBING,
+    SLIDING,
+    SYSTEMS,
+    TWO_MATERIALS,
+    Told,
+)
+from harness.cases.contract import Study
+from harness.comparison.verdicts import finding
+from harness.comparison.verification import Findings
+from harness.parameters.rules import Rules
+from harness.parameters.scene import ZERO, ContactScene
+from harness.report.sections import Drawing, Plot, Section
+from harness.report.style import BLACK, COLOURS, STYLES, Figure, legend_below, panels
+from harness.shown import in_words
+from harness.theory.contact import (
+    partial_slip_rebound,
+    slides_throughout,
+    sliding_impulse,
+    stiffness_ratio,
+)
+
+if TYPE_CHECKING:
+    from harness.cases.contact.limits import Climbed, Evidence, Tried
+
+
+LAWS = ("mindlin", "mindlin/force", "mindlin_rescale", "mindlin_rescale/force")
+INCIDENCES = np.array([0.25, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 6.0])
+FRICTION, POISSON = 0.3, 0.3
+
+
+def beside_partial_slip(case: ObliqueCase) -> Findings:
+    """Return how far each law is from the curve, where it is farthest, as findings."""
+    expected = partial_slip_rebound(INCIDENCES, POISSON)
+    curves = {law: _rebounds(case, law) for law in LAWS}
+    found = Findings(case.name, evidence=curves)
+    for law, reached in curves.items():
+        at = int(np.abs(reached - expected).argmax())
+        found.checks.append(
+            finding(
+                f"{case.name}: {law} beside partial slip, normalised rebound",
+                float(reached[at]),
+                float(expected[at]),
+                "",
+                "Maw, Barber and Fawcett (1976): the contact sticks inside and slips outside; the "
+                f"law sticks or slips as a whole. Farthest apart at the incidence psi = "
+                f"{INCIDENCES[at]:g} of 0.25 to 6, elastic, nu = {POISSON}",
+            )
+        )
+    return found
+
+
+def _rebounds(case: ObliqueCase, law: str) -> Array:
+    """Return psi of the rebound of an elastic sphere on a wall, of one material."""
+    kappa = stiffness_ratio(POISSON)
+    reached = []
+    for psi in INCIDENCES:
+        angle = math.degrees(math.atan(psi * FRICTION / kappa))
+        parameters = case.default.replace(
+            **{**HERTZ, "poisson_ratio": POISSON},
+            damping="none",
+            tangential=law,
+            tangential_damping=0.0,
+            friction=FRICTION,
+            angle=angle,
+            speed=1.0 / math.cos(math.radians(angle)),
+        )
+        told = case.expected(parameters, Rules())
+        left = told["tangential_ratio"].value - told["rim_speed_ratio"].value
+        reached.append(psi * left / told["normal_restitution"].value)
+    return np.array(reached)
+
+
+def drawn_beside(curves: Mapping[str, Array]) -> Sequence[Drawing]:
+    """Return the figure of the rebound over the incidence; nothing without curves."""
+    if not curves:
+        return ()
+    caption = (
+        "Velocity at the contact after over that before, both over mu times the normal one and "
+        "times 2 (1 - nu) / (2 - nu), elastic spheres on a wall of their material, nu = 0.3."
+    )
+    title = "oblique: laws that stick as a whole beside partial slip"
+    return (Drawing("oblique-partial-slip", title, caption, lambda: _figure(curves)),)
+
+
+def _figure(curves: Mapping[str, Array]) -> Figure:
+    from harness.report.style import BLACK, COLOURS, STYLES, legend_below, panels
+
+    figure = panels(1, 1, width=8.0, height=4.4)
+    axes = figure.axes[0]
+    psi = np.linspace(0.0, INCIDENCES[-1], 121)
+    name = "partial slip: Maw, Barber and Fawcett 1976"
+    axes.plot(psi, partial_slip_rebound(psi, POISSON), color=BLACK, lw=2.0, label=name)
+    for number, (law, reached) in enumerate(curves.items(), 1):
+        axes.plot(
+            INCIDENCES,
+            reached,
+            color=COLOURS[number],
+            ls=STYLES[number],
+            marker="o",
+            mfc="none",
+            label=in_words(law),
+        )
+    axes.set(xlabel="normalised incidence", ylabel="normalised rebound")
+    legend_below(figure)
+    return figure
+
+
+SHOWN = ("linear_nohistory", "linear_history", "mindlin", "mindlin_rescale")
+AXES = ("angle to the normal (deg)", "tangential velocity ratio")
+
+OVER_ANGLE = OverAngle(
+    quantity="tangential_ratio",
+    parameter="angle",
+    title="Velocity ratio over the angle",
+    y=AXES[1],
+    value=lambda _, angle: angle,
+    angle=lambda parameters: parameters.angle,
+    sent=lambda changed: (changed.velocity, ZERO),
+    # the velocity at the contact of solid spheres changes by 7/2 of that of the centre
+    ratio=lambda _, left: 1.0 - 2.0 / 7.0 * (1.0 - left),
+)
+
+
+def ratio_over_angle(case: ContactCase[Oblique], climbed: Sequence[Climbed], who: str) -> Figure:
+    """Draw the ratio that the laws ask for, Coulomb's where all slides, and an engine's limits."""
+    figure = panels(1, 1, width=8.0, height=4.4)
+    axes = figure.axes[0]
+    walls = [one for one in climbed if one.trial.system == "wall" and one.trial.submodel in SHOWN]
+    for number, one in enumerate(walls):
+        colour = COLOURS[(number + 1) % len(COLOURS)]
+        name = in_words(one.trial.submodel)
+        axes.plot(ANGLES, _ratios(case, one), color=colour, ls=STYLES[number], label=name)
+        reached = one.limits["tangential_ratio"].value
+        axes.plot(one.trial.parameters.angle, reached, "o", color=colour, mfc="none")
+    angles, slides = sliding(0.3, 1.0)
+    axes.plot(angles, slides, color=BLACK, lw=0.8, label="sliding throughout, e = 1")
+    axes.set(xlabel=AXES[0], ylabel=AXES[1])
+    axes.set_title(f"lines: the laws; circles: {who}")
+    legend_below(figure, columns=3)
+    return figure
+
+
+def sliding(friction: float, restitution: float) -> tuple[Array, Array]:
+    """Return angles [deg] and velocity ratios where a rigid contact slides to its end."""
+    angles = np.linspace(5.0, 89.0, 85)
+    incidence = np.tan(np.radians(angles))
+    slides = incidence > slides_throughout(friction, restitution)
+    ratio = 1.0 - sliding_impulse(friction, restitution, 1.0) / incidence
+    return angles[slides], ratio[slides]
+
+
+def _ratios(case: ContactCase[Oblique], one: Climbed) -> Array:
+    found = expected_scan(
+        case, one, "angle", ANGLES.tolist(), lambda changed: (changed.velocity, ZERO)
+    )
+    return found["tangential_ratio"]
+
+
+LEAST_ANGLE = 1e-6
+"""[deg]: ratios of velocities are known to 1e-16 over its sine, 1e-8."""
+
+
+class Oblique(ContactSystem):
+    """An impact at an angle to the normal, in SI units and degrees."""
+
+    speed: Speed = Field(1.0, description="[m/s] of the approach")
+    angle: float = Field(45.0, ge=0.0, lt=90.0, description="[deg] to the normal")
+
+    def check(self) -> None:
+        """Raise ValueError for values that have no meaning together."""
+        along, _, down = self.velocity
+        met(self, "speed", "m/s", -down, lambda speed: speed * self.speed / -down)
+        if along:
+            why = "0, or more than what rounding leaves of the velocity along the surface"
+            between("angle", self.angle, "deg", (LEAST_ANGLE, 90.0), why)
+
+    @property
+    def velocity(self) -> tuple[float, float, float]:
+        """Return the velocity of the sphere [m/s]: along x and down."""
+        angle = math.radians(self.angle)
+        return (self.speed * math.sin(angle), 0.0, -self.speed * math.cos(angle))
+
+
+class ObliqueCase(Friction, ContactCase[Oblique]):
+    """A sphere meets a wall or a sphere at an angle: velocity ratios and spin."""
+
+    name = "oblique"
+    sets: ClassVar[Told] = {"usual": SLIDING, **OBLIQUE}
+    beside = (*Friction.beside, *ROLLING_UNDAMPED)
+    shown = "tangential_ratio"
+    systems: ClassVar[Told] = {**SYSTEMS, **TWO_MATERIALS}
+    two_materials_of = "mindlin"
+    submodels = (*Friction.submodels, *RUBBING)
+    invariant = submodels
+    over_ranks = ("mindlin_rescale/force", "old hooke/history")
+    scan = Scan("tangential_ratio", "angle", (5.0, 15.0, 25.0, 35.0, 45.0, 55.0, 65.0, 75.0, 85.0))
+
+    def drawings(self, evidence: Evidence) -> Sequence[Drawing]:
+        """Return the velocity ratio over the angle, and the errors."""
+        over_angle = Drawing(
+            "oblique-ratio",
+            "oblique: velocity ratio over the angle",
+            "Tangential velocity after over that before, by law, for a sphere on a wall.",
+            lambda: ratio_over_angle(self, evidence.climbed, evidence.who),
+        )
+        return (over_angle, *super().drawings(evidence))
+
+    def verify_own(self, study: Study) -> Findings:
+        """Hold Mindlin's laws, which stick as a whole, beside partial slip."""
+        return Findings(self.name) if study.level == "quick" else beside_partial_slip(self)
+
+    def sections(
+        self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]
+    ) -> Sequence[Section]:
+        """Add the curve of partial slip to what every contact case tells."""
+        made = super().sections(main, own, beside)
+        further = drawn_beside(own.evidence or {})
+        return [replace(one, drawings=(*one.drawings, *further)) for one in made]
+
+    def plot(self, one: Tried, who: str) -> Plot:
+        """Return the velocity ratio over the angle; of mdr between spheres the motion alone."""
+        from harness.cases.contact.report import ratio_plot
+
+        if one.finest.normal == "mdr" and one.finest.partner != "wall":
+            # its integration takes seconds at glancing angles, with a bulk response minutes
+            return super().plot(one, who)
+        return ratio_plot(self, one, who, OVER_ANGLE)
+
+    def scene(self, parameters: Oblique) -> ContactScene:
+        """Return the impact; samples before and after it."""
+        return impact(parameters, parameters.velocity, finely=False)
+
+    def observed(self, parameters: Oblique, motion: Motion) -> Mapping[str, float]:
+        """Return ratios of the velocities after to those before; tangential ones at an angle."""
+        along, _, down = parameters.velocity
+        before, after = relative_velocity(motion)[[0, -1]]
+        found = {"normal_restitution": float(after[2]) / -down}
+        if along > 0.0:
+            found["tangential_ratio"] = float(after[0]) / along
+            found["rim_speed_ratio"] = parameters.radius * float(motion.omega[-1, 0, 1]) / along
+            impulses = before[0] - after[0], after[2] - before[2]
+            found["tangential_impulse_ratio"] = float(impulses[0] / impulses[1])
+        return found
+
+    def sizes(self, parameters: Oblique) -> Mapping[str, float]:
+        """Return Coulomb's limit of the impulses' ratio, 1 at most: a larger one is not reached."""
+        return {"tangential_impulse_ratio": min(parameters.friction or 1.0, 1.0)}
+
+
+CASE = ObliqueCase()

@@ -1,1 +1,0 @@
-"""A sphere meets a wall or another sphere at an angle: friction over a whole contact."""

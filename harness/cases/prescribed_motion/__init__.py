@@ -1,1 +1,0 @@
-"""Forces along a given motion: the law alone, without an integrator."""

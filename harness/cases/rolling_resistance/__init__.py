@@ -1,1 +1,0 @@
-"""A rolling sphere that a resistance to rolling slows down."""

@@ -1,1 +1,0 @@
-"""A sphere that slides on a floor until it rolls."""

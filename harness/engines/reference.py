@@ -1,0 +1,368 @@
+"""The reference DEM as an engine of the harness: one grain on fixed spheres.
+
+Move the grain by stage after stage, and make the tables of what it did.
+
+The scenes that the reference DEM can run: one mobile particle on equal fixed spheres.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import cache
+from importlib.metadata import version
+from typing import Any, NamedTuple, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from harness import __version__
+from harness.engines.contract import Engine, Job
+from harness.engines.output import SERIES, Output, Table
+from harness.engines.process import cores, parallel_map
+from harness.engines.traits import Traits
+from harness.errors import EngineError, RequestError
+from harness.observables.provenance import Provenance
+from harness.observables.reference import Trajectory
+from harness.parameters.law import STIFFEST, Spring
+from harness.parameters.plane_scene import STAGES, Scene, Stage
+from harness.solvers.grain import mfix_adams_bashforth, mfix_euler, rk4, trajectory, velocity_verlet
+from harness.solvers.grain.adaptive import Adaptive
+from harness.solvers.grain.columns import OverColumns
+from harness.solvers.grain.row import Grain, Row, row_of
+from harness.solvers.grain.trajectory import (
+    FixedStep,
+    Growth,
+    TrajectoryIntegrator,
+    fewest_steps_per_contact,
+)
+
+COLUMNS = ("step", "time_s", "x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
+
+
+def tables_of(
+    scene: Scene, mover: TrajectoryIntegrator, row: Row, origin: tuple[float, float]
+) -> dict[str, Table]:
+    """Run a scene and return its tables; ``origin`` [m] is that of the mover in the scene.
+
+    Errors as for :meth:`TrajectoryIntegrator.watch`.
+    """
+    x0, y0 = origin
+    raised = row.mass * (row.along * x0 + row.normal * y0)
+    stages = [Stage(stage.place - x0, stage.floor + raised) for stage in scene.stages]
+    ends, touches = _through(stages, mover, row)
+    found: dict[str, Table] = {}
+    if scene.stages:
+        touching = {} if mover.touching is None else {"touching": np.array(touches, dtype=float)}
+        found[STAGES] = {**_table(ends, origin), **touching}
+    if scene.every is None:
+        found[SERIES] = _table(ends, origin)
+    else:
+        samples = np.column_stack(list(vars(mover.trajectory()).values()))
+        steps = scene.every * np.arange(len(samples))
+        found[SERIES] = _table(np.column_stack([steps, samples]), origin)
+    return found
+
+
+def _through(
+    stages: Sequence[Stage], mover: TrajectoryIntegrator, row: Row
+) -> tuple[NDArray[np.float64], list[bool | None]]:
+    """Return the rows of the start and of the end of each stage, or of the run without stages.
+
+    And whether the grain touches in each.
+    """
+    rows, touches = [_row(mover)], [mover.touching]
+    if not stages:
+        mover.finish()
+        rows.append(_row(mover))
+    for stage in stages:
+        passed = _passes(stage, mover, row)
+        rows.append(_row(mover))
+        touches.append(mover.touching)
+        if not passed:
+            break
+    return np.array(rows, dtype=np.float64), touches
+
+
+def _passes(stage: Stage, mover: TrajectoryIntegrator, row: Row) -> bool:
+    """Move until the grain passes the stage's place, and return whether it does.
+
+    Dissipation only lowers the energy: a grain that turns back with less than the floor never
+    passes. One that turns back with more goes on.
+    """
+    while True:
+        mover.watch(stage.place, stage.floor)
+        if mover.grain.x > stage.place:
+            return True
+        if mover.over or (mover.grain.vx < 0.0 and mover.energy(row) < stage.floor):
+            return False
+
+
+def _row(mover: TrajectoryIntegrator) -> tuple[float, ...]:
+    return (mover.steps, mover.time, *mover.grain[:4])
+
+
+def _table(rows: NDArray[np.float64], origin: tuple[float, float]) -> Table:
+    table = dict(zip(COLUMNS, rows.T.copy(), strict=True))
+    table["x_m"] += origin[0]
+    table["y_m"] += origin[1]
+    return table
+
+
+EQUAL = 1e-9
+"""[d] by which fixed spheres may lie off the row."""
+
+
+def unstated(scene: Scene) -> str:
+    """Return why a scene cannot be run, or nothing where it can.
+
+    The fixed spheres are one, or an endless row along x in which they touch.
+    """
+    d = scene.diameter[0]
+    if scene.columns is not None:
+        return _columns_unstated(scene, scene.columns.height)
+    if scene.fixed[0] or not scene.fixed[1:].all():
+        return f"it moves one particle, the first, not {np.count_nonzero(~scene.fixed)}"
+    if scene.forces:
+        return "it writes no forces"
+    if scene.fixed.size == 1:
+        return "it needs a fixed sphere"
+    if np.abs(scene.diameter / d - 1.0).max() > EQUAL:
+        return "its spheres have one diameter"
+    if scene.period is None:
+        return "" if scene.fixed.size == 2 else "several fixed spheres must be an endless row"
+    count = scene.fixed.size - 1
+    row = scene.position[1:] - scene.position[1]
+    apart = np.abs(row - np.outer(np.arange(count) * d, (1.0, 0.0))).max()
+    if max(apart, abs(scene.period - count * d)) > EQUAL * count * d:
+        return "its fixed spheres touch in an endless row along x"
+    return ""
+
+
+def _columns_unstated(scene: Scene, n: int) -> str:
+    """Return why columns cannot be run: they stand a diameter apart, the first one at x = 0."""
+    d, held = float(scene.diameter[0]), scene.position[1:]
+    count = len(held) // n
+    along = np.repeat(d * np.arange(count), n)
+    if scene.spring != "linear" or scene.forces:
+        return "over columns it has the linear spring, and writes no forces"
+    apart = np.abs(held[:, 0] - along).max()
+    if scene.period is None or max(apart, abs(scene.period - count * d)) > EQUAL * count * d:
+        return "its columns touch in an endless row along x from 0 on"
+    return ""
+
+
+def origin_of(scene: Scene) -> tuple[float, float]:
+    """Return the centre [m] of the first fixed sphere; of columns, where their axes begin."""
+    if scene.columns is not None:
+        return 0.0, 0.0
+    return float(scene.position[1, 0]), float(scene.position[1, 1])
+
+
+def grain_of(scene: Scene) -> Grain:
+    """Return the mobile particle, its place from the first fixed sphere."""
+    x, y = (float(value) for value in scene.position[0])
+    x0, y0 = origin_of(scene)
+    return Grain(x - x0, y - y0, *(float(value) for value in scene.velocity[0]))
+
+
+class Method(NamedTuple):
+    """An integrator in fixed steps: its number in the kernels, and its growth in the well."""
+
+    number: int
+    growth: Growth
+
+
+FIXED_STEP = {
+    "velocity-verlet": Method(trajectory.VELOCITY_VERLET, velocity_verlet.growth),
+    "mfix-euler": Method(trajectory.MFIX_EULER, mfix_euler.growth),
+    "mfix-adams-bashforth": Method(trajectory.MFIX_ADAMS_BASHFORTH, mfix_adams_bashforth.growth),
+    "rk4": Method(trajectory.RK4, rk4.growth),
+}
+
+ADAPTIVE = "adaptive"
+INTEGRATORS = (*FIXED_STEP, ADAPTIVE)
+DEFAULT_INTEGRATOR = "velocity-verlet"
+
+MOST_STEPS = 10**15
+
+
+class Reference(Engine):
+    """One grain on fixed spheres, linear or Hertz's spring with dashpot, by one of ``INTEGRATORS``.
+
+    ``velocity-verlet`` follows LAMMPS, ``mfix-euler`` and ``mfix-adams-bashforth``
+    follow MFiX-DEM; ``adaptive`` has no step (that of a scene counts for the sampling and the
+    time limit alone) and is the reference for the others.
+    ``spring`` is ``linear`` or ``Hertz`` (:mod:`harness.parameters.law`).
+    ``seconds`` [s] bounds the wall time of a run. Raise RequestError for an
+    integrator or a spring that is not known.
+    """
+
+    name = "reference"
+    traits = Traits(
+        install_hint="comes with the harness",
+        versions=(__version__,),
+        integrator=DEFAULT_INTEGRATOR,
+        laws=("overlap", "deformable"),
+        microseconds_per_step=0.05,
+        title="reference DEM",
+    )
+    ready = True
+
+    def __init__(
+        self,
+        integrator: str = DEFAULT_INTEGRATOR,
+        *,
+        spring: Spring = "linear",
+        workers: int | None = None,
+        seconds: float = 300.0,
+    ) -> None:
+        if integrator not in INTEGRATORS:
+            raise RequestError(
+                f"--integrator {integrator!r} is not known: must be one of {', '.join(INTEGRATORS)}"
+            )
+        if spring not in get_args(Spring):
+            raise RequestError(f"spring {spring!r} is not known: must be linear or Hertz")
+        self.integrator = integrator
+        if type(self).traits is Reference.traits:  # a class of its own declares for itself
+            cost = 0.0 if integrator == ADAPTIVE else self.traits.microseconds_per_step
+            self.traits = replace(
+                self.traits, integrator=integrator, spring=spring, microseconds_per_step=cost
+            )
+        self._spring: Spring = spring
+        self.workers = workers or cores()
+        self._seconds = seconds
+
+    def identify(self) -> Provenance:
+        """Return the version, which is the harness's own, and the integrator."""
+        return Provenance(
+            engine=self.name, engine_version=__version__, how="compiled", integrator=self.integrator
+        )
+
+    def refuses(self, job: Job) -> str:
+        """Return why the engine cannot run a job, or nothing where it can."""
+        reason = super().refuses(job)
+        if reason or job.template.scene is None:
+            return reason
+        scene = job.template.scene(job.values, self._spring)
+        return self._unstated(scene) or self._unstable(scene, row_of(scene))
+
+    def fingerprint(self) -> Mapping[str, Any]:
+        """Return the integrator, the spring and the libraries; its own source is in every key."""
+        return {
+            "engine": self.name,
+            "integrator": self.integrator,
+            "spring": self._spring,
+            "packages": {name: version(name) for name in ("numba", "scipy")},
+        }
+
+    def run(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
+        """Run the scenes of the jobs, errors as for :meth:`run_scenes`."""
+        scenes = []
+        for job in jobs:
+            reason, build = super().refuses(job), job.template.scene
+            if reason or build is None:
+                raise self._refused(job.template.name, reason)
+            scenes.append(build(job.values, self._spring))
+        return self.run_scenes(scenes, [job.template.name for job in jobs])
+
+    def run_scenes(
+        self, scenes: Sequence[Scene], names: Sequence[str] = ()
+    ) -> list[Output | EngineError]:
+        """Run scenes side by side and return their outputs in order.
+
+        ``names`` are what errors call them. Raise RequestError, before anything runs, for a scene
+        that cannot be run, or a step at which the integrator is unstable.
+        """
+        systems = [
+            (scene, self._row(scene, name))
+            for scene, name in zip(scenes, names or ["scene"] * len(scenes), strict=True)
+        ]
+        who = self.identify()
+
+        def one(system: tuple[Scene, Row]) -> Output | EngineError:
+            started = time.perf_counter()
+            scene, row = system
+            try:
+                mover = self._mover(scene, row)
+                tables = tables_of(scene, mover, row, origin_of(scene))
+            except EngineError as error:
+                return error
+            seconds = time.perf_counter() - started
+            return Output((), who, tables, seconds=seconds, title=self.title)
+
+        return parallel_map(one, systems, self.workers)
+
+    def follow(self, scene: Scene) -> Trajectory:
+        """Return the first particle's path over all steps of a scene, whatever its stages.
+
+        Raise RequestError as for :meth:`run_scenes`, EngineError when the run fails.
+        """
+        scene = replace(scene, stages=(), every=1 if scene.every is None else scene.every)
+        (output,) = self.run_scenes([scene])
+        if isinstance(output, EngineError):
+            raise output
+        return Trajectory(*(output.tables[SERIES][name] for name in COLUMNS[1:]))
+
+    def _row(self, scene: Scene, name: str) -> Row:
+        """Return the system of a scene; raise RequestError for one that cannot be run."""
+        reason = self._unstated(scene)
+        if scene.spring != self._spring:
+            reason = f"its spring is {self._spring}"
+        if reason:
+            raise self._refused(name, reason)
+        values = np.concatenate([scene.position[0], scene.velocity[0]])
+        if not np.isfinite(values).all():
+            raise RequestError(f"start = {values.tolist()}: must be finite numbers, in m and m/s")
+        if scene.every is not None and scene.every < 1:
+            raise RequestError(f"every = {scene.every}: must be at least 1 step")
+        if not 1 <= scene.steps <= MOST_STEPS:
+            raise RequestError(f"steps = {scene.steps}: must be from 1 to {MOST_STEPS:g}")
+        row = row_of(scene)
+        reason = self._unstable(scene, row)
+        if reason:
+            raise RequestError(reason)
+        return row
+
+    def _unstated(self, scene: Scene) -> str:
+        """Return why a scene cannot be run, or nothing where it can."""
+        if scene.columns is not None and self.integrator != DEFAULT_INTEGRATOR:
+            return f"over columns it has the integrator {DEFAULT_INTEGRATOR} only"
+        return unstated(scene)
+
+    def _unstable(self, scene: Scene, row: Row) -> str:
+        """Return why the step is one at which the integrator is unstable in a well, or nothing."""
+        if self.integrator == ADAPTIVE or row.single or scene.columns is not None:
+            return ""
+        zeta = scene.damping_ratio * (math.sqrt(0.5) if scene.effective_mass == "half" else 1.0)
+        # the spring is stiffest at the largest overlap, where the dashpot is the linear one
+        stiffer = math.sqrt(STIFFEST) if row.hertz else 1.0
+        fewest = stiffer * _fewest_steps(self.integrator, zeta / stiffer)
+        steps_per_contact = row.contact_time / scene.step
+        if steps_per_contact > fewest:
+            return ""
+        bound = f"greater than {fewest:.3f}" if math.isfinite(fewest) else "with damping"
+        return (
+            f"steps_per_contact = {steps_per_contact:g} is unstable with "
+            f"{self.integrator} at damping ratio {zeta:.4g}: must be {bound}"
+        )
+
+    def _mover(self, scene: Scene, row: Row) -> TrajectoryIntegrator:
+        grain, step, every = grain_of(scene), scene.step, scene.every
+        if scene.columns is not None:
+            return OverColumns(grain, row, scene, self._seconds)
+        if self.integrator == ADAPTIVE:
+            sampling = None if every is None else every * step
+            return Adaptive(grain, row, scene.steps * step, sampling, self._seconds)
+        number = FIXED_STEP[self.integrator].number
+        return FixedStep(number, grain, row, step, scene.steps, every, self._seconds)
+
+    def _refused(self, name: str, reason: str) -> RequestError:
+        return RequestError(f"engine {self.name!r} cannot run {name!r}: {reason}")
+
+
+@cache
+def _fewest_steps(integrator: str, zeta: float) -> float:
+    return fewest_steps_per_contact(FIXED_STEP[integrator].growth, zeta)

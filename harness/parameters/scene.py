@@ -1,0 +1,137 @@
+"""A few spheres and planes that meet by one contact law: what is set up, in SI units."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from harness.errors import RequestError
+from harness.parameters.law import ContactLaw
+
+Vector = tuple[float, float, float]
+ZERO: Vector = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Body:
+    """A sphere: radius [m], mass [kg], centre [m], velocity [m/s], angular velocity [rad/s].
+
+    A frozen one neither moves nor turns by forces; its velocities stay as they are, and as a
+    partner in contact its mass is infinite.
+    """
+
+    radius: float
+    mass: float
+    position: Vector
+    velocity: Vector = ZERO
+    omega: Vector = ZERO
+    frozen: bool = False
+
+    def __post_init__(self) -> None:
+        for name in ("radius", "mass"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0.0):
+                raise RequestError(f"{name} = {value!r}: must be a finite number greater than 0")
+        for name in ("position", "velocity", "omega"):
+            _finite(name, getattr(self, name))
+
+    @property
+    def inertia(self) -> float:
+        """Return 2/5 m r^2 [kg m2]."""
+        return 0.4 * self.mass * self.radius**2
+
+
+@dataclass(frozen=True)
+class Plane:
+    """A wall: a point of it [m], its normal into the room, of any length, and its velocity [m/s].
+
+    The point is that of the start.
+    """
+
+    point: Vector
+    normal: Vector
+    velocity: Vector = ZERO
+
+    def __post_init__(self) -> None:
+        _finite("point", self.point)
+        _finite("normal", self.normal)
+        _finite("velocity", self.velocity)
+        if not any(self.normal):
+            raise RequestError("normal = (0, 0, 0): a plane needs a direction")
+
+    @property
+    def direction(self) -> Vector:
+        """Return the normal with length 1."""
+        length = math.hypot(*self.normal)
+        x, y, z = self.normal
+        return (x / length, y / length, z / length)
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A piece of prescribed motion: how many steps, velocity and omega of every body in it."""
+
+    steps: int
+    velocities: tuple[Vector, ...]
+    omegas: tuple[Vector, ...]
+
+
+@dataclass(frozen=True)
+class ContactScene:
+    """Bodies, planes, the law of every contact, gravity [m/s2], step [s], steps, sampling.
+
+    Every pair interacts, but two frozen bodies. With ``segments`` the motion is prescribed,
+    forces move nothing, and ``steps`` must be the sum of the segments' steps.
+    Raise RequestError for a scene that is none.
+    """
+
+    bodies: tuple[Body, ...]
+    planes: tuple[Plane, ...]
+    law: ContactLaw
+    step: float
+    steps: int
+    every: int = 1
+    gravity: Vector = ZERO
+    segments: tuple[Segment, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        if not any(not body.frozen for body in self.bodies) and not self.segments:
+            raise RequestError("bodies: at least one must be free to move")
+        if not (math.isfinite(self.step) and self.step > 0.0):
+            raise RequestError(f"step = {self.step!r} s: must be a finite number greater than 0")
+        for name in ("steps", "every"):
+            if getattr(self, name) < 1:
+                raise RequestError(f"{name} = {getattr(self, name)}: must be at least 1")
+        _finite("gravity", self.gravity)
+        if self.law.two_materials and len(self.bodies) + bool(self.planes) != 2:
+            raise RequestError(
+                "partner_youngs_modulus, partner_poisson_ratio: need two bodies, or one and planes"
+            )
+        for segment in self.segments:
+            if not len(segment.velocities) == len(segment.omegas) == len(self.bodies):
+                raise RequestError(
+                    f"segments: each needs a velocity and an omega for {len(self.bodies)} bodies"
+                )
+        moved = sum(segment.steps for segment in self.segments)
+        if self.segments and moved != self.steps:
+            raise RequestError(f"steps = {self.steps}: must be {moved}, the sum of the segments'")
+
+    @property
+    def duration(self) -> float:
+        """Return the time simulated [s]."""
+        return self.step * self.steps
+
+    @property
+    def samples(self) -> int:
+        """Return the number of samples: at the start and after every ``every`` steps."""
+        return self.steps // self.every + 1
+
+
+def sphere_mass(radius: float, density: float) -> float:
+    """Return 4/3 pi r^3 rho [kg]."""
+    return 4.0 / 3.0 * math.pi * radius**3 * density
+
+
+def _finite(name: str, vector: Vector) -> None:
+    if len(vector) != 3 or not all(math.isfinite(value) for value in vector):
+        raise RequestError(f"{name} = {vector!r}: must be three finite numbers")

@@ -1,0 +1,283 @@
+"""The report for continuous integration: Markdown, summary, JUnit.
+
+Render the report as Markdown: the sections of the HTML page, with links to its figures.
+
+Render the report in short, as Markdown for a pull request or a job's summary.
+
+Render the checks as JUnit XML, for continuous integration.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from xml.etree import ElementTree as Xml
+
+from harness.comparison.verdicts import Check, Kind, Verdict
+from harness.comparison.verification import Verification
+from harness.report.gallery import Drawn, Picture, titles
+from harness.report.matrix import cells_markdown, defects_markdown, matrix_markdown, stands_in_cell
+from harness.report.plain import markdown_text
+from harness.report.sections import Table
+from harness.report.templating import tail
+from harness.report.text import (
+    KINDS,
+    KindSummary,
+    by_severity,
+    details,
+    explained,
+    happened,
+    numbers,
+    provenance,
+    summaries,
+    summary,
+    triage,
+)
+from harness.shown import number
+
+CHECKS = Table(
+    "",
+    "",
+    ("check", "value", "expected", "difference", "uncertainty", "tolerance", "unit", "verdict"),
+    (),
+    frozenset(range(1, 6)),
+)
+
+
+def report_markdown(found: Verification, parts: Sequence[Drawn]) -> str:
+    """Return the whole report; all text in it is escaped."""
+    lines = ["# DEM verification report", "", *opening_markdown(found), ""]
+    for kind, title in KINDS.items():
+        lines += _kind(title, [check for check in found.checks if check.kind is kind])
+    lines += matrix_markdown(found.checks, titles(parts))
+    lines += cells_markdown(found.checks, titles(parts))
+    lines += defects_markdown(found.defects)
+    for part in parts:
+        lines += section_markdown(part)
+    untitled = [picture for part in parts if not part.section.title for picture in part.pictures]
+    if untitled:
+        lines += ["## Figures", ""]
+    for picture in untitled:
+        lines += _figure(picture)
+    lines += ["## Provenance", ""]
+    lines += [f"- {name}: {markdown_text(text)}" for name, text in provenance(found)]
+    return "\n".join([*lines, ""])
+
+
+def _kind(title: str, checks: Sequence[Check]) -> Iterator[str]:
+    """Yield the rows of a kind but those that stand with the cells of the matrix."""
+    rows = [_check(check) for check in checks if not stands_in_cell(check)]
+    others = len(checks) - len(rows)
+    if checks:
+        yield from (f"## {title}", "")
+    if others:
+        yield from (f"{others} rows stand with the cells of the matrix, below.", "")
+    if rows:
+        yield from (*rows_markdown(CHECKS, rows), "")
+
+
+def opening_markdown(found: Verification) -> list[str]:
+    """Return the outcome kind by kind, and the headlines as a list."""
+    outcome, counts, *told = map(markdown_text, summary(found))
+    return [f"**{outcome}**", counts, "", *(f"- {line}" for line in told)]
+
+
+def table_markdown(table: Table) -> list[str]:
+    """Return a table, its caption before it."""
+    return [markdown_text(table.caption), "", *rows_markdown(table, table.rows), ""]
+
+
+def rows_markdown(table: Table, rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return rows under the head of a table; columns of numbers are set to the right."""
+    marks = ["--:" if i in table.numeric else "---" for i in range(len(table.head))]
+    cells = [[markdown_text(cell) for cell in row] for row in (table.head, *rows)]
+    head, *body = (f"| {' | '.join(row)} |" for row in cells)
+    return [head, f"|{'|'.join(marks)}|", *body]
+
+
+def section_markdown(part: Drawn) -> Iterator[str]:
+    """Yield the lines of a section: paragraphs, items, tables, figures."""
+    section = part.section
+    if section.title:
+        yield from (f"## {markdown_text(section.title)}", "")
+        for text in section.paragraphs:
+            yield from (markdown_text(text), "")
+        if section.items:
+            yield from (*(f"- {markdown_text(text)}" for text in section.items), "")
+        for table in section.tables:
+            yield from table_markdown(table)
+        for picture in part.pictures:
+            yield from _figure(picture)
+        for reel in part.reels:
+            title = markdown_text(reel.title)
+            image = f"[![{title}](movies/{reel.name}.png)](movies/{reel.name}.gif)"
+            yield from (f"### {title}", "", image, "", markdown_text(reel.caption), "")
+    for failure in part.failures:
+        yield from (markdown_text(failure), "")
+
+
+def _figure(picture: Picture) -> list[str]:
+    title = markdown_text(picture.title)
+    image = f"![{title}](figures/{picture.name}.svg)"
+    return [f"### {title}", "", image, "", markdown_text(picture.caption), ""]
+
+
+def _check(check: Check) -> list[str]:
+    remarks = ": ".join(text for text in (check.triage, check.note) if text)
+    remark = f" ({remarks})" if remarks else ""
+    numbers = [number(check.value), number(check.expected), number(check.difference, 2)]
+    numbers += [number(check.uncertainty, 2), number(check.tolerance, 2)]
+    return [check.name + remark, *numbers, check.unit, str(check.verdict)]
+
+
+LIMIT = 60_000
+"""Characters. A comment on GitHub holds 65,536, of which others may want some."""
+
+SEVERE = (Verdict.FAIL, Verdict.KNOWN_DEFECT, Verdict.FIXED, Verdict.NOT_TESTED)
+HEAD = ("| check | value | expected | difference | tolerance | |", "|---|--:|--:|--:|--:|---|")
+
+
+def short_markdown(found: Verification) -> str:
+    """Return outcome, failed rows, and all others folded away by kind; under 60,000 characters."""
+    lines = ["## DEM verification", "", *opening_markdown(found), ""]
+    severe = [check for check in by_severity(found.checks) if check.verdict in SEVERE]
+    if severe:
+        lines += ["| check | kind | what happened |", "|---|---|---|"]
+        lines += [*_within(LIMIT // 3, [_severe(check) for check in severe]), ""]
+    for one in summaries(found.checks):
+        rows = [check for check in one.checks if check.verdict not in SEVERE]
+        if rows:
+            lines += _folded(one.kind, rows, (LIMIT // 2) // len(KINDS))
+    lines += ["<details><summary>Provenance</summary>", ""]
+    lines += [f"- {name}: {markdown_text(text)[:1500]}" for name, text in provenance(found)]
+    return "\n".join([*lines, "", "</details>", ""])
+
+
+def _severe(check: Check) -> str:
+    about = "" if check.engine_died else triage(check)
+    note = "" if math.isnan(check.value) else check.note
+    texts = (happened(check), about, details(check), note)
+    mark = "**failed**" if check.verdict is Verdict.FAIL else str(check.verdict)
+    happening = markdown_text("; ".join(filter(None, texts)))[:600]
+    return f"| {mark} {markdown_text(check.name)} | {check.kind} | {happening} |"
+
+
+def _folded(kind: Kind, rows: Sequence[Check], room: int) -> list[str]:
+    table = [
+        f"| {markdown_text(c.name)} | {number(c.value)} | {number(c.expected)} "
+        f"| {number(c.difference, 2)} | {number(c.tolerance, 2)} | {markdown_text(c.unit)} |"
+        for c in rows
+    ]
+    title = f"<details><summary>{KINDS[kind]} ({len(rows)})</summary>"
+    return [title, "", *HEAD, *_within(room, table), "", "</details>", ""]
+
+
+def _within(room: int, rows: Sequence[str]) -> list[str]:
+    """Return the rows that there is room for, and a last one that counts the others."""
+    kept: list[str] = []
+    for row in rows:
+        room -= len(row) + 1
+        if room < 0:
+            return [*kept, f"| and {len(rows) - len(kept)} more, in report.html | | |"]
+        kept.append(row)
+    return kept
+
+
+_NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""What XML 1.0 cannot hold, not even escaped."""
+
+
+def junit(found: Verification) -> str:
+    """Return the checks as JUnit XML: a suite for each kind, a test case for each check.
+
+    A verdict that failed is a ``failure``, an engine that died an ``error``. What was
+    not tested, known defects, those that are fixed, and a finding, which nobody judges, are
+    ``skipped`` with the reason.
+    """
+    rows = summaries(found.checks)
+    suites = [_suite(found, row, found.seconds if row is rows[0] else 0.0) for row in rows]
+    whole = Xml.Element("testsuites", name="dem-harness", time=f"{found.seconds:.3f}")
+    for key in ("tests", "failures", "errors"):  # Jenkins's schema knows no more here
+        whole.set(key, str(sum(int(suite.get(key, "0")) for suite in suites)))
+    whole.extend(suites)
+    Xml.indent(whole)
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + Xml.tostring(whole, "unicode") + "\n"
+
+
+def _suite(found: Verification, row: KindSummary, seconds: float) -> Xml.Element:
+    """Return the suite of a kind; the first carries the time, which no check has of its own."""
+    cases = _cases(row)
+    suite = Xml.Element(
+        "testsuite",
+        name=f"dem-harness {row.kind}",
+        tests=str(len(cases)),
+        failures=str(sum(case.find("failure") is not None for case in cases)),
+        errors=str(sum(case.find("error") is not None for case in cases)),
+        skipped=str(sum(case.find("skipped") is not None for case in cases)),
+        time=f"{seconds:.3f}",
+        timestamp=found.started[:19],
+    )
+    engine = found.provenance
+    who = engine.told if engine else "none"
+    properties = Xml.SubElement(suite, "properties")
+    for name, value in (("level", found.level), ("engine", who), ("platform", found.platform)):
+        Xml.SubElement(properties, "property", name=name, value=_clean(value))
+    suite.extend(cases)
+    return suite
+
+
+def _cases(row: KindSummary) -> list[Xml.Element]:
+    """Return the test cases of a kind; a name that comes again is numbered, as readers need."""
+    seen: Counter[str] = Counter()
+    cases = []
+    for check in row.checks:
+        seen[check.name] += 1
+        again = f" ({seen[check.name]})" if seen[check.name] > 1 else ""
+        case = Xml.Element(
+            "testcase",
+            classname=f"dem-harness.{check.kind}",
+            name=_clean(check.name + again),
+            time="0.000",
+        )
+        _outcome(case, check)
+        cases.append(case)
+    return cases
+
+
+def _outcome(case: Xml.Element, check: Check) -> None:
+    if check.verdict is Verdict.FAIL:
+        kind = "error" if check.engine_died else "failure"
+        message = check.note if check.engine_died else numbers(check)
+        trouble = Xml.SubElement(
+            case, kind, type=_clean(triage(check) or "verdict"), message=_clean(message)
+        )
+        trouble.text = _clean(_story(check))
+    elif check.verdict is Verdict.NOT_TESTED:
+        Xml.SubElement(case, "skipped", message=_clean(f"not tested: {check.note}"))
+    elif check.verdict in (Verdict.KNOWN_DEFECT, Verdict.FIXED):
+        message = f"{check.verdict}: {numbers(check)}. {check.note}"
+        Xml.SubElement(case, "skipped", message=_clean(message))
+    elif check.verdict is Verdict.FINDING:
+        message = f"finding, not judged: {numbers(check)}. {check.note}"
+        Xml.SubElement(case, "skipped", message=_clean(message))
+    else:
+        Xml.SubElement(case, "system-out").text = _clean(numbers(check))
+
+
+def _story(check: Check) -> str:
+    about = triage(check)
+    lines = [
+        f"{check.kind}: {check.name}",
+        numbers(check),
+        check.why and f"tolerance: {check.why}",
+        about and f"class: {about}. {details(check)} {explained(check)}",
+        check.note,
+        check.log and f"log: logs/{check.log_name}\n{tail(check.log)}",
+    ]
+    return "\n".join(line for line in lines if line)
+
+
+def _clean(text: str) -> str:
+    return _NOT_XML.sub("?", text)

@@ -1,1 +1,0 @@
-"""Figures: pure functions from results to a matplotlib Figure."""

@@ -1,1 +1,0 @@
-"""What the figures of the source are drawn from, recomputed, and whether each holds."""

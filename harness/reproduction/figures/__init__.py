@@ -1,1 +1,0 @@
-"""The figures of the source, drawn from our own runs."""

@@ -1,1 +1,0 @@
-"""The report of the reproduction: ledger, figures, movies and findings in one folder."""

@@ -1,0 +1,542 @@
+"""The exact propagator of a chain: modes between changes of contact, which are located.
+
+Modes of a chain whose contacts stay as they are: its motion in closed form.
+
+Each run of closed contacts swings by itself, ``M u'' = M g - K u``. With the
+eigenvectors of ``M^(-1/2) K M^(-1/2)`` every coordinate is a harmonic about its
+equilibrium; the one rigid mode of a run without the fixed base falls.
+
+Find the first change of contacts as the first root of polynomials.
+
+Within a time of about ``1 / highest frequency`` the Taylor series of every contact
+force and every gap is exact to rounding. In the Bernstein basis a polynomial
+without a sign change among its coefficients has no root in the interval
+(Descartes); halving the interval until that is so, always looking at the
+earlier half first, cannot miss the first root, be it simple, double or one of a
+close pair (Lane and Riesenfeld 1981).
+
+Arrays that the exact solver works on.
+
+The exact propagator: modes between changes of contact, root finding for the changes.
+
+No step and no error of one: what remains is rounding. The cost is that of an
+eigenvalue problem for each change of contacts, O(L^3) in the runs of L touching
+particles, and O(L^2) for each sample; a few hundred particles are the
+practical limit. RK4 is the one for long chains. Each change of contacts magnifies the
+rounding of what came before it, as in any chain of collisions.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from harness.compiled import shielded
+from harness.errors import RequestError
+from harness.observables.tower import TowerRun
+from harness.parameters.tower import Tower
+from harness.solvers.chain.forces import Flags, solve, substitute
+from harness.solvers.chain.motion import (
+    Chain,
+    Counts,
+    Floats,
+    Record,
+    Told,
+    as_run,
+    assemble,
+    blank_record,
+    compiled,
+    wanted_samples,
+    with_room,
+    write_sample,
+)
+
+
+@compiled
+def decompose(
+    chain: Chain, closed: Flags, factor: Floats, shapes: Floats, frequency: Floats, first: Floats
+) -> float:
+    """Find the modes of the contact set; return the highest frequency [rad/s].
+
+    ``shapes`` (N, N) takes the mode j of each run in column j, in coordinates
+    ``sqrt(m) u``; ``frequency`` (N,) [rad/s], 0 for rigid modes and for a fixed
+    particle, and ``first`` (N,) the first particle of the run of each mode.
+    """
+    particles = chain.displacement.size
+    shapes[:] = 0.0
+    highest = 0.0
+    begin = 0
+    while begin < particles:
+        end = begin + 1
+        while end < particles and closed[end - 1]:
+            end += 1
+        mobile = end - begin - (1 if chain.mobility[end - 1] == 0 else 0)
+        first[begin:end] = begin
+        frequency[begin:end] = 0.0
+        if mobile:
+            free = mobile == end - begin
+            _run_modes(chain, factor, begin, mobile, free, shapes, frequency)
+            highest = max(highest, frequency[begin + mobile - 1])
+        begin = end
+    return highest
+
+
+@compiled
+def _run_modes(
+    chain: Chain, factor: Floats, begin: int, mobile: int, free: bool,
+    shapes: Floats, frequency: Floats,
+) -> None:  # fmt: skip
+    """Write the modes of the ``mobile`` particles from ``begin`` on."""
+    end = begin + mobile
+    root = np.sqrt(chain.mass[begin:end])
+    if mobile == 1 and free:
+        shapes[begin, begin] = 1.0
+        return
+    values, vectors = np.linalg.eigh(_dynamical_matrix(factor, begin, mobile, free, root))
+    if free:
+        values[0] = 0.0
+        vectors[:, 0] = root / math.sqrt(np.sum(root * root))
+    for j in range(mobile):
+        frequency[begin + j] = math.sqrt(max(values[j], 0.0))
+        for i in range(mobile):
+            shapes[begin + i, begin + j] = vectors[i, j]
+
+
+@compiled
+def _dynamical_matrix(factor: Floats, begin: int, mobile: int, free: bool, root: Floats) -> Floats:
+    """Return ``M^(-1/2) K M^(-1/2)`` of a run: forces of unit displacements, by columns."""
+    contacts = mobile - 1 if free else mobile
+    pivots = np.ascontiguousarray(factor[:, begin : begin + contacts])
+    matrix = np.zeros((mobile, mobile))
+    overlap, force = np.zeros(contacts), np.zeros(contacts)
+    for j in range(mobile):
+        overlap[:] = 0.0
+        if j < contacts:
+            overlap[j] = 1.0
+        if j > 0:
+            overlap[j - 1] = -1.0
+        substitute(overlap, pivots, force)
+        for i in range(mobile):
+            push = force[i - 1] if i > 0 else 0.0
+            pull = force[i] if i < contacts else 0.0
+            matrix[i, j] = (pull - push) / (root[i] * root[j])
+    return 0.5 * (matrix + matrix.T)
+
+
+@compiled
+def project(
+    chain: Chain, closed: Flags, shapes: Floats, frequency: Floats, first: Floats,
+    amplitudes: Floats,
+) -> None:  # fmt: skip
+    """Set the ``amplitudes`` (4, N) of the modes from the state of ``chain``.
+
+    Rows: coordinate and its rate now, acceleration of gravity, and equilibrium;
+    of rigid modes the equilibrium is not used.
+    """
+    particles = chain.displacement.size
+    u, v = chain.displacement, chain.velocity
+    last = u[particles - 1] if chain.mobility[particles - 1] == 0 else 0.0
+    for j in range(particles):
+        y = rate = pull = 0.0
+        # a run that holds on to a fixed base is measured from where the base is
+        origin = _origin(closed, int(first[j]), last)
+        for i in range(int(first[j]), particles):
+            weight = shapes[i, j] * math.sqrt(chain.mass[i])
+            y += weight * (u[i] - origin)
+            rate += weight * v[i]
+            pull += weight * chain.gravity[i]
+            if i < particles - 1 and not closed[i]:
+                break
+        amplitudes[0, j], amplitudes[1, j], amplitudes[2, j] = y, rate, pull
+        amplitudes[3, j] = pull / frequency[j] ** 2 if frequency[j] > 0 else 0.0
+
+
+@compiled
+def _origin(closed: Flags, begin: int, last: float) -> float:
+    """Return ``last`` if the run from ``begin`` reaches the end of the chain, else 0."""
+    for i in range(begin, closed.size):
+        if not closed[i]:
+            return 0.0
+    return last
+
+
+@compiled
+def state_at(
+    chain: Chain, closed: Flags, shapes: Floats, frequency: Floats,
+    amplitudes: Floats, time: float, u: Floats, v: Floats,
+) -> None:  # fmt: skip
+    """Set ``u`` and ``v`` (N,) at ``time`` [s] after the amplitudes were taken."""
+    particles = u.size
+    last = chain.displacement[particles - 1] if chain.mobility[particles - 1] == 0 else 0.0
+    y, rate = np.empty(particles), np.empty(particles)
+    for j in range(particles):
+        start, speed, pull, rest = amplitudes[:, j]
+        if frequency[j] > 0:
+            cosine, sine = math.cos(frequency[j] * time), math.sin(frequency[j] * time)
+            y[j] = rest + (start - rest) * cosine + speed / frequency[j] * sine
+            rate[j] = speed * cosine - (start - rest) * frequency[j] * sine
+        else:
+            y[j] = start + time * (speed + 0.5 * pull * time)
+            rate[j] = speed + pull * time
+    begin = 0
+    while begin < particles:
+        end = begin + 1
+        while end < particles and closed[end - 1]:
+            end += 1
+        origin = _origin(closed, begin, last)
+        for i in range(begin, end):
+            place = motion = 0.0
+            for j in range(begin, end):
+                place += shapes[i, j] * y[j]
+                motion += shapes[i, j] * rate[j]
+            scale = 1 / math.sqrt(chain.mass[i])
+            u[i] = origin + place * scale
+            v[i] = motion * scale
+        begin = end
+    if chain.mobility[particles - 1] == 0:
+        u[particles - 1], v[particles - 1] = last, 0.0
+
+
+ORDER = 22
+REACH = 1.5  # of a segment, in 1 / highest frequency: 1.5^23/23! = 4e-19
+_HALVINGS = 60
+
+
+@compiled
+def taylor_of_contacts(
+    chain: Chain, closed: Flags, factor: Floats, u: Floats, v: Floats, reach: float,
+    series: Floats,
+) -> None:  # fmt: skip
+    """Set the Taylor coefficients of every contact, in units of ``reach`` [s].
+
+    ``series`` (n, ORDER + 1) [m]: of a closed contact its force times
+    ``diagonal``, of an open one its gap; both vanish where the contact changes.
+    From the force of derivative m follows derivative m + 2 of the displacement.
+    """
+    particles = u.size
+    n = particles - 1
+    even, odd = u.copy(), v * reach
+    overlap, force = np.empty(n), np.empty(n)
+    for order in range(ORDER + 1):
+        now = even if order % 2 == 0 else odd
+        for i in range(n):
+            overlap[i] = now[i] - now[i + 1]
+        substitute(overlap, factor, force)
+        for i in range(n):
+            if closed[i]:
+                series[i, order] = chain.diagonal[i] * force[i]
+            else:
+                gap = -overlap[i]
+                if i > 0:
+                    gap += chain.beside[i - 1] * force[i - 1]
+                if i < n - 1:
+                    gap += chain.beside[i] * force[i + 1]
+                series[i, order] = gap
+        scale = reach * reach / ((order + 1) * (order + 2))
+        for i in range(particles):
+            push = force[i - 1] if i > 0 else 0.0
+            pull = force[i] if i < n else 0.0
+            fall = chain.gravity[i] if order == 0 else 0.0
+            now[i] = scale * ((push - pull) * chain.mobility[i] + fall)
+
+
+@compiled
+def first_root(coefficients: Floats, shift: float, until: float) -> float:
+    """Return the first root of ``shift + sum c_j s^j`` in [0, until], or 2 if there is none.
+
+    ``until`` is at most 1. A value that is already negative at 0 counts as a
+    root at 0.
+    """
+    rest = 0.0
+    for j in range(1, coefficients.size):
+        rest += abs(coefficients[j])
+    if coefficients[0] + shift > rest:
+        return 2.0
+    if coefficients[0] + shift <= 0:
+        return 0.0
+    bernstein = _bernstein(coefficients, shift, until)
+    low, width = 0.0, 1.0
+    stack = np.empty((_HALVINGS + 2, coefficients.size))
+    widths = np.empty(_HALVINGS + 2)
+    depth = 0
+    stack[0], widths[0] = bernstein, width
+    while depth >= 0:
+        width = widths[depth]
+        now = stack[depth]
+        if np.min(now) > 0:
+            low += width
+            depth -= 1
+        elif width < 2.0 ** (-_HALVINGS + 8) or now[0] <= 0:
+            return low * until
+        else:
+            _halve(now, stack[depth + 1])
+            widths[depth] = widths[depth + 1] = 0.5 * width
+            depth += 1
+    return 2.0
+
+
+@compiled
+def _bernstein(coefficients: Floats, shift: float, until: float) -> Floats:
+    """Return the Bernstein coefficients on [0, until] of a polynomial in powers."""
+    degree = coefficients.size - 1
+    result = coefficients.copy()
+    result[0] += shift
+    power = 1.0
+    for j in range(degree + 1):
+        result[j] *= power
+        power *= until
+    # b_k = sum_j C(k,j)/C(degree,j) c_j, by repeated summation
+    binomial = 1.0
+    for j in range(1, degree + 1):
+        binomial *= (degree - j + 1) / j
+        result[j] /= binomial
+    for level in range(1, degree + 1):
+        for k in range(degree, level - 1, -1):
+            result[k] += result[k - 1]
+    return result
+
+
+@compiled
+def _halve(now: Floats, left: Floats) -> None:
+    """Split at the middle (de Casteljau): ``left`` takes the first half, ``now`` the second."""
+    degree = now.size - 1
+    for level in range(degree + 1):
+        left[level] = now[0]
+        for k in range(degree - level):
+            now[k] = 0.5 * (now[k] + now[k + 1])
+
+
+class Motion(NamedTuple):
+    """Arrays of the motion between two changes: the contact set, its forces and its modes."""
+
+    closed: Flags  # (n,)
+    factor: Floats  # (3, n)
+    overlap: Floats  # (n,) [m]
+    force: Floats  # (n,) [N]
+    shapes: Floats  # (N, N)
+    frequency: Floats  # (N,) [rad/s]
+    first: Floats  # (N,)
+    amplitudes: Floats  # (4, N)
+    series: Floats  # (n, ORDER + 1)
+    x: Floats  # (N,) [m] where the search for the next change stands
+    w: Floats  # (N,) [m/s]
+    y: Floats  # (N,) [m] at a sample
+    z: Floats  # (N,) [m/s]
+    counts: Counts  # rows of the record, samples, changes in no time
+    time: Floats  # (1,) [s] of the last change
+
+
+def motion_of(chain: Chain, closed: Flags) -> Motion:
+    """Return the arrays of a chain at its start, with the contacts (n,) that are ``closed``."""
+    u, v = chain.displacement, chain.velocity
+    particles, n = u.size, u.size - 1
+    return Motion(
+        closed, np.zeros((3, n)), np.zeros(n), np.zeros(n),
+        np.zeros((particles, particles)), np.zeros(particles), np.zeros(particles),
+        np.zeros((4, particles)), np.zeros((n, ORDER + 1)),
+        u.copy(), v.copy(), u.copy(), v.copy(), np.zeros(3, np.int64), np.zeros(1),
+    )  # fmt: skip
+
+
+# a contact changes when its force or gap is this far below 0, as a part of the
+# scale of displacements: above the rounding of the modes, below all else
+_SLACK = 1e-13
+
+_UNSETTLED = -2
+"""In place of a contact that changes."""
+
+
+MOST_PARTICLES = 5000
+"""Of a tower: the modes take 8 bytes for each pair of particles."""
+
+CUBES = 1e8
+"""Particles to the third power, times changes of contact, between two looks for an interrupt."""
+
+
+def run(
+    tower: Tower,
+    duration: float,
+    *,
+    samples: int | None = None,
+    profiles: bool = False,
+    told: Told = lambda *_: None,
+) -> TowerRun:
+    """Run ``tower`` for ``duration`` [s] and return its samples.
+
+    There are ``samples`` at equal distances (1000 per t0 if not given), one at
+    each change of contacts and one whenever the distance of grain and base turns. ``told`` is
+    called with the samples done and all of them. Raise RequestError for a duration or a number of
+    particles that cannot be, and where it cannot be told which contacts touch.
+    """
+    if not (math.isfinite(duration) and duration > 0):
+        raise RequestError(f"duration = {duration} s: must be finite and greater than 0")
+    if tower.particles > MOST_PARTICLES:
+        raise RequestError(
+            f"height = {tower.height}: must be less than {MOST_PARTICLES} for the exact solver"
+        )
+    wanted = wanted_samples(samples, duration / tower.contact_time)
+    chain = assemble(tower)
+    blank = blank_record(wanted + 64, tower.particles, profiles)
+    record, rows = propagate(chain, blank, duration, wanted, told)
+    if rows < 0:
+        raise RequestError(
+            f"duration = {duration:.6g} s: which contacts of {tower.particles} particles touch "
+            "cannot be told to rounding before that; a shorter run, or rk4, can be"
+        )
+    order = np.argsort(record.rows[:rows, 0], kind="stable")
+    sorted_record = Record(*(part[order] if part.shape[0] else part for part in record))
+    return as_run(tower, "exact", None, sorted_record, rows, chain)
+
+
+def propagate(
+    chain: Chain, record: Record, duration: float, samples: int, told: Told = lambda *_: None
+) -> tuple[Record, int]:
+    """Advance ``chain`` in place; return the record and its rows, -1 if contacts do not settle."""
+    u, v = chain.displacement, chain.velocity
+    particles, motion = u.size, motion_of(chain, u[:-1] - u[1:] > _SLACK * chain.length)
+    changes, changed = math.ceil(CUBES / particles**3), 0
+    while changed >= 0:
+        record, changed = shielded(_advance, chain, motion, record, duration, samples, changes)
+        told(int(motion.counts[1]), samples)
+    if changed == _UNSETTLED:
+        return record, -1
+    told(samples, samples)
+    return _sampled(chain, motion, record, duration, u, v), int(motion.counts[0])
+
+
+@compiled
+def _advance(
+    chain: Chain, motion: Motion, record: Record, duration: float, samples: int, changes: int
+) -> tuple[Record, int]:
+    """Go through so many changes of contact; return the last contact that changed, -1 at the end.
+
+    ``_UNSETTLED`` where contacts do not settle.
+    """
+    u, v = chain.displacement, chain.velocity
+    closed, overlap, force, n = motion.closed, motion.overlap, motion.force, u.size - 1
+    changed = 0
+    for _ in range(changes):
+        for i in range(n):
+            overlap[i] = u[i] - u[i + 1]
+        slack = _SLACK * max(chain.length, np.max(np.abs(u)))
+        # stricter than what the search allows: the new set is not at its own edge
+        settled = solve(
+            overlap, chain.diagonal, chain.beside, closed, motion.factor, force, 0.25 * slack
+        )
+        if settled < 0 or motion.counts[2] > 4 * n + 16:
+            return record, _UNSETTLED
+        highest = decompose(
+            chain, closed, motion.factor, motion.shapes, motion.frequency, motion.first
+        )
+        project(chain, closed, motion.shapes, motion.frequency, motion.first, motion.amplitudes)
+        record, time = with_room(record, motion.counts[0]), motion.time[0]
+        write_sample(record, motion.counts[0], time, chain, u, v, overlap, force)
+        motion.counts[0] += 1
+        record, local, changed = _until_change(
+            chain, motion, record, time, duration, samples, slack, highest
+        )
+        u[:], v[:] = motion.x, motion.w
+        motion.time[0] = time + local
+        if changed < 0:
+            break
+        # many changes in no time, to rounding, would never end
+        motion.counts[2] = motion.counts[2] + 1 if local * highest < 1e-9 else 0
+        closed[changed] = not closed[changed]
+    return record, changed
+
+
+@compiled
+def _until_change(
+    chain: Chain, motion: Motion, record: Record, time: float,
+    duration: float, samples: int, slack: float, highest: float,
+) -> tuple[Record, float, int]:  # fmt: skip
+    """Move on from ``time`` [s] to the next change of contacts or the end, writing samples.
+
+    Return the record, how long it took [s] and the contact that changes, -1 at the end.
+    ``highest`` is the highest frequency [rad/s], 0 where nothing touches.
+    """
+    x, w, y, z, n = motion.x, motion.w, motion.y, motion.z, motion.closed.size
+    x[:], w[:] = chain.displacement, chain.velocity
+    local, changed, ended = 0.0, -1, False
+    while changed < 0 and not ended:
+        reach = duration - time - local
+        if highest > 0:
+            reach = min(reach, REACH / highest)
+        changed, root = _next_change(chain, motion, reach, slack)
+        until = local + reach * root
+        ended = changed < 0 and time + until >= duration * (1 - 1e-14)
+        if ended:
+            until = duration - time
+        before = w[0] - w[n]
+        _state_at(chain, motion, until, x, w)
+        if before * (w[0] - w[n]) < 0:
+            at = _turn(chain, motion, local, until)
+            record = _sampled(chain, motion, record, time + at, y, z)
+        sample = motion.counts[1]
+        while (sample + 1) * duration / samples < time + until and sample + 1 < samples:
+            sample += 1
+            at = sample * duration / samples - time
+            _state_at(chain, motion, at, y, z)
+            record = _sampled(chain, motion, record, time + at, y, z)
+        motion.counts[1] = sample
+        local = until
+    return record, local, changed
+
+
+@compiled
+def _sampled(
+    chain: Chain, motion: Motion, record: Record, time: float, u: Floats, v: Floats
+) -> Record:
+    """Return the record with a sample of the state ``u`` and ``v`` (N,)."""
+    row = motion.counts[0]
+    record = with_room(record, row)
+    for i in range(motion.overlap.size):
+        motion.overlap[i] = u[i] - u[i + 1]
+    substitute(motion.overlap, motion.factor, motion.force)
+    write_sample(record, row, time, chain, u, v, motion.overlap, motion.force)
+    motion.counts[0] = row + 1
+    return record
+
+
+@compiled
+def _state_at(chain: Chain, motion: Motion, time: float, u: Floats, v: Floats) -> None:
+    """Set ``u`` and ``v`` (N,) at ``time`` [s] after the last change of contacts."""
+    state_at(chain, motion.closed, motion.shapes, motion.frequency, motion.amplitudes, time, u, v)
+
+
+@compiled
+def _next_change(chain: Chain, motion: Motion, reach: float, slack: float) -> tuple[int, float]:
+    """Return the contact that changes first within ``reach`` [s] and when, as a part of it.
+
+    Return -1 and 1 if none does.
+    """
+    series = motion.series
+    taylor_of_contacts(chain, motion.closed, motion.factor, motion.x, motion.w, reach, series)
+    changed, root = -1, 1.0
+    for i in range(motion.closed.size):
+        found = first_root(series[i], slack, root)
+        if found < root:
+            changed, root = i, found
+    return changed, root
+
+
+@compiled
+def _turn(chain: Chain, motion: Motion, low: float, high: float) -> float:
+    """Return when, between ``low`` and ``high`` [s], the distance of grain and base turns.
+
+    Leaves the state then in ``motion.y`` and ``motion.z``.
+    """
+    y, z, n = motion.y, motion.z, motion.closed.size
+    _state_at(chain, motion, low, y, z)
+    sign = 1.0 if z[0] - z[n] > 0 else -1.0
+    middle = low
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        _state_at(chain, motion, middle, y, z)
+        if sign * (z[0] - z[n]) > 0:
+            low = middle
+        else:
+            high = middle
+    return middle

@@ -1,0 +1,143 @@
+"""One grain on fixed spheres: state, contact, acceleration.
+
+The normal contact: linear or Hertz's spring with its dashpot, the tail kept or clipped.
+
+One grain on an endless row of fixed spheres, or on one: state, system, acceleration.
+
+On a row two spheres are enough: a grain between the centres of two neighbours is a
+diameter or more away from every other, along the row alone.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from harness.compiled import compiled
+from harness.parameters.law import Contact, hertz
+from harness.parameters.plane_scene import Scene
+
+
+@compiled
+def normal_force(
+    overlap: float, separation_speed: float, stiffness: float, damping: float, clipped: bool
+) -> float:
+    """Return k delta - eta * separation speed [N] of two spheres that touch; clipped: never < 0."""
+    force = stiffness * overlap - damping * separation_speed
+    if clipped and force < 0.0:
+        return 0.0
+    return force
+
+
+@compiled
+def hertz_force(
+    overlap: float, separation_speed: float, coefficient: float, damping: float, clipped: bool
+) -> float:
+    """Return K delta^(3/2) - K A sqrt(delta) separation speed [N]; ``damping`` is K A.
+
+    Nothing where there is no overlap.
+    """
+    root = math.sqrt(max(overlap, 0.0))
+    force = root * (coefficient * overlap - damping * separation_speed)
+    if clipped and force < 0.0:
+        return 0.0
+    return force
+
+
+ROUNDING = 1e-15
+"""Overlaps [d] up to this are no contact, as in MFiX: a start that just touches shall not be
+held back by an attractive tail because of its last digit."""
+
+
+class Grain(NamedTuple):
+    """Position [m] and velocity [m/s], and an acceleration [m/s2] that some methods remember.
+
+    x runs along the row from the centre of a fixed sphere, y normal to it from
+    the line of centres.
+    """
+
+    x: float
+    y: float
+    vx: float
+    vy: float
+    ax: float = 0.0
+    ay: float = 0.0
+
+
+class Row(NamedTuple):
+    """The system in SI units: spheres, contact, and the two components of gravity [m/s2].
+
+    ``stiffness`` and ``damping`` are k [N/m] and eta [N s/m] of the linear spring; with
+    ``hertz`` they are K [N/m^(3/2)] and K A. ``contact_time`` [s] is pi sqrt(m/k). ``single``
+    says that there is one fixed sphere, at the origin, and no row.
+    """
+
+    diameter: float
+    mass: float
+    stiffness: float
+    damping: float
+    clipped: bool
+    along: float
+    normal: float
+    hertz: bool
+    contact_time: float
+    single: bool = False
+
+
+def row_of(scene: Scene) -> Row:
+    """Return the system of a scene that :func:`.statement.unstated` accepts.
+
+    Raise RequestError for a Hertz spring without a speed that sets its scale.
+    """
+    mass, zeta, stiffness = float(scene.mass[0]), scene.damping_ratio, scene.stiffness
+    effective = 0.5 * mass if scene.effective_mass == "half" else mass
+    spring, dashpot = stiffness, 2.0 * zeta * math.sqrt(stiffness * effective)
+    if scene.spring == "Hertz":
+        contact = Contact(damping_ratio=zeta, effective_mass=scene.effective_mass)
+        law = hertz(contact, stiffness, mass, scene.hertz_speed)
+        spring, dashpot = law.coefficient, law.coefficient * law.relaxation
+    return Row(
+        diameter=float(scene.diameter[0]),
+        mass=mass,
+        stiffness=spring,
+        damping=dashpot,
+        clipped=scene.tail == "clipped",
+        along=scene.gravity[0],
+        normal=scene.gravity[1],
+        hertz=scene.spring == "Hertz",
+        contact_time=math.pi * math.sqrt(mass / stiffness),
+        single=scene.period is None,
+    )
+
+
+@compiled
+def acceleration(x: float, y: float, vx: float, vy: float, row: Row) -> tuple[float, float]:
+    """Return the acceleration [m/s2] of a grain at (x, y) that moves with (vx, vy)."""
+    if row.single:
+        fx, fy = _push(x, y, vx, vy, row)
+        return fx / row.mass + row.along, fy / row.mass + row.normal
+    behind = row.diameter * math.floor(x / row.diameter)
+    fx, fy = _push(x - behind, y, vx, vy, row)
+    gx, gy = _push(x - behind - row.diameter, y, vx, vy, row)
+    return (fx + gx) / row.mass + row.along, (fy + gy) / row.mass + row.normal
+
+
+@compiled
+def _push(dx: float, dy: float, vx: float, vy: float, row: Row) -> tuple[float, float]:
+    """Return the force [N] of a fixed sphere on the grain that stands (dx, dy) from it."""
+    square = dx * dx + dy * dy
+    reach = row.diameter * (1.0 - ROUNDING)
+    if square >= reach * reach:
+        return 0.0, 0.0
+    distance = math.sqrt(square)
+    nx, ny = dx / distance, dy / distance
+    force = contact_force(row.diameter - distance, vx * nx + vy * ny, row, row.clipped)
+    return force * nx, force * ny
+
+
+@compiled
+def contact_force(overlap: float, separation_speed: float, row: Row, clipped: bool) -> float:
+    """Return the force [N] of a contact, by the row's law."""
+    if row.hertz:
+        return hertz_force(overlap, separation_speed, row.stiffness, row.damping, clipped)
+    return normal_force(overlap, separation_speed, row.stiffness, row.damping, clipped)

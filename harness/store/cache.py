@@ -1,0 +1,314 @@
+"""The cache of engines' outputs: as bytes, around an engine, listed and cleared.
+
+Convert outputs of engines to bytes and back, exactly: arrays as npz, the rest as JSON.
+
+Wrap an engine with a cache: outputs of earlier runs are read, only the other jobs are run.
+
+List and clear the cache: results by case, environments of releases, compiled kernels.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import inspect
+import io
+import json
+import threading
+import zipfile
+import zlib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from harness.engines import process
+from harness.engines.contract import Engine, Job
+from harness.engines.output import Output
+from harness.errors import EngineError
+from harness.files import KERNELS
+from harness.observables.provenance import Provenance
+from harness.store.entries import (
+    ASIDE,
+    PRUNING,
+    RECORD,
+    ROOT,
+    Entries,
+    digest_of_tree,
+    key_of,
+    machine,
+    source_digest,
+    versions,
+)
+
+FACTS = "facts"
+OUTPUT_ERRORS = (ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, zlib.error)
+"""What unpacking raises for bytes that are not those of an output."""
+
+
+def pack_output(output: Output, template: str = "") -> bytes:
+    """Return an output as bytes; ``template`` says what was run, for who looks into the cache."""
+    arrays: dict[str, NDArray[Any]] = {}
+    tables: dict[str, dict[str, str]] = {}
+    for table, columns in output.tables.items():
+        alike: dict[tuple[np.dtype[Any], tuple[int, ...]], list[str]] = {}
+        for column, values in columns.items():
+            alike.setdefault((values.dtype, values.shape), []).append(column)
+        tables[table] = dict.fromkeys(columns, "")
+        for names in alike.values():  # one array for all: each has its own cost
+            place = f"array {len(arrays)}"
+            arrays[place] = np.stack([columns[name] for name in names])
+            tables[table] |= {name: f"{place}/{row}" for row, name in enumerate(names)}
+    facts = {
+        "results": output.results,
+        "provenance": {f.name: getattr(output.provenance, f.name) for f in fields(Provenance)},
+        "tables": tables,
+        "log": output.log,
+        "seconds": output.seconds,
+        "title": output.title,
+        "ranks": output.ranks,
+        "template": template,
+    }
+    stream = io.BytesIO()
+    text = np.frombuffer(zlib.compress(json.dumps(facts).encode(), 1), dtype=np.uint8)
+    np.savez(stream, allow_pickle=False, **{FACTS: text}, **arrays)
+    return stream.getvalue()
+
+
+def unpack_output(data: bytes) -> Output:
+    """Return the output from its bytes; ``seconds`` are those of the run when it was made.
+
+    Raise one of :data:`DECODE_ERRORS` when the bytes are not those of an output.
+    """
+    with np.load(io.BytesIO(data), allow_pickle=False) as stored:
+        arrays = {name: stored[name] for name in stored.files}
+    facts: dict[str, Any] = json.loads(zlib.decompress(arrays[FACTS].tobytes()))
+    who = facts["provenance"]
+    return Output(
+        results=tuple((name, text) for name, text in facts["results"]),
+        provenance=Provenance(**{**who, "packages": tuple(who["packages"])}),
+        tables={
+            table: {column: _array(arrays, place) for column, place in columns.items()}
+            for table, columns in facts["tables"].items()
+        },
+        log=facts["log"],
+        seconds=facts["seconds"],
+        title=facts["title"],
+        ranks=facts.get("ranks", 1),
+    )
+
+
+def _array(arrays: Mapping[str, NDArray[Any]], place: str) -> NDArray[Any]:
+    """Return a column: a row of one of the arrays, or all of one in entries of earlier releases."""
+    name, _, row = place.partition("/")
+    return arrays[name][int(row)] if row else arrays[name]
+
+
+SOURCES = ("parameters", "observables", "engines")
+"""Folders of source that turn a job into an output: edited, every job is run again."""
+
+
+class CachedEngine(Engine):
+    """Wraps an engine; each output is kept as soon as it is there, errors are not.
+
+    An interrupted command so goes on where it stopped. ``fresh`` reads nothing
+    and keeps all the same. ``ran`` and ``read`` count the runs. The wall time
+    in an output that was read is that of the run when it was made.
+    """
+
+    def __init__(self, engine: Engine, entries: Entries, *, fresh: bool = False) -> None:
+        self.traits = engine.traits
+        self.ran = 0
+        self.read = 0
+        self._engine = engine
+        self._entries = entries
+        self._fresh = fresh
+        self._lock = threading.Lock()
+
+    def __getattribute__(self, attribute: str) -> Any:
+        """Return what is the wrapped engine's: its name, and all that needs no run."""
+        if attribute in _PASSED_ON:
+            return getattr(object.__getattribute__(self, "_engine"), attribute)
+        return object.__getattribute__(self, attribute)
+
+    def identify(self) -> Provenance:
+        """Return what the engine says of itself."""
+        return self._engine.identify()
+
+    def run(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
+        """Return the outputs in order, those kept without running them."""
+        self._engine.check(jobs)
+        who = self._engine.fingerprint()
+        if who is None:
+            return self._counted(self._engine.run(jobs))
+        keys = [run_key(self._engine, job, who) for job in jobs]
+        results: dict[int, Output | EngineError] = {}
+        for index, key in enumerate(keys):
+            kept = None if self._fresh else self._kept(key)
+            if kept is not None:
+                results[index] = kept
+        missing = [index for index in range(len(jobs)) if index not in results]
+        made = self._counted(self._engine.run([jobs[i] for i in missing])) if missing else []
+        for index, output in zip(missing, made, strict=True):
+            results[index] = output
+            if isinstance(output, Output):
+                self._entries.put(keys[index], pack_output(output, jobs[index].template.name))
+        return [results[index] for index in range(len(jobs))]
+
+    def kept(self, jobs: Sequence[Job]) -> dict[int, Output]:
+        """Return the outputs that are kept, by the places of their jobs; nothing is run."""
+        who = self._engine.fingerprint()
+        if who is None or self._fresh:
+            return {}
+        found = ((i, self._kept(run_key(self._engine, j, who))) for i, j in enumerate(jobs))
+        return {place: output for place, output in found if output is not None}
+
+    def on_ranks(self, ranks: int) -> Engine:
+        """Return the engine on so many MPI ranks, whose outputs are kept as well."""
+        return CachedEngine(self._engine.on_ranks(ranks), self._entries, fresh=self._fresh)
+
+    def close(self) -> None:
+        """End the engine's processes."""
+        self._engine.close()
+
+    def _kept(self, key: str) -> Output | None:
+        data = self._entries.get(key)
+        if data is None:
+            return None
+        try:
+            output = unpack_output(data)
+        except OUTPUT_ERRORS as error:
+            self._entries.drop(key, f"not a run: {error}")
+            return None
+        with self._lock:
+            self.read += 1
+        return output
+
+    def _counted(self, results: list[Output | EngineError]) -> list[Output | EngineError]:
+        with self._lock:
+            self.ran += len(results)
+        return results
+
+
+_PASSED_ON = frozenset(
+    (
+        *("name", "title", "states", "refuses", "check", "fingerprint", "fingerprint_of"),
+        *("ready", "workers", "resumes", "resumed_at", "srun_mpi"),
+        *("twin", "twin_options", "script_digest", "inputs", "logs", "variations"),
+    )
+)
+
+
+def run_key(engine: Engine, job: Job, who: Mapping[str, Any]) -> str:
+    """Return the key of a run: job, engine ``who``, platform, and the source that reads it."""
+    template = job.template
+    return key_of(
+        {
+            "template": [template.package, template.name],
+            "variant": job.variant,
+            "defaults": dict(template.variants.get(job.variant or template.main, {})),
+            "values": dict(job.values),
+            "sampled": job.sampled,
+            "script": engine.script_digest(job) or _source_of_scene(job),
+            "engine": dict(who),
+            "machine": machine(),
+            "packages": versions("numpy", "pandas"),
+            "source": source_digest(*SOURCES),
+        }
+    )
+
+
+def _source_of_scene(job: Job) -> str:
+    """Return the digest of the source beside the function that makes a job's scene."""
+    file = inspect.getsourcefile(job.template.scene) if job.template.scene else None
+    folder = Path(file).resolve().parent if file else ROOT
+    if folder.is_relative_to(ROOT):
+        return source_digest(folder.relative_to(ROOT).parts[0]) if folder != ROOT else ""
+    return digest_of_tree(folder)
+
+
+Sort = Literal["run", "verification", "environment", "kernel", "other"]
+
+
+@dataclass(frozen=True)
+class Kept:
+    """One thing in the cache: where it is, of which cases, its size and its last use."""
+
+    path: Path
+    sort: Sort
+    size: int  # [bytes]
+    used: float  # [s since 1970]
+    cases: tuple[str, ...] = ()
+
+    def clear(self) -> bool:
+        """Remove it; return whether it is gone. One that is in use stays."""
+        try:
+            if self.sort == "environment":
+                process.drop(self.path)
+                for lock in process.LOCKS:
+                    self.path.with_name(self.path.name + lock).unlink(missing_ok=True)
+            else:
+                self.path.unlink(missing_ok=True)
+        except OSError:
+            return False
+        return True
+
+
+def contents(folder: Path) -> list[Kept]:
+    """Return what the cache in a folder holds; of another folder nothing, whatever is in it."""
+    found = list(_kernels(folder))
+    if (folder / ASIDE).is_dir():
+        found += [*_results(folder), *_environments(folder)]
+    return found
+
+
+def clear(folder: Path, found: Iterable[Kept]) -> list[Kept]:
+    """Remove things of the cache in a folder, and folders that are empty then; return the gone."""
+    gone = [one for one in found if one.clear()]
+    if gone and not contents(folder):
+        (folder / PRUNING).unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            (folder / ASIDE).rmdir()
+    parents = {p for one in gone for p in one.path.parents if p.is_relative_to(folder)}
+    for path in sorted(parents, reverse=True):
+        with contextlib.suppress(OSError):
+            path.rmdir()
+    return gone
+
+
+def _results(folder: Path) -> Iterator[Kept]:
+    for path in sorted(folder.glob("[0-9a-f][0-9a-f]/" + "[0-9a-f]" * 64)):
+        with contextlib.suppress(OSError):
+            state = path.stat()
+            sort, cases = _told(path)
+            yield Kept(path, sort, state.st_size, state.st_mtime, cases)
+
+
+def _told(path: Path) -> tuple[Sort, tuple[str, ...]]:
+    """Return what an entry is, and its cases; both kinds are zip files behind a head."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            if RECORD in archive.namelist():
+                return "verification", tuple(json.loads(archive.read(RECORD))["cases"])
+            with archive.open(f"{FACTS}.npy") as file:
+                facts = np.lib.format.read_array(file, allow_pickle=False)
+        template = json.loads(zlib.decompress(facts.tobytes())).get("template", "")
+    except OUTPUT_ERRORS:
+        return "other", ()
+    return "run", (template,) if template else ()
+
+
+def _environments(folder: Path) -> Iterator[Kept]:
+    for home in sorted((folder / process.FOLDER).glob("*/")):
+        with contextlib.suppress(OSError):
+            used, size = process.last_use_and_size(home)
+            yield Kept(home, "environment", size, used)
+
+
+def _kernels(folder: Path) -> Iterator[Kept]:
+    for path in sorted((folder / KERNELS).rglob("*.nb[ci]")):
+        with contextlib.suppress(OSError):
+            state = path.stat()
+            yield Kept(path, "kernel", state.st_size, state.st_mtime)

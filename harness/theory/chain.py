@@ -1,0 +1,264 @@
+"""Closed forms of chains of particles: free rows, towers, the shock of a base.
+
+A linear elastic contact of two spheres, in closed form.
+
+The source calls this case without analytical solution; it is a half-wave.
+
+A grain that hits a free row of equal, just touching particles, without gravity.
+
+Velocities after all contacts have opened, as parts of the grain's speed. They
+do not depend on mass or stiffness. A mode expansion holds while the contacts
+stay as they are; the first contact that opens ends it, and what is left of the
+row goes on with modes of its own.
+
+A grain that hits a row without end, overlap law, no gravity: Bessel functions.
+
+Schroedinger's chain: ``u_j'' = omega^2 (u_(j-1) - 2 u_j + u_(j+1))`` with a free
+end gives ``v1 = 2 J1(tau)/tau`` for ``tau = 2 omega t``. No contact opens before
+the grain's own, so this holds until the grain leaves, at the first zero of J2.
+A finite tower obeys it until the echo from its base is back.
+
+The shock in the well: the part of the kinetic energy that is left after it.
+
+In the well the velocity must turn by 60 deg: cos 60 = 1/2 of it is tangential
+to the new contact and survives, sin 60 = sqrt(3)/2 is normal to it and comes
+back times the restitution e. The source prints two formulas that disagree;
+both readings are kept, named for what they are:
+
+``kept``
+    the shock is the energy after over the energy before;
+``lost``
+    the shock is built from the velocity lost, ((v' - v)/v')^2, as the source's
+    equations for the shock print it. It agrees with ``kept`` at v = v'/2 only.
+
+A tower of equal particles on a fixed base: at rest, its modes, its stiffness.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import expm
+from scipy.optimize import brentq
+from scipy.special import jn_zeros, jv
+
+from harness.errors import RequestError
+
+
+def contact_time(mass: float, stiffness: float) -> float:
+    """Return how long two free equal spheres touch [s], ``pi / sqrt(2) sqrt(m/k)``."""
+    return math.pi * math.sqrt(mass / (2 * stiffness))
+
+
+def peak_overlap(mass: float, stiffness: float, speed: float) -> float:
+    """Return the largest overlap of two free equal spheres [m], ``v sqrt(m / 2k)``."""
+    return speed * math.sqrt(mass / (2 * stiffness))
+
+
+def contact_time_on_fixed(mass: float, stiffness: float, speed: float, gravity: float) -> float:
+    """Return t0, how long a grain under gravity touches one fixed particle [s].
+
+    ``(2/omega) (pi - atan(v0 omega / g))`` with ``omega = sqrt(k/m)``.
+    """
+    omega = math.sqrt(stiffness / mass)
+    return 2 / omega * (math.pi - math.atan2(speed * omega, gravity))
+
+
+def impulse_on_fixed(mass: float, stiffness: float, speed: float, gravity: float) -> float:
+    """Return the impulse of that contact on the grain [N s], ``2 m v0 + m g t0``."""
+    t0 = contact_time_on_fixed(mass, stiffness, speed, gravity)
+    return 2 * mass * speed + mass * gravity * t0
+
+
+def peak_force_on_fixed(mass: float, stiffness: float, speed: float, gravity: float) -> float:
+    """Return the largest force of that contact [N], ``m g + sqrt((m g)^2 + k m v0^2)``."""
+    weight = mass * gravity
+    return weight + math.sqrt(weight**2 + stiffness * mass * speed**2)
+
+
+Floats = NDArray[np.float64]
+
+_STEP = 5e-3
+_SCAN = 4_000  # steps without a change: all have parted
+_NOTHING = 1e-14
+
+
+def final_velocities(particles: int, deformable: bool = False) -> Floats:
+    """Return the final velocities (N,) [1] for a grain of speed 1.
+
+    Linear motion between changes of contact by matrix exponentials, the changes
+    by bracketing on a fine grid: slow, and shares nothing with the solvers.
+    Meant for a handful of particles. Time is in sqrt(m/k).
+    """
+    u, v = np.zeros(particles), np.zeros(particles)
+    v[0] = 1.0
+    # just touching, the row closes as far as the push reaches: the grain's contact
+    # alone under the deformable law, where it pulls the next one open
+    contacts = particles - 1
+    closed = np.zeros(contacts, dtype=bool)
+    closed[: 1 if deformable else contacts] = True
+    law = compliance(contacts, deformable)
+    while True:
+        change = _next_change(u, v, closed, law)
+        if change is None:
+            return v
+        time, contact = change
+        u, v = _propagate(u, v, closed, law, time)
+        closed[contact] = not closed[contact]
+
+
+def compliance(contacts: int, deformable: bool) -> Floats:
+    """Return A (n, n): overlaps ``A f`` at unit stiffness; tridiag(1/2, 1, 1/2) or 1."""
+    beside = np.full(contacts - 1, 0.5 if deformable else 0.0)
+    return np.diag(np.ones(contacts)) + np.diag(beside, 1) + np.diag(beside, -1)
+
+
+def _forces_matrix(closed: NDArray[np.bool_], law: Floats) -> Floats:
+    """Return the matrix (n, N) from displacements to contact forces."""
+    contacts = closed.size
+    overlap = np.eye(contacts, contacts + 1) - np.eye(contacts, contacts + 1, 1)
+    force = np.zeros((contacts, contacts + 1))
+    held = np.flatnonzero(closed)
+    if held.size:
+        force[held] = np.linalg.solve(law[np.ix_(held, held)], overlap[held])
+    return force
+
+
+def _propagate(
+    u: Floats, v: Floats, closed: NDArray[np.bool_], law: Floats, time: float
+) -> tuple[Floats, Floats]:
+    """Return displacements and velocities (N,) after ``time``."""
+    state = _propagator(closed, law, time) @ np.concatenate((u, v))
+    return state[: u.size], state[u.size :]
+
+
+def _propagator(closed: NDArray[np.bool_], law: Floats, time: float) -> Floats:
+    """Return the matrix (2N, 2N) that carries displacements and velocities over ``time``."""
+    n = closed.size + 1
+    difference = np.eye(n - 1, n) - np.eye(n - 1, n, 1)
+    generator = np.zeros((2 * n, 2 * n))
+    generator[:n, n:] = np.eye(n)
+    generator[n:, :n] = -difference.T @ _forces_matrix(closed, law)
+    return np.asarray(expm(generator * time))
+
+
+def _next_change(
+    u: Floats, v: Floats, closed: NDArray[np.bool_], law: Floats
+) -> tuple[float, int] | None:
+    """Return when a contact changes first, and which one; None if none does any more."""
+    n = u.size
+    force = _forces_matrix(closed, law)
+    overlap = np.eye(n - 1, n) - np.eye(n - 1, n, 1)
+    # force of a closed contact, gap of an open one: both vanish at a change
+    sense = np.where(closed[:, None], force, law @ force - overlap)
+    now, rate = u, v
+    advance = _propagator(closed, law, _STEP)
+    for count in range(_SCAN):
+        state = advance @ np.concatenate((now, rate))
+        later, later_rate = state[:n], state[n:]
+        crossed = np.flatnonzero(sense @ later < -_NOTHING)
+        if crossed.size:
+            roots = [_root(sense[c], now, rate, closed, law) for c in crossed]
+            first = int(np.argmin(roots))
+            return count * _STEP + roots[first], int(crossed[first])
+        now, rate = later, later_rate
+    return None
+
+
+def _root(sense: Floats, u: Floats, v: Floats, closed: NDArray[np.bool_], law: Floats) -> float:
+    """Return when, within a step, ``sense`` times the displacements falls to 0."""
+
+    def value(time: float) -> float:
+        return float(sense @ _propagate(u, v, closed, law, time)[0])
+
+    return float(brentq(value, 0.0, _STEP, xtol=1e-15, rtol=1e-15)) if value(0.0) > 0 else 0.0
+
+
+DETACHMENT_TAU = float(jn_zeros(2, 1)[0])  # 5.135622
+DETACHMENT_VELOCITY = float(2 * jv(1, DETACHMENT_TAU) / DETACHMENT_TAU)  # -0.1322795
+
+
+def grain_velocity(tau: ArrayLike) -> NDArray[np.float64]:
+    """Return the velocity of the grain [1], as a part of its speed, while in contact."""
+    return _ratio(1, 2.0, np.asarray(tau, dtype=float), 1.0)
+
+
+def grain_force(tau: ArrayLike) -> NDArray[np.float64]:
+    """Return the contact force on the grain [1], in m omega v0, ``4 J2(tau)/tau``."""
+    return _ratio(2, 4.0, np.asarray(tau, dtype=float), 0.0)
+
+
+def _ratio(
+    order: int, factor: float, tau: NDArray[np.float64], at_zero: float
+) -> NDArray[np.float64]:
+    """Return ``factor J(tau)/tau``, ``at_zero`` where tau is 0."""
+    result = np.full_like(tau, at_zero)
+    np.divide(factor * jv(order, tau), tau, out=result, where=tau != 0)
+    return result
+
+
+Reading = Literal["kept", "lost"]
+
+SHOCK_WITHOUT_REBOUND = 0.25
+"""Energy ratio of the shock at e = 0: cos(60 deg)^2."""
+
+
+def shock_from_restitution(restitution: float, reading: Reading = "kept") -> float:
+    """Return the shock of a rebound with normal restitution e (source, eqs. of the shock).
+
+    Raise RequestError unless 0 <= e <= 1.
+    """
+    if not 0.0 <= restitution <= 1.0:
+        raise RequestError(f"restitution = {restitution!r} is not allowed: must be from 0 to 1")
+    return _shock(math.sqrt(0.25 + 0.75 * restitution**2), reading)
+
+
+def shock_from_impulse_ratio(ratio: float, reading: Reading = "lost") -> float:
+    """Return the shock when the impulse is alpha times that of a rigid base (source, eq. of alpha).
+
+    The post-shock velocity v'/2 is rescaled by alpha = J(n)/J(1). ``lost``
+    puts it into the source's shock, (1 - alpha/2)^2; ``kept`` takes it at its
+    word, (alpha/2)^2. Their critical angles move in opposite directions.
+
+    Raise RequestError unless 0 < alpha < 2, where both are between 0 and 1.
+    """
+    if not 0.0 < ratio < 2.0:
+        raise RequestError(
+            f"impulse-ratio = {ratio!r} is not allowed: must be greater than 0 and less than 2"
+        )
+    return _shock(ratio / 2.0, reading)
+
+
+def _shock(velocity_ratio: float, reading: Reading) -> float:
+    """Return the shock from v/v' in one of the two readings."""
+    if reading == "kept":
+        return velocity_ratio**2
+    if reading == "lost":
+        return (1.0 - velocity_ratio) ** 2
+    raise RequestError(f"reading = {reading!r} is not allowed: must be 'kept' or 'lost'")
+
+
+def static_forces(contacts: int, mass: float, gravity: float) -> Floats:
+    """Return the contact forces at rest (n,) [N]: the weight above, under either law."""
+    return np.arange(1.0, contacts + 1) * (mass * gravity)
+
+
+def series_stiffness(contacts: int, stiffness: float, deformable: bool) -> float:
+    """Return force over approach of the outer centres [N/m] of M contacts in series.
+
+    Overlap law k/M. Deformable law k/(2M-1): each of the M - 1 particles in
+    between is pressed from both sides and so shortened by 2f/k, the outer two,
+    of which one half counts, by f/k. The source's k/n is neither.
+    """
+    return stiffness / (2 * contacts - 1 if deformable else contacts)
+
+
+def contact_time_of_gamma(gamma: float) -> float:
+    """Return omega t0 [1] of a grain on one fixed particle, ``2 (pi - atan(1/Gamma))``.
+
+    ``Gamma = m g / (v0 sqrt(k m))``; pi without gravity.
+    """
+    return 2 * (math.pi - math.atan2(1.0, gamma))

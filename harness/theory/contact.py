@@ -1,0 +1,581 @@
+"""Closed forms of contacts: impacts, rebound, adhesion, friction, rolling.
+
+The linear spring-dashpot contact in closed form: its restitution and its duration.
+
+m x'' + 2 zeta omega m x' + omega^2 m x = 0 from x = 0 at speed 1. With the
+attractive tail kept the contact ends when x returns to 0; clipped, it ends
+when the force k x + eta x' does (Schwager and Poeschel, Granular Matter 9,
+465 (2007)).
+
+The head-on impact with Hertz's spring and a viscous dashpot, integrated for its restitution.
+
+In units of the largest overlap without damping, (5 m v^2 / 4 K)^(2/5), and of the speed v,
+
+    x'' = -5/4 (x^(3/2) + a sqrt(x) x'),   x(0) = 0,   x'(0) = 1,
+
+with the one parameter a = A v / overlap. (The viscous law: Brilliantov et al., Phys. Rev. E 53,
+5382 (1996).) Its limits have closed forms. For a -> 0 the loss of first order is
+1 - e = a B(3/5, 3/2), with Euler's beta function. For a -> infinity the dashpot alone stops the
+grain, x' = 1 - 5/6 a x^(3/2), at x = (6 / 5a)^(2/3). Clipped, it leaves at x' = -x/a where
+the force vanishes, hence e = (6/5)^(2/3) a^(-5/3). Unclipped it creeps, x' = -x/a, until its
+damping ratio (about a x^(1/4)) is no longer large, at x of order a^-4: e falls as a^-5.
+
+The head-on impact of elastic spheres under Hertz's law, and the loss of a viscous dashpot.
+
+m* x'' = -K x^(3/2) with K = 4/3 E* sqrt(R*) (Johnson, Contact Mechanics (1985), section 11.4).
+
+A sphere that bounces under gravity on a linear spring and dashpot, piece by piece.
+
+Flight: a parabola. Contact: x'' = g - 2 zeta omega x' - omega^2 x from x = 0 at speed v until
+x = 0 again (tail attractive). MFiX's verification case DEM02 holds the apexes against it.
+
+Adhesion of elastic spheres: forces and overlaps of pull-off, and what an impact loses by it.
+
+gamma is the surface energy of each body, 2 gamma the work of adhesion. Derjaguin, Muller and
+Toporov, J. Colloid Interface Sci. 53, 314 (1975); Johnson, Kendall and Roberts, Proc. R. Soc. A
+324, 301 (1971): with c^2 = pi gamma / E* and the contact radius a
+
+    F = E* (4 a^3 / (3 R*) - 4 c a^(3/2)),   overlap = a^2 / R* - 2 c sqrt(a),
+
+and a^3 = s c^2 R*^2 with s = 9 without load, 4 where contact forms (overlap 0), 9/4 at the largest
+tension, 1/4 at the fold beyond which no area is left.
+
+The oblique impact of spheres with friction: where it slides throughout, and where it sticks.
+
+u is the tangential velocity at the contact, v the normal speed; a tangential impulse J changes u
+by 7/2 J / m* of solid spheres, of any two masses and of a sphere on a wall alike.
+
+Oblique elastic impact with partial slip: Maw, Barber and Fawcett, Wear 38, 101 (1976).
+
+A solid elastic sphere on a half-space of the same material: the contact circle sticks inside and
+slips outside. Computed by springs that do not know each other, which is the same problem (Lyashenko
+and Popov, Scientific Reports 5, 8479 (2015)): one at x is pressed by delta - x^2 / R, moves with
+the body while it sticks, and carries at most mu times its normal force.
+
+Dimensionless, the incidence and the one parameter of a solid sphere are
+
+    psi = kappa / mu * u / v,    kappa = 2 (1 - nu) / (2 - nu),    chi = 7/4 kappa
+
+with u and v the tangential and normal velocity at the contact. Sliding throughout, from psi =
+4 chi - 1 on, the rebound is psi - 4 chi.
+
+A solid sphere that slides, rolls or turns on a plane under its weight: I = 2/5 m r^2.
+
+A spring and a dashpot in parallel under a constant limit, in one direction: in closed form.
+
+The force against the motion is k q + c u, at most the limit in size: beyond it the spring is cut
+back so that both together hold the limit (Luding, Granular Matter 10, 235 (2008), section 4.2).
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Callable, Iterable
+from functools import lru_cache
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from harness.errors import RequestError
+
+PHASES = 400
+"""Places within a step at which a contact is taken to begin."""
+
+MOST_STEPS = 1000.0
+"""Steps per contact time above which the restitution is that of the closed form, to 0.2 %."""
+
+LONGEST = 10.0
+"""Contact times pi / omega after which a grain that has not left creeps, and does not rebound."""
+
+
+def damping_ratio(restitution: float) -> float:
+    """Return zeta = |ln e| / sqrt(pi^2 + ln^2 e), the inverse of the unclipped restitution.
+
+    Restitution 0 gives 1, critical damping.
+    """
+    if restitution == 0.0:
+        return 1.0
+    logarithm = math.log(restitution)
+    return -logarithm / math.hypot(math.pi, logarithm)
+
+
+def restitution_unclipped(zeta: float) -> float:
+    """Return exp(-pi zeta / sqrt(1 - zeta^2)); 0 from critical damping on."""
+    if zeta >= 1.0:
+        return 0.0
+    return math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta * zeta))
+
+
+def restitution_clipped(zeta: float) -> float:
+    """Return exp(-2 zeta omega t) / ... at the time the force vanishes: exp(-zeta omega t_end).
+
+    The duration follows from :func:`duration_clipped`; at critical damping the
+    result is exp(-2) = 0.135, which is why a clipped contact always rebounds.
+    """
+    return math.exp(-zeta * duration_clipped(zeta))
+
+
+def duration_clipped(zeta: float) -> float:
+    """Return omega t_end [-] of the clipped contact: when x'' first returns to 0."""
+    if zeta == 1.0:
+        return 2.0
+    if zeta < 1.0:
+        root = math.sqrt(1.0 - zeta * zeta)
+        return 2.0 * math.acos(zeta) / root
+    root = math.sqrt(zeta * zeta - 1.0)
+    return 2.0 * math.acosh(zeta) / root
+
+
+def duration_unclipped(zeta: float) -> float:
+    """Return omega t_end [-] of a contact with its attractive tail, x = 0 again; zeta below 1."""
+    return math.pi / math.sqrt(1.0 - zeta * zeta)
+
+
+def largest_overlap(zeta: float) -> float:
+    """Return omega x / v [-] where x' = 0; zeta below 1.
+
+    x = exp(-zeta omega t) sin(root omega t) / root, root^2 = 1 - zeta^2, turns where
+    tan(root omega t) = root / zeta, half the time of :func:`duration_clipped`.
+    """
+    return math.exp(-0.5 * zeta * duration_clipped(zeta))
+
+
+def restitution_in_steps(zeta: float, steps: float, *, clipped: bool) -> float:
+    """Return the greatest restitution that the contact has at so many steps per pi / omega.
+
+    v+ = v + h a(x, v), x+ = x + h v+, the recurrence of velocity Verlet in the velocities of half
+    steps and of semi-implicit Euler. A step sees the contact only where there is overlap, so the
+    restitution depends on where within a step the contact begins: this is the greatest over
+    ``PHASES`` places, and not less than that of the closed form.
+    """
+    exact = (restitution_clipped if clipped else restitution_unclipped)(zeta)
+    if steps > MOST_STEPS:
+        return exact
+    h = math.pi / steps
+    x = h * (np.arange(PHASES) + 0.5) / PHASES  # the overlap in the first step that sees it
+    v = np.ones(PHASES)
+    touching = x > 0.0
+    for _ in range(math.ceil(LONGEST * steps)):
+        force = x + 2.0 * zeta * v
+        force = np.maximum(force, 0.0) if clipped else force
+        v = np.where(touching, v - h * force, v)
+        x = np.where(touching, x + h * v, x)
+        touching = touching & (x > 0.0)
+        if not touching.any():
+            break
+    return max(exact, float(-v[~touching].min(initial=0.0)))
+
+
+MOST_DAMPING = 1000.0
+"""The largest a: creeping takes 4 a ln(a) units of time."""
+
+TOLERANCE = 1e-11
+
+
+class Impact(NamedTuple):
+    """Restitution [-] and duration [overlap / speed] of a head-on impact."""
+
+    restitution: float
+    duration: float
+
+
+def impact(damping: float, *, clipped: bool) -> Impact:
+    """Return the impact for a = A v / overlap; it ends where the force does, or where x = 0.
+
+    Clipped: the end of the force, x + a x' = 0. Raise RequestError for an a outside 0 to 1000.
+    """
+    from scipy.integrate import solve_ivp
+
+    if not 0.0 <= damping <= MOST_DAMPING:
+        raise RequestError(f"damping = {damping!r}: must be from 0 to {MOST_DAMPING:g}")
+
+    def rates(_: float, state: NDArray[np.float64]) -> tuple[float, float]:
+        x = max(float(state[0]), 0.0)
+        return float(state[1]), -1.25 * math.sqrt(x) * (x + damping * float(state[1]))
+
+    def end(time: float, state: NDArray[np.float64]) -> float:
+        x, v = float(state[0]), float(state[1])
+        if time == 0.0:
+            return 1.0
+        return x + damping * v if clipped else x
+
+    end.terminal = True  # type: ignore[attr-defined]
+    end.direction = -1  # type: ignore[attr-defined]
+    longest = 100.0 + 10.0 * damping * (1.0 + math.log1p(damping))
+    found = solve_ivp(
+        rates,
+        (0.0, longest),
+        (0.0, 1.0),
+        method="DOP853",
+        rtol=TOLERANCE,
+        atol=1e-3 * TOLERANCE / (1.0 + damping) ** 5,
+        max_step=0.1 * (1.0 + damping),
+        events=end,
+    )
+    return Impact(-float(found.y[1, -1]), float(found.t[-1]))
+
+
+def first_order_loss() -> float:
+    """Return d(1 - e)/da at a = 0: the work of the dashpot on the undamped motion."""
+    from scipy.special import beta
+
+    return float(beta(0.6, 1.5))
+
+
+def stiffness(modulus: float, radius: float) -> float:
+    """Return K = 4/3 E* sqrt(R*) [N/m^(3/2)] of the effective modulus [Pa] and radius [m]."""
+    return 4.0 / 3.0 * modulus * math.sqrt(radius)
+
+
+def largest_hertz_overlap(mass: float, coefficient: float, speed: float) -> float:
+    """Return (5 m* v^2 / 4 K)^(2/5) [m]."""
+    return float((1.25 * mass * speed**2 / coefficient) ** 0.4)
+
+
+def largest_force(mass: float, coefficient: float, speed: float) -> float:
+    """Return K overlap^(3/2) at the largest overlap [N]."""
+    return float(coefficient * largest_hertz_overlap(mass, coefficient, speed) ** 1.5)
+
+
+def contact_time(mass: float, coefficient: float, speed: float) -> float:
+    """Return 4/5 B(2/5, 1/2) = 2.9432 times overlap / speed [s], with Euler's beta function."""
+    from scipy.special import beta
+
+    periods = 0.8 * float(beta(0.4, 0.5))
+    return periods * largest_hertz_overlap(mass, coefficient, speed) / speed
+
+
+def relaxation(damping_coefficient: float, mass: float, radius: float, coefficient: float) -> float:
+    """Return A [s] of a dashpot eta_n = eta_0 m* a, a^2 = R* overlap: eta_0 m* sqrt(R*) / K.
+
+    ``harness.theory.contact.impact`` takes A v / overlap and returns the restitution.
+    """
+    return damping_coefficient * mass * math.sqrt(radius) / coefficient
+
+
+class Rebound(NamedTuple):
+    """Duration of a contact [s], speed at its end [m/s], largest overlap [m]."""
+
+    duration: float
+    speed: float
+    overlap: float
+
+
+def rebound(omega: float, zeta: float, gravity: float, speed: float) -> Rebound | None:
+    """Return the contact of an impact; None where the sphere stays in contact for ever.
+
+    ``omega`` = sqrt(k/m) [rad/s], ``zeta`` the damping ratio, below 1.
+    """
+    from scipy.optimize import brentq
+
+    turns = omega * math.sqrt(1.0 - zeta * zeta)
+    rest = gravity / omega**2
+    sine = (gravity - zeta * omega * speed) / turns
+
+    def velocity(time: float) -> float:
+        wave = speed * math.cos(turns * time) + sine * math.sin(turns * time)
+        return math.exp(-zeta * omega * time) * wave
+
+    def overlap(time: float) -> float:
+        wave = -rest * math.cos(turns * time)
+        wave += (speed - zeta * omega * rest) / turns * math.sin(turns * time)
+        return rest + math.exp(-zeta * omega * time) * wave
+
+    peak = math.atan2(speed, -sine) / turns
+    trough = peak + math.pi / turns
+    if overlap(trough) > 0.0:
+        return None
+    end = float(brentq(overlap, peak, trough, xtol=1e-16 * trough, rtol=1e-15))
+    return Rebound(end, -velocity(end), overlap(peak))
+
+
+State = Literal["without load", "contact forms", "largest tension", "fold"]
+SIZES: dict[State, float] = {
+    "without load": 9.0,
+    "contact forms": 4.0,
+    "largest tension": 2.25,
+    "fold": 0.25,
+}
+
+
+def dmt_pull_off(surface_energy: float, radius: float) -> float:
+    """Return 4 pi gamma R* [N], the tension at overlap 0."""
+    return 4.0 * math.pi * surface_energy * radius
+
+
+def jkr_pull_off(surface_energy: float, radius: float) -> float:
+    """Return 3 pi gamma R* [N], the largest tension, whatever the modulus."""
+    return 3.0 * math.pi * surface_energy * radius
+
+
+def jkr_contact_radius(state: State, surface_energy: float, modulus: float, radius: float) -> float:
+    """Return a [m] of a state that stands out."""
+    cube = SIZES[state] * math.pi * surface_energy * radius**2 / modulus
+    return float(cube ** (1.0 / 3.0))
+
+
+def jkr_overlap(state: State, surface_energy: float, modulus: float, radius: float) -> float:
+    """Return the overlap [m] of a state: a^2 / R* (1 - 2 / sqrt(s)), negative after pull-off."""
+    a = jkr_contact_radius(state, surface_energy, modulus, radius)
+    return a * a / radius * (1.0 - 2.0 / math.sqrt(SIZES[state]))
+
+
+def mdr_force_and_depth(
+    surface_energy: float, modulus: float, radius: float, a: float
+) -> tuple[float, float]:
+    """Return force [N] and depth [m] of a sphere that sticks to a flat and is pulled, by mdr.
+
+    ``modulus`` is E / (1 - nu^2), ``surface_energy`` that of sphere and flat, ``a`` the contact
+    radius [m]; Zunker and Kamrin, J. Mech. Phys. Solids 183, 105492 (2024), elastic.
+    """
+    angle = math.asin(a / radius)
+    length = math.sqrt(2.0 * math.pi * a * surface_energy / modulus)
+    pressed = 2.0 * modulus * radius**2 * (angle - math.sin(angle) * math.cos(angle))
+    depth = 4.0 * radius * math.sin(0.5 * angle) ** 2 - length
+    return pressed - 2.0 * modulus * a * length, depth
+
+
+def mdr_pull_off(surface_energy: float, modulus: float, radius: float) -> tuple[float, float]:
+    """Return the largest tension [N], and the depth at which no area is left [m], by mdr.
+
+    With a = R sin t the force is least where 2 R sin t tan t = 3/2 l, the depth where that is l/2;
+    for small a / R these are JKR's 3/2 pi gamma R and fold. Arguments as those of
+    :func:`mdr_force_and_depth`.
+    """
+
+    def radius_where(part: float) -> float:
+        def excess(a: float) -> float:
+            length = math.sqrt(2.0 * math.pi * a * surface_energy / modulus)
+            return 2.0 * a * a / math.sqrt((radius - a) * (radius + a)) - part * length
+
+        return _root(excess, 0.0, radius)
+
+    tension, _ = mdr_force_and_depth(surface_energy, modulus, radius, radius_where(1.5))
+    _, last = mdr_force_and_depth(surface_energy, modulus, radius, radius_where(0.5))
+    return -tension, last
+
+
+def _root(excess: Callable[[float], float], low: float, high: float) -> float:
+    """Return where a function that is negative just above ``low`` turns positive, to round-off."""
+    while low < (middle := 0.5 * (low + high)) < high:
+        if excess(middle) < 0.0:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+def sliding_impulse(friction: float, restitution: float, speed: float) -> float:
+    """Return the tangential impulse over m* [m/s] of an impact that slides: mu (1 + e) v.
+
+    A sphere on a wall loses that much tangential velocity, and 5/2 of it is its change of r omega.
+    """
+    return friction * (1.0 + restitution) * speed
+
+
+def slides_throughout(friction: float, restitution: float) -> float:
+    """Return u / v from which on a rigid contact slides to its end: 7/2 mu (1 + e)."""
+    return 3.5 * friction * (1.0 + restitution)
+
+
+def sticks_at_first(friction: float, stiffness_ratio: float) -> float:
+    """Return u / v up to which an elastic contact begins sticking: mu k_n / k_t.
+
+    The ratio k_t / k_n is of stiffnesses at one overlap: 4 G* / E* for Hertz and increments of
+    Mindlin's force, 2 (1 - nu) / (2 - nu) of like materials, which is psi = 1 in Maw, Barber and
+    Fawcett, Wear 38, 101 (1976). Mindlin on the total displacement has 2/3 of it.
+    """
+    return friction / stiffness_ratio
+
+
+def held(stiffness: float, dashpot: float, duration: float) -> float:
+    """Return the tangential velocity at a contact that sticks throughout, after over before.
+
+    ``stiffness`` 7/2 k_t / m* [1/s2] of the spring and ``dashpot`` 7/2 eta_t / m* [1/s], either of
+    which may be 0: u'' + dashpot u' + stiffness u = 0 from a spring at rest, over the ``duration``
+    [s] of the contact. Without a dashpot the cosine of Walton, in Particulate Two-Phase Flow
+    (1993), and of Schaefer, Dippel and Wolf, J. Phys. I France 6, 5 (1996).
+    """
+    half = 0.5 * dashpot
+    turning = cmath.sqrt(stiffness - half * half)
+    phase = turning * duration
+    swings = cmath.sin(phase) / turning if turning else duration
+    return math.exp(-half * duration) * (cmath.cos(phase) - half * swings).real
+
+
+def two_branches(incidence: float, friction: float, restitution: float, sticking: float) -> float:
+    """Return the tangential velocity at the contact after over before, sticking or sliding.
+
+    An impact that sticks leaves ``sticking``, one that slides 1 - 7/2 mu (1 + e) v / u; the impulse
+    is the lesser of both (Walton 1993; Foerster, Louge, Chang and Allia, Phys. Fluids 6, 1108
+    (1994)). ``incidence`` is u / v, above 0.
+    """
+    return max(sticking, 1.0 - slides_throughout(friction, restitution) / incidence)
+
+
+Array = NDArray[np.float64]
+
+SPRINGS, STEPS = 200, 2000
+"""On half of the largest contact, and of the impact."""
+
+POINTS = 48
+"""Of a curve up to where all slides."""
+
+
+def stiffness_ratio(poisson: float) -> float:
+    """Return kappa, tangential over normal stiffness of a contact that sticks."""
+    return 2.0 * (1.0 - poisson) / (2.0 - poisson)
+
+
+def partial_slip_rebound(
+    psi: ArrayLike, poisson: float, springs: int = SPRINGS, steps: int = STEPS
+) -> NDArray[np.float64]:
+    """Return psi of the rebound for psi of the incidence, any shape; without spin before.
+
+    ``springs`` on half of the contact and ``steps`` of the impact: the error falls with the step.
+    """
+    psi = np.asarray(psi, dtype=float)
+    chi = 1.75 * stiffness_ratio(poisson)
+    time, overlaps = _normal_motion(steps)
+    h = time[1] - time[0]
+    places = (np.arange(springs) + 0.5) / springs * np.sqrt(overlaps.max())
+    width = 2.0 * (places[1] - places[0])  # both halves
+    speed = psi.reshape(-1, 1).copy()
+    strains = np.zeros((speed.size, springs))
+    force = np.zeros_like(speed)
+    for overlap in overlaps[1:]:
+        speed -= h * chi * force
+        limit = np.maximum(overlap - places**2, 0.0)
+        strains = spring_strains(strains + h * speed, limit)
+        force = width * strains.sum(axis=1, keepdims=True)
+        speed -= h * chi * force
+    return np.asarray(speed.reshape(psi.shape))
+
+
+@lru_cache(maxsize=64)
+def rebounds(poisson: float, points: int = POINTS) -> tuple[Array, Array]:
+    """Return psi of the incidence and of the rebound up to where all slides, each (points,).
+
+    Beyond, the rebound is psi - 4 chi. The arrays are not to be written to.
+    """
+    psi = np.linspace(0.0, 7.0 * stiffness_ratio(poisson) - 1.0, points + 1)[1:]
+    return psi, partial_slip_rebound(psi, poisson)
+
+
+def spring_strains(strains: Array, limit: Array) -> Array:
+    """Return strains cut back to Coulomb's limit; a spring that has left carries nothing."""
+    return np.clip(strains, -limit, limit)
+
+
+@lru_cache(maxsize=8)
+def _normal_motion(steps: int) -> tuple[Array, Array]:
+    """Return times and overlaps of a Hertzian impact with E* = R = m = v = 1, (steps + 1,)."""
+    from scipy.integrate import solve_ivp
+
+    def rates(_: float, y: Array) -> list[float]:
+        return [y[1], -4.0 / 3.0 * max(y[0], 0.0) ** 1.5]
+
+    def parts(_: float, y: Array) -> float:
+        return float(y[0])
+
+    parts.terminal, parts.direction = True, -1.0  # type: ignore[attr-defined]
+    found = solve_ivp(
+        rates, (0.0, 10.0), [0.0, 1.0], events=parts, dense_output=True, rtol=1e-11, atol=1e-13
+    )
+    assert found.t_events is not None
+    assert found.sol is not None
+    time = np.linspace(0.0, found.t_events[0][0], steps + 1)
+    return time, np.maximum(found.sol(time)[0], 0.0)
+
+
+class Incline(NamedTuple):
+    """Whether a sphere rolls down an incline, its acceleration and r times its angular one."""
+
+    rolls: bool
+    acceleration: float
+    turning: float
+
+
+def down_an_incline(angle: float, friction: float, gravity: float) -> Incline:
+    """Return how a sphere starts down an incline [rad, m/s2].
+
+    It rolls with 5/7 g sin(angle) while tan(angle) <= 7/2 mu, for that takes a friction of 2/7 of
+    the pull; else it slides with g (sin - mu cos), and r alpha = 5/2 mu g cos.
+    """
+    pull, load = gravity * math.sin(angle), gravity * math.cos(angle)
+    if pull <= 3.5 * friction * load:
+        return Incline(True, 5.0 / 7.0 * pull, 5.0 / 7.0 * pull)
+    return Incline(False, pull - friction * load, 2.5 * friction * load)
+
+
+def twisting_deceleration(twisting_friction: float, radius: float, gravity: float) -> float:
+    """Return by how much omega about the normal falls in a second [rad/s2]: 5/2 mu_w g / r^2.
+
+    The resisting torque is mu_w m g with mu_w a length [m]; Marshall's is 2/3 mu a, a the contact
+    radius (of a pressure that is constant over the contact).
+    """
+    return 2.5 * twisting_friction * gravity / radius**2
+
+
+def limited_forces(
+    stiffness: float, dashpot: float, limit: float, pieces: Iterable[tuple[float, float]]
+) -> list[float]:
+    """Return the force along the motion at the end of each piece: displacement, duration [s].
+
+    The velocity is constant in a piece. The spring is slack at the start.
+    """
+    stretch, found = 0.0, []
+    for displacement, duration in pieces:
+        drag = dashpot * displacement / duration
+        resisting = stiffness * (stretch + displacement) + drag
+        limited = math.copysign(min(abs(resisting), limit), resisting)
+        stretch = (limited - drag) / stiffness
+        found.append(-limited)
+    return found
+
+
+def twisting_spin(
+    time: float, spin: float, inertia: float, spring: tuple[float, float], limit: float
+) -> float:
+    """Return the spin [rad/s] after a time [s] of a body that only a twisting contact slows down.
+
+    ``inertia`` in kg m2; ``spring``: stiffness [N m] and dashpot [N m s] of less than critical
+    damping; ``limit`` [N m] of the torque. It sticks until the torque reaches the limit, slows down
+    at a constant rate while it slips, and sticks again where k omega = c limit / I, the rate of the
+    torque if it stuck being none: from there on it swings below the limit.
+    """
+    from scipy.optimize import brentq
+
+    k, c = spring
+    decay, omega = 0.5 * c / inertia, math.sqrt(k / inertia)
+    if decay >= omega:
+        raise ValueError(f"dashpot = {c!r} N m s: must be below critical damping")
+    rate = math.sqrt(omega * omega - decay * decay)
+
+    def swings(t: float, turned: float, speed: float) -> tuple[float, float]:
+        """Return angle and spin of the damped oscillation after a time."""
+        sine, cosine, left = math.sin(rate * t), math.cos(rate * t), math.exp(-decay * t)
+        push = (speed + decay * turned) / rate
+        angle = left * (turned * cosine + push * sine)
+        return angle, left * rate * (push * cosine - turned * sine) - decay * angle
+
+    def beyond(t: float) -> float:
+        turned, speed = swings(t, 0.0, spin)
+        return k * turned + c * speed - limit
+
+    # the torque is largest where its rate k omega + c alpha is none
+    phase = math.atan2(rate * (k - 2.0 * decay * c), decay * k + c * (rate**2 - decay**2))
+    largest = max(0.0, phase) / rate
+    if beyond(largest) <= 0.0:
+        return swings(time, 0.0, spin)[1]
+    slips = 0.0 if beyond(0.0) >= 0.0 else float(brentq(beyond, 0.0, largest, xtol=1e-16 / omega))
+    if time <= slips:
+        return swings(time, 0.0, spin)[1]
+    start, slowing = swings(slips, 0.0, spin)[1], limit / inertia
+    last = c * slowing / k
+    stands = slips + max(0.0, start - last) / slowing
+    if time <= stands:
+        return start - slowing * (time - slips)
+    return swings(time - stands, (limit - c * last) / k, last)[1]

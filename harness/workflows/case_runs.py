@@ -1,0 +1,361 @@
+"""Cases: listed, given settings, run once.
+
+The cases: what each is given, what it measures in which unit, and which engines run it.
+
+Settings of a case as the command line gives them: texts by name, read by its parameters.
+
+Run any case once: parameters in, quantities with their references out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from pydantic_core import PydanticUndefined
+
+from harness import __version__
+from harness.cases.contract import Case, Measured, Reference, ReferenceKind
+from harness.cases.registry import all_cases, get_case
+from harness.comparison.verdicts import Number, published
+from harness.engines.border import refuse_endless
+from harness.engines.contract import Engine
+from harness.engines.registry import DEFAULT, engine_class, engine_names, open_engine
+from harness.engines.traits import Traits
+from harness.errors import RequestError
+from harness.parameters.allowed import unit_in
+from harness.parameters.base import Parameters, nested
+from harness.shown import Listing, Shown
+from harness.workflows.progress import Progress, silent
+from harness.workflows.verification import Open
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from harness.shown.figure import Figure
+
+
+@dataclass(frozen=True)
+class ParameterInfo:
+    """A parameter: its default (None where it must be given), unit and meaning."""
+
+    default: Any
+    unit: str
+    description: str
+
+
+@dataclass(frozen=True)
+class CaseInfo:
+    """A case as it is listed.
+
+    ``parameters`` are named as ``--set`` takes them, those of nested objects with a dot;
+    ``quantities`` map a name to its unit; ``engines`` have a template for the case, or take its
+    scene; ``solvers`` are those of this package; ``presets`` known sets of parameters.
+    """
+
+    name: str
+    group: str
+    summary: str
+    parameters: Mapping[str, ParameterInfo]
+    quantities: Mapping[str, str]
+    engines: tuple[str, ...]
+    solvers: tuple[str, ...] = ()
+    presets: tuple[str, ...] = ()
+    by_default: bool = field(default=False)
+
+    def record(self) -> dict[str, Any]:
+        """Return it as a JSON-ready mapping."""
+        return published(self)
+
+
+def cases() -> Listing[CaseInfo]:
+    """Return every case that can be used, those of this package first."""
+    return Listing(_info(case) for case in all_cases().values())
+
+
+def _info(case: Case[Any]) -> CaseInfo:
+    return CaseInfo(
+        name=case.name,
+        group=case.group,
+        summary=case.summary,
+        parameters=dict(_parameters(case.parameters, default_of(case), "")),
+        quantities={quantity.name: quantity.unit for quantity in case.quantities},
+        engines=tuple(name for name in engine_names() if _states(name, case)),
+        solvers=case.solvers,
+        presets=tuple(case.presets),
+        by_default=case.by_default,
+    )
+
+
+def _states(engine: str, case: Case[Any]) -> bool:
+    """Return whether an engine can run a case; one that cannot be imported can not."""
+    try:
+        return engine_class(engine).states(case.template)
+    except RequestError:
+        return False
+
+
+def default_of(case: Case[Any]) -> Parameters | None:
+    """Return the parameters of a run that sets none, or None where some must be set."""
+    try:
+        found: Parameters = case.default
+        return found
+    except RequestError:
+        return None
+
+
+def parameters_in(values: Parameters) -> list[tuple[str, ParameterInfo]]:
+    """Return the names, of nested ones with a dot, and what is known of each; values as default."""
+    return list(_parameters(type(values), values, ""))
+
+
+def _parameters(
+    kind: type[Parameters], values: Parameters | None, prefix: str
+) -> Iterator[tuple[str, ParameterInfo]]:
+    """Yield the fields of a class of parameters, and of those nested in it."""
+    for name, declared in kind.model_fields.items():
+        value = getattr(values, name) if values is not None else declared.default
+        if isinstance(value, Parameters):
+            yield from _parameters(type(value), value, f"{prefix}{name}.")
+            continue
+        text = declared.description or ""
+        meaning = text.partition("]")[2].strip() if text.startswith("[") else text
+        default = None if value is PydanticUndefined else value
+        yield prefix + name, ParameterInfo(default, unit_in(text), meaning)
+
+
+PRESET = "preset"
+NONE = "none"
+"""Text of a value that is left out."""
+
+Tree = dict[str, Any]
+"""Settings by name; a nested one is a tree of its own."""
+
+
+def parameters_of(case: Case[Any], settings: Mapping[str, str]) -> Parameters:
+    """Return the parameters of a case with settings as ``height=3`` and ``contact.tail=clipped``.
+
+    ``preset`` chooses the set that they change. Raise RequestError, naming the setting and what
+    is allowed, for a name or value that is not, CombinationError for values that are not together.
+    """
+    base = _preset(case, settings[PRESET]) if PRESET in settings else default_of(case)
+    tree = _tree((name, text) for name, text in settings.items() if name != PRESET)
+    try:
+        if base is None:
+            return case.parameters(**_values(case.parameters, tree))
+        return _changed(base, tree, "")
+    except RequestError as error:
+        raise type(error)(f"--set: {error}") from None
+
+
+def _tree(settings: Iterable[tuple[str, str]]) -> Tree:
+    try:
+        return nested(settings)
+    except ValueError as error:
+        raise RequestError(f"--set {error}") from None
+
+
+def _preset(case: Case[Any], name: str) -> Parameters:
+    if name not in case.presets:
+        known = ", ".join(case.presets) or "none"
+        raise RequestError(f"--set preset={name}: case {case.name!r} has the presets {known}")
+    found: Parameters = case.presets[name]
+    return found
+
+
+def _changed(parameters: Parameters, tree: Tree, prefix: str) -> Parameters:
+    """Return parameters with the changes of a tree, nested ones part by part."""
+    fields = type(parameters).model_fields
+    changes = _values(type(parameters), {k: v for k, v in tree.items() if not isinstance(v, dict)})
+    for name, part in tree.items():
+        if not isinstance(part, dict):
+            continue
+        nested = getattr(parameters, name, None)
+        if name in fields and not isinstance(nested, Parameters):
+            raise RequestError(f"{prefix}{name} has no parts (given: {', '.join(part)})")
+        # a name that is not known is refused, with those that are, by replace()
+        changes[name] = _changed(nested, part, f"{prefix}{name}.") if nested is not None else part
+    return parameters.replace(**changes)
+
+
+def _values(kind: type[Parameters], tree: Tree) -> Tree:
+    """Return settings as values: whole numbers, and ``none`` where one may be left out."""
+    return {name: _value(kind, name, text) for name, text in tree.items()}
+
+
+def _value(kind: type[Parameters], name: str, text: Any) -> Any:
+    field = kind.model_fields.get(name)
+    if field is None or not isinstance(text, str):
+        return text
+    if text == NONE and type(None) in _kinds(field.annotation):
+        return None
+    # a strict whole number is not read from a text
+    whole = field.annotation is int and text.strip().lstrip("+-").isdecimal()
+    return int(text) if whole else text
+
+
+def _kinds(annotation: Any) -> tuple[Any, ...]:
+    return getattr(annotation, "__args__", ())
+
+
+NO_RULES = Traits(install_hint="", versions=(), integrator="")
+"""Of a solver, which follows the parameters as they are."""
+
+
+@dataclass(frozen=True)
+class RunQuantity:
+    """A quantity of a run beside what it is expected to be; NaN where nothing is known."""
+
+    value: Number
+    unit: str
+    reference: Number = math.nan
+    reference_kind: ReferenceKind = "none"
+    difference: Number = math.nan
+
+
+@dataclass(frozen=True, repr=False)
+class RunResult(Shown):
+    """One run of a case: who ran it, with which parameters, and what was measured."""
+
+    case: str
+    engine: str
+    engine_version: str
+    parameters: Mapping[str, Any]
+    quantities: Mapping[str, RunQuantity]
+
+    def record(self) -> dict[str, Any]:
+        """Return it as a JSON-ready mapping."""
+        return published(self)
+
+    def frame(self) -> pd.DataFrame:
+        """Return the quantities as a table, one row each."""
+        import pandas as pd
+
+        rows = [{"quantity": name, **vars(one)} for name, one in self.quantities.items()]
+        return pd.DataFrame(rows, columns=["quantity", *RunQuantity.__dataclass_fields__])
+
+    def told(self) -> dict[str, str]:
+        """Return the quantities beside their references, and who ran the case."""
+        found = {name: _told(one) for name, one in self.quantities.items()}
+        return {**found, "case": self.case, "engine": f"{self.engine} {self.engine_version}"}
+
+    def drawn(self) -> Figure:
+        """Draw how far each quantity is off its reference; those without one are named so."""
+        from harness.shown.figure import Figure, label
+
+        figure = Figure(figsize=(7.0, 1.3 + 0.4 * len(self.quantities)), layout="constrained")
+        axes = figure.add_subplot()
+        for place, one in enumerate(self.quantities.values()):
+            off = one.difference / (abs(one.reference) or 1.0)
+            if math.isnan(off):
+                across = axes.get_yaxis_transform()
+                axes.text(0.5, place, "no reference", va="center", transform=across)
+            axes.plot(off, place, "o")
+        axes.axvline(0.0, color="black", ls="--", lw=1)
+        axes.set_yticks(range(len(self.quantities)), [*self.quantities])
+        axes.set_ylim(len(self.quantities) - 0.5, -0.5)
+        label(axes, "difference over the reference (over 1 where that is 0)", "quantity", self.case)
+        return figure
+
+
+def run(
+    case: str,
+    settings: Mapping[str, str] | None = None,
+    engine: str | Engine | None = None,
+    *,
+    open_one: Open = open_engine,
+    progress: Progress = silent,
+    most_seconds: float = math.inf,
+) -> RunResult:
+    """Run a case once and return its quantities beside their references.
+
+    ``settings`` are texts by the names of parameters, in SI units and degrees as :func:`cases`
+    lists them (k in [N/m]), of nested ones with a dot, and ``preset`` for a known set; each
+    quantity names its unit. ``engine`` is an open engine, or the name of an engine or of a solver
+    of the case; the default engine unless given. ``open_one`` opens one by its name. Raise
+    RequestError for a name or value that is not allowed, for an engine that cannot run the
+    case, with the reason, and for a run that is expected to take more than ``most_seconds``;
+    EngineError for a run that failed.
+    """
+    chosen = get_case(case)
+    parameters = parameters_of(chosen, settings or {})
+
+    def begin(rules: Traits | None, solver: str = "") -> None:
+        refuse_endless(
+            chosen.seconds(parameters, rules, solver), f"case {case!r} with these values",
+            most_seconds,
+        )  # fmt: skip
+        progress(case, 0, 1)
+
+    if isinstance(engine, Engine):
+        begin(engine.traits)
+        return _in_engine(chosen, parameters, engine)
+    name = engine or usual_engine(chosen)
+    if name in chosen.solvers and (engine is None or name not in engine_names()):
+        begin(None, name)
+        measured = chosen.solve(parameters, name)
+        who = (name, f"dem-harness {__version__}")
+        return _result(chosen, parameters, who, measured, NO_RULES)
+    if name not in engine_names() and ":" not in name:
+        known = ", ".join([*engine_names(), *chosen.solvers])
+        raise RequestError(f"--engine {name!r} is not known: must be one of {known}")
+    with open_one(name) as opened:
+        begin(opened.traits)
+        return _in_engine(chosen, parameters, opened)
+
+
+def usual_engine(case: Case[Any]) -> str:
+    """Return the default engine, or the first solver of a case that it cannot state."""
+    from harness.engines.registry import engine_class
+
+    if case.solvers and not engine_class(DEFAULT).states(case.template):
+        return case.solvers[0]
+    return DEFAULT
+
+
+def _in_engine(case: Case[Any], parameters: Parameters, engine: Engine) -> RunResult:
+    reason = engine.refuses(case.job(parameters))
+    if reason:
+        raise RequestError(f"--engine {engine.name!r}: cannot run {case.name!r}: {reason}")
+    measured = case.measure(parameters, engine)
+    who = measured.provenance or engine.identify()
+    named = (engine.name, who.engine_version)
+    return _result(case, parameters, named, measured, engine.traits)
+
+
+def _result(
+    case: Case[Any],
+    parameters: Parameters,
+    who: tuple[str, str],
+    measured: Measured,
+    traits: Traits,
+) -> RunResult:
+    references = case.references(parameters, traits)
+    units = {quantity.name: quantity.unit for quantity in case.quantities}
+    return RunResult(
+        case=case.name,
+        engine=who[0],
+        engine_version=who[1],
+        parameters=parameters.model_dump(mode="json"),
+        quantities={
+            name: _quantity(measured.values[name], unit, references.get(name))
+            for name, unit in units.items()
+            if name in measured.values
+        },
+    )
+
+
+def _quantity(value: float, unit: str, reference: Reference | None) -> RunQuantity:
+    if reference is None:
+        return RunQuantity(value, unit)
+    return RunQuantity(value, unit, reference.value, reference.kind, value - reference.value)
+
+
+def _told(one: RunQuantity) -> str:
+    """Return a value with its unit, and what is expected."""
+    said = f"{one.value:.10g} {'' if one.unit == '1' else one.unit}".rstrip()
+    if one.reference_kind == "none":
+        return said
+    return f"{said}; {one.reference:.10g} by {one.reference_kind}, {one.difference:+.2g} off"

@@ -1,0 +1,321 @@
+"""Engines: chosen by name, opened, who is here, their generated inputs.
+
+Which engines are asked for: by name, or all that there are.
+
+The rows on who an engine is, and of one that is not here.
+
+Engines opened for a caller: by name, for one call, their runs kept as on the command line.
+
+Which engines are here, in which version, how they are run, and why one is missing.
+
+The generated inputs of the engines: write them, or check that those written are up to date.
+"""
+
+from __future__ import annotations
+
+import difflib
+import functools
+import inspect
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from harness.cases.contract import Case
+from harness.cases.registry import built_in, get_case
+from harness.comparison.verdicts import Check, Kind, finding, not_tested
+from harness.comparison.verification import DeclaredEngine
+from harness.engines.contract import Engine
+from harness.engines.registry import (
+    ALWAYS,
+    DEFAULT,
+    engine_class,
+    engine_names,
+    input_files,
+    open_engine,
+)
+from harness.engines.traits import Traits
+from harness.errors import EngineError, RequestError, cannot_write
+from harness.files import cache_place, held_folder
+from harness.observables.provenance import Provenance
+from harness.shown import Listing
+from harness.store.cache import CachedEngine
+from harness.store.entries import Entries
+from harness.workflows.progress import Progress, silent
+
+ALL = "all"
+
+
+@dataclass(frozen=True)
+class EngineSelection:
+    """The engines to compare, in order, and those of them that were asked for by name.
+
+    Only one that was named must be here; of ``all`` an engine may be missing.
+    """
+
+    engines: tuple[str, ...] = ()
+    named: frozenset[str] = frozenset()
+    everything: bool = False
+
+    def wants(self, engine: str) -> bool:
+        """Return whether an engine was asked for, by name or among all."""
+        return self.everything or engine in self.named
+
+
+def asked_engines(wanted: str | Iterable[str]) -> EngineSelection:
+    """Return the engines of ``all``, ``one`` or ``one,two``; none for no texts.
+
+    Those that every comparison shows are always among them. Raise RequestError for a
+    name that is not known, and for texts without a name.
+    """
+    texts = [wanted] if isinstance(wanted, str) else list(wanted)
+    names = [name.strip() for text in texts for name in text.split(",") if name.strip()]
+    known = engine_names()
+    for name in names:
+        if ":" in name:
+            engine_class(name)  # module:Class, which raises where there is none
+        elif name not in (ALL, *known):
+            raise RequestError(
+                f"--engines {name!r} is not known: must be {ALL}, or one or more of "
+                f"{', '.join(known)}"
+            )
+    if not names:
+        if texts:
+            raise RequestError(f"--engines {','.join(texts)!r}: names no engine")
+        return EngineSelection()
+    everything = ALL in names
+    chosen = [name for name in known if everything or name in names or name in ALWAYS]
+    others = [name for name in dict.fromkeys(names) if name not in (ALL, *known)]
+    return EngineSelection((*chosen, *others), frozenset(names) - {ALL}, everything)
+
+
+NO_TRAITS = Traits(install_hint="", versions=(), integrator="", tails=(), effective_masses=())
+"""Of an engine whose class cannot be imported."""
+
+
+def declared(
+    name: str, traits: Traits, who: Provenance | None = None, *, missing: str = ""
+) -> DeclaredEngine:
+    """Return what an engine declares, copied for the report, and who it is here."""
+    return DeclaredEngine(
+        engine=name,
+        version=who.engine_version if who else "",
+        how=who.how if who else "",
+        install_hint=traits.install_hint,
+        versions=traits.versions,
+        integrator=traits.integrator,
+        tails=tuple(traits.tails),
+        effective_masses=tuple(traits.effective_masses),
+        spring=traits.spring,
+        digits=traits.digits,
+        lineage=traits.lineage,
+        caveats=traits.caveats,
+        missing=missing,
+    )
+
+
+def untested(engine: str, cases: Iterable[Case[Any]], reason: str) -> list[Check]:
+    """Return a row for each case that could not be run in an engine."""
+    return [not_tested(f"{engine}: {case.name}", Kind.CROSS_CODE, reason) for case in cases]
+
+
+def version_rows(name: str, traits: Traits, who: Provenance) -> list[Check]:
+    """Return a finding where an engine's version is not one that it was tried with."""
+    if who.engine_version in traits.versions:
+        return []
+    tried = ", ".join(traits.versions) or "none"
+    note = f"version {who.engine_version}: not one that it was tried with ({tried})"
+    return [finding(f"{name}: version", math.nan, math.nan, "", note)]
+
+
+TOLD = """
+    ``engine`` may be the name of an engine as well: it is opened for the call and closed again.
+    What it runs is kept in the cache of the command line and read from there; ``fresh=True`` runs
+    all of it again.
+    """
+
+
+@contextmanager
+def opened(
+    name: str = DEFAULT, *, fresh: bool = False, options: Mapping[str, Any] | None = None
+) -> Iterator[Engine]:
+    """Yield an engine by its name, keeping its runs where the cache can be written; close it.
+
+    ``options`` are those of :func:`harness.engines.registry.open_engine`.
+    """
+    with open_engine(name, options=options) as own, keeping(own, fresh=fresh) as engine:
+        yield engine
+
+
+@contextmanager
+def keeping(engine: Engine, *, fresh: bool = False) -> Iterator[Engine]:
+    """Yield an open engine that keeps its runs; itself where the cache cannot be written."""
+    try:
+        entries = Entries(cache_place().path)
+    except OSError:
+        yield engine
+        return
+    yield CachedEngine(engine, entries, fresh=fresh)
+
+
+def opening(verb: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a verb that opens its engine by name and keeps its runs.
+
+    A verb with a solver of its own opens an engine only where one is named, as ``engine`` or as
+    ``solver``. One that opens engines itself is given the way to open them.
+    """
+    signature = inspect.signature(verb)
+    takes = signature.parameters
+    solves = "solver" in takes or any(one.kind is one.VAR_KEYWORD for one in takes.values())
+
+    @functools.wraps(verb)
+    def asked(*given: Any, fresh: bool = False, **named: Any) -> Any:
+        ways = {
+            "open_one": functools.partial(opened, fresh=fresh),
+            "remember": functools.partial(keeping, fresh=fresh),
+        }
+        named = {name: way for name, way in ways.items() if name in takes} | named
+        if named.get("engine") is None and named.get("solver") in engine_names():
+            named["engine"] = named.pop("solver")
+        bound = signature.bind_partial(*given, **named)
+        engine = bound.arguments.get("engine", named.get("engine"))
+        opens_itself = "remember" in takes or "settings" in takes or isinstance(engine, Engine)
+        if opens_itself or (engine is None and solves):
+            return verb(*given, **named)
+        with opened(engine or DEFAULT, fresh=fresh) as own:
+            if "engine" in takes:
+                bound.arguments["engine"] = own
+                return verb(*bound.args, **bound.kwargs)
+            return verb(*given, **{**named, "engine": own})
+
+    asked.__doc__ = f"{inspect.getdoc(verb)}\n\n{inspect.cleandoc(TOLD)}"
+    return asked
+
+
+NOT_RUN = "-"
+"""How an engine is run that is not here."""
+
+
+@dataclass(frozen=True)
+class EngineStatus:
+    """One way to run an engine: who it is, or why it is missing; and what it declares."""
+
+    engine: str
+    how: str
+    provenance: Provenance | None
+    traits: Traits
+    reason: str = ""
+
+    def record(self) -> dict[str, Any]:
+        """Return the status as a JSON-ready mapping."""
+        found, declares = self.provenance, self.traits
+        return {
+            "engine": self.engine,
+            "how": self.how,
+            "available": found is not None,
+            "engine_version": found.engine_version if found else None,
+            "executable": found.executable if found else None,
+            "packages": list(found.packages) if found else [],
+            "reason": self.reason,
+            "install_hint": declares.install_hint,
+            "lineage": declares.lineage,
+            "tails": list(declares.tails),
+            "effective_masses": list(declares.effective_masses),
+            "spring": declares.spring,
+            "integrator": declares.integrator,
+            "digits": declares.digits,
+        }
+
+
+def engines(
+    *,
+    programs: Mapping[str, str] | None = None,
+    progress: Progress = silent,
+    **options: str | None,
+) -> Listing[EngineStatus]:
+    """Return the status of every engine, and of its other way to run where it has one.
+
+    ``programs`` are executables by the engine's name; ``options`` are those of the default
+    engine's other way (``lmp``, ``launcher``). An engine of another package that cannot be
+    imported is one line that says so.
+    """
+    found: Listing[EngineStatus] = Listing()
+    names = engine_names()
+    given = {key: value for key, value in options.items() if value is not None}
+    for done, name in enumerate(names):
+        progress("engines", done, len(names))
+        program = {"program": programs[name]} if programs and name in programs else {}
+        try:
+            twin = engine_class(name).twin_options(**program)
+        except RequestError as error:
+            found.append(EngineStatus(name, NOT_RUN, None, NO_TRAITS, str(error)))
+            continue
+        found.append(_status(name, NOT_RUN, program))
+        if twin is not None:
+            chosen = {**twin, **given} if name == DEFAULT else dict(twin)
+            found.append(_status(name, options.get("launcher") or "executable", chosen))
+    progress("engines", len(names), len(names))
+    return found
+
+
+def _status(name: str, how: str, options: Mapping[str, Any]) -> EngineStatus:
+    traits = engine_class(name).traits
+    try:
+        with open_engine(name, options=options) as engine:
+            who = engine.identify()
+    except (EngineError, RequestError) as error:
+        return EngineStatus(name, how, None, traits, traits.missing(str(error)))
+    return EngineStatus(name, who.how or how, who, traits)
+
+
+def generated_inputs() -> dict[str, str]:
+    """Return the inputs of the cases and engines of this package, by their names."""
+    return input_files([get_case(name).template for name in built_in()])
+
+
+def inputs(folder: Path) -> list[Path]:
+    """Write every input into a folder, made if need be; return the files.
+
+    Each is written aside and renamed. Raise RequestError when the folder
+    cannot be written, FullDiskError where there is no space.
+    """
+    written = []
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with held_folder(folder) as aside:
+            for name, text in generated_inputs().items():
+                (aside / "input").write_text(text, encoding="utf-8")
+                (folder / name).parent.mkdir(parents=True, exist_ok=True)
+                written.append((aside / "input").replace(folder / name))
+    except OSError as error:
+        raise cannot_write(f"folder {folder} cannot be written", error) from None
+    return written
+
+
+def outdated_inputs(folder: Path) -> dict[str, str]:
+    """Return, for each input that is missing or differs in a folder, what differs.
+
+    Raise RequestError when there is no such folder.
+    """
+    if not folder.is_dir():
+        raise RequestError(f"folder {folder}: no such folder; give the one that holds the inputs")
+    differences: dict[str, str] = {}
+    for name, generated in generated_inputs().items():
+        path = folder / name
+        if not path.is_file():
+            differences[name] = "is missing"
+            continue
+        text = path.read_text(encoding="utf-8", errors="replace")
+        if text != generated:
+            lines = difflib.unified_diff(
+                text.splitlines(),
+                generated.splitlines(),
+                "committed",
+                "generated",
+                lineterm="",
+                n=0,
+            )
+            differences[name] = "\n".join(lines) or "differs in its line ends"
+    return differences

@@ -1,0 +1,608 @@
+"""Run a verification, from the cases that are asked for to verdicts.
+
+What a verification is asked for: level, cases and baseline, checked before anything runs.
+
+The records of a verification, and its rows against the baseline.
+
+Engines beside the main one: each is identified, qualifies, and is held against theory.
+
+The cases of a verification in the main engine and in the harness's own solvers.
+
+A verification of options as they are typed, for those who read options of their own.
+
+The sections of a report: those of all cases of a verification, case by case.
+"""
+
+from __future__ import annotations
+
+import platform
+import time
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import AbstractContextManager, ExitStack, suppress
+from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
+from fnmatch import fnmatchcase
+from functools import partial
+from pathlib import Path
+from typing import Any, Literal
+
+from harness import __version__
+from harness.cases.contract import LEVELS, Case, LevelName, Study, failed_part
+from harness.cases.qualification import announce, qualify
+from harness.cases.registry import all_cases, cases_named, get_case
+from harness.comparison.known_defects import KnownDefect, defect_of, told_apart
+from harness.comparison.moved_by_defects import moved_by_defects
+from harness.comparison.regression import (
+    Baseline,
+    BaselineRecord,
+    Expected,
+    Regression,
+    against_baseline,
+    explained_by_cells,
+)
+from harness.comparison.series import Comparison
+from harness.comparison.verdicts import Check, Kind, judge_count
+from harness.comparison.verification import DeclaredEngine, Findings, Verification
+from harness.engines.contract import Engine
+from harness.engines.process import parallel_map
+from harness.engines.registry import DEFAULT, engine_class, open_engine
+from harness.engines.traits import Traits
+from harness.engines.typed import check_launcher, check_names, engine_settings, named_values
+from harness.errors import EngineError, EngineMissingError, RequestError
+from harness.observables.provenance import Provenance
+from harness.report.sections import Section
+from harness.store.baseline import committed, read_baseline
+from harness.store.entries import tell_stderr
+from harness.store.known_defects import known_defects, script_of
+from harness.workflows.engine_status import (
+    NO_TRAITS,
+    EngineSelection,
+    asked_engines,
+    declared,
+    untested,
+    version_rows,
+)
+from harness.workflows.progress import Progress, silent
+
+
+def checked_level(name: str) -> LevelName:
+    """Return a level by its name; raise RequestError for a name that is not one."""
+    for level in LEVELS:
+        if level == name:
+            return level
+    raise RequestError(f"level = {name!r} is not known: must be one of {', '.join(LEVELS)}")
+
+
+def chosen_cases(wanted: str | Iterable[str] | None) -> list[Case[Any]]:
+    """Return the cases of names, groups or ``all``; those that run by default for None."""
+    if wanted is None:
+        return list(cases_named().values())
+    return list(cases_named(wanted if isinstance(wanted, str) else ",".join(wanted)).values())
+
+
+def chosen_baseline(given: Path | Baseline | None, tolerances: Path | None = None) -> Baseline:
+    """Return the baseline of a folder, or the committed one; empty where there is none.
+
+    ``tolerances`` is a file of overrides, the committed one unless given.
+    """
+    if isinstance(given, Baseline):
+        return given
+    where = given or committed()
+    if where is None:
+        return Baseline({}, "none")
+    return read_baseline(where, tolerances)
+
+
+def here() -> str:
+    """Return the platform that a record is measured on."""
+    return f"{platform.system()} {platform.machine()}"
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What a verification measured at a level in its main engine and the own solvers.
+
+    ``engine`` is the name that the main engine's records have. ``broken`` says why a part ended
+    early, by the name of its case.
+    """
+
+    level: str
+    engine: str
+    cases: Sequence[Case[Any]]
+    findings: Sequence[Findings]
+    broken: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def records(self) -> list[BaselineRecord]:
+        """Return every record, each once."""
+        once = {record.name: record for found in self.findings for record in found.records}
+        return [record.at(self.level, here()) for record in once.values()]
+
+    @property
+    def errors(self) -> dict[str, EngineError]:
+        """Return the errors of records whose run died, by name."""
+        return {name: error for found in self.findings for name, error in found.errors.items()}
+
+    def reason(self, record: BaselineRecord) -> str:
+        """Return why a record could not be made, or nothing where it should have been."""
+        for found in self.findings:
+            for pattern, reason in found.untested.items():
+                if fnmatchcase(record.name, pattern):
+                    return reason
+        return self.broken.get(record.case, "")
+
+
+def baseline_rows(
+    measured: Measured, baseline: Baseline, beside: Iterable[BaselineRecord]
+) -> Regression:
+    """Return the rows of a verification against the baseline.
+
+    Of engines ``beside`` the main one, which run less, those records that the baseline has.
+    """
+    names = {record.name for record in measured.records}
+    solvers = {solver for case in measured.cases for solver in case.solvers}
+    own = {record.engine for record in measured.records}
+    expected = Expected(
+        engines={measured.engine, *solvers, *own},
+        cases={case.name for case in measured.cases},
+        errors=measured.errors,
+        reason=measured.reason,
+    )
+    known = [
+        record.at(measured.level, here())
+        for record in beside
+        if record.name in baseline.records and record.name not in names
+    ]
+    return against_baseline(
+        [*measured.records, *known],
+        baseline,
+        measured.level,
+        expected,
+        {case.name: case.regression for case in measured.cases},
+    )
+
+
+@dataclass
+class Beside:
+    """What engines beside the main one left.
+
+    ``checks`` are all rows in order, those of the findings among them; ``errors`` tell what
+    happened to engines that were asked for by name and are missing or died.
+    """
+
+    declared: list[DeclaredEngine] = field(default_factory=list)
+    findings: dict[str, dict[str, Findings]] = field(default_factory=dict)
+    checks: list[Check] = field(default_factory=list)
+    errors: list[str] = field(default_factory=list)
+    kinds: dict[str, type[Engine]] = field(default_factory=dict)
+    """The classes of engines that ran, by the name that they give themselves."""
+
+    @property
+    def records(self) -> list[BaselineRecord]:
+        """Return the records of all engines."""
+        found = (one for by_case in self.findings.values() for one in by_case.values())
+        return [record for one in found for record in one.records]
+
+    def qualified(self, name: str) -> bool:
+        """Return whether an engine's results were used."""
+        return any(one.engine == name and one.summary == "qualified" for one in self.declared)
+
+
+@dataclass(frozen=True)
+class EnginesBeside:
+    """One comparison of engines, which take their turns, so that their costs can be told apart.
+
+    ``main`` is an engine that is open already: it takes the place of the one of its name, and is
+    not closed.
+    """
+
+    asked: EngineSelection
+    cases: Sequence[Case[Any]]
+    study: Study
+    main: Engine | None
+    found: Beside = field(default_factory=Beside)
+    steps: dict[str, float] = field(default_factory=dict)
+    """That a case took in the engines so far, by its name: what the next is expected to take."""
+
+    def run(self) -> Beside:
+        """Run the engines, add what was recorded with missing ones, and hold all together."""
+        if not self.asked.engines:
+            return self.found
+        for name in self.asked.engines:
+            self._one(name)
+        self._recorded()
+        for case in self.cases:
+            self._across(case)
+        return self.found
+
+    def _one(self, name: str) -> None:
+        """Run one engine, and keep what became of it."""
+        traits = NO_TRAITS
+        with ExitStack() as stack:
+            try:
+                traits = engine_class(name).traits
+                engine, who = self._opened(name, stack)
+            except (EngineMissingError, RequestError) as error:
+                reason = traits.missing(str(error))
+                rows = untested(name, [*self._qualifying, *self._judging], reason)
+                self._without(name, traits, reason, rows)
+            except Exception as error:
+                rows = [failed_part(f"{name}: identification", error, kind=Kind.ANALYTIC)]
+                self._without(name, traits, rows[0].note, rows)
+            else:
+                self.found.kinds[engine.name] = engine_class(name)
+                self._keep(name, self._engine(engine, who))
+
+    def _opened(self, name: str, stack: ExitStack) -> tuple[Engine, Provenance]:
+        if self.main is not None and self.main.name == name:
+            return self.main, self.main.identify()
+        assert self.study.open_engine is not None
+        engine = stack.enter_context(self.study.open_engine(name))
+        return engine, engine.identify()
+
+    def _without(self, name: str, traits: Traits, reason: str, rows: list[Check]) -> None:
+        """Keep the rows of an engine that cannot be run, and its error if it was named."""
+        self.found.declared.append(declared(name, traits, missing=reason))
+        self.found.checks += rows
+        if name in self.asked.named:
+            self.found.errors.append(f"{name}: {reason}")
+
+    def _keep(self, name: str, rows: list[Check]) -> None:
+        """Keep the rows of an engine that ran, and how it died if it was named."""
+        self.found.checks += rows
+        if name in self.asked.named:
+            died = [f"{name}: {row.note}" for row in rows if row.engine_died]
+            self.found.errors += dict.fromkeys(died)
+
+    def _engine(self, engine: Engine, who: Provenance) -> list[Check]:
+        """Return the rows of an engine: version, qualification, then case by case."""
+        name, stages = engine.name, 1 + len(self._judging)
+        self.study.progress(f"engine {name}", 0, stages)
+        told = declared(name, engine.traits, who)
+        checks = version_rows(name, engine.traits, who)
+        read = getattr(engine, "read", 0)
+        failures, rows = self._qualification(engine)
+        # of one whose runs are kept nobody knows how many are left to be made
+        kept = getattr(engine, "read", 0) > read
+        seconds_per_step = 0.0 if kept else engine.pace.seconds_per_step
+        checks += rows
+        self.found.declared.append(replace(told, unqualified=failures))
+        self.study.progress(f"engine {name}", 1, stages)
+        if failures:
+            self.study.progress(f"engine {name}", stages, stages)
+            return [*checks, *untested(name, self._judging, f"it did not qualify: {failures}")]
+        for done, case in enumerate(self._judging, 2):
+            steps = self.steps.get(case.name, 0.0) / engine.workers
+            announce(engine, f"the {case.name}", steps * seconds_per_step, tell_stderr)
+            before = engine.pace.steps
+            checks += self._case(case, engine)
+            taken = engine.pace.steps - before
+            self.steps[case.name] = max(taken, self.steps.get(case.name, 0.0))
+            self.study.progress(f"engine {name}", done, stages)
+        return checks
+
+    def _qualification(self, engine: Engine) -> tuple[str, list[Check]]:
+        """Return why an engine does not qualify, or nothing, and the rows of its qualification."""
+        try:
+            found = qualify(engine, self._qualifying, self.study, tell_stderr)
+        except Exception as error:
+            row = failed_part(f"{engine.name}: qualification", error, kind=Kind.ANALYTIC)
+            return row.note, [row]
+        self.found.findings.setdefault(engine.name, {}).update(found.findings)
+        return found.reason, list(found.checks)
+
+    def _case(self, case: Case[Any], engine: Engine) -> list[Check]:
+        """Return the rows of a case in an engine; one that raises is one failed row."""
+        if not engine.states(case.template):
+            return untested(engine.name, [case], f"it has no template {case.template.name!r}")
+        try:
+            found = case.verify_beside(engine, self.study)
+        except Exception as error:
+            return [failed_part(f"{engine.name}: {case.name}", error)]
+        self.found.findings.setdefault(engine.name, {})[case.name] = found
+        return found.checks
+
+    def _recorded(self) -> None:
+        """Add what was recorded elsewhere with engines that were asked for and are not used."""
+        wanted = filter(self.asked.wants, self.asked.engines)
+        missing = frozenset(name for name in wanted if not self.found.qualified(name))
+        study = replace(self.study, missing=missing)
+        for case in self.cases:
+            try:
+                recorded = case.recorded(study)
+            except Exception as error:
+                self.found.checks.append(failed_part(f"{case.name}: recorded results", error))
+                continue
+            for name, found in recorded.items():
+                self.found.findings.setdefault(name, {})[case.name] = found
+                self.found.checks += found.checks
+
+    def _across(self, case: Case[Any]) -> None:
+        beside = {
+            name: by[case.name] for name, by in self.found.findings.items() if case.name in by
+        }
+        try:
+            self.found.checks += case.across(beside)
+        except Exception as error:
+            self.found.checks.append(failed_part(f"{case.name}: engines against another", error))
+
+    @property
+    def _qualifying(self) -> list[Case[Any]]:
+        return [case for case in all_cases().values() if case.qualifies]
+
+    @property
+    def _judging(self) -> list[Case[Any]]:
+        return [case for case in self.cases if not case.qualifies]
+
+
+SIDE_BY_SIDE = 4
+"""Parts that run at a time: own solvers compute while others wait for the engine's workers."""
+
+Part = tuple[Case[Any], str, Callable[[], Findings]]
+"""A case, the engine that runs it (empty for own solvers), and what runs it."""
+
+
+@dataclass
+class MainRun:
+    """What the cases left, as they go.
+
+    ``checks`` are all rows in order, those of the findings among them; ``broken`` says why a case
+    ended early, ``raised`` are those that did by an exception, which is a failed row.
+    """
+
+    cases: Sequence[Case[Any]]
+    study: Study
+    engine: Engine | None = None
+    provenance: Provenance | None = None
+    main: dict[str, Findings] = field(default_factory=dict)
+    own: dict[str, Findings] = field(default_factory=dict)
+    checks: list[Check] = field(default_factory=list)
+    broken: dict[str, str] = field(default_factory=dict)
+    raised: set[str] = field(default_factory=set)
+
+    @property
+    def who(self) -> str:
+        """Return the name of the main engine, whose baseline it is, also where it is missing."""
+        if self.provenance is not None:
+            return self.provenance.engine
+        return self.engine.name if self.engine is not None else DEFAULT
+
+    @property
+    def findings(self) -> list[Findings]:
+        """Return what the main engine left, then own solvers."""
+        return [*self.main.values(), *self.own.values()]
+
+    @property
+    def divergences(self) -> list[Comparison]:
+        """Return the series that left the band about their reference."""
+        return [series for found in self.findings for series in found.divergences]
+
+    def open(self, given: Engine | None, stack: ExitStack) -> None:
+        """Identify the main engine; one that is not here is a failed row, and the rest goes on."""
+        try:
+            self.engine = given or stack.enter_context(open_engine())
+            self.provenance = self.engine.identify()
+        except Exception as error:
+            row = failed_part(f"engine {self.who}", error)
+            self.checks.append(row)
+            self.broken |= {case.name: row.note for case in self.cases}
+
+    def cases_side_by_side(self) -> None:
+        """Run the cases in the main engine, then in own solvers."""
+        parts: list[Part] = []
+        if self.engine is not None and self.provenance is not None:
+            for case in self.cases:
+                if self.engine.states(case.template):
+                    verify_main = partial(case.verify, self.engine, self.study)
+                    parts.append((case, self.engine.name, verify_main))
+                else:
+                    why = f"it has no template {case.template.name!r}"
+                    self.checks += untested(self.engine.name, [case], why)
+                    self.broken[case.name] = f"{self.engine.name}: {why}"
+        parts += [(case, "", partial(case.verify_own, self.study)) for case in self.cases]
+        found = parallel_map(_found_or_failed, parts, SIDE_BY_SIDE)
+        for (case, engine, _), outcome in zip(parts, found, strict=True):
+            self._keep(case, engine, outcome)
+
+    def _keep(self, case: Case[Any], engine: str, outcome: Findings | Check) -> None:
+        if isinstance(outcome, Check):
+            self.checks.append(outcome)
+            self.raised.add(case.name)
+            self.broken[case.name] = f"its part ended early: {outcome.note}"
+            return
+        (self.main if engine else self.own)[case.name] = outcome
+        self.checks += outcome.checks
+        died = next((check.note for check in outcome.checks if check.engine_died), "")
+        if died:
+            self.broken.setdefault(case.name, f"its part ended early: {died}")
+        elif engine and self.engine is not None:
+            expected = case.expected_rows(self.study.level, self.engine)
+            if expected:
+                name = f"{case.name}: rows of level {self.study.level}, {engine}"
+                self.checks.append(judge_count(name, len(outcome.checks), expected))
+
+    def scripts(self, beside: Beside) -> dict[str, str]:
+        """Return the inputs that ran, by name."""
+        found: dict[str, str] = {}
+        if self.engine is not None:
+            found |= self.engine.inputs([get_case(name).template for name in self.main])
+        for name, by_case in beside.findings.items():
+            if name in beside.kinds:
+                templates = [get_case(case).template for case in by_case]
+                # one that fails to render left its row
+                with suppress(EngineError):
+                    found |= beside.kinds[name].inputs(templates)
+        return found
+
+
+def _found_or_failed(part: Part) -> Findings | Check:
+    """Run a case; one that raises is one failed row."""
+    case, engine, run = part
+    try:
+        return run()
+    except Exception as error:
+        return failed_part(f"{case.name}: {engine or 'own solvers'}", error)
+
+
+Open = Callable[[str], AbstractContextManager[Engine]]
+"""Opens an engine by its name, to be closed after use."""
+
+
+def verify(
+    level: str = "default",
+    *,
+    cases: str | Iterable[str] | None = None,
+    engine: Engine | None = None,
+    engines: str | Iterable[str] = (),
+    open_one: Open = open_engine,
+    baseline: Path | Baseline | Literal[False] | None = None,
+    progress: Progress = silent,
+    strict: bool = False,
+) -> Verification:
+    """Hold an engine against theory, other codes and the baseline, case by case.
+
+    ``level`` is ``quick``, ``default`` or ``full``. ``cases`` are names, groups or ``all``: those
+    that run by default unless given. ``engine`` is an open one, the default one unless given;
+    ``engines`` are held beside it, opened by ``open_one``: names, or ``all``. ``baseline`` is read,
+    in a folder, the committed one for None, none for False. With ``strict`` not tested fails.
+
+    An engine that fails leaves rows that say so and status 3, as does a case asked for by name or
+    group of which no engine tested anything; a case that raises is a failed row; the rest goes on.
+    Raise RequestError for an unknown level, case or engine, and a damaged file.
+    """
+    cases = ",".join(cases) if cases is not None and not isinstance(cases, str) else cases
+    chosen, asked = chosen_cases(cases), asked_engines(engines)
+    study = Study(checked_level(level), progress, open_one, cases=tuple(chosen))
+    known = None if baseline is False else chosen_baseline(baseline)
+    begun, clock = datetime.now(UTC).isoformat(timespec="seconds"), time.monotonic()
+    with ExitStack() as own:
+        run = MainRun(chosen, study)
+        run.open(engine, own)
+        run.cases_side_by_side()
+        beside = EnginesBeside(asked, chosen, study, run.engine).run()
+        scripts, logs = run.scripts(beside), run.engine.logs() if run.engine else {}
+    measured = Measured(study.level, run.who, chosen, run.findings, run.broken)
+    checks, regression = _told(measured, known, beside, run)
+    return Verification(
+        level=study.level,
+        cases=tuple(case.name for case in chosen),
+        started=begun,
+        seconds=time.monotonic() - clock,
+        platform=f"{here()}, Python {platform.python_version()}",
+        harness_version=__version__,
+        provenance=run.provenance,
+        checks=(*checks, *regression.checks),
+        main=run.main,
+        own=run.own,
+        beside=beside.findings,
+        engines=tuple(beside.declared),
+        scripts=scripts,
+        engine_errors=(*_died(checks[: len(run.checks)]), *beside.errors),
+        untested_cases=_untested_cases(chosen, cases, run, beside),
+        records=tuple(measured.records),
+        divergences=(*run.divergences, *regression.divergences),
+        baseline=known.where if known else "",
+        baseline_sha256=known.digest if known else "",
+        logs=logs,
+        strict=strict,
+        defects=_found(known_defects(), checks),
+    )
+
+
+def _told(
+    measured: Measured, known: Baseline | None, beside: Beside, run: MainRun
+) -> tuple[tuple[Check, ...], Regression]:
+    """Return the checks, and the rows against the baseline, with known defects told apart.
+
+    What the checks of a cell explain, or the defects of one release predict, is no failure.
+    """
+    raw, versions = (*run.checks, *beside.checks), _versions(run, beside)
+    checks = told_apart(raw, known_defects(), versions)
+    if known is None:
+        return checks, Regression()
+    found = baseline_rows(measured, known, beside.records)
+    rows = explained_by_cells(found.checks, checks)
+    moved = moved_by_defects(rows, raw, known.records, known_defects(), versions)
+    return checks, replace(found, checks=moved)
+
+
+def _died(checks: Sequence[Check]) -> list[str]:
+    return [check.note for check in checks if check.engine_died]
+
+
+def _untested_cases(
+    chosen: Sequence[Case[Any]], wanted: str | Iterable[str] | None, run: MainRun, beside: Beside
+) -> tuple[str, ...]:
+    """Return the cases asked for by name or group of which no engine has a judged row.
+
+    Own solvers do not count: they are no test of an engine.
+    """
+    names = () if wanted is None else wanted.split(",") if isinstance(wanted, str) else wanted
+    if not names or "all" in {name.strip() for name in names}:
+        return ()
+    by_engine = (run.main, *beside.findings.values())
+    rows = {case.name: [c for by in by_engine if case.name in by for c in by[case.name].checks]
+            for case in chosen if case.name not in run.raised}  # fmt: skip
+    return tuple(name for name, checks in rows.items() if not any(c.judged for c in checks))
+
+
+def _found(
+    defects: Sequence[KnownDefect], checks: Sequence[Check]
+) -> tuple[tuple[KnownDefect, str], ...]:
+    """Return the known defects that checks are marked with, each with its script."""
+    named = {defect_of(check) for check in checks}
+    return tuple((one, script_of(one)) for one in defects if one.name in named)
+
+
+def _versions(run: MainRun, beside: Beside) -> dict[str, str]:
+    """Return the versions of the engines that ran, by name."""
+    found = {one.engine: one.version for one in beside.declared if one.version}
+    main = run.provenance
+    return {**found, **({main.engine: main.engine_version} if main else {})}
+
+
+def verify_as_typed(
+    *,
+    engine: str | None = None,
+    engines: str | None = None,
+    program: Iterable[str] | None = None,
+    engine_option: Iterable[str] | None = None,
+    mpirun: str | None = None,
+    level: str | None = None,
+    cases: str | None = None,
+    **own: str | None,
+) -> Verification:
+    """Verify an engine by its name; the words are those of ``dem-harness verify``, at level quick.
+
+    ``own`` are further options of the main engine. Nothing is kept. Raise RequestError for what is
+    not known or does not go together, EngineMissingError for an engine that is not here.
+    """
+    programs = named_values(program or (), "--program")
+    settings = engine_settings(engine_option or ())
+    main = engine or DEFAULT
+    check_names(programs, settings, (main, *asked_engines(engines or ()).engines), "--engines")
+    check_launcher(mpirun)
+
+    def opened(name: str, **more: str | None) -> Engine:
+        return open_engine(name, programs=programs, options=settings.get(name), **more)
+
+    with opened(main, launcher=mpirun, **own) as it:
+        return verify(
+            level or "quick", cases=cases, engine=it, engines=engines or (), open_one=opened
+        )
+
+
+def sections(found: Verification) -> list[Section]:
+    """Return what the cases make of their findings, in the order they were verified.
+
+    A case that raises is a section that says so: the report is written all the same.
+    """
+    made: list[Section] = []
+    for name in found.cases:
+        own = found.own.get(name, Findings(name))
+        try:
+            made += get_case(name).sections(found.main.get(name), own, found.of_case(name))
+        except Exception as error:
+            told = f"The sections of this case could not be made: {type(error).__name__}: {error}"
+            made.append(Section(name, (told,)))
+    return made
