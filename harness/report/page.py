@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from harness.comparison.verdicts import Check, Verdict
 from harness.comparison.verification import Verification
 from harness.report import text
-from harness.report import text as triage
 from harness.report.gallery import Drawn, Picture, data_uri, size, titles
 from harness.report.matrix import matrices
 from harness.report.sections import Section, Table
@@ -43,17 +42,17 @@ class Row:
     @property
     def triage(self) -> str:
         """Return the class of the failure."""
-        return triage.triage(self.check)
+        return text.triage(self.check)
 
     @property
     def details(self) -> str:
         """Return of what kind, where and when."""
-        return triage.details(self.check)
+        return text.details(self.check)
 
     @property
     def explained(self) -> str:
         """Return what that class means."""
-        return triage.explained(self.check)
+        return text.explained(self.check)
 
     @property
     def used(self) -> float:
@@ -77,7 +76,7 @@ class Row:
     @property
     def short(self) -> str:
         """Return what went wrong in a line: the note, or value against expected."""
-        return triage.happened(self.check)
+        return text.happened(self.check)
 
     @property
     def tail(self) -> str:

@@ -18,9 +18,7 @@ from harness.engines.contract import Engine
 from harness.observables.reference import PEYNEAU_ROUX, ReferencePoints, Trajectory
 from harness.parameters.tower import Tower
 from harness.reproduction import figure_data, schematics
-from harness.reproduction import figures as curves
 from harness.reproduction import figures as drawn
-from harness.reproduction import figures as towers
 from harness.reproduction.claims import Statement, untestable
 from harness.reproduction.figure_data import (
     error_against_stiffness,
@@ -69,15 +67,15 @@ def source_figures(
     # of each what it is drawn from with its statement, and how it is drawn from that
     figures: tuple[tuple[Compute, Draw], ...] = (
         (lambda: (True, figure_data.thin_layers(reference)),
-         lambda _: curves.thin_layers(PEYNEAU_ROUX, reference)),
+         lambda _: drawn.thin_layers(PEYNEAU_ROUX, reference)),
         (schematics.quartier, drawn.quartier_system),
         (schematics.force_diagrams, drawn.force_diagrams),
-        (lambda: velocity_series(engine, paths), curves.velocity_series),
+        (lambda: velocity_series(engine, paths), drawn.velocity_series),
         (schematics.layers, drawn.layers),
         (two_and_three_particles, velocity_and_deformation),
-        (error_against_stiffness, curves.error_against_stiffness),
-        (force_and_contacts, towers.of_all_heights),
-        (collapse, towers.collapse),
+        (error_against_stiffness, drawn.error_against_stiffness),
+        (force_and_contacts, drawn.of_all_heights),
+        (collapse, drawn.collapse),
         (lambda: (True, figure_data.impulse_ratio(runs())),
          lambda _: impulse.ratio_against_height(runs(), SOLVER)),
         (lambda: (True, figure_data.critical_angles(runs(), reference)),
@@ -86,9 +84,9 @@ def source_figures(
         (lambda: ((), untestable("fig-12")), None),
         (figure_data.energy_scaling,
          lambda data: impulse.energy_scaling(data, PEYNEAU_ROUX, reference=reference)),
-        (separated, towers.separation),
-        (structure_window, lambda data: curves.structure_window(data, PEYNEAU_ROUX, reference)),
-        (window_selection, towers.window_selection),
+        (separated, drawn.separation),
+        (structure_window, lambda data: drawn.structure_window(data, PEYNEAU_ROUX, reference)),
+        (window_selection, drawn.window_selection),
     )  # fmt: skip
     made = []
     for done, (compute, draw) in enumerate(figures, 1):

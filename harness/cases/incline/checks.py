@@ -28,7 +28,6 @@ from harness.cases.incline.angle import (
     critical_angles,
     step_limit,
 )
-from harness.cases.incline.angle import critical_angle as critical_angle_in
 from harness.cases.incline.closed_forms import PASSAGES, rebound
 from harness.cases.incline.engine_checks import reference_for
 from harness.cases.incline.levels import (
@@ -71,7 +70,6 @@ from harness.theory.chain import SHOCK_WITHOUT_REBOUND, Reading, shock_from_rest
 from harness.theory.contact import restitution_unclipped
 from harness.theory.incline import STATIC_ANGLE_DEG, no_flight_bound
 from harness.theory.incline import critical_angle as closed_form_angle
-from harness.theory.incline import critical_angle as of_shock
 
 NOT_OF_AN_ANGLE = {"angle", "phase"}
 """What a search for the critical angle sets itself."""
@@ -296,7 +294,7 @@ def rigid_checks(found: list[Stiffening]) -> Iterator[Check]:
         row = f"{name}, rigid spheres by events"
         yield judge(row, Kind.CROSS_CODE, value, exact, RIGID, uncertainty=error)
         for reading, words in READING_NAMES.items():
-            closed = of_shock(shock_from_restitution(e, reading))
+            closed = closed_form_angle(shock_from_restitution(e, reading))
             note = "the theory of one shock: the grain hops several times in a well"
             yield finding(f"{name}, one shock ({words})", value, closed, "deg", note, error)
 
@@ -312,7 +310,7 @@ def _stiffening(e: float, stiffnesses: Sequence[float], engine: Reference) -> St
             values.append(at.value)
             errors.append(at.uncertainty)
         else:
-            angle = critical_angle_in(case, method="steady", tolerance_deg=1e-3, engine=engine)
+            angle = critical_angle(case, method="steady", tolerance_deg=1e-3, engine=engine)
             values.append(angle.value_deg)
             errors.append(angle.uncertainty_deg)
     rigid = limit([1.0 / k for k in stiffnesses], values, errors, EXPONENTS)
@@ -325,7 +323,7 @@ def rigid_section(found: Sequence[Stiffening]) -> Section:
     rows = []
     for e in (0.0, *STIFFNESSES):
         one = dem.get(e)
-        readings = (of_shock(shock_from_restitution(e, r)) for r in READING_NAMES)
+        readings = (closed_form_angle(shock_from_restitution(e, r)) for r in READING_NAMES)
         measured = f"{one.rigid.value:.4f} ± {one.rigid.uncertainty:.1g}" if one else "-"
         rows.append((f"{e:g}", f"{rigid_angle(e):.4f}", measured, *(f"{r:.4f}" for r in readings)))
     columns = (
@@ -346,7 +344,7 @@ def restitution_figure(found: Sequence[Stiffening]) -> Figure:
     e = np.linspace(0.0, 0.6, 61)
     axes.plot(e, [rigid_angle(x) for x in e], color=BLUE, label="rigid spheres, by events")
     for (reading, words), colour in zip(READING_NAMES.items(), (ORANGE, GREEN), strict=True):
-        closed = [of_shock(shock_from_restitution(x, reading)) for x in e]
+        closed = [closed_form_angle(shock_from_restitution(x, reading)) for x in e]
         axes.plot(e, closed, "--", color=colour, label=f"one shock, {words}")
     for one in found:
         axes.errorbar(

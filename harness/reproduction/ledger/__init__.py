@@ -15,8 +15,6 @@ from harness.engines.contract import Engine
 from harness.reproduction.as_printed import PRINTED, Printed
 from harness.reproduction.claims import SOURCES, Ledger, Statement, untestable
 from harness.reproduction.ledger import appendix, background, errata, methods, results
-from harness.reproduction.ledger import errata as beyond
-from harness.reproduction.ledger import results as discussion
 from harness.workflows.progress import Progress, silent
 
 Section = Callable[[Printed], Iterable[Statement]]
@@ -38,10 +36,10 @@ def statements(
         methods.methods_pair_statements,
         methods.methods_chain_statements,
         results.results_statements,
-        discussion.discussion_statements,
+        results.discussion_statements,
         appendix.appendix_chains_statements,
         appendix.appendix_window_statements,
-        beyond.beyond_statements,
+        errata.beyond_statements,
     )
     rows = [untestable(s) for s in SOURCES.values() if s.untestable and not s.title]
     for done, section in enumerate(sections):

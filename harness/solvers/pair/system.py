@@ -13,7 +13,6 @@ from harness.parameters.rules import Rules
 from harness.parameters.scene import ContactScene
 from harness.solvers.pair import friction as slider
 from harness.solvers.pair import geometry, normal
-from harness.solvers.pair import normal as damping
 from harness.solvers.pair.normal import ELASTIC, fold, swelling_depth, yield_depth
 from harness.solvers.pair.records import (
     BODIES,
@@ -127,8 +126,8 @@ def law_of(law: ContactLaw, rules: Rules) -> Records:
         "fold": rules.pull_off == "fold",
         "wall_magnified": law.normal == "mdr" and rules.wall_force == "magnified",
         **_branches(law),
-        "damping": damping.KINDS[law.damping],
-        "damping_coefficient": damping.coefficient(law, rules),
+        "damping": normal.KINDS[law.damping],
+        "damping_coefficient": normal.coefficient(law, rules),
         "clipped": law.clipped,
         "tangential": bool(law.friction),
         "tangential_stiffness": 8.0 * shear * factor
