@@ -1,46 +1,123 @@
-"""What the README shows is what the project has."""
+"""What the READMEs show is what the project has."""
 
+import ast
 import re
+import shlex
 import tomllib
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).parents[1]
-README = (ROOT / "README.md").read_text(encoding="utf-8")
+SKIPPED = {".venv", "runs", "node_modules"}
+PAGES = sorted(
+    path
+    for path in ROOT.rglob("*.md")
+    if path.name in {"README.md", "CONTRIBUTING.md"} and not SKIPPED & set(path.parts)
+)
+README = ROOT / "README.md"
 
 
-def test_the_engine_that_the_readme_shows_is_the_one_that_is_tested():
-    (shown,) = re.findall(r"```python\n(class \w+\(Engine\).*?)\n```", README, re.DOTALL)
-    engine = ROOT / "tests" / "plugins" / "small_dem" / "small_dem" / "engine.py"
-    assert shown in engine.read_text(encoding="utf-8")
+def name(page):
+    return str(page.relative_to(ROOT))
 
 
-@pytest.mark.parametrize("link", sorted(set(re.findall(r"\]\(((?!http|#)[^)#]+)", README))))
-def test_every_link_leads_to_a_file(link):
-    assert (ROOT / link).exists()
+def blocks(page, language):
+    """Return the blocks of code of a language in a page."""
+    return re.findall(rf"^ *```{language}\n(.*?)^ *```", page.read_text("utf-8"), re.M | re.S)
 
 
-def test_every_anchor_is_a_heading():
-    headings = {
-        re.sub(r"[^a-z0-9 -]", "", line.lstrip("# ").lower()).replace(" ", "-")
-        for line in README.splitlines()
-        if line.startswith("#")
-    }
-    assert set(re.findall(r"\]\(#([^)]+)\)", README)) <= headings
+def shown(language):
+    return [
+        pytest.param(text, id=f"{name(page)}-{number}")
+        for page in PAGES
+        for number, text in enumerate(blocks(page, language))
+    ]
 
 
-@pytest.mark.parametrize("command", sorted(set(re.findall(r"`dem-harness ([a-z-]+)", README))))
-def test_every_command_exists(command):
+def commands():
+    """Return the lines of all pages that call dem-harness, each once."""
+    lines = []
+    for page in PAGES:
+        for block in blocks(page, "bash"):
+            whole = block.replace("\\\n", " ")
+            lines += re.findall(r"(?:^|&& )(?:\S*/)?dem-harness ([^#&\n]+)", whole, re.MULTILINE)
+    return sorted({line.strip() for line in lines})
+
+
+def anchors(page):
+    """Return the anchors of a page's headings, as GitHub makes them."""
+    without_code = re.sub(r"```.*?```", "", page.read_text("utf-8"), flags=re.DOTALL)
+    headings = re.findall(r"^#+ (.+)$", without_code, re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", text.lower()).replace(" ", "-") for text in headings}
+
+
+def links():
+    return [
+        pytest.param(page, link, id=f"{name(page)}:{link}")
+        for page in PAGES
+        for link in sorted(set(re.findall(r"\]\(((?!http)[^)\s]+)\)", page.read_text("utf-8"))))
+    ]
+
+
+def test_the_engine_that_is_shown_is_the_one_that_is_tested():
+    (engine,) = [b for page in PAGES for b in blocks(page, "python") if "(Engine)" in b]
+    module = ROOT / "tests" / "plugins" / "small_dem" / "small_dem" / "engine.py"
+    assert engine == module.read_text("utf-8")
+
+
+@pytest.mark.parametrize("text", [p for p in shown("python") if "(Engine)" not in p.values[0]])
+def test_what_is_shown_in_python_runs(text, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    exec(compile(ast.parse(text), "<page>", "exec"), {"__name__": "shown"})
+
+
+@pytest.mark.parametrize(("page", "link"), links())
+def test_every_link_leads_to_a_file_and_a_heading(page, link):
+    file, _, anchor = link.partition("#")
+    target = page.parent / file if file else page
+    assert target.exists()
+    if anchor:
+        assert anchor in anchors(target)
+
+
+@pytest.mark.parametrize("line", commands())
+def test_every_command_is_understood(line):
     from typer.main import get_command
 
     from harness.cli.app import app
 
-    assert command in get_command(app).commands
+    words = shlex.split(re.sub(r"\b(today|monday)\b", r"\1", line))
+    command, words = get_command(app), words
+    while hasattr(command, "commands"):
+        command = command.commands[words[0]]
+        words = words[1:]
+    command.make_context(command.name, words)
 
 
-def test_the_package_and_its_citation_name_the_same_paper():
-    root = Path(__file__).parents[1]
-    (url,) = tomllib.loads((root / "pyproject.toml").read_text())["project"]["urls"].values()
-    assert f"url: {url}" in (root / "CITATION.cff").read_text()
-    assert f"arXiv {url.rpartition('/')[2]}" in (root / "README.md").read_text()
+def test_the_readme_is_read_over_a_coffee():
+    text = README.read_text("utf-8")
+    assert len(text.splitlines()) <= 150
+    prose = re.sub(r"```.*?```|^\|.*?$|^    .*?$", "", text, flags=re.DOTALL | re.MULTILINE)
+    prose = re.sub(r"\]\([^)]+\)", "]", prose)
+    long = [s for s in re.split(r"(?<=[.:?!])\s|\n\n", prose) if len(s.split()) > 30]
+    assert not long
+
+
+def test_every_script_of_a_known_defect_stands_in_the_list():
+    known = tomllib.loads((ROOT / "inputs" / "known-defects.toml").read_text("utf-8"))["defect"]
+    folder = ROOT / "reports" / "defects"
+    listed = set(re.findall(r"\]\(([^)]+/in\.\w+)\)", (folder / "README.md").read_text("utf-8")))
+    assert listed == {d["script"].removeprefix("reports/defects/") for d in known.values()}
+
+
+def test_the_package_and_its_citation_name_the_same_paper_and_version():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    (url,) = project["urls"].values()
+    citation = (ROOT / "CITATION.cff").read_text("utf-8")
+    assert f"url: {url}" in citation
+    assert f"arXiv {url.rpartition('/')[2]}" in README.read_text("utf-8")
+    from harness import __version__
+
+    assert f"version: {__version__}" in citation
+    assert f"## {__version__}" in (ROOT / "CHANGELOG.md").read_text("utf-8")
