@@ -1,0 +1,215 @@
+"""A test of LAMMPS's ``unittest/granular``: its YAML file, and the script that runs it.
+
+A file holds the commands that build a system, how many steps each segment takes, and the recorded
+positions, velocities, torques and angular velocities at the end of each. LAMMPS's driver runs it
+with newton on and off and compares component by component, to a relative ``epsilon``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+from harness.errors import RequestError
+
+Array = NDArray[np.float64]
+
+RECORDED = {
+    "run_pos": ("x", "y", "z"),
+    "run_vel": ("vx", "vy", "vz"),
+    "run_torque": ("tqx", "tqy", "tqz"),
+    "run_omega": ("omegax", "omegay", "omegaz"),
+}
+"""Recorded tables, with the columns of a dump that they are held against."""
+
+BLOCKS = ("pre_commands", "post_commands", "pair_coeff", "variables", "run_segments")
+
+STATE = "state"
+"""Dumps of a run: ``state.0`` before the first step, ``state.1`` after the first segment, ..."""
+
+COLUMNS = (
+    *("id", "type"),
+    *("x", "y", "z", "vx", "vy", "vz", "omegax", "omegay", "omegaz"),
+    *("fx", "fy", "fz", "tqx", "tqy", "tqz", "radius", "mass"),
+)
+"""Of a dump."""
+
+
+@dataclass(frozen=True)
+class UpstreamTest:
+    """One test: commands, segments in steps, and what was recorded.
+
+    ``recorded`` maps ``run_pos`` and the like to rows (segment, atom, x, y, z). ``tolerance`` is
+    that of the closed form ``model``, looked at after segment ``at``; NaN without one.
+    """
+
+    name: str
+    variables: tuple[tuple[str, str], ...]
+    before_pair: tuple[str, ...]
+    pair_style: str
+    pair_coeff: tuple[str, ...]
+    after_pair: tuple[str, ...]
+    segments: tuple[int, ...]
+    epsilon: float
+    recorded: Mapping[str, Array] = field(default_factory=dict, compare=False)
+    version: str = ""
+    model: str = ""
+    tolerance: float = float("nan")
+    at: int = -1
+
+    @property
+    def judged_segment(self) -> int:
+        """Return the segment after which the closed form is looked at: the last unless given."""
+        return self.at if 0 <= self.at < len(self.segments) else len(self.segments) - 1
+
+    def script(self, newton: str = "off", finer: int = 1) -> str:
+        """Return the LAMMPS input that runs the test, with its step divided by ``finer``."""
+        lines = [f"newton {newton}", "variable input_dir index ."]
+        lines += [f"variable {name} index {value}" for name, value in self.variables]
+        lines += [*self.before_pair, f"pair_style {self.pair_style}"]
+        lines += [f"pair_coeff {text}" for text in self.pair_coeff]
+        lines += self.after_pair
+        if finer > 1:
+            lines.append(f"timestep $(dt/{finer}:%.17g)")
+        lines += ["run 0 post no", _dump(0)]
+        for number, steps in enumerate(self.segments, 1):
+            lines += [f"run {steps * finer} post no", _dump(number)]
+        return "\n".join([*lines, 'print "RESULT verdict = finished"', ""])
+
+    def text(self) -> str:
+        """Return the file of the test, in the form that LAMMPS's driver reads."""
+        values = {
+            "lammps_version": self.version,
+            "tags": "granular",
+            "date_generated": "",
+            "epsilon": f"{self.epsilon:g}",
+            "skip_tests": "",
+        }
+        lines = ["---", *(f"{name}: {value}".rstrip() for name, value in values.items())]
+        lines += _block("prerequisites", [f"atom {self._atom_style}", f"pair {self._pair}"])
+        lines += _block("pre_commands", self.before_pair)
+        lines += _block("post_commands", self.after_pair)
+        lines += ["input_file:", f"natoms: {self.atoms}"]
+        lines += _block("variables", [f"{name} {value}" for name, value in self.variables])
+        lines += [f"pair_style: {self.pair_style}"]
+        lines += _block("pair_coeff", self.pair_coeff)
+        lines += _block("run_segments", [" ".join(map(str, self.segments))])
+        for name, rows in self.recorded.items():
+            lines += _block(name, [_recorded_line(row) for row in rows], indicator="|2")
+        return "\n".join([*lines, "...", ""])
+
+    @property
+    def atoms(self) -> int:
+        """Return the number of atoms that were recorded."""
+        tables = [rows[:, 1] for rows in self.recorded.values() if len(rows)]
+        return len(np.unique(np.concatenate(tables))) if tables else 0
+
+    @property
+    def _pair(self) -> str:
+        return self.pair_style.split()[0]
+
+    @property
+    def _atom_style(self) -> str:
+        styles = [line.split()[1] for line in self.before_pair if line.startswith("atom_style ")]
+        return styles[0] if styles else "sphere"
+
+
+def _dump(number: int) -> str:
+    return (
+        f"write_dump all custom {STATE}.{number} {' '.join(COLUMNS)} "
+        "modify sort id format float %.17g"
+    )
+
+
+def _block(name: str, lines: Sequence[str], indicator: str = "|") -> list[str]:
+    return [f"{name}: {indicator}", *(f"  {line}" for line in lines)]
+
+
+def _recorded_line(row: Array) -> str:
+    segment, atom, *values = row
+    return f"{int(segment):3d} {int(atom):3d} " + " ".join(f"{v:23.16e}" for v in values)
+
+
+def read_tests(path: Path) -> list[UpstreamTest]:
+    """Return the tests of a file, or of all ``*.yaml`` files of a folder, by name.
+
+    Raise RequestError for a path without any, and for a file that is no test.
+    """
+    files = sorted(path.glob("*.yaml")) if path.is_dir() else [path]
+    if not files or not files[0].is_file():
+        raise RequestError(
+            f"{path}: must be a test of LAMMPS's unittest/granular (demNN-*.yaml), or their folder"
+        )
+    return [read_test(file) for file in files]
+
+
+def read_test(file: Path) -> UpstreamTest:
+    """Return the test of a YAML file; raise RequestError, naming file and key, for another."""
+    try:
+        # every value as text: a driver in C++ reads them so
+        values = yaml.load(file.read_text("utf-8"), Loader=yaml.BaseLoader)
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise RequestError(f"{file}: cannot be read: {' '.join(str(error).split())}") from None
+    if not isinstance(values, dict):
+        raise RequestError(f"{file}: must be a mapping of keys, as unittest/granular has them")
+    blocks = {name: _lines(values, name, file) for name in BLOCKS}
+    if "pair_style" not in values:
+        raise RequestError(f"{file}: pair_style is missing")
+    segments = " ".join(blocks["run_segments"]).split()
+    if not segments or not all(word.isdigit() for word in segments):
+        raise RequestError(
+            f"{file}: run_segments = {' '.join(segments)!r}: must be numbers of steps"
+        )
+    judged = values.get("analytic_enable", "").strip() in ("yes", "true", "on", "1")
+    return UpstreamTest(
+        name=file.stem,
+        variables=tuple(_pair_of(line) for line in blocks["variables"]),
+        before_pair=blocks["pre_commands"],
+        pair_style=values["pair_style"].strip(),
+        pair_coeff=blocks["pair_coeff"],
+        after_pair=blocks["post_commands"],
+        segments=tuple(map(int, segments)),
+        epsilon=_number(values, "epsilon", file, 1e-10),
+        recorded={name: _rows(values[name], name, file) for name in RECORDED if values.get(name)},
+        version=values.get("lammps_version", ""),
+        model=values.get("analytic_model", "").strip() if judged else "",
+        tolerance=_number(values, "analytic_tol", file, np.nan) if judged else np.nan,
+        at=int(_number(values, "analytic_segment", file, -1.0)),
+    )
+
+
+def _lines(values: Mapping[str, Any], name: str, file: Path) -> tuple[str, ...]:
+    text = values.get(name, "")
+    if not isinstance(text, str):
+        raise RequestError(f"{file}: {name}: must be lines of text")
+    return tuple(line.strip() for line in text.splitlines() if line.strip())
+
+
+def _pair_of(line: str) -> tuple[str, str]:
+    name, _, value = line.partition(" ")
+    return name, value.strip()
+
+
+def _number(values: Mapping[str, Any], name: str, file: Path, default: float) -> float:
+    text = values.get(name) or default
+    try:
+        return float(text)
+    except ValueError:
+        raise RequestError(f"{file}: {name} = {text!r}: must be a number") from None
+
+
+def _rows(text: str, name: str, file: Path) -> Array:
+    """Return rows (segment, atom, x, y, z), shape (M, 5)."""
+    try:
+        rows = np.array([[float(word) for word in line.split()] for line in text.splitlines()])
+    except ValueError:
+        rows = np.zeros(0)
+    if rows.ndim != 2 or rows.shape[1] != 5:
+        raise RequestError(f"{file}: {name}: must be rows of segment, atom and three numbers")
+    return rows
