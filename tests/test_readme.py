@@ -83,16 +83,9 @@ def test_every_link_leads_to_a_file_and_a_heading(page, link):
 
 @pytest.mark.parametrize("line", commands())
 def test_every_command_is_understood(line):
-    from typer.main import get_command
-
     from harness.cli.app import app
 
-    words = shlex.split(re.sub(r"\b(today|monday)\b", r"\1", line))
-    command, words = get_command(app), words
-    while hasattr(command, "commands"):
-        command = command.commands[words[0]]
-        words = words[1:]
-    command.make_context(command.name, words)
+    app.parse_args(shlex.split(line), exit_on_error=False, print_error=False)
 
 
 def test_the_readme_is_read_over_a_coffee():

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 try:
     import contextlib
-    import itertools
     import os
     import signal
     import sys
@@ -75,58 +74,36 @@ def _stop(number: int, _: Any) -> None:
 
 def _status() -> int:
     """Run the command and return its exit status; an error is told here."""
-    import typer
+    from cyclopts import CycloptsError
 
     from harness.cli.app import app
+    from harness.cli.command import usage_message
     from harness.errors import HarnessError
 
-    # the base of all errors of parsing; typer exports one below it
-    usage: type[Exception] = next(
-        kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException"
-    )
+    words = sys.argv[1:]
     try:
-        status = app(standalone_mode=False) or 0
-        return interrupted_status() if status == INTERRUPTED else status
+        if not words or words[0].startswith("-"):
+            app.resolved_commands()  # the list of the commands says what each does
+        status = app(words, exit_on_error=False, print_error=False, result_action="return_value")
+        if status is None:  # no command: the help, which is wrong only where nobody asked for it
+            return 0 if any(word.startswith("-") for word in words) else 2
+        return int(status)
     except HarnessError as error:
         return _told(str(error), error.exit_status)
     except BrokenPipeError:
         return 0  # the reader of our output has seen enough
-    except (KeyboardInterrupt, typer.Abort):
+    except KeyboardInterrupt:
         return interrupted_status()
-    except usage as error:
-        return _usage(error)
+    except CycloptsError as error:
+        return _told(usage_message(error), 2)
     except SystemExit as ending:
         if isinstance(ending.__context__, BrokenPipeError):
-            return 0  # as rich and typer end then
+            return 0  # as rich ends then
         return _told(f"internal error: a library ended the process ({ending})", INTERNAL)
     except Exception as error:  # whatever it is, it is told in a line
         if os.environ.get(TRACEBACK):
             raise
         return _told(_internal(error), INTERNAL)
-
-
-def _usage(error: Any) -> int:
-    """Tell an error of parsing in two lines, and where the help is."""
-    if type(error).__name__ == "NoArgsIsHelpError":
-        error.show()
-        return int(error.exit_code)
-    command = error.ctx.command_path if getattr(error, "ctx", None) else "dem-harness"
-    message = " ".join(error.format_message().split())
-    options = getattr(getattr(error, "param", None), "opts", ())
-    if options and error.message:  # a value that is refused: say which
-        reason = error.message.replace("Input should be", "must be").replace("Value error, ", "")
-        message = f"{options[-1]}{_given(options[-1])}: {' '.join(reason.split())}"
-    return _told(f"{message}\nsee {command} --help", int(error.exit_code))
-
-
-def _given(option: str) -> str:
-    """Return the value of an option as it was given, with a blank before it; empty without one."""
-    for word, following in itertools.zip_longest(sys.argv, sys.argv[1:], fillvalue=""):
-        if word == option and following:
-            return f" {following!r}"
-        if word.startswith(f"{option}="):
-            return f" {word.partition('=')[2]!r}"
-    return ""
 
 
 def _internal(error: Exception) -> str:

@@ -2,34 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-import typer
+from cyclopts import App, Parameter
 
-from harness.cli.command import Json, Level, add_command
+from harness.cli.command import File, Folder, Json, Level, options
 from harness.cli.engine_options import EngineOptions
 from harness.cli.files import check_source, print_json, print_line
 
 if TYPE_CHECKING:
     from harness.workflows.baseline import BaselineComparison
 
-baseline = typer.Typer(
-    name="baseline",
-    help="Compare with the baseline, or accept a new one.",
-    no_args_is_help=True,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
+baseline = App(name="baseline", help="Compare with the baseline, or accept a new one.")
 
 
-@dataclass(frozen=True)
+@options()
 class BaselineOptions:
     """Which cases are run, and which baseline they are held against."""
 
     level: Level = "default"
-    cases: str | None = None
-    baseline: Path | None = None
+    """How much of each case: that of `verify`."""
+    cases: Annotated[str | None, Parameter(metavar="NAME[,NAME...]")] = None
+    """Cases or groups that `dem-harness cases` lists, or `all`. [default: incline and tower]"""
+    baseline: Folder = None
+    """Folder of the baseline. [default: reports/baseline of this project, or the installed
+    package's own]"""
 
     def run(
         self, engine: EngineOptions, tolerances: Path | None, quiet: bool
@@ -53,25 +51,37 @@ class BaselineOptions:
         return compared
 
 
-@dataclass(frozen=True)
+@options()
 class CompareOptions(BaselineOptions):
     """As those of both commands, and how far a quantity may move."""
 
-    tolerances: Path | None = None
+    tolerances: File = None
+    """Named overrides of the regression tolerances, TOML. [default: inputs/tolerances.toml]"""
 
 
-@dataclass(frozen=True)
+@options()
 class AcceptOptions(BaselineOptions):
     """As those of both commands, and the consent."""
 
     yes: bool = False
+    """Write without asking."""
 
 
-def compare(asked: CompareOptions, engine: EngineOptions, json: Json = False) -> None:
+def compare(
+    asked: CompareOptions = CompareOptions(),
+    engine: EngineOptions = EngineOptions(),
+    *,
+    json: Json = False,
+) -> int:
     """Run the cases and hold each quantity against the baseline.
 
     A failed row says of what class it is: diverged from the first step, diverged
     late (and when), wrong input, engine error, NaN, out of time, out of memory.
+
+    For example:
+
+        dem-harness baseline compare --level quick
+        dem-harness baseline compare --baseline mine --json
     """
     from harness.cli.verify import print_regression
 
@@ -83,13 +93,23 @@ def compare(asked: CompareOptions, engine: EngineOptions, json: Json = False) ->
     else:
         rows = [check.record() for check in compared.checks]
         print_regression(rows, compared.found.baseline)
-    raise typer.Exit(compared.status)
+    return compared.status
 
 
-def accept(asked: AcceptOptions, engine: EngineOptions, json: Json = False) -> None:
+def accept(
+    asked: AcceptOptions = AcceptOptions(),
+    engine: EngineOptions = EngineOptions(),
+    *,
+    json: Json = False,
+) -> int:
     """Run the cases, show what would change in the baseline, and write it if told to.
 
     Asks on a terminal; without one, and without --yes, nothing is written.
+
+    For example:
+
+        dem-harness baseline accept --baseline mine
+        dem-harness baseline accept --cases contacts --level full --yes
     """
     from harness.workflows.baseline import accept_baseline, where_to_accept
 
@@ -106,10 +126,11 @@ def accept(asked: AcceptOptions, engine: EngineOptions, json: Json = False) -> N
         print(f"{target}: {len(compared.changes)} records written")
     elif compared.changes:
         print(f"{target}: nothing written; --yes writes it")
+    return 0
 
 
-add_command(baseline, compare)
-add_command(baseline, accept)
+baseline.command(compare)
+baseline.command(accept)
 
 
 def _agreed(compared: BaselineComparison, target: Path) -> bool:
@@ -118,7 +139,8 @@ def _agreed(compared: BaselineComparison, target: Path) -> bool:
 
     if sys.stdin is None or not sys.stdin.isatty():
         return False
-    return typer.confirm(f"Write {len(compared.changes)} records into {target}?")
+    question = f"Write {len(compared.changes)} records into {target}? [y/N]: "
+    return input(question).strip().lower() in ("y", "yes")
 
 
 def _print_changes(compared: BaselineComparison) -> None:

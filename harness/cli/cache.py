@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from harness.cli.command import Json
+from cyclopts import Parameter
+
+from harness.cli.command import Folder, Json, Name, options
 from harness.cli.files import print_json
 from harness.errors import RequestError
 
@@ -17,14 +17,18 @@ if TYPE_CHECKING:
 DAY = 86_400.0
 
 
-@dataclass(frozen=True)
+@options()
 class CacheCommandOptions:
     """Which cache, and what of it is removed."""
 
-    cache: Path | None = None  # fmt: skip
+    cache: Folder = None
+    """The cache. [default: DEM_HARNESS_HOME/cache, else ~/.cache/dem-harness]"""
     clear: bool = False
-    older_than: float | None = None
-    case: str | None = None
+    """Remove what fits the two options below; all without them."""
+    older_than: Annotated[float | None, Parameter(metavar="DAYS")] = None
+    """Only what was not used for so many days."""
+    case: Name = None
+    """Only results of a case that `dem-harness cases` lists."""
 
     def fitting(self, found: list[Kept]) -> list[Kept]:
         """Return what fits the options; raise RequestError for an age that is none."""
@@ -41,11 +45,16 @@ class CacheCommandOptions:
         return found
 
 
-def cache(asked: CacheCommandOptions, json: Json = False) -> None:
+def cache(asked: CacheCommandOptions = CacheCommandOptions(), *, json: Json = False) -> int:
     """Say what is kept: path, size and cases of the cache; or clear it, by age or case.
 
     Besides results the cache holds environments of `releases` and compiled kernels. What is
     cleared is computed, installed or compiled again when it is asked for.
+
+    For example:
+
+        dem-harness cache --json
+        dem-harness cache --clear --older-than 30
     """
     from harness.files import cache_place
     from harness.store.cache import clear, contents
@@ -58,7 +67,7 @@ def cache(asked: CacheCommandOptions, json: Json = False) -> None:
         record = {"cache": str(folder), "cleared": _sums(gone), **_sums(contents(folder))}
     if json:
         print_json(record)
-        return
+        return 0
     print(f"{folder}: {_said(record)}")
     for sort, part in record["sorts"].items():
         print(f"  {sort}: {_said(part)}")
@@ -66,6 +75,7 @@ def cache(asked: CacheCommandOptions, json: Json = False) -> None:
         print(f"  of case {case}: {_said(part)}")
     if asked.clear:
         print(f"cleared: {_said(record['cleared'])}")
+    return 0
 
 
 def _sums(found: list[Kept]) -> dict[str, Any]:

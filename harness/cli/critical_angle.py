@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from harness.cli.command import ContactName, Json
+from cyclopts import Parameter
+
+from harness.cli.command import ContactName, Json, options, panel
 from harness.cli.engine_options import CostOptions, EngineOptions, answer, completed
 from harness.cli.files import print_record
 from harness.errors import RequestError
@@ -17,14 +18,20 @@ if TYPE_CHECKING:
     from harness.workflows.progress import Progress
 
 
-@dataclass(frozen=True)
+@options()
 class RouteOptions(CostOptions):
     """How the angle is found."""
 
     method: Literal["passage", "steady"] = "passage"
+    """`passage`: root of the energy margin over one well. `steady`: the smallest angle that keeps
+    moving, the source's definition."""
     extrapolate: bool = False
+    """Take the step to zero, then the stiffness to infinity (passage route; plastic contact
+    unless told otherwise). The ladder spans a factor of 10 about --stiffness."""
     tolerance: float | None = None
+    """Resolution of the search, deg. [default: 0.001 passage, 0.005 steady]"""
     wells: int | None = None
+    """Wells to pass in steady motion. [default: 10, below 20 steps per contact 100]"""
 
     def check(self, system: SystemOptions) -> None:
         """Raise RequestError for a tolerance out of range and options that exclude one another."""
@@ -81,16 +88,23 @@ class RouteOptions(CostOptions):
         ).record()
 
 
-@dataclass(frozen=True)
+@options()
 class SystemOptions:
     """Stiffness, step and system."""
 
-    stiffness: float = 1e6
-    steps_per_contact: float | None = None
-    engine_step: float | None = None
-    diameter: float = 1.0
-    density: float | None = None
-    gravity: float = 9.81
+    stiffness: Annotated[float, Parameter(group=panel("Contact"))] = 1e6
+    """Normal stiffness k, N/m."""
+    steps_per_contact: Annotated[float | None, Parameter(group=panel("Contact"))] = None
+    """Steps per contact time pi sqrt(m/k). [default: 50]"""
+    engine_step: Annotated[float | None, Parameter(metavar="NUMBER", group=panel("Contact"))] = None
+    """The step as the engine counts it, in place of --steps-per-contact: of MFiX its
+    DTSOLID_FACTOR."""
+    diameter: Annotated[float, Parameter(group=panel("System"))] = 1.0
+    """Diameter of all spheres, m."""
+    density: Annotated[float | None, Parameter(group=panel("System"))] = None
+    """Density of the grain, kg/m3. [default: 6/pi, 1 kg at 1 m]"""
+    gravity: Annotated[float, Parameter(group=panel("System"))] = 9.81
+    """Gravity, m/s2."""
 
     def case(self, engine: str, contact: Contact) -> Incline:
         """Return the incline; raise RequestError for values that are not allowed."""
@@ -116,15 +130,21 @@ class SystemOptions:
         return engine_class(engine).steps_of(self.engine_step, contact)
 
 
-@dataclass(frozen=True)
+@options("Contact")
 class ContactOptions:
     """The contact: a named one, and what is changed in it."""
 
     contact: ContactName | None = None
+    """`source`: e = 1e-20, tail kept. `clipped`: critical damping, tail clipped. `plastic`:
+    damping ratio 5, clipped. [default: source]"""
     restitution: float | None = None
+    """Nominal restitution, 0 to 1; 0 is critical damping."""
     damping_ratio: float | None = None
-    clip: bool | None = None
+    """Damping ratio zeta; overrides --restitution. Plastic contact is 5, clipped."""
+    clip: Annotated[bool | None, Parameter(negative="--no-clip")] = None
+    """Clip the attractive tail of a parting contact, or keep it."""
     half_mass: bool = False
+    """Effective mass m/2 against a fixed sphere, as in MFiX, instead of m."""
 
     def contact_or(self, default: ContactName) -> Contact:
         """Return the named contact with what the other options change in it.
@@ -150,17 +170,23 @@ class ContactOptions:
 
 
 def critical_angle(
-    route: RouteOptions,
-    contact: ContactOptions,
-    system: SystemOptions,
-    engine: EngineOptions,
+    route: RouteOptions = RouteOptions(),
+    contact: ContactOptions = ContactOptions(),
+    system: SystemOptions = SystemOptions(),
+    engine: EngineOptions = EngineOptions(),
+    *,
     json: Json = False,
-) -> None:
+) -> int:
     """Critical angle of the frictionless incline, measured in an engine.
 
     Without options: the source's contact (e = 1e-20, attractive tail kept),
     k = 1e6 N/m, 50 steps per contact time, passage route. A single value agrees
     with 10.2078 deg by cancellation at best: --extrapolate is what proves it.
+
+    For example:
+
+        dem-harness critical-angle --extrapolate
+        dem-harness critical-angle --engine yade --program yade=/opt/yade/bin/yade --contact clipped
     """
     from harness.cases.incline.closed_forms import angles_beside
     from harness.cli.recording import angle_quantities, recorded
@@ -174,4 +200,4 @@ def critical_angle(
         found = route.measure(case, opened, told.progress)
         record = completed({**angles_beside(touching), **found}, opened, told)
         told.quantities = angle_quantities(record)
-    answer(record, engine.engine, json, print_record)
+    return answer(record, engine.engine, json, print_record)

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import typer
-
-from harness.cli.command import Json
+from harness.cli.command import Folder, Json
 from harness.cli.files import print_json
 from harness.report.plain import one_line
 
@@ -20,16 +17,7 @@ SHOWN = 20
 """Rows that a terminal shows of those that moved without a change of verdict."""
 
 
-@dataclass(frozen=True)
-class DiffOptions:
-    """Two runs, and where a page of them goes."""
-
-    before: Path = field(kw_only=True)
-    after: Path = field(kw_only=True)
-    output: Path | None = None
-
-
-def diff(asked: DiffOptions, json: Json = False) -> None:
+def diff(before: Path, after: Path, /, *, output: Folder = None, json: Json = False) -> int:
     """Hold two verification runs side by side: what moved, and by how much.
 
     A move is told in the row's unit, in tolerances, and in uncertainties of both
@@ -39,10 +27,23 @@ def diff(asked: DiffOptions, json: Json = False) -> None:
     fails or is not tested, a new one fails, or one is gone); what only one of two
     levels, plans or ways to run an engine has is not comparable, and worsens nothing;
     2 a folder is not a run.
+
+    For example:
+
+        dem-harness diff reports/runs/monday reports/runs/tuesday
+        dem-harness diff before after --output page
+
+    Parameters
+    ----------
+    before
+        A report's folder, or its results.json.
+    after
+        The run to hold against it.
+    output
+        Folder for a page with both runs side by side; must not hold anything yet.
     """
     from harness.workflows import diff as hold
 
-    before, after, output = asked.before, asked.after, asked.output
     if output is not None:
         from harness.report.folder import check_folder
 
@@ -58,7 +59,7 @@ def diff(asked: DiffOptions, json: Json = False) -> None:
         _print(found)
         if output is not None:
             print(f"page: {output / 'diff.html'}")
-    raise typer.Exit(found.status)
+    return found.status
 
 
 def _print(found: RunDiff) -> None:

@@ -13,10 +13,12 @@ import contextlib
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
+from cyclopts import Parameter
+
+from harness.cli.command import Folder, Name, options
 from harness.cli.files import print_json
 from harness.errors import EngineError, HarnessError, RequestError
 from harness.report.plain import printable
@@ -27,12 +29,15 @@ if TYPE_CHECKING:
     from harness.store.entries import Entries
 
 
-@dataclass(frozen=True)
+@options("Kept results")
 class CacheOptions:
     """Where results are kept, and whether they are used."""
 
-    cache: Path | None = None
+    cache: Folder = None
+    """Where results are kept, up to 2 GiB. [default: DEM_HARNESS_HOME/cache, else
+    ~/.cache/dem-harness]"""
     fresh: bool = False
+    """Run everything again, whatever is kept."""
 
     def entries(self) -> Entries | None:
         """Return the cache; None, with a note on stderr, where the default place is not writable.
@@ -53,13 +58,16 @@ class CacheOptions:
             return None
 
 
-@dataclass(frozen=True)
+@options("Engine")
 class WhereOptions:
     """Where the programs of engines are."""
 
-    lmp: str | None = None
-    mpirun: str | None = None
-    program: list[str] | None = None
+    lmp: Annotated[str | None, Parameter(metavar="PATH")] = None
+    """A LAMMPS executable of your own. Without it, LAMMPS runs in-process."""
+    mpirun: Annotated[str | None, Parameter(metavar="COMMAND")] = None
+    """An MPI launcher of LAMMPS with its options, as in `--mpirun "mpirun -np 4"`."""
+    program: Annotated[list[str] | None, Parameter(metavar="NAME=PATH")] = None
+    """The executable of an engine (of Kratos a Python that has it); repeat it for several."""
 
     @property
     def programs(self) -> dict[str, str]:
@@ -69,11 +77,13 @@ class WhereOptions:
         return named_values(self.program or (), "--program")
 
 
-@dataclass(frozen=True)
+@options("Engine")
 class ProgramOptions(CacheOptions, WhereOptions):
     """How engines are run: programs, launcher, options of their classes."""
 
-    engine_option: list[str] | None = None
+    engine_option: Annotated[list[str] | None, Parameter(metavar="NAME.KEY=VALUE")] = None
+    """An option of an engine's class, as `lammps.limits=60`, the seconds a run may take (300);
+    repeat it for several."""
 
     def opening(self, name: str, integrator: str | None = None) -> dict[str, Any]:
         """Return what opens an engine, as the functions of the registry take it.
@@ -138,18 +148,23 @@ def with_restarts(options: Chosen, engines: Iterable[str], seconds: float = math
     return replace(options, engine_option=given)
 
 
-@dataclass(frozen=True)
+@options("Engine")
 class IntegratorOptions(ProgramOptions):
     """How engines are run, the reference engine's integrator among it."""
 
-    integrator: str | None = None
+    integrator: Name = None
+    """Of the reference engine. `velocity-verlet`: as LAMMPS. `mfix-euler`,
+    `mfix-adams-bashforth`: as MFiX-DEM (with --half-mass). `rk4`: fourth order. `adaptive`: high
+    order, contact changes located; has no step, --steps-per-contact is ignored. [default:
+    velocity-verlet]"""
 
 
-@dataclass(frozen=True)
+@options()
 class CostOptions:
     """What a long run needs."""
 
     force: bool = False
+    """Run also what is expected to take longer than the limit."""
 
     def agree(self, seconds: float, what: str, most: float | None = None, *instead: str) -> None:
         """State a long run's expected time; raise RequestError above ``most`` unless forced.
@@ -165,11 +180,13 @@ class CostOptions:
             tell_stderr(f"{what}: an estimated {in_words(seconds)} on one core")
 
 
-@dataclass(frozen=True)
+@options("Engine")
 class EngineOptions(IntegratorOptions):
     """One engine of the user's choice."""
 
-    engine: str = "lammps"
+    engine: Annotated[str, Parameter(metavar="NAME")] = "lammps"
+    """The engine to run: a name that `dem-harness engines` lists, or `module:Class` of one of
+    your own."""
 
     def run(self) -> contextlib.AbstractContextManager[Engine]:
         """Return the engine to be entered, after a look at the options that go with it."""
@@ -201,11 +218,14 @@ OWN = ("rk4", "exact")
 """Solvers of the harness, spelled out: --help must not wait for numba."""
 
 
-@dataclass(frozen=True)
+@options("Engine")
 class SolverOptions(ProgramOptions):
     """What runs the towers."""
 
-    solver: str = "rk4"
+    solver: Annotated[str, Parameter(metavar="NAME")] = "rk4"
+    """`rk4`: fixed steps of fourth order. `exact`: modes, without a step. Or an engine that
+    `dem-harness engines` lists, or `module:Class`: the overlap law; the deformable one in LAMMPS
+    in-process."""
 
     @property
     def own(self) -> str | None:
@@ -257,17 +277,16 @@ def completed(record: Mapping[str, Any], engine: Engine | None, told: Recording)
 
 def answer(
     record: Mapping[str, Any], engine: str, json: bool, show: Callable[[Mapping[str, Any]], None]
-) -> None:
-    """Print a record, and end with status 3 and the reason where its engine did not qualify."""
-    import typer
-
+) -> int:
+    """Print a record and return 0; 3, with the reason, where its engine did not qualify."""
     from harness.store.entries import tell_stderr
 
     (print_json if json else show)(record)
     if not record.get("qualified", True):
         reason = printable(record["qualification_failures"])
         tell_stderr(f"engine {engine!r} did not qualify, its result is not to be used: {reason}")
-        raise typer.Exit(HarnessError.exit_status)
+        return HarnessError.exit_status
+    return 0
 
 
 def qualification(engine: Engine | None, told: Recording) -> dict[str, Any]:

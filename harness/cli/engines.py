@@ -7,8 +7,14 @@ from harness.cli.engine_options import WhereOptions
 from harness.cli.files import print_columns, print_json
 
 
-def engines(where: WhereOptions, json: Json = False) -> None:
-    """Which engines are here, in which version, how they are run, and why one is missing."""
+def engines(where: WhereOptions = WhereOptions(), *, json: Json = False) -> int:
+    """Which engines are here, in which version, how they are run, and why one is missing.
+
+    For example:
+
+        dem-harness engines
+        dem-harness engines --program yade=/opt/yade/bin/yade
+    """
     from harness.engines.registry import refused_plugins
     from harness.store.entries import tell_stderr
     from harness.workflows import engines as ask
@@ -22,10 +28,11 @@ def engines(where: WhereOptions, json: Json = False) -> None:
         tell_stderr(fault)
     if json:
         print_json({"engines": [status.record() for status in found]})
-        return
+        return 0
     lines = []
     for status in found:
         who = status.provenance
         said = ("missing", status.reason) if who is None else (who.engine_version, who.executable)
         lines.append((status.engine, status.how, *said))
     print_columns(lines)
+    return 0

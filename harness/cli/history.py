@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, cast
+from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 
-from harness.cli.command import Json
+from cyclopts import Parameter
+
+from harness.cli.command import File, Json, options
 from harness.cli.files import (
     FORMATS,
     check_target,
@@ -28,18 +29,26 @@ LONGEST = 56
 """Characters of a command in the list."""
 
 
-@dataclass(frozen=True)
+@options("Look for")
 class SearchOptions:
     """Which runs are looked for, and whether their quantities are listed."""
 
     command: str | None = None
+    """Runs of this command."""
     engine: str | None = None
+    """Runs of this engine or solver."""
     engine_version: str | None = None
-    quantity: str | None = None
-    since: str | None = None
+    """A release, or how it begins: "22 Jul 2025"."""
+    quantity: Annotated[str | None, Parameter(metavar="PATTERN")] = None
+    """List these quantities of the runs, as `incline*`; `*` is all of them."""
+    since: Annotated[str | None, Parameter(metavar="DATE")] = None
+    """From this date or time on, as 2025-07-22."""
     verdict: str | None = None
+    """`pass`, `fail`, `known defect`, `fixed`, `not tested` or `finding`."""
     status: str | None = None
+    """Exit status, or `unfinished`: still running, or killed."""
     limit: int | None = None
+    """The newest so many. [default: 30 in the list, all elsewhere]"""
 
     def find(self, limit: int | None) -> Recorded:
         """Return what the history holds; ``limit`` counts where none was given."""
@@ -55,21 +64,34 @@ class SearchOptions:
         return cast("HistoryQuery", {k: v for k, v in vars(self).items() if v is not None})
 
 
-@dataclass(frozen=True)
+@options("Draw and export")
 class FileOptions:
     """Where what was found is drawn and written."""
 
-    plot: Path | None = None
+    plot: File = None
+    """Draw the one --quantity: .svg, .png or .pdf."""
     against: Literal["date", "version"] = "date"
-    csv: Path | None = None
+    """What to draw it against."""
+    csv: File = None
+    """Write the rows here."""
 
 
-def history(search: SearchOptions, files: FileOptions, json: Json = False) -> None:
+def history(
+    search: SearchOptions = SearchOptions(),
+    files: FileOptions = FileOptions(),
+    *,
+    json: Json = False,
+) -> int:
     """List the recorded runs, or how a quantity went over date or release.
 
     Every verify, critical-angle, tower and impulse is recorded when it starts
     and when it ends, in DEM_HARNESS_HOME/history.sqlite, else
     ~/.local/share/dem-harness/history.sqlite.
+
+    For example:
+
+        dem-harness history --command verify --limit 5
+        dem-harness history --quantity 'critical angle*' --plot angle.svg --against version
     """
     from harness.workflows.history_search import open_history, write_csv
 
@@ -92,6 +114,7 @@ def history(search: SearchOptions, files: FileOptions, json: Json = False) -> No
             print_json_rows({"history": str(file)}, name, rows)
     elif not writers:
         _print(search.find(SHOWN))
+    return 0
 
 
 def _print(found: Recorded) -> None:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from harness.cli.command import Json, Reading, heights, numbers
+from cyclopts import Parameter
+
+from harness.cli.command import File, Json, Reading, options
 from harness.cli.engine_options import CostOptions, SolverOptions, answer, completed
 from harness.cli.files import (
     FORMATS,
@@ -39,18 +41,30 @@ MOST_ESTIMATED = 20
 """Heights whose cost is estimated one by one."""
 
 
-@dataclass(frozen=True)
+@options()
 class TableOptions(CostOptions):
     """The rows of the table, and how an impulse ratio becomes an angle."""
 
     heights: str = "1-19"
-    stiffness: list[str] | None = None
-    speed: list[str] | None = None
+    """Heights, as `1-19` or `1,2,5`."""
+    stiffness: Annotated[list[str] | None, Parameter(metavar="NUMBERS")] = None
+    """Normal stiffnesses [N/m], commas or repeated. [default: 1e5,1e6,1e7]"""
+    speed: Annotated[list[str] | None, Parameter(metavar="NUMBERS")] = None
+    """Speeds of the grain [m/s], commas or repeated. [default: 2,4]"""
     law: Literal["overlap", "deformable", "both"] = "both"
+    """Contact law: what DEM codes do, the source's, or both."""
     window: Literal["turnaround", "structure", "first-contact", "all"] = "turnaround"
+    """Impulse until: `turnaround`, twice the time of closest approach (the source's);
+    `structure`, the grain's chain swings from all contacts to one; `first-contact`, the grain
+    first detaches."""
     gravity: float = 9.81
+    """Gravity along the motion [m/s2]."""
     mass: float = 1.0
+    """Mass of each particle [kg]."""
     reading: Reading = "lost"
+    """Critical angle from alpha: `lost` rescales the velocity lost in the shock, sqrt(shock) = 1
+    - alpha/2, and falls with height; `kept` the velocity kept, alpha/2, and rises. The source
+    prints both."""
 
     def case(self) -> Tower:
         """Return what the towers have in common."""
@@ -62,11 +76,11 @@ class TableOptions(CostOptions):
         """Return what the table runs over; raise RequestError for lists that cannot be read."""
         from harness.observables.windows import WINDOWS
 
-        found: Over = {"heights": heights(self.heights)}
+        found: Over = {"heights": _heights(self.heights)}
         if self.stiffness:
-            found["stiffnesses"] = numbers(self.stiffness, "--stiffness")
+            found["stiffnesses"] = _numbers(self.stiffness, "--stiffness")
         if self.speed:
-            found["speeds"] = numbers(self.speed, "--speed")
+            found["speeds"] = _numbers(self.speed, "--speed")
         if self.law != "both":
             found["laws"] = (self.law,)
         found["windows"] = WINDOWS if self.window == "all" else (self.window,)
@@ -91,13 +105,16 @@ class TableOptions(CostOptions):
         self.agree(seconds * len(every) / len(some), what, None if rules else OWN_SECONDS)
 
 
-@dataclass(frozen=True)
+@options()
 class FileOptions:
     """Files that are read and written."""
 
-    reference: Path | None = None
-    figure: Path | None = None
-    csv: Path | None = None
+    reference: File = None
+    """Measured angles for the figure: CSV with the columns h_over_d and theta_deg."""
+    figure: File = None
+    """Draw critical angle against height: .svg, .png or .pdf."""
+    csv: File = None
+    """Write the table to this file."""
 
     def points(self) -> ReferencePoints | None:
         """Return the measured angles, if there are any.
@@ -138,13 +155,22 @@ class FileOptions:
 
 
 def impulse(
-    table: TableOptions, files: FileOptions, solver: SolverOptions, json: Json = False
-) -> None:
+    table: TableOptions = TableOptions(),
+    files: FileOptions = FileOptions(),
+    solver: SolverOptions = SolverOptions(),
+    *,
+    json: Json = False,
+) -> int:
     """Impulse on the grain and critical angle against the height of the tower.
 
     alpha(n) = J(n) / J(1): the impulse on a grain dropped on a tower of height n,
     over that on a rigid base. It rescales the shock in the well of the incline,
     hence the critical angle. Without options: the source's six runs, both laws.
+
+    For example:
+
+        dem-harness impulse --heights 1-4 --stiffness 1e6 --speed 2
+        dem-harness impulse --law overlap --figure angles.svg --reference measured.csv
     """
     from harness.cases.tower.impulse import impulse_angles
     from harness.cli.recording import impulse_quantities, recorded
@@ -169,7 +195,44 @@ def impulse(
     if points is not None:
         pairs = zip(points.heights, points.angles_deg, strict=True)
         record["reference"] = [{"h_over_d": h, "theta_deg": angle} for h, angle in pairs]
-    answer(record, name, json, lambda record: _print_tables(found, record))
+    return answer(record, name, json, lambda record: _print_tables(found, record))
+
+
+_MOST = 10_000
+
+
+def _heights(text: str) -> list[int]:
+    """Return the heights of ``1-19,30``, each once, in the order given.
+
+    Raise RequestError for what is not one, and for heights outside 1 to 10000.
+    """
+    found: dict[int, None] = {}
+    for part in text.split(","):
+        ends = re.fullmatch(r"(\d{1,9})(?:-(\d{1,9}))?", part.strip(), re.ASCII)
+        if ends is None:
+            raise RequestError(
+                f"--heights {text!r}: {part.strip()!r} must be a whole number or a range, as 1-19"
+            )
+        first, last = int(ends[1]), int(ends[2] or ends[1])
+        if not 1 <= first <= last <= _MOST:
+            raise RequestError(f"--heights {text!r}: {part.strip()} must rise within 1 to {_MOST}")
+        found |= dict.fromkeys(range(first, last + 1))
+    return list(found)
+
+
+def _numbers(texts: Iterable[str], option: str) -> list[float]:
+    """Return the numbers of ``["1e5,1e6", "1e7"]``, each once, in the order given.
+
+    Raise RequestError for what is not one; its range is for the parameters to judge.
+    """
+    found: dict[float, None] = {}
+    for text in texts:
+        for part in text.split(","):
+            try:
+                found[float(part)] = None
+            except ValueError:
+                raise RequestError(f"{option} {text!r}: {part!r} is not a number") from None
+    return list(found)
 
 
 def _print_tables(found: pd.DataFrame, record: Mapping[str, Any]) -> None:

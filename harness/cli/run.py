@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from harness.cli.command import Json
+from harness.cli.command import Json, Name, Settings, options
 from harness.cli.engine_options import CostOptions, IntegratorOptions, answer, completed
 from harness.cli.files import print_wrapped
 
@@ -16,23 +15,43 @@ if TYPE_CHECKING:
     from harness.engines.contract import Engine
 
 
-@dataclass(frozen=True)
+@options()
 class CaseOptions(CostOptions):
     """What is run."""
 
-    case: str = field(kw_only=True)
-    settings: list[str] | None = None
+    settings: Settings = None
+    """A parameter of the case, in SI units and degrees; repeat it for several."""
 
 
-@dataclass(frozen=True)
+@options("Engine")
 class RunnerOptions(IntegratorOptions):
     """Who runs the case."""
 
-    engine: str | None = None
+    engine: Name = None
+    """An engine that `dem-harness engines` lists, `module:Class` of one of your own, or a solver
+    that `dem-harness cases` names. [default: lammps, or a solver where it cannot]"""
 
 
-def run(asked: CaseOptions, runner: RunnerOptions, json: Json = False) -> None:
-    """One run of any case: its parameters, what it measures, and what is expected."""
+def run(
+    case: str,
+    /,
+    asked: CaseOptions = CaseOptions(),
+    runner: RunnerOptions = RunnerOptions(),
+    *,
+    json: Json = False,
+) -> int:
+    """One run of any case: its parameters, what it measures, and what is expected.
+
+    For example:
+
+        dem-harness run tower --set height=2 --set speed=4
+        dem-harness run incline --engine reference --json
+
+    Parameters
+    ----------
+    case
+        A case that `dem-harness cases` lists.
+    """
     from harness.cli.recording import recorded, run_quantities
     from harness.engines.border import MOST_SECONDS
     from harness.engines.typed import named_values
@@ -50,7 +69,7 @@ def run(asked: CaseOptions, runner: RunnerOptions, json: Json = False) -> None:
 
     with recorded("run", quiet=json) as told:
         found = run_case(
-            asked.case,
+            case,
             values,
             runner.engine,
             open_one=open_one,
@@ -59,7 +78,7 @@ def run(asked: CaseOptions, runner: RunnerOptions, json: Json = False) -> None:
         )
         record = {**found.record(), **more}
         told.engine, told.quantities = record, run_quantities(record, values)
-    answer(record, found.engine, json, _print)
+    return answer(record, found.engine, json, _print)
 
 
 def _print(record: Mapping[str, Any]) -> None:

@@ -6,17 +6,20 @@ import contextlib
 import math
 import shlex
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
+from cyclopts import Parameter
 
-from harness.cli.command import Json
+from harness.cli.command import File, Folder, Json, panel
+from harness.cli.command import options as grouped
 from harness.cli.engine_options import CostOptions, ProgramOptions, with_restarts
 from harness.cli.files import output_folder, print_frame, print_json, print_wrapped, read_reference
 from harness.errors import RequestError
 from harness.workflows.slurm_queue import ExecutorOptions
+
+Executors = Annotated[ExecutorOptions, Parameter(name="*", group=panel("Where it runs"))]
 
 if TYPE_CHECKING:
     from harness.cases.contract import Level
@@ -31,18 +34,26 @@ MOST_SECONDS = 6 * 3600.0
 runs took 14.6, on machines that did other work as well (reports/layers)."""
 
 
-@dataclass(frozen=True)
+@grouped()
 class StudyOptions(CostOptions, ProgramOptions):
     """Which study, how much of it, and where its report goes."""
 
-    case: str = field(kw_only=True)
+    case: Annotated[str, Parameter(parse=False)] = ""
     quick: bool = False
+    """Minutes on two cores: fewer seeds, smaller boxes."""
     full: bool = False
+    """More of all; days of a core, for a cluster (`--executor slurm`)."""
     cost: bool = False
+    """Run nothing of it: measure this machine for a minute, and tell what it would cost."""
     force: bool = False
-    reference: Path | None = None
-    runs: Path | None = None
-    output: Path | None = None
+    """Run also what is expected to take more than six hours of one core here."""
+    reference: File = None
+    """Measured angles for the figure: CSV with the columns h_over_d and theta_deg."""
+    runs: File = None
+    """The `runs.csv` of an earlier study, of this machine or another: what is done in it is not
+    run again. The page names the file, and every version of an engine."""
+    output: Folder = None
+    """Folder of the report. [default: reports/runs/DATE-study]"""
 
     @property
     def level(self) -> Level:
@@ -54,26 +65,45 @@ class StudyOptions(CostOptions, ProgramOptions):
         return "quick" if self.quick else "full" if self.full else "default"
 
 
-def study(options: StudyOptions, where: ExecutorOptions, json: Json = False) -> None:
+def study(
+    case: str,
+    /,
+    asked: StudyOptions = StudyOptions(),
+    where: Executors = ExecutorOptions(),
+    *,
+    json: Json = False,
+) -> int:
     """Answer a question with many runs of one case: rows, figures, a verdict in words.
 
     Runs that were made before are not made again, and a study that was killed goes on. The verdict
     follows from the numbers by a test that the report states.
+
+    For example:
+
+        dem-harness study layers --quick
+        dem-harness study layers --reference measured.csv --output mine
+        dem-harness study layers --runs reports/layers/runs.csv --output again
+
+    Parameters
+    ----------
+    case
+        A case that has a study: `layers`.
     """
     from harness.cli.recording import recorded
     from harness.workflows import study as run_study
     from harness.workflows.case_runs import usual_engine
     from harness.workflows.study_run import planned, study_of
 
-    case, asked = study_of(options.case)
-    engine, level = usual_engine(case), options.level
+    options = replace(asked, case=case)
+    found_case, question = study_of(case)
+    engine, level = usual_engine(found_case), options.level
     if options.cost:
         _print_cost(engine, options, where, json)
-        return
+        return 0
     points = read_reference(options.reference) if options.reference else None
     executor_of = _executors(engine, options, where)
-    runs, seconds = planned(case.name, level)
-    what = f"the {runs} runs of study {case.name} (level {level}, what is kept counted as well)"
+    runs, seconds = planned(case, level)
+    what = f"the {runs} runs of study {case} (level {level}, what is kept counted as well)"
     most = MOST_SECONDS if where.executor == "local" else math.inf  # a cluster has its own limits
     options.agree(seconds, what, most, "--quick, --executor slurm")
     with (
@@ -82,7 +112,7 @@ def study(options: StudyOptions, where: ExecutorOptions, json: Json = False) -> 
         recorded("study", quiet=json) as told,
     ):
         found = run_study(
-            case.name,
+            case,
             level,
             points=points,
             executor_of=executor_of,
@@ -96,9 +126,8 @@ def study(options: StudyOptions, where: ExecutorOptions, json: Json = False) -> 
     if json:
         print_json(record)
     else:
-        _print(record, asked.columns)
-    if told.status:
-        raise typer.Exit(told.status)
+        _print(record, question.columns)
+    return told.status
 
 
 def _held(options: StudyOptions, where: ExecutorOptions) -> contextlib.AbstractContextManager[None]:

@@ -7,13 +7,14 @@ import math
 import re
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-import typer
+from cyclopts import Parameter
 
-from harness.cli.command import Json
+from harness.cli.command import Folder, Json, Settings, panel
+from harness.cli.command import options as grouped
 from harness.cli.engine_options import CostOptions, IntegratorOptions, qualification, with_restarts
 from harness.cli.files import (
     Writer,
@@ -27,6 +28,8 @@ from harness.cli.files import (
 from harness.errors import RequestError, cannot_write
 from harness.report.plain import one_line, write_csv
 from harness.workflows.slurm_queue import ExecutorOptions
+
+Executors = Annotated[ExecutorOptions, Parameter(name="*", group=panel("Where it runs"))]
 
 if TYPE_CHECKING:
     from harness.cli.recording import Recording
@@ -45,17 +48,29 @@ MOST_SHOWN = 40
 """Rows on a terminal; the files hold all."""
 
 
-@dataclass(frozen=True)
+@grouped()
 class SweepOptions(IntegratorOptions):
     """What is swept, and in which engines."""
 
-    target: str = field(kw_only=True)
-    over: list[str] | None = None
-    settings: list[str] | None = None
-    engines: str = ""
-    quantity: str = ""
-    output: Path | None = None
-    reference: Path | None = None
+    target: Annotated[str, Parameter(parse=False)] = ""
+    over: Annotated[list[str] | None, Parameter(metavar="NAME=VALUES")] = None
+    """A parameter and its values, in SI units and degrees: a list `1,2,5`, a range
+    `FIRST:LAST:COUNT` of evenly spaced numbers, both ends among them, a range
+    `FIRST:LAST:logCOUNT` evenly spaced in the logarithm, or several with commas between. Repeat
+    it for every combination with another parameter."""
+    settings: Settings = None
+    """A parameter that is the same in every run; repeat it for several."""
+    engines: Annotated[str, Parameter(metavar="NAMES", group=panel("Engine"))] = ""
+    """Engines that `dem-harness engines` lists and solvers that `dem-harness cases` names, with
+    commas between, or `all`. [default: as of `run`]"""
+    quantity: Annotated[str, Parameter(metavar="NAME")] = ""
+    """What the figure shows. [default: the first measured]"""
+    output: Folder = None
+    """Where table and figure are written; the same sweep goes on there. [default:
+    reports/runs/DATE-sweep]"""
+    reference: Annotated[Path | None, Parameter(metavar="FILE.csv")] = None
+    """Your measured points for the figure: a CSV table with columns named as in rows.csv, the
+    first parameter of --over and the one --quantity."""
 
     def asked(self) -> Asked:
         """Return what is to be run: of a case, or of a file with these options on top."""
@@ -96,16 +111,35 @@ class SweepOptions(IntegratorOptions):
 
 
 def sweep(
-    options: SweepOptions, where: ExecutorOptions, cost: CostOptions, json: Json = False
-) -> None:
+    target: str,
+    /,
+    options: SweepOptions = SweepOptions(),
+    where: Executors = ExecutorOptions(),
+    cost: CostOptions = CostOptions(),
+    *,
+    json: Json = False,
+) -> int:
     """Run a case over values of its parameters and over engines: one tidy row a run.
 
     Runs that were made before are not made again, and one that was killed goes on: every run is
     kept as soon as it is over, and rows.csv holds it, what has not ended as pending. A run that
     fails is a row with the reason, and so are values that the case refuses together.
+
+    For example:
+
+        dem-harness sweep incline --over angle=9:11:5 --over stiffness=1e5:1e7:log3
+        dem-harness sweep tower --over height=1,2,5:20:4 --engines exact,lammps --output mine
+        dem-harness sweep oblique --set preset=kharaz --over angle=5:85:9 \
+            --quantity rim_speed_ratio --reference measured.csv
+
+    Parameters
+    ----------
+    target
+        A case that `dem-harness cases` lists, or a file, FILE.toml, that says what is swept.
     """
     from harness.cli.recording import recorded
 
+    options = replace(options, target=target)
     chosen = _planned(options)
     points = options.points(chosen)
     settings = where.settings()
@@ -132,8 +166,7 @@ def sweep(
         print_json({**found.record(), **counts, "output": str(folder), "notes": notes})
     else:
         _print(found, notes)
-    if told.status:
-        raise typer.Exit(told.status)
+    return told.status
 
 
 def _launcher(options: SweepOptions, engines: Sequence[str], ranks: int) -> str:

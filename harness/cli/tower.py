@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from harness.cli.command import Json
+from harness.cli.command import File, Json, options
 from harness.cli.engine_options import CostOptions, SolverOptions, answer, completed
 from harness.cli.files import check_target, write_all
 from harness.report.plain import write_csv
@@ -20,17 +18,24 @@ MOST_SHOWN = 20
 """Entries of a list that the table shows; JSON has them all."""
 
 
-@dataclass(frozen=True)
+@options()
 class SystemOptions:
     """The tower and the grain."""
 
     height: int = 1
+    """Contacts; particles - 1."""
     stiffness: float = 1e6
+    """Normal stiffness [N/m]."""
     mass: float = 1.0
+    """Mass of each particle [kg]."""
     speed: float = 2.0
+    """Speed of the grain at the start [m/s]."""
     gravity: float = 9.81
+    """Gravity along the motion [m/s2]; 0 is the air hockey table."""
     law: Literal["overlap", "deformable"] = "deformable"
+    """Contact law: what DEM codes do, or the source's."""
     base: Literal["fixed", "free"] = "fixed"
+    """Whether the last particle moves."""
 
     def tower(self) -> Tower:
         """Return the parameters; raise RequestError for values out of range."""
@@ -39,14 +44,18 @@ class SystemOptions:
         return Tower(**vars(self))
 
 
-@dataclass(frozen=True)
+@options()
 class RunOptions(CostOptions):
     """How long, how finely, and what is kept of it."""
 
     duration: float = 3.0
+    """How long, in contact times t0 of grain and one fixed particle."""
     steps_per_contact: float | None = None
+    """Steps in pi sqrt(m/k). [default: 4000 rk4, 1000 engines]"""
     window: Literal["turnaround", "structure", "first-contact"] = "turnaround"
-    series: Path | None = None
+    """What the impulse is summed over."""
+    series: File = None
+    """Write the series to this CSV file."""
 
     def check_cost(self, case: Tower, solver: str | None, engine: Engine | None) -> None:
         """State what a run costs; raise RequestError for one too long, unless it is forced."""
@@ -65,13 +74,22 @@ class RunOptions(CostOptions):
 
 
 def tower(
-    system: SystemOptions, run: RunOptions, solver: SolverOptions, json: Json = False
-) -> None:
+    system: SystemOptions = SystemOptions(),
+    run: RunOptions = RunOptions(),
+    solver: SolverOptions = SolverOptions(),
+    *,
+    json: Json = False,
+) -> int:
     """Drop a grain on a tower of particles: force, impulse and contacts of the grain.
 
     The tower stands on a fixed base, at rest and just touching; the grain
     arrives with its speed, gravity along the motion. Times are in t0, the time
     that the grain would stay on one fixed particle.
+
+    For example:
+
+        dem-harness tower --height 4 --law overlap --solver lammps
+        dem-harness tower --height 2 --window first-contact --series tower.csv
     """
     from harness.cases.tower.run import covering
     from harness.cases.tower.run import tower as run_tower
@@ -96,7 +114,7 @@ def tower(
         told.quantities = tower_quantities(record)
     if run.series is not None:
         write_all({("--series", run.series): lambda path: write_csv(found.frame(), path)})
-    answer(record, solver.solver, json, _print)
+    return answer(record, solver.solver, json, _print)
 
 
 def _print(record: Mapping[str, Any]) -> None:

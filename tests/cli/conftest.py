@@ -1,6 +1,9 @@
 import json
+import sys
 
 import pytest
+
+from harness.cli import main
 
 
 @pytest.fixture
@@ -25,5 +28,21 @@ def answer(harness):
 
     def run(*arguments, status=0, timeout=400):
         return json.loads(harness(*arguments, "--json", status=status, timeout=timeout).stdout)
+
+    return run
+
+
+@pytest.fixture
+def command(monkeypatch, capsys, tmp_path):
+    """Run a command in this process, where a test has changed something."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*words, status=0):
+        monkeypatch.setattr(sys, "argv", ["dem-harness", *words])
+        with pytest.raises(SystemExit) as left:
+            main()
+        said = capsys.readouterr()
+        assert (left.value.code or 0) == status, said.err
+        return said
 
     return run

@@ -1,7 +1,10 @@
 """Random command lines: every command and option of the app, with values good and bad."""
 
 import random
+from functools import cache
 from typing import Any, Literal, get_args, get_origin
+
+from cyclopts.argument import Argument
 
 from harness.cases.contract import Case
 from harness.cases.registry import all_cases
@@ -44,16 +47,18 @@ NEVER = ("--force", "--help", "--version")
 """What takes the limit of the cost away, or asks for nothing."""
 
 
-def commands() -> dict[str, dict[str, Any]]:
-    """Return the parameters of every command by its words, as the app has them."""
+@cache
+def commands() -> dict[str, list[Argument]]:
+    """Return the arguments and options of every command by its words, as the app has them."""
     found = {}
-    groups = [("", app), *((group.typer_instance.info.name, group.typer_instance)
-                           for group in app.registered_groups)]  # fmt: skip
-    for prefix, group in groups:
-        for command in group.registered_commands:
-            name = command.name or command.callback.__name__.replace("_", "-")
-            words = f"{prefix} {name}".strip()
-            found[words] = command.callback.__signature__.parameters
+    groups = {"": app, "baseline ": app["baseline"]}
+    for prefix, group in groups.items():
+        for name, command in group.resolved_commands().items():
+            if name not in ("baseline", *NEVER) and not name.startswith("-"):
+                arguments = command.assemble_argument_collection(
+                    default_parameter=app.default_parameter
+                )
+                found[prefix + name] = [one for one in arguments if one.parse and one.show]
     return found
 
 
@@ -65,16 +70,11 @@ def line(dice: random.Random) -> list[str]:
     many = dice.choice((0, 1, 1, 2, 2, 3, 5, 9))
     options, arguments, given = [], [], []
     case = dice.choice([*all_cases().values()])
-    for name, parameter in every[words].items():
-        (kind, told) = get_args(parameter.annotation)
-        # of Annotated[..., Option("--name")] typer keeps the first name where the default was
-        texts = [
-            text for text in (told.default, *(told.param_decls or ())) if isinstance(text, str)
-        ]
-        names = [name for text in texts for name in text.split("/")]
-        if name in ("case", "target") and dice.random() < 0.8:
+    for one in every[words]:
+        kind, names = one.hint, [name for name in one.names if name.startswith("--")]
+        if one.name in ("CASE", "TARGET") and dice.random() < 0.8:
             arguments.append(case.name)
-        elif name in ("settings", "over"):
+        elif one.name in ("--set", "--over"):
             given += [
                 w for _ in range(dice.choice((0, 1, 1, 2))) for w in _option(dice, names, case)
             ]

@@ -43,7 +43,7 @@ def test_every_command_has_help(harness, command):
     assert "--json" in said
     for kind in ("bool", "float", "int", "list", "path", "str"):
         assert f"<{kind}" not in said
-    _, _, examples = said.partition("Examples:")
+    _, _, examples = said.partition("For example:")
     assert examples.count(f"dem-harness {command}") in (2, 3)
 
 
@@ -92,7 +92,7 @@ def test_unknown_commands_and_options_are_status_2(harness):
 
 def test_an_unknown_command_says_where_the_help_is(harness):
     said = harness("theory", "--no-such-option", status=2).stderr
-    assert "No such option: --no-such-option" in said
+    assert "--no-such-option" in said
     assert "theory --help" in said
     assert said.count("\n") == 2
 
@@ -123,13 +123,12 @@ def test_with_json_an_error_is_an_object_on_stdout_as_well(harness, words):
 
 
 def test_an_error_that_nobody_foresaw_is_status_4_in_two_lines(monkeypatch, capsys):
-    from harness.cli import files as printed
-    from harness.cli import main
+    from harness.cli import main, theory
 
     def fail(_):
         raise ZeroDivisionError("a \x1b[31mbug")
 
-    monkeypatch.setattr(printed, "print_record", fail)
+    monkeypatch.setattr(theory, "print_record", fail)
     monkeypatch.setattr(sys, "argv", ["dem-harness", "theory"])
     with pytest.raises(SystemExit) as left:
         main()
@@ -213,7 +212,7 @@ def test_help_is_fast():
 
 
 def test_an_interrupt_while_commands_are_imported_is_status_130(tmp_path):
-    (tmp_path / "typer.py").write_text("raise KeyboardInterrupt\n")
+    (tmp_path / "cyclopts.py").write_text("raise KeyboardInterrupt\n")
     there = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *filter(None, sys.path)])}
     done = subprocess.run(
         [*PROGRAM, "theory"], capture_output=True, text=True, env=there, check=False

@@ -1,10 +1,9 @@
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-import typer
 
-from harness.cli.inputs import InputsOptions, inputs
+from harness.cli.inputs import inputs
 from harness.workflows.engine_status import generated_inputs
 
 COMMITTED = Path(__file__).parents[2] / "inputs"
@@ -49,6 +48,5 @@ def test_the_seconds_that_it_takes_are_counted_on_a_terminal(monkeypatch, tmp_pa
         yield
 
     monkeypatch.setattr("harness.workflows.progress_bars", bars)
-    with suppress(typer.Exit):  # none is there yet
-        inputs(InputsOptions(tmp_path, check=check))
+    inputs(folder=tmp_path, check=check)
     assert told == [("inputs", False)]

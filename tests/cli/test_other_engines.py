@@ -3,11 +3,9 @@
 import json
 import os
 import shutil
-import sys
 
 import pytest
 
-from harness.cli import main
 from harness.cli.engine_options import EngineOptions, ProgramOptions
 from harness.cli.verify import VerifyOptions, _kept, _key
 from harness.engines import registry
@@ -33,22 +31,6 @@ class Known(doubles.Clamped):
 def as_yade(monkeypatch):
     OPENED.clear()
     monkeypatch.setitem(registry.ENGINES, "yade", f"{__name__}:Known")
-
-
-@pytest.fixture
-def command(monkeypatch, capsys, tmp_path):
-    """Run a command in this process, where the stand-ins are registered."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*words, status=0):
-        monkeypatch.setattr(sys, "argv", ["dem-harness", *words])
-        with pytest.raises(SystemExit) as left:
-            main()
-        said = capsys.readouterr()
-        assert (left.value.code or 0) == status, said.err
-        return said
-
-    return run
 
 
 @pytest.mark.parametrize("name", ["verify", "critical-angle", "tower", "impulse", "run"])

@@ -7,7 +7,6 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-import typer
 
 from harness.observables.provenance import Provenance
 from harness.reproduction.claims import SOURCES, Ledger, compare
@@ -44,9 +43,8 @@ def run_here(monkeypatch, tmp_path, capsys):
             "harness.reproduction.run.reproduce", lambda **given: asked.update(given) or made
         )
         monkeypatch.setattr("harness.reproduction.page._fill", _fill)
-        with pytest.raises(typer.Exit) as done:
-            reproduce(ReproduceOptions(**options), NoEngine(), json=True)
-        return done.value.exit_code, json.loads(capsys.readouterr().out)
+        status = reproduce(ReproduceOptions(**options), NoEngine(), json=True)
+        return status, json.loads(capsys.readouterr().out)
 
     run.asked = asked
     return run

@@ -3,10 +3,8 @@
 import json
 
 import pytest
-from typer.testing import CliRunner
 
 from harness.cases.layers.extents import EXTENTS, Box, Extent
-from harness.cli.app import app
 from harness.workflows.sweep_plan import Asked
 from harness.workflows.sweep_run import held_sweep
 from tests.slurm_here import slurm  # noqa: F401
@@ -17,21 +15,17 @@ TINY = Extent({1: Box(6, 3, 20.0, 2)}, (100.0,), Box(6, 3, 20.0, 2))
 
 
 @pytest.mark.usefixtures("lammps_here")
-def test_a_tiny_study_runs_there_and_its_folder_is_held(monkeypatch, tmp_path):
+def test_a_tiny_study_runs_there_and_its_folder_is_held(command, monkeypatch, tmp_path):
     monkeypatch.setitem(EXTENTS, "quick", TINY)
-    monkeypatch.chdir(tmp_path)
     words = ["study", "layers", "--quick", "--executor", "slurm", "--output", "mine"]
     with held_sweep(tmp_path / "mine-jobs", Asked("layers", {}, {"study": "quick"})):
-        done = CliRunner().invoke(app, words)
-        assert "another sweep runs in it" in str(done.exception)
-    done = CliRunner().invoke(app, [*words, "--json"])
-    assert done.exit_code == 0, done.output
+        assert "another sweep runs in it" in command(*words, status=2).err
+    done = command(*words, "--json")
     assert (
-        "runs of study layers (level quick, what is kept counted as well): an estimated"
-        in done.stderr
+        "runs of study layers (level quick, what is kept counted as well): an estimated" in done.err
     )
-    assert "jobs are submitted to SLURM" in done.stderr
-    found = json.loads(done.stdout)
+    assert "jobs are submitted to SLURM" in done.err
+    found = json.loads(done.out)
     assert found["failed"] == 0
     arms = {row["arm"]: row for row in found["rows"]}
     assert arms["thickness"]["seeds"] == 2

@@ -71,7 +71,7 @@ def test_table(monkeypatch, capsys):
         (("--height", "9", "--window", "structure"), "too short"),
         (("--series", "/nowhere/at/all.csv"), "/nowhere/at/all.csv"),
         (("--law", "hertz"), "hertz"),
-        (("--height", "x"), "--height 'x': must be a valid integer"),
+        (("--height", "x"), "--height 'x': must be a whole number"),
         (("--solver", "nobody"), "--solver 'nobody' is not known: must be one of lammps"),
         (("--solver", "exact", "--lmp", "sh"), "--lmp 'sh': goes with --solver lammps only"),
         (("--solver", "exact", "--program", "yade=sh"), "--program yade=sh: goes with --solver"),
