@@ -17,8 +17,9 @@ from harness.comparison.verdicts import (
     judge,
     not_tested,
 )
-from harness.comparison.verification import Findings, Headline, Verification
+from harness.comparison.verification import Findings, Verification
 from harness.errors import EngineTimeoutError
+from harness.observables.row import Row
 from harness.workflows.verification import chosen_cases
 
 pytest_plugins = ["pytester"]
@@ -69,9 +70,7 @@ def made_up():
             not_tested("away", Kind.REGRESSION, "no baseline"),
             finding("laws", 1.0, 2.0, "deg", "as they should"),
         ),
-        own={
-            "slope": Findings("slope", headlines=[Headline("angle", "deg", 10.2, 10.2, 0.1, "x")])
-        },
+        own={"slope": Findings("slope", headlines=[Row("angle", 10.2, 0.1, "deg", 10.2, "x")])},
     )
 
 

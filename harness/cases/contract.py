@@ -25,7 +25,6 @@ no case makes the runs with what sweeps are made with, and hands the rows back.
 
 from __future__ import annotations
 
-import math
 import sys
 import threading
 import tomllib
@@ -43,7 +42,7 @@ from harness.comparison.verdicts import (
     Kind,
     Tolerance,
     Triage,
-    Verdict,
+    failed,
     failed_run,
     judge,
     not_tested,
@@ -134,9 +133,7 @@ def failed_part(name: str, error: Exception, unit: str = "", kind: Kind = Kind.C
     """Return the failed row of a part that raised: of an engine that died, or of an error here."""
     if isinstance(error, EngineError):
         return failed_run(name, kind, error, unit)
-    nan = math.nan
-    told = f"{type(error).__name__}: {error}"
-    return Check(name, kind, unit, nan, nan, nan, nan, Verdict.FAIL, "", told, Triage.HARNESS)
+    return failed(name, kind, f"{type(error).__name__}: {error}", Triage.HARNESS, unit)
 
 
 def text_of(case: type) -> dict[str, Any]:

@@ -33,7 +33,7 @@ class BaselineOptions:
         self, engine: EngineOptions, tolerances: Path | None, quiet: bool
     ) -> BaselineComparison:
         """Run the cases and compare; the run is recorded."""
-        from harness.cli.recording import recorded, verdicts
+        from harness.cli.recording import recorded
         from harness.workflows.baseline import compare_with_baseline
 
         with recorded("baseline", quiet=quiet) as told, engine.run() as opened:
@@ -47,7 +47,7 @@ class BaselineOptions:
             )
             told.status = compared.status
             told.engine = compared.found.provenance.record() if compared.found.provenance else {}
-            told.quantities = verdicts([check.record() for check in compared.checks])
+            told.quantities = compared.checks
         return compared
 
 

@@ -68,14 +68,14 @@ def _print(found: RunDiff) -> None:
     from rich.text import Text
 
     from harness.cli.verify import Printer
-    from harness.comparison.run_diff import Change
+    from harness.comparison.run_diff import RowChange
 
     printer = Printer()
     for other in found.metadata:
         digits = 12 if other.name.endswith("sha256") else None
         printer.line(f"{other.name}: {other.before[:digits]} -> {other.after[:digits]}")
-    moved = [row for row in found.rows if row.change is not Change.SAME]
-    shown = [r for r in moved if r.worsens or r.change in (Change.WORSE, Change.BETTER)]
+    moved = [row for row in found.rows if row.change is not RowChange.SAME]
+    shown = [r for r in moved if r.worsens or r.change in (RowChange.WORSE, RowChange.BETTER)]
     shown += [row for row in moved if row not in shown][:SHOWN]
     table = Table("check", width=printer.width, show_lines=True)
     for name in ("before, after", "moved by"):
@@ -87,7 +87,7 @@ def _print(found: RunDiff) -> None:
         printer.table(table)
     if len(moved) > len(shown):
         printer.line(f"and {len(moved) - len(shown)} more; --json has all")
-    printer.line(", ".join(f"{found.count(change)} {change}" for change in Change))
+    printer.line(", ".join(f"{found.count(change)} {change}" for change in RowChange))
 
 
 def _what(row: RowDiff) -> str:

@@ -17,22 +17,19 @@ import sqlite3
 import sys
 import time
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from harness.comparison.regression import BaselineRecord
 from harness.errors import HarnessError
-from harness.store.history import Quantity
+from harness.observables.row import Row
 
 if TYPE_CHECKING:
+    from harness.comparison.verdicts import Check
     from harness.store.history import History
     from harness.workflows.progress import Progress
-
-
-MEASURED = "measured"
-"""Kind of a quantity that was held against nothing."""
 
 _INCLINE_DEFAULTS = {
     "diameter_m": 1.0,
@@ -49,7 +46,7 @@ _TOWER = (
 """Key, name and unit of what ``tower`` measures."""
 
 
-def angle_quantities(record: Mapping[str, Any]) -> list[Quantity]:
+def angle_quantities(record: Mapping[str, Any]) -> list[Row]:
     """Return the critical angle of ``critical-angle`` beside the closed form."""
     if record.get("extrapolated"):
         where = "extrapolated"
@@ -62,27 +59,26 @@ def angle_quantities(record: Mapping[str, Any]) -> list[Quantity]:
         where += f", {record['wells']} wells"
     name = f"critical angle: {record['method']}, {_contact(record)}, {where}"
     return [
-        Quantity(
+        Row(
             name + _others(record, _INCLINE_DEFAULTS),
-            MEASURED,
-            "deg",
             record["critical_angle_deg"],
             record["uncertainty_deg"],
+            "deg",
             record.get("closed_form_deg", math.nan),
         )
     ]
 
 
-def case_quantities(cases: Iterable[BaselineRecord]) -> list[Quantity]:
+def case_quantities(cases: Iterable[BaselineRecord]) -> list[Row]:
     """Return what cases of the baseline measured, named as their rows are."""
     return [
-        Quantity(f"{case.name}: {name}", MEASURED, own.unit, own.value, own.uncertainty)
+        replace(own, name=f"{case.name}: {name}")
         for case in cases
         for name, own in case.quantities.items()
     ]
 
 
-def tower_quantities(record: Mapping[str, Any]) -> list[Quantity]:
+def tower_quantities(record: Mapping[str, Any]) -> list[Row]:
     """Return impulse, peak force, turnaround and energy drift of ``tower``."""
     case = (
         (
@@ -95,20 +91,20 @@ def tower_quantities(record: Mapping[str, Any]) -> list[Quantity]:
     )
     window = record["window"]
     return [
-        Quantity(f"tower: {name.format(window=window)}: {case}", MEASURED, unit, float(record[key]))
+        Row(f"tower: {name.format(window=window)}: {case}", float(record[key]), math.nan, unit)
         for key, name, unit in _TOWER
     ]
 
 
-def run_quantities(record: Mapping[str, Any], given: Mapping[str, Any]) -> list[Quantity]:
+def run_quantities(record: Mapping[str, Any], given: Mapping[str, Any]) -> list[Row]:
     """Return the quantities of ``run`` beside their references; ``given`` are values set."""
     values = "".join(f", {name} = {value}" for name, value in sorted(given.items()))
     return [
-        Quantity(
+        Row(
             f"{record['case']}: {name}: {record['engine']}{values}",
-            MEASURED,
-            quantity["unit"],
             quantity["value"],
+            math.nan,
+            quantity["unit"],
             expected=math.nan if quantity["reference"] is None else quantity["reference"],
         )
         for name, quantity in record["quantities"].items()
@@ -117,17 +113,17 @@ def run_quantities(record: Mapping[str, Any], given: Mapping[str, Any]) -> list[
 
 def impulse_quantities(
     rows: Iterable[Mapping[Hashable, Any]], solver: str, others: Mapping[str, float]
-) -> list[Quantity]:
+) -> list[Row]:
     """Return the impulse ratio of each row of ``impulse``; ``others`` are mass and gravity."""
     rest = _others(others, _TOWER_DEFAULTS)
     return [
-        Quantity(
+        Row(
             f"impulse ratio alpha({row['height']}): {solver}, {row['law']} law, "
             f"{row['window']} window, k = {row['stiffness_N_per_m']:.12g} N/m, "
             f"v0 = {row['speed_m_per_s']:.12g} m/s{rest}",
-            MEASURED,
-            "",
             row["impulse_ratio"],
+            math.nan,
+            "",
         )
         for row in rows
     ]
@@ -158,7 +154,7 @@ class Recording:
 
     status: int = 0
     engine: Mapping[str, Any] = field(default_factory=dict)
-    quantities: Sequence[Quantity] = ()
+    quantities: Sequence[Row] = ()
     cached: bool = False
     folder: Path | None = None
     progress: Progress = lambda *_: None
@@ -196,15 +192,11 @@ def recorded(command: str, *, quiet: bool = False) -> Iterator[Recording]:
         finish(told, time.monotonic() - clock, "")
 
 
-def verdicts(checks: Sequence[Mapping[str, Any]]) -> list[Quantity]:
-    """Return the checks of a verification's record as quantities."""
-    from harness.store.history import Quantity
+def verdicts(checks: Sequence[Mapping[str, Any]]) -> list[Check]:
+    """Return the checks of a verification's record as rows."""
+    from harness.comparison.verdicts import Check, adapter
 
-    found = []
-    for check in checks:
-        told: dict[str, Any] = {one.name: check.get(one.name, "") for one in fields(Quantity)}
-        told |= {name: math.nan for name, value in told.items() if value is None}
-        found.append(Quantity(**told))
+    found: list[Check] = adapter(list[Check]).validate_python(checks)
     return found
 
 

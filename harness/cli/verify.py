@@ -139,10 +139,10 @@ class Printer:
 
     def headlines(self, told: Sequence[Record]) -> None:
         """Print what was expected and measured, as summary.md has it."""
-        from harness.comparison.verification import Headline
+        from harness.observables.row import Row
         from harness.report.text import headline_lines
 
-        for text in headline_lines([Headline(**one) for one in told]):
+        for text in headline_lines([Row(**one) for one in told]):
             self.line(text, "bold")
 
     def outcome(self, record: Record) -> None:

@@ -1,16 +1,9 @@
-"""A run against the committed baseline: records, tolerances, what differs in their metadata.
+"""Hold what was measured against the committed baseline: a row for every quantity of every record.
 
-How far a record may be from its baseline: what its case allows, and named overrides.
-
-The same script, binary and machine give the same bits: over ways to start an engine, over ranks
-and repetitions the spread is exactly 0. What a case allows is what another compiler, processor
-or release does to the rounding.
-
-A record of the baseline: what one run, or one search, left in numbers and a series.
-
-What differs between a case now and in the baseline besides its numbers.
-
-What was measured, held against the baseline: a row for every quantity of every record.
+A record is what one run, or one search, left in numbers and a series. How far it may be from its
+baseline is what its case allows, and named overrides. The same script, binary and machine give the
+same bits: over ways to start an engine, over ranks and repetitions the spread is exactly 0. What a
+case allows is what another compiler, processor or release does to the rounding.
 """
 
 from __future__ import annotations
@@ -21,6 +14,7 @@ from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from typing import Any, Required, TypedDict
 
+from harness.comparison.compare import compare
 from harness.comparison.series import Comparison, Series, compare_series
 from harness.comparison.verdicts import (
     Cell,
@@ -29,6 +23,7 @@ from harness.comparison.verdicts import (
     Tolerance,
     Triage,
     Verdict,
+    failed,
     judge,
     not_tested,
     of_divergence,
@@ -36,6 +31,7 @@ from harness.comparison.verdicts import (
 )
 from harness.errors import EngineError, RequestError
 from harness.observables.provenance import Provenance
+from harness.observables.row import Row
 
 UNSTATED = Tolerance(
     "", 0.0, 1e-9, "the case states none: round-off of 1e5 steps, and two orders of ten above"
@@ -79,15 +75,6 @@ class Allowed:
 
 
 @dataclass(frozen=True)
-class Quantity:
-    """A number with its uncertainty, which is 0 for a run that is the same every time."""
-
-    value: float
-    uncertainty: float
-    unit: str
-
-
-@dataclass(frozen=True)
 class BaselineRecord:
     """A record, measured now or kept in the baseline; two of the same name are compared.
 
@@ -99,7 +86,7 @@ class BaselineRecord:
 
     name: str
     parameters: Mapping[str, Any]
-    quantities: Mapping[str, Quantity]
+    quantities: Mapping[str, Row]
     engine: str
     engine_version: str
     how: str = ""
@@ -293,18 +280,13 @@ def row_name(record: str, quantity: str = "") -> str:
 def _missing(known: BaselineRecord, expected: Expected) -> Check:
     name, error = row_name(known.name), expected.errors.get(known.name)
     if error is not None:
-        return _failed(name, f"{error.kind}: {error}", of_error(error))
+        return failed(name, Kind.REGRESSION, f"{error.kind}: {error}", of_error(error))
     reason = expected.reason(known)
     if reason:
         return not_tested(name, Kind.REGRESSION, reason)
-    return _failed(name, "it was not measured, and nothing says why", Triage.MISSING)
-
-
-def _failed(name: str, note: str, triage: str) -> Check:
-    nan = math.nan
-    return Check(
-        name, Kind.REGRESSION, "", nan, nan, nan, nan, Verdict.FAIL, "", note, triage
-    )  # fmt: skip
+    return failed(
+        name, Kind.REGRESSION, "it was not measured, and nothing says why", Triage.MISSING
+    )
 
 
 def explained_by_cells(rows: Sequence[Check], judged: Iterable[Check]) -> tuple[Check, ...]:
@@ -347,17 +329,23 @@ def _compare(record: BaselineRecord, known: BaselineRecord, rows: _Rows) -> None
         class_of_series = _series(record, known, note, rows)
         if class_of_series and family:
             rows.classes[family] = class_of_series
-    for quantity, wanted in known.quantities.items():
-        name = row_name(known.name, quantity)
-        if quantity not in record.quantities:
-            rows.add(_failed(name, "it is not measured any more", Triage.MISSING))
+
+    def width(wanted: Row, _: Row) -> float:
+        return rows.allowed.of(record.case, known.name, wanted.name)[0].width(wanted.value)
+
+    for quantity, pair in compare(known.quantities, record.quantities, width).items():
+        if pair.before is None:
             continue
-        here = record.quantities[quantity]
-        width, exception = rows.allowed.of(record.case, known.name, quantity)
+        name, wanted = row_name(known.name, quantity), pair.before
+        if pair.after is None:
+            note_gone = "it is not measured any more"
+            rows.add(failed(name, Kind.REGRESSION, note_gone, Triage.MISSING))
+            continue
+        tolerance, exception = rows.allowed.of(record.case, known.name, quantity)
         remark = "; ".join(filter(None, (note, exception and f"override {exception!r}")))
         row = judge(
-            name, Kind.REGRESSION, here.value, wanted.value, replace(width, unit=wanted.unit),
-            uncertainty=here.uncertainty, note=remark,
+            name, Kind.REGRESSION, pair.after.value, wanted.value,
+            replace(tolerance, unit=wanted.unit), uncertainty=pair.after.uncertainty, note=remark,
         )  # fmt: skip
         if changed:
             row = replace(row, verdict=Verdict.FAIL, triage=f"{Triage.WRONG_INPUT}: {changed[0]}")
@@ -374,14 +362,14 @@ def _series(record: BaselineRecord, known: BaselineRecord, note: str, rows: _Row
     assert known.series is not None
     width, _ = rows.allowed.of(record.case, known.name, "series")
     if record.series is None:
-        rows.add(_failed(name, "its series was not recorded", Triage.MISSING))
+        rows.add(failed(name, Kind.REGRESSION, "its series was not recorded", Triage.MISSING))
         return str(Triage.MISSING)
     try:
         columns = compare_series(
             known.name, record.series, known.series, width.relative, width.absolute
         )
     except RequestError as error:
-        rows.add(_failed(name, str(error), Triage.MISSING))
+        rows.add(failed(name, Kind.REGRESSION, str(error), Triage.MISSING))
         return str(Triage.MISSING)
     now, then = (f"{one.engine} {one.engine_version}" for one in (record, known))
     columns = [
@@ -392,21 +380,20 @@ def _series(record: BaselineRecord, known: BaselineRecord, note: str, rows: _Row
     rows.divergences += diverged
     worst = max(columns, key=_over_band)
     triage = earliest(diverged)
-    rows.add(
-        Check(
-            f"{name}, largest difference of {worst.column}",
-            Kind.REGRESSION,
-            "",
-            worst.largest,
-            0.0,
-            0.0,
-            worst.band,
-            Verdict.FAIL if diverged else Verdict.PASS,
-            width.reason,
-            note,
-            triage,
-        )
+    row = Check(
+        f"{name}, largest difference of {worst.column}",
+        worst.largest,
+        0.0,
+        "",
+        expected=0.0,
+        note=note,
+        kind=Kind.REGRESSION,
+        tolerance=worst.band,
+        verdict=Verdict.FAIL if diverged else Verdict.PASS,
+        why=width.reason,
+        triage=triage,
     )
+    rows.add(row)
     return triage
 
 

@@ -1,33 +1,27 @@
-"""The same cases in several releases of an engine: cells, and what changed between releases.
+"""The same cases in several releases of an engine: what changed, and which cells do not hold.
 
-The matrix of cases and submodels release by release: cells that do not hold, defects by name.
-
-Classes of a change from one release to another, and when a series parted from the other.
-
-The same records in several releases of an engine: a matrix of values and what moved.
+A matrix has the values of records release by release, each against the first release that ran
+(:func:`release_matrix`), and the cells of cases and submodels that do not hold in every release,
+with the known defects that were found in them (:func:`cell_rows`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from harness.comparison.compare import Change, Pair, compare
 from harness.comparison.known_defects import defect_of
-from harness.comparison.regression import (
-    Allowed,
-    BaselineRecord,
-    ByCase,
-    Quantity,
-    earliest,
-    name_in_cell,
-)
+from harness.comparison.regression import Allowed, BaselineRecord, ByCase, earliest, name_in_cell
 from harness.comparison.series import compare_series
 from harness.comparison.verdicts import RANK, Check, Kind, Verdict, published
 from harness.errors import RequestError
 from harness.observables.provenance import Provenance
+from harness.observables.row import Row
 from harness.shown import Shown
 
 if TYPE_CHECKING:
@@ -147,30 +141,16 @@ def _deciding(cell: Sequence[Check]) -> Sequence[Check]:
     return [c for c in cell if not (c.kind is Kind.INVARIANCE and c.verdict is Verdict.NOT_TESTED)]
 
 
-ROUND_OFF = 1e-12
-"""Relative change that is taken for rounding: some thousand units in the last place."""
-
-
-class Change(StrEnum):
+class ReleaseChange(StrEnum):
     """The class of a change against the reference release."""
 
     REFERENCE = "reference"
-    SAME = "same to the last bit"
-    ROUNDING = "within round-off"
-    TOLERATED = "within tolerance"
-    MOVED = "moved"
+    SAME = Change.SAME
+    ROUNDING = Change.ROUNDING
+    TOLERATED = Change.TOLERATED
+    MOVED = Change.MOVED
     DIED = "engine error"
     NOT_TESTED = "not tested"
-
-
-def classify(here: Quantity, wanted: Quantity, width: float) -> Change:
-    """Return the class of the change from one number to another."""
-    difference = abs(here.value - wanted.value)
-    if difference == 0.0:
-        return Change.SAME
-    if difference <= ROUND_OFF * abs(wanted.value):
-        return Change.ROUNDING
-    return Change.TOLERATED if difference <= width else Change.MOVED
 
 
 def parted(record: BaselineRecord, known: BaselineRecord, allowed: Allowed) -> str:
@@ -213,17 +193,37 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Cell:
-    """A value of one release, its change against the reference, and the class of it."""
+class ReleaseCell(Pair[Row]):
+    """A value of one release (``after``) beside that of the reference (``before``).
 
-    value: float | None
-    difference: float | None
-    change: Change
+    ``note`` says what happened to one that has no value or moved.
+    """
+
+    change: ReleaseChange
     note: str = ""
+
+    @property
+    def value(self) -> float | None:
+        """Return the value of the release, None where it has none."""
+        return self.after.value if self.after else None
+
+    @property
+    def difference(self) -> float | None:
+        """Return how far it is from that of the reference, None where one is missing."""
+        return self.moved_by if self.before and self.after else None
+
+    def record(self) -> dict[str, Any]:
+        """Return it as a JSON-ready mapping."""
+        return {
+            "value": self.value,
+            "difference": self.difference,
+            "change": str(self.change),
+            "note": self.note,
+        }
 
 
 @dataclass(frozen=True)
-class Row:
+class ReleaseRow:
     """A quantity of a record in every release; ``label`` says in short what the record is."""
 
     record: str
@@ -231,7 +231,7 @@ class Row:
     quantity: str
     unit: str
     tolerance: float
-    cells: tuple[Cell, ...]
+    cells: tuple[ReleaseCell, ...]
 
 
 @dataclass(frozen=True, repr=False)
@@ -242,7 +242,7 @@ class ReleaseMatrix(Shown):
     platform: str
     columns: tuple[Column, ...]
     reference: int
-    rows: tuple[Row, ...]
+    rows: tuple[ReleaseRow, ...]
     engine: str = "engine"
     cases: str = ""
 
@@ -255,7 +255,7 @@ class ReleaseMatrix(Shown):
         if any(column.error or column.errors for column in self.columns):
             return 3
         failed = any(c.verdict is Verdict.FAIL for column in self.columns for c in column.checks)
-        moved = any(c.change is Change.MOVED for row in self.rows for c in row.cells)
+        moved = any(c.change is ReleaseChange.MOVED for row in self.rows for c in row.cells)
         return 1 if failed or moved else 0
 
     @property
@@ -271,7 +271,7 @@ class ReleaseMatrix(Shown):
     def counts(self, column: int) -> dict[str, int]:
         """Return how many cells of a column are of each class."""
         found = [row.cells[column].change for row in self.rows]
-        return {str(change): found.count(change) for change in Change if change in found}
+        return {str(change): found.count(change) for change in ReleaseChange if change in found}
 
     def told(self) -> dict[str, str]:
         """Return what moved in each release, against which one."""
@@ -337,12 +337,14 @@ class ReleaseMatrix(Shown):
             "cells": [row.record() for row in self.cells],
         }
 
-    def _row(self, row: Row) -> dict[str, Any]:
-        told = published(row)
-        told["case"] = told.pop("record")
-        for cell, column in zip(told["cells"], self.columns, strict=True):
-            cell["release"] = column.release
-        return told
+    def _row(self, row: ReleaseRow) -> dict[str, Any]:
+        releases = [column.release for column in self.columns]
+        cells = [
+            {**cell.record(), "release": release}
+            for cell, release in zip(row.cells, releases, strict=True)
+        ]
+        told = {name: value for name, value in vars(row).items() if name != "record"}
+        return {**told, "case": row.record, "cells": cells}
 
 
 def release_matrix(
@@ -364,45 +366,48 @@ def release_matrix(
     for name in sorted({name for records in measured for name in records}):
         known = measured[reference].get(name)
         first = known or next(records[name] for records in measured if name in records)
+
+        def width(wanted: Row, _: Row | None = None, of: BaselineRecord = first) -> float:
+            return allowed.of(of.case, of.name, wanted.name)[0].width(wanted.value)
+
+        pairs = [_pairs(known, records.get(name), width) for records in measured]
         for quantity, wanted in first.quantities.items():
-            width = allowed.of(first.case, name, quantity)[0].width(wanted.value)
             cells = tuple(
-                Cell(wanted.value, 0.0, Change.REFERENCE)
-                if i == reference and known is not None
-                else _cell(
-                    column, measured[i].get(name), known, Judged(name, quantity, width), allowed
-                )
-                for i, column in enumerate(columns)
+                _cell(column, name, of_release.get(quantity), column is columns[reference])
+                for column, of_release in zip(columns, pairs, strict=True)
             )
-            rows.append(Row(name, first.label, quantity, wanted.unit, width, cells))
+            cells = tuple(
+                replace(cell, note=parted(records[name], known, allowed))
+                if cell.change is ReleaseChange.MOVED and known
+                else cell
+                for cell, records in zip(cells, measured, strict=True)
+            )
+            unit, wide = wanted.unit, width(wanted)
+            rows.append(ReleaseRow(name, first.label, quantity, unit, wide, cells))
     return ReleaseMatrix(level, platform, tuple(columns), reference, tuple(rows), engine, cases)
 
 
-@dataclass(frozen=True)
-class Judged:
-    """A quantity of a record, and how far it may move."""
-
-    record: str
-    quantity: str
-    width: float
-
-
-def _cell(
-    column: Column,
-    record: BaselineRecord | None,
+def _pairs(
     known: BaselineRecord | None,
-    judged: Judged,
-    allowed: Allowed,
-) -> Cell:
-    said = column.error or column.errors.get(judged.record, "")
-    if record is None or judged.quantity not in record.quantities:
-        if said:
-            return Cell(None, None, Change.DIED, said)
-        return Cell(None, None, Change.NOT_TESTED, column.reasons.get(judged.record, ""))
-    here = record.quantities[judged.quantity]
-    wanted = known.quantities.get(judged.quantity) if known else None
-    if known is None or wanted is None:
-        return Cell(here.value, None, Change.NOT_TESTED, "the reference has no value")
-    change = classify(here, wanted, judged.width)
-    note = parted(record, known, allowed) if change is Change.MOVED else ""
-    return Cell(here.value, here.value - wanted.value, change, note)
+    record: BaselineRecord | None,
+    width: Callable[[Row, Row], float],
+) -> Mapping[str, Pair[Row]]:
+    before, after = (one.quantities if one else {} for one in (known, record))
+    return compare(before, after, width)
+
+
+def _cell(column: Column, name: str, pair: Pair[Row] | None, reference: bool) -> ReleaseCell:
+    """Return what a release says of a quantity of the record of a name."""
+    if pair is None or pair.after is None:
+        before = pair.before if pair else None
+        if error := column.error or column.errors.get(name, ""):
+            return ReleaseCell(before, None, ReleaseChange.DIED, note=error)
+        why = column.reasons.get(name, "")
+        return ReleaseCell(before, None, ReleaseChange.NOT_TESTED, note=why)
+    if pair.before is None:
+        why = "the reference has no value"
+        return ReleaseCell(None, pair.after, ReleaseChange.NOT_TESTED, note=why)
+    change = ReleaseChange.MOVED if math.isnan(pair.moved_by) else ReleaseChange(pair.change)
+    if reference:
+        change = ReleaseChange.REFERENCE
+    return ReleaseCell(pair.before, pair.after, change, pair.width)

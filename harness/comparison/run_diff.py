@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
+from harness.comparison.compare import Change, Pair, compare
 from harness.comparison.verdicts import RANK, Check, Verdict, published
 from harness.comparison.verification import Results
+from harness.observables.row import numbered
 from harness.shown import Shown, record_frame
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from harness.shown.figure import Figure
 
 
-class Change(StrEnum):
+class RowChange(StrEnum):
     """What became of a row from the first run to the second, in the order of reading."""
 
     WORSE = "worse"
@@ -32,47 +33,11 @@ class Change(StrEnum):
 
 
 @dataclass(frozen=True)
-class RowDiff:
-    """One check in two runs; ``before`` or ``after`` is None where it is not there.
+class RowDiff(Pair[Check]):
+    """One check in two runs; ``worsens`` is true when it asks for exit status 1."""
 
-    ``worsens`` is true when it asks for exit status 1.
-    """
-
-    before: Check | None
-    after: Check | None
-    change: Change
-    worsens: bool
-
-    @property
-    def row(self) -> Check:
-        """Return the check of the later run that has it."""
-        found = self.after or self.before
-        assert found is not None
-        return found
-
-    @property
-    def moved_by(self) -> float:
-        """Return value after - value before, in the row's unit; NaN where one is missing."""
-        if self.before is None or self.after is None:
-            return math.nan
-        return self.after.value - self.before.value
-
-    @property
-    def in_tolerances(self) -> float:
-        """Return the move over the later tolerance; infinite for a move where that is 0."""
-        return _over(self.moved_by, self.row.tolerance)
-
-    @property
-    def in_uncertainties(self) -> float:
-        """Return the move over both uncertainties, added in quadrature as for independent runs.
-
-        NaN where neither run states one that the move can be counted in.
-        """
-        if self.before is None or self.after is None:
-            return math.nan
-        width = math.hypot(self.before.uncertainty, self.after.uncertainty)
-        many = self.moved_by / width if width else math.nan
-        return many if math.isfinite(many) else math.nan
+    change: RowChange
+    worsens: bool = False
 
     def record(self) -> dict[str, Any]:
         """Return the row as a flat JSON-ready mapping."""
@@ -119,7 +84,7 @@ class RunDiff(Shown):
         """Return 1 when a verdict changed for the worse, else 0."""
         return int(any(row.worsens for row in self.rows))
 
-    def count(self, change: Change) -> int:
+    def count(self, change: RowChange) -> int:
         """Return how many rows changed in a way."""
         return sum(row.change is change for row in self.rows)
 
@@ -129,7 +94,7 @@ class RunDiff(Shown):
 
     def told(self) -> dict[str, str]:
         """Return what became of the rows, and which runs they are of."""
-        counts = [f"{self.count(change)} {change}" for change in Change if self.count(change)]
+        counts = [f"{self.count(change)} {change}" for change in RowChange if self.count(change)]
         return {
             "rows": ", ".join(counts),
             "before": f"{self.before.started}, {self.before.level}",
@@ -151,9 +116,9 @@ class RunDiff(Shown):
         """Return everything as a JSON-ready mapping; rows that stayed the same by number only."""
         return {
             "status": self.status,
-            "counts": {str(change): self.count(change) for change in Change},
+            "counts": {str(change): self.count(change) for change in RowChange},
             "metadata": [published(change) for change in self.metadata],
-            "rows": [row.record() for row in self.rows if row.change is not Change.SAME],
+            "rows": [row.record() for row in self.rows if row.change is not RowChange.SAME],
         }
 
 
@@ -163,12 +128,13 @@ def diff_runs(before: Results, after: Results) -> RunDiff:
     Rows meet by kind and name; where a name stands more than once, in order. What only one of two
     plans has, or one of two ways to run an engine can test, is not comparable.
     """
-    first, second = _numbered(before.checks), _numbered(after.checks)
+    first, second = _by_kind_and_name(before.checks), _by_kind_and_name(after.checks)
     plans = [(run.cases, _engines(run)) for run in (before, after)]
     same_plan = plans[0] == plans[1] or 1 in (before.schema, after.schema)  # which named no cases
     hows = [run.engine.how if run.engine else "" for run in (before, after)]
     same = _Same(same_plan and before.level == after.level, hows[0] == hows[1])
-    rows = [_row(first.get(key), second.get(key), same) for key in {**first, **second}]
+    pairs = compare(first, second, lambda _, check: check.tolerance)
+    rows = [_row(pair, same) for pair in pairs.values()]
     rows.sort(key=_severity)
     return RunDiff(before, after, tuple(rows), _metadata(before, after))
 
@@ -185,25 +151,28 @@ def _engines(run: Results) -> frozenset[str]:
     return frozenset(told.engine for told in run.engines.declared) if run.engines else frozenset()
 
 
-def _row(before: Check | None, after: Check | None, same: _Same) -> RowDiff:
+def _row(pair: Pair[Check], same: _Same) -> RowDiff:
+    """Return what became of a check, and whether that is worse."""
+    before, after = pair.before, pair.after
+    change, worsens = RowChange.SAME, False
     if before is None or after is None:
-        here = before or after
-        assert here is not None
         if not (same.plan and same.how):
-            return RowDiff(before, after, Change.NOT_COMPARABLE, False)
-        # with the same plan a row that is gone was lost
-        lost = here.judged if after is None else here.verdict is Verdict.FAIL
-        return RowDiff(before, after, Change.REMOVED if after is None else Change.ADDED, lost)
+            change = RowChange.NOT_COMPARABLE
+        else:
+            change = RowChange.REMOVED if after is None else RowChange.ADDED
+            # with the same plan a row that is gone was lost
+            worsens = pair.row.judged if after is None else pair.row.verdict is Verdict.FAIL
+        return RowDiff(before, after, change, pair.width, worsens)
     untested = {before.verdict, after.verdict} - {Verdict.NOT_TESTED}
-    if not same.how and len(untested) == 1 and before.verdict is not after.verdict:
-        return RowDiff(before, after, Change.NOT_COMPARABLE, False)
     ranks = RANK[before.verdict], RANK[after.verdict]
-    if ranks[1] < ranks[0]:
-        return RowDiff(before, after, Change.WORSE, True)
-    if ranks[1] > ranks[0]:
-        return RowDiff(before, after, Change.BETTER, False)
-    moved = _differ(before.value, after.value) or _differ(before.tolerance, after.tolerance)
-    return RowDiff(before, after, Change.MOVED if moved else Change.SAME, False)
+    if not same.how and len(untested) == 1 and before.verdict is not after.verdict:
+        change = RowChange.NOT_COMPARABLE
+    elif ranks[1] != ranks[0]:
+        worsens = ranks[1] < ranks[0]
+        change = RowChange.WORSE if worsens else RowChange.BETTER
+    elif pair.change is not Change.SAME or _differ(before.tolerance, after.tolerance):
+        change = RowChange.MOVED
+    return RowDiff(before, after, change, pair.width, worsens)
 
 
 def _metadata(before: Results, after: Results) -> tuple[MetadataChange, ...]:
@@ -231,29 +200,17 @@ def _metadata(before: Results, after: Results) -> tuple[MetadataChange, ...]:
     )
 
 
-def _numbered(rows: Iterable[Check]) -> dict[tuple[str, str, int], Check]:
-    seen: Counter[tuple[str, str]] = Counter()
-    found = {}
-    for row in rows:
-        key = (str(row.kind), row.name)
-        found[(*key, seen[key])] = row
-        seen[key] += 1
-    return found
+def _by_kind_and_name(checks: Iterable[Check]) -> dict[Hashable, Check]:
+    """Return checks by kind and name; where a name stands more than once, in order."""
+    keyed = numbered(checks, lambda check: (check.kind, check.name))
+    return {(*key, before): check for key, before, check in keyed}
 
 
 def _severity(row: RowDiff) -> tuple[bool, int, float]:
     size = abs(row.in_tolerances)
     if math.isnan(size):
         size = abs(row.in_uncertainties)
-    return not row.worsens, list(Change).index(row.change), -(0.0 if math.isnan(size) else size)
-
-
-def _over(move: float, width: float) -> float:
-    if math.isnan(move) or math.isnan(width):
-        return math.nan
-    if width > 0.0:
-        return move / width
-    return math.copysign(math.inf, move) if move else 0.0
+    return not row.worsens, list(RowChange).index(row.change), -(0.0 if math.isnan(size) else size)
 
 
 def _differ(one: float, other: float) -> bool:

@@ -1,15 +1,9 @@
-"""Verdicts: a value, what is expected of it, a tolerance with its reason, and what follows.
+"""Judge a value: what is expected of it, a tolerance with its reason, the verdict that follows.
 
-How far a value may be from what is expected, with the reason.
-
-Of what class a failure is, so that the next thing to look at is known.
-
-Dataclasses as JSON and back, by their own fields: there is no second description of a result.
-
-Properties under ``computed_field`` are written too. A number that is not finite is null in JSON,
-and NaN when it is read.
-
-Checks and their verdicts. Four kinds that are never mixed, and findings beside them.
+A check is a row with a verdict. There are four kinds that are never mixed, and findings, which are
+shown and not judged. A failure has a class (:class:`Triage`), so that the next thing to look at is
+known. Checks go to JSON and back by their own fields: there is no second description of a result,
+and a number that is not finite is null there.
 """
 
 from __future__ import annotations
@@ -23,14 +17,7 @@ from enum import StrEnum
 from functools import cache
 from typing import Annotated, Any
 
-from pydantic import (
-    BeforeValidator,
-    Field,
-    TypeAdapter,
-    WithJsonSchema,
-    computed_field,
-    field_serializer,
-)
+from pydantic import Field, TypeAdapter, computed_field, field_serializer
 from pydantic.json_schema import SkipJsonSchema
 
 from harness.comparison.series import Divergence
@@ -42,6 +29,7 @@ from harness.errors import (
     EngineNaNError,
     EngineTimeoutError,
 )
+from harness.observables.row import Number, Row
 
 
 @dataclass(frozen=True)
@@ -97,16 +85,6 @@ def of_divergence(divergence: Divergence) -> str:
     last = f"within its band up to {divergence.last_inside:.6g} s"
     back = "" if divergence.stays else "; it came back"
     return f"{Triage.LATE}: {divergence.column}, at {divergence.time:.6g} s ({last}){back}"
-
-
-def _nan(value: Any) -> Any:
-    return math.nan if value is None else value
-
-
-Number = Annotated[
-    float, BeforeValidator(_nan), WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "null"}]})
-]
-"""A number that may be missing: null in JSON, NaN here."""
 
 
 @cache
@@ -207,27 +185,23 @@ Predict = Callable[[Any, Any], PredictedSize]
 """Computes what a known defect's ``predicts`` makes of a row, and that of a defect beneath it."""
 
 
-@dataclass(frozen=True)
-class Check:
-    """One row of a report: a value, what it is held against, and the verdict.
+@dataclass(frozen=True, kw_only=True)
+class Check(Row):
+    """A row that was held against what is expected of it, and the verdict.
 
     ``difference`` is value - expected, always in full. ``why`` says where the
     tolerance comes from, ``note`` what went wrong or what is to be seen, and
     ``triage`` of what class a failure is (empty for a check that holds).
     ``log`` is the text that an engine left of a run that failed; results.json holds the name
-    of its file.
+    of its file. Its engine stands in ``cell``, and ``who`` is not published.
     """
 
-    name: str
+    expected: Number = field()
+    who: SkipJsonSchema[Annotated[str, Field(exclude=True)]] = ""
     kind: Kind
-    unit: str
-    value: Number
-    expected: Number
-    uncertainty: Number
     tolerance: Number
     verdict: Verdict
     why: str = ""
-    note: str = ""
     triage: str = ""
     engine_died: bool = False
     log: str = field(default="", repr=False)
@@ -284,16 +258,16 @@ def judge(
     width = tolerance.width(expected)
     holds = abs(value - expected) <= width
     return Check(
-        name=name,
-        kind=kind,
-        unit=tolerance.unit,
-        value=value,
+        name,
+        value,
+        uncertainty,
+        tolerance.unit,
         expected=expected,
-        uncertainty=uncertainty,
+        note=note,
+        kind=kind,
         tolerance=width,
         verdict=Verdict.PASS if holds else Verdict.FAIL,
         why=tolerance.reason,
-        note=note,
         triage="" if holds else triage or _class(value),
     )
 
@@ -332,20 +306,19 @@ def _class(value: float) -> str:
 
 def judge_count(name: str, count: int, expected: int) -> Check:
     """Return the check that a verification left all the rows that its plan has, or more."""
-    holds = count >= expected
-    why = "a count: each row that the plan of the level has is there"
+    missing = expected - count
     return Check(
         name,
-        Kind.ANALYTIC,
-        "",
         float(count),
-        float(expected),
         0.0,
-        0.0,
-        Verdict.PASS if holds else Verdict.FAIL,
-        why,
-        "" if holds else f"{expected - count} rows are missing",
-        "" if holds else Triage.MISSING,
+        "",
+        expected=float(expected),
+        note=f"{missing} rows are missing" if missing > 0 else "",
+        kind=Kind.ANALYTIC,
+        tolerance=0.0,
+        verdict=Verdict.FAIL if missing > 0 else Verdict.PASS,
+        why="a count: each row that the plan of the level has is there",
+        triage=Triage.MISSING if missing > 0 else "",
     )
 
 
@@ -354,33 +327,48 @@ def finding(
 ) -> Check:
     """Return a row for a difference between models: shown, not judged."""
     return Check(
-        name, Kind.FINDING, unit, value, expected, uncertainty, math.nan, Verdict.FINDING, "", note
+        name,
+        value,
+        uncertainty,
+        unit,
+        expected=expected,
+        note=note,
+        kind=Kind.FINDING,
+        tolerance=math.nan,
+        verdict=Verdict.FINDING,
     )
+
+
+def without_value(
+    name: str, kind: Kind, verdict: Verdict, note: str, triage: str, unit: str = ""
+) -> Check:
+    """Return the row of a check that has no value, with the reason."""
+    nan = math.nan
+    return Check(
+        name,
+        nan,
+        nan,
+        unit,
+        expected=nan,
+        note=note,
+        kind=kind,
+        tolerance=nan,
+        verdict=verdict,
+        triage=triage,
+    )
+
+
+def failed(name: str, kind: Kind, note: str, triage: str, unit: str = "") -> Check:
+    """Return the row of a check that failed before it had a value, with the reason."""
+    return without_value(name, kind, Verdict.FAIL, note, triage, unit)
 
 
 def failed_run(name: str, kind: Kind, error: EngineError, unit: str = "") -> Check:
     """Return the row of a check whose engine died: a failure that says how."""
-    nan = math.nan
-    note = f"{error.kind}: {error}"
-    return Check(
-        name,
-        kind,
-        unit,
-        nan,
-        nan,
-        nan,
-        nan,
-        Verdict.FAIL,
-        "",
-        note,
-        of_error(error),
-        engine_died=True,
-        log=error.log,
-    )
+    row = failed(name, kind, f"{error.kind}: {error}", of_error(error), unit)
+    return replace(row, engine_died=True, log=error.log)
 
 
 def not_tested(name: str, kind: Kind, reason: str, unit: str = "") -> Check:
     """Return the row of a check that could not be made, with the reason; never a pass."""
-    nan = math.nan
-    triage = Triage.NOT_TESTED
-    return Check(name, kind, unit, nan, nan, nan, nan, Verdict.NOT_TESTED, "", reason, triage)
+    return without_value(name, kind, Verdict.NOT_TESTED, reason, Triage.NOT_TESTED, unit)

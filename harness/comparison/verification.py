@@ -1,16 +1,8 @@
-"""The results of a verification: findings of each case and engine, headlines, the whole run.
+"""What a verification found: findings of each case and engine, the whole run, its published form.
 
-What an engine declares of itself, and what became of it here.
-
-What verifying one case in one engine leaves: checks, values for the baseline, evidence.
-
-The published form of a run: what results.json holds, and how it is read.
-
-The dataclasses are the one source: the file is their dump, the committed JSON Schema is generated
-from them, and :func:`harness.workflows.diff` reads runs with them. Beside their keys stand those
-that cases publish, which each case documents.
-
-All that a verification found: checks, findings case by case, and what made them.
+The dataclasses are the one source of results.json: the file is their dump, the committed JSON
+Schema is generated from them, and :func:`harness.workflows.diff` reads runs with them. Beside their
+keys stand those that cases publish, which each case documents.
 """
 
 from __future__ import annotations
@@ -26,9 +18,10 @@ from pydantic import computed_field
 from harness.comparison.known_defects import KnownDefect
 from harness.comparison.regression import BaselineRecord
 from harness.comparison.series import Comparison
-from harness.comparison.verdicts import Check, Number, Verdict, adapter, published
+from harness.comparison.verdicts import Check, Verdict, adapter, published
 from harness.errors import EngineError
 from harness.observables.provenance import Provenance
+from harness.observables.row import Number, Row
 from harness.shown import Shown, record_frame, value_text
 
 if TYPE_CHECKING:
@@ -70,23 +63,6 @@ class DeclaredEngine:
         return "did not qualify" if self.unqualified else "qualified"
 
 
-@dataclass(frozen=True)
-class Headline:
-    """A result to be told first: expected value and measured one with its uncertainty.
-
-    ``name`` is the quantity, ``who`` the engine that measured it (as its provenance names it),
-    ``note`` how.
-    """
-
-    name: str
-    unit: str
-    expected: Number
-    value: Number
-    uncertainty: Number
-    who: str
-    note: str = ""
-
-
 @dataclass
 class Findings:
     """What a case found in an engine (or in the harness's own solvers, ``engine`` empty).
@@ -105,7 +81,7 @@ class Findings:
     errors: dict[str, EngineError] = field(default_factory=dict)
     untested: dict[str, str] = field(default_factory=dict)
     divergences: list[Comparison] = field(default_factory=list)
-    headlines: list[Headline] = field(default_factory=list)
+    headlines: list[Row] = field(default_factory=list)
     published: Mapping[str, Any] = field(default_factory=dict)
     evidence: Any = field(default=None, repr=False)
 
@@ -173,7 +149,7 @@ class Results:
     untested_cases: tuple[str, ...] = ()
     baseline: str = ""
     baseline_sha256: str = ""
-    headlines: tuple[Headline, ...] = ()
+    headlines: tuple[Row, ...] = ()
     divergences: tuple[DivergenceRow, ...] = ()
     engines: Engines | None = None
     scripts: Mapping[str, str] = field(default_factory=dict)
@@ -265,7 +241,7 @@ class Verification(Shown):
         return 1 if any(check.verdict in counted for check in self.checks) else 0
 
     @property
-    def headlines(self) -> tuple[Headline, ...]:
+    def headlines(self) -> tuple[Row, ...]:
         """Return the results to be told first."""
         return tuple(headline for found in self.findings() for headline in found.headlines)
 

@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from harness.errors import RequestError
+from harness.observables.row import Row
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -59,21 +60,12 @@ class Trajectory:
 HEIGHT, ANGLE = "h_over_d", "theta_deg"
 
 
-@dataclass(frozen=True)
-class PublishedAngle:
-    """An angle [deg] with its uncertainty, and who found it."""
-
-    value_deg: float
-    uncertainty_deg: float
-    what: str
-    citation: str
-
-
-PEYNEAU_ROUX = PublishedAngle(
+PEYNEAU_ROUX = Row(
+    "quasi-static angle of frictionless spheres",
     5.76,
     0.22,
-    "quasi-static angle of frictionless spheres",
-    "Peyneau and Roux, Phys. Rev. E 78, 011307 (2008)",
+    "deg",
+    who="Peyneau and Roux, Phys. Rev. E 78, 011307 (2008)",
 )
 
 

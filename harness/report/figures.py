@@ -26,7 +26,7 @@ from matplotlib.figure import Figure as AnyFigure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from harness.comparison.releases import ReleaseMatrix, Row
+from harness.comparison.releases import ReleaseMatrix, ReleaseRow
 from harness.comparison.series import Comparison
 from harness.errors import RequestError
 from harness.report.style import (
@@ -316,7 +316,7 @@ def changes(found: ReleaseMatrix) -> Figure:
     return figure
 
 
-def _rows(found: ReleaseMatrix) -> list[Row]:
+def _rows(found: ReleaseMatrix) -> list[ReleaseRow]:
     """Return the quantities that are drawn, in the order of the matrix."""
     rows = [row for row in found.rows if row.cells[found.reference].value is not None]
     if len(rows) <= MOST_ROWS:
@@ -325,7 +325,7 @@ def _rows(found: ReleaseMatrix) -> list[Row]:
     return [rows[n] for n in sorted(most)]
 
 
-def _moved(row: Row) -> float:
+def _moved(row: ReleaseRow) -> float:
     """Return the largest change of a quantity, in its tolerance."""
     changes = [abs(cell.difference) for cell in row.cells if cell.difference]
     return max(changes, default=0.0) / (row.tolerance or 1.0)

@@ -21,9 +21,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from harness.comparison.releases import Change as ReleaseChange
-from harness.comparison.releases import ReleaseMatrix, untested
-from harness.comparison.run_diff import Change, RunDiff
+from harness.comparison.releases import ReleaseChange, ReleaseMatrix, untested
+from harness.comparison.run_diff import RowChange, RunDiff
 from harness.comparison.verification import Results, Verification
 from harness.errors import RequestError
 from harness.files import whole_folder
@@ -180,7 +179,7 @@ def diff_page(
     found: RunDiff, names: tuple[str, str], pairs: Sequence[Pair], scripts: Mapping[str, str]
 ) -> str:
     """Return the page; figures and style are inside it, so that it can be sent alone."""
-    changes = [change for change in Change if found.count(change)]
+    changes = [change for change in RowChange if found.count(change)]
     return (
         environment()
         .get_template("diff.html.j2")
@@ -193,7 +192,7 @@ def diff_page(
             ],
             counts=[(change, found.count(change)) for change in changes],
             changes=changes,
-            order=list(Change),
+            order=list(RowChange),
             names=COLUMNS,
             numeric=NUMERIC,
             kinds=list(dict.fromkeys(row.row.kind for row in found.rows)),
@@ -208,7 +207,7 @@ def headline(found: RunDiff) -> str:
     worse = Counter(str(row.row.kind) for row in found.rows if row.worsens)
     if worse:
         return "Worse: " + ", ".join(f"{number} {kind}" for kind, number in worse.items())
-    if found.count(Change.SAME) == len(found.rows):
+    if found.count(RowChange.SAME) == len(found.rows):
         return "Nothing moved"
     return "No verdict changed for the worse"
 

@@ -14,7 +14,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from harness.comparison.verdicts import Check, Kind, Verdict
-from harness.comparison.verification import Headline, Verification
+from harness.comparison.verification import Verification
+from harness.observables.row import Row
 from harness.shown import ROUND_OFF, decimals, number, value_text
 
 EXPLAINED = {
@@ -181,18 +182,18 @@ def summary(found: Verification) -> list[str]:
     ]
 
 
-def headline_lines(headlines: Sequence[Headline]) -> list[str]:
+def headline_lines(headlines: Sequence[Row]) -> list[str]:
     """Return a sentence for each headline: expected and measured, with its uncertainty."""
     return [f"{told.name}: expected {expected(told)}; {measured(told)}" for told in headlines]
 
 
-def expected(told: Headline) -> str:
+def expected(told: Row) -> str:
     """Return the expected value with its unit, to the digits of the measured one."""
     places = min(ROUND_OFF, decimals(told.uncertainty))
     return f"{told.expected:.{places}f} {told.unit}".rstrip()
 
 
-def measured(told: Headline) -> str:
+def measured(told: Row) -> str:
     """Return who measured what: ``code 10.2070 ± 0.0004 deg (how)``."""
     note = f" ({told.note})" if told.note else ""
     return f"{told.who} {value_text(told.value, told.uncertainty, told.unit)}{note}"

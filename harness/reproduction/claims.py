@@ -27,6 +27,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
+from harness.comparison import compare as rows
+from harness.comparison.compare import Change
+from harness.observables.row import Row, by_name
 from harness.shown import record_frame
 
 if TYPE_CHECKING:
@@ -403,14 +406,24 @@ def ledger_differences(first: pd.DataFrame, second: pd.DataFrame) -> list[str]:
     lines = [f"{key}: is not there any more" for key in a.index.difference(b.index, sort=False)]
     lines += [f"{key}: is new" for key in b.index.difference(a.index, sort=False)]
     for key in a.index.intersection(b.index, sort=False):
-        one, other = a.loc[key], b.loc[key]
-        if one["status"] != other["status"]:
-            lines.append(f"{key}: was {one['status']}, is {other['status']}")
-        was, now = (pd.to_numeric(row[[*NUMBERS]], errors="coerce") for row in (one, other))
-        room = OF_TOLERANCE * np.nan_to_num(was["tolerance"])
-        same = np.isclose(was, now, rtol=RELATIVE, atol=room, equal_nan=True)
+        was, now = (_numbers(frame.loc[key]) for frame in (a, b))
+        if a.loc[key]["status"] != b.loc[key]["status"]:
+            lines.append(f"{key}: was {a.loc[key]['status']}, is {b.loc[key]['status']}")
+        room = OF_TOLERANCE * float(np.nan_to_num(was["tolerance"].value))
+
+        def width(_: Row, row: Row, room: float = room) -> float:
+            return room + RELATIVE * abs(row.value)
+
+        pairs = rows.compare(was, now, width)
         lines += [
-            f"{key}: {name} was {was[name]:.10g}, is {now[name]:.10g}"
-            for name in np.array(NUMBERS)[~same]
+            f"{key}: {name} was {was[name].value:.10g}, is {now[name].value:.10g}"
+            for name, pair in pairs.items()
+            if pair.change is Change.MOVED
         ]
     return lines
+
+
+def _numbers(row: pd.Series[Any]) -> dict[str, Row]:
+    """Return the numbers of a statement; what is none is NaN."""
+    numbers = pd.to_numeric(row[[*NUMBERS]], errors="coerce")
+    return by_name(*(Row(name, float(numbers[name]), math.nan, "") for name in NUMBERS))

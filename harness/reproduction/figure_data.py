@@ -139,13 +139,13 @@ HALVED = (0.4, 0.6)
 FLAT = 0.01
 """Of alpha, and of the angle over its first: what a figure shows of a plateau or a rise."""
 
-PUBLISHED = f"{PEYNEAU_ROUX.value_deg:g} +- {PEYNEAU_ROUX.uncertainty_deg:g} deg"
-_LOWEST = PEYNEAU_ROUX.value_deg - PEYNEAU_ROUX.uncertainty_deg
+PUBLISHED = f"{PEYNEAU_ROUX.value:g} +- {PEYNEAU_ROUX.uncertainty:g} deg"
+_LOWEST = PEYNEAU_ROUX.value - PEYNEAU_ROUX.uncertainty
 
 
 def thin_layers(reference: ReferencePoints | None) -> Statement:
     """Return the row of the measured angles: others' points, tested only if the user gives them."""
-    published = f"the published angle, {PUBLISHED} ({PEYNEAU_ROUX.citation})."
+    published = f"the published angle, {PUBLISHED} ({PEYNEAU_ROUX.who})."
     if reference is None:
         return untestable("fig-1", computed=f"Nothing was measured here: drawn is {published}")
     angles = np.array(reference.angles_deg)[np.argsort(reference.heights)]

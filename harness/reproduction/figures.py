@@ -34,7 +34,8 @@ from harness.cases.tower.figures import (
     runs_apart,
 )
 from harness.cases.tower.verification import Curve
-from harness.observables.reference import PublishedAngle, ReferencePoints
+from harness.observables.reference import ReferencePoints
+from harness.observables.row import Row
 from harness.observables.tower import TowerRun
 from harness.observables.windows import significant_contacts
 from harness.report import style
@@ -63,7 +64,7 @@ _LAWS: dict[str, tuple[str, str]] = {"deformable": (BLUE, "o"), "overlap": (ORAN
 _ANGLE = "critical angle (deg)"
 
 
-def thin_layers(published: PublishedAngle, reference: ReferencePoints | None) -> Figure:
+def thin_layers(published: Row, reference: ReferencePoints | None) -> Figure:
     """Draw what others found, against height: a published angle, and points that a user gave."""
     figure = Figure(figsize=(7.6, 4.0))
     axes = figure.add_subplot()
@@ -83,7 +84,7 @@ def thin_layers(published: PublishedAngle, reference: ReferencePoints | None) ->
 
 
 def structure_window(
-    frame: pd.DataFrame, published: PublishedAngle, reference: ReferencePoints | None
+    frame: pd.DataFrame, published: Row, reference: ReferencePoints | None
 ) -> Figure:
     """Draw the critical angle of the structure window: filled as printed, open read loosely."""
     figure = Figure(figsize=(7.6, 4.6))

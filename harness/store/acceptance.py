@@ -1,23 +1,21 @@
-"""Accept measured values as the new baseline: show what would change, then replace its files.
-
-Find the git commit of the harness, where it runs from a checkout.
-"""
+"""Accept measured values as the new baseline: show what would change, then replace its files."""
 
 from __future__ import annotations
 
 import shutil
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 
 import numpy as np
 
+from harness.comparison.compare import ROUND_OFF, Change, Pair, compare
 from harness.comparison.regression import Baseline, BaselineRecord, changed_parameters
-from harness.comparison.releases import ROUND_OFF
 from harness.errors import RequestError
 from harness.files import whole_folder
+from harness.observables.row import Row
 from harness.store.baseline import (
     SERIES,
     TABLE,
@@ -63,7 +61,7 @@ class ChangeKind(StrEnum):
 
 
 @dataclass(frozen=True)
-class Change:
+class RecordChange:
     """A record that would change in the baseline, with a text for each of its changes."""
 
     measured: BaselineRecord
@@ -75,36 +73,50 @@ class Change:
         return {"case": self.measured.name, "kind": str(self.kind), "changes": list(self.lines)}
 
 
-def changes(measured: Sequence[BaselineRecord], baseline: Baseline) -> list[Change]:
+def changes(measured: Sequence[BaselineRecord], baseline: Baseline) -> list[RecordChange]:
     """Return what accepting would change; records that were not measured stay as they are."""
     found = []
     for record in sorted(measured, key=lambda record: record.name):
         known = baseline.records.get(record.name)
         if known is None:
             lines = [f"{n} = {q.value!r} {q.unit}".rstrip() for n, q in record.quantities.items()]
-            found.append(Change(record, ChangeKind.NEW, tuple(lines)))
+            found.append(RecordChange(record, ChangeKind.NEW, tuple(lines)))
             continue
         merged = replace(record, levels=tuple(sorted({*record.levels, *known.levels})))
         if not same_text(merged, known):
-            found.append(Change(merged, _kind(merged, known), tuple(_lines(merged, known))))
+            found.append(RecordChange(merged, _kind(merged, known), tuple(_lines(merged, known))))
     return found
 
 
 def _kind(record: BaselineRecord, known: BaselineRecord) -> ChangeKind:
     """Return whether a record would change in more than the last digits, or than metadata."""
-    other = record.parameters != known.parameters
-    if other or record.quantities.keys() != known.quantities.keys() or _series_moved(record, known):
+    pairs = _pairs(record, known)
+    classes = {change for pair in pairs for change in _changes_of(pair)}
+    if record.parameters != known.parameters or _series_moved(record, known):
         return ChangeKind.CHANGED
-    pairs = [(record.quantities[name], old) for name, old in known.quantities.items()]
-    if any(
-        new.unit != old.unit
-        or abs(new.value - old.value) > ROUND_OFF * abs(old.value)
-        or abs(new.uncertainty - old.uncertainty) > ROUND_OFF * abs(old.value)
-        for new, old in pairs
-    ):
+    if classes - {Change.SAME, Change.ROUNDING}:
         return ChangeKind.CHANGED
-    same = all(new == old for new, old in pairs) and same_series(record, known)
+    same = Change.ROUNDING not in classes and same_series(record, known)
     return ChangeKind.METADATA if same else ChangeKind.ROUND_OFF
+
+
+def _pairs(record: BaselineRecord, known: BaselineRecord) -> list[Pair[Row]]:
+    """Return the quantities of both, by name; nothing but round-off is tolerated."""
+    compared = compare(known.quantities, record.quantities, lambda *_: 0.0)
+    return [pair for _, pair in sorted(compared.items())]
+
+
+def _changes_of(pair: Pair[Row]) -> Iterator[StrEnum]:
+    """Yield the classes of a quantity's change: of its value, uncertainty and unit."""
+    yield pair.change
+    if pair.before is None or pair.after is None:
+        return
+    if pair.before.unit != pair.after.unit:
+        yield Change.MOVED
+    apart = abs(pair.after.uncertainty - pair.before.uncertainty)
+    if apart:
+        tiny = apart <= ROUND_OFF * abs(pair.before.value)
+        yield Change.ROUNDING if tiny else Change.MOVED
 
 
 def _series_moved(record: BaselineRecord, known: BaselineRecord) -> bool:
@@ -120,14 +132,14 @@ def _series_moved(record: BaselineRecord, known: BaselineRecord) -> bool:
 
 def _lines(record: BaselineRecord, known: BaselineRecord) -> list[str]:
     lines = changed_parameters(record.parameters, known.parameters)
-    for name in sorted({*record.quantities, *known.quantities}):
-        new, old = record.quantities.get(name), known.quantities.get(name)
+    for pair in _pairs(record, known):
+        name, new, old = pair.row.name, pair.after, pair.before
         if new is None or old is None:
-            lines.append(f"{name}: {'added' if old is None else 'dropped'}")
-        elif new.value != old.value:
-            apart = new.value - old.value
+            lines.append(f"{name}: {pair.change if new else 'dropped'}")
+        elif pair.change is not Change.SAME:
+            apart = pair.moved_by
             lines.append(f"{name}: {old.value!r} -> {new.value!r} {new.unit} ({apart:+.2g})")
-        elif new != old:
+        elif new.uncertainty != old.uncertainty or new.unit != old.unit:
             lines.append(f"{name}: uncertainty {old.uncertainty:.3g} -> {new.uncertainty:.3g}")
     if not same_series(record, known):
         lines.append("series")
@@ -153,7 +165,7 @@ def check_target(folder: Path) -> None:
         raise RequestError(f"--baseline {folder}: is a file; name a folder")
 
 
-def write(accepted: Sequence[Change], folder: Path) -> None:
+def write(accepted: Sequence[RecordChange], folder: Path) -> None:
     """Write the changes into a baseline's folder: a whole copy aside, then exchanged.
 
     Raise RequestError as :func:`check_target` does, and when it cannot be written;

@@ -38,10 +38,11 @@ from typing import Any, TypeVar
 import numpy as np
 
 import harness
-from harness.comparison.regression import Baseline, BaselineRecord, Override, Quantity
+from harness.comparison.regression import Baseline, BaselineRecord, Override
 from harness.comparison.series import Series
 from harness.comparison.verdicts import Tolerance
 from harness.errors import RequestError
+from harness.observables.row import Row
 from harness.parameters.base import nested
 from harness.store.entries import digest_of_files
 
@@ -333,13 +334,13 @@ def _record(first: _Line, lines: list[_Line], engine: str) -> BaselineRecord:
         parameters = parameters_of(cells["parameters"])
     except ValueError as error:
         raise _DamagedError(first, f"parameters: {error}") from None
-    quantities: dict[str, Quantity] = {}
+    quantities: dict[str, Row] = {}
     for line in lines:
         name = line.cells["quantity"]
         if not name or name in quantities:
             raise _DamagedError(line, f"quantity {name!r} comes twice, or has no name")
-        quantities[name] = Quantity(
-            _number(line, "value"), _number(line, "uncertainty"), line.cells["unit"]
+        quantities[name] = Row(
+            name, _number(line, "value"), _number(line, "uncertainty"), line.cells["unit"]
         )
     return BaselineRecord(
         name=cells["record"],

@@ -1,17 +1,11 @@
-"""The history of runs in one SQLite file: its tables, what is recorded, what is asked.
+"""Keep the history of runs in one SQLite file, and query it for runs and what they measured.
 
-Create the tables of the history's database, and migrate those of earlier versions.
-
-``PRAGMA user_version`` holds the version. To change the schema, append the
-statements that lead to the new one; those that are there stay as they are.
-
-Record runs in one SQLite file, safe under concurrent runs and kill -9.
-
-A run is inserted when it starts and completed when it ends; one that was
-killed, or still runs, has no end. Each change is one transaction of the
+It is safe under concurrent runs and kill -9: a run is inserted when it starts and completed when
+it ends, and one that was killed, or still runs, has no end. Each change is one transaction of the
 write-ahead log, so that readers and writers do not wait for each other.
 
-Query the history for runs, and for quantities of runs.
+``PRAGMA user_version`` holds the version of the tables. To change the schema, append the statements
+that lead to the new one to :data:`MIGRATIONS`; those that are there stay as they are.
 """
 
 from __future__ import annotations
@@ -23,12 +17,13 @@ import sqlite3
 import time
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, TypedDict
 
 from harness.errors import RequestError
+from harness.observables.row import Row, numbered
 
 MIGRATIONS: tuple[tuple[str, ...], ...] = (
     (
@@ -141,19 +136,8 @@ class End:
     note: str = ""
 
 
-@dataclass(frozen=True)
-class Quantity:
-    """One quantity of a run. What it does not have is NaN, or empty."""
-
-    name: str
-    kind: str
-    unit: str
-    value: float
-    uncertainty: float = math.nan
-    expected: float = math.nan
-    tolerance: float = math.nan
-    verdict: str = ""
-    triage: str = ""
+MEASURED = "measured"
+"""Kind of a row that was held against nothing."""
 
 
 class History:
@@ -191,10 +175,10 @@ class History:
         assert cursor.lastrowid is not None
         return cursor.lastrowid
 
-    def finish(self, run: int, end: End, quantities: Iterable[Quantity] = ()) -> None:
-        """Complete a run with how it ended and its quantities, all or nothing."""
-        found = _distinct(quantities)
-        verdicts = Counter(one.verdict for one in found)
+    def finish(self, run: int, end: End, rows: Iterable[Row] = ()) -> None:
+        """Complete a run with how it ended and what it measured, all or nothing."""
+        found = _distinct(rows)
+        verdicts = Counter(one["verdict"] for one in found)
         facts = {
             **vars(end),
             "finished": _now(),
@@ -205,7 +189,7 @@ class History:
         with self._transaction():
             self._db.execute(f"UPDATE run SET {columns} WHERE id = :run", {**facts, "run": run})
             for one in found:
-                self._add({**vars(one), "run": run})
+                self._add({**one, "run": run})
 
     def rows(self, query: str, values: Iterable[Any] = ()) -> list[dict[str, Any]]:
         """Return the rows of a query, columns by name."""
@@ -272,16 +256,19 @@ def _is_no_database(error: BaseException) -> bool:
     )
 
 
-def _distinct(quantities: Iterable[Quantity]) -> list[Quantity]:
-    """Return the quantities, a name that comes again with its number: none replaces another."""
-    seen: Counter[tuple[str, str, str]] = Counter()
+def _distinct(rows: Iterable[Row]) -> list[dict[str, Any]]:
+    """Return rows by column, a name that comes again with its number: none replaces another."""
+    unjudged = {"kind": MEASURED, "tolerance": math.nan, "verdict": "", "triage": ""}
     found = []
-    for one in quantities:
-        key = (one.name, one.kind, one.unit)
-        seen[key] += 1
-        again = seen[key] > 1
-        found.append(replace(one, name=f"{one.name} ({seen[key]})") if again else one)
+    for _, before, row in numbered(rows, lambda row: (row.name, _kind(row), row.unit)):
+        name = f"{row.name} ({before + 1})" if before else row.name
+        found.append({**unjudged, **vars(row), "name": name})
     return found
+
+
+def _kind(row: Row) -> str:
+    """Return the kind of a check, that of what was only measured for any other row."""
+    return str(getattr(row, "kind", MEASURED))
 
 
 def _now() -> str:

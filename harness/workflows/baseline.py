@@ -30,7 +30,7 @@ from harness.comparison.verification import (
 from harness.engines.contract import Engine
 from harness.errors import EngineError, RequestError
 from harness.shown import Shown, record_frame
-from harness.store.acceptance import Change, changes, check_target, write
+from harness.store.acceptance import RecordChange, changes, check_target, write
 from harness.store.baseline import bounded_text, checkout_baseline, committed
 from harness.workflows.progress import Progress, silent
 from harness.workflows.verification import chosen_baseline, verify
@@ -46,7 +46,7 @@ class BaselineComparison(Shown):
     """A run against the baseline: the rows of kind regression, and what accepting would change."""
 
     found: Verification
-    changes: tuple[Change, ...]
+    changes: tuple[RecordChange, ...]
 
     @property
     def checks(self) -> tuple[Check, ...]:

@@ -17,14 +17,15 @@ from typing import TYPE_CHECKING, Any
 from pydantic_core import PydanticUndefined
 
 from harness import __version__
-from harness.cases.contract import Case, Measured, Reference, ReferenceKind
+from harness.cases.contract import Case, Measured, Reference
 from harness.cases.registry import all_cases, get_case
-from harness.comparison.verdicts import Number, published
+from harness.comparison.verdicts import published
 from harness.engines.border import refuse_endless
 from harness.engines.contract import Engine
 from harness.engines.registry import DEFAULT, engine_class, engine_names, open_engine
 from harness.engines.traits import Traits
 from harness.errors import RequestError
+from harness.observables.row import Row
 from harness.parameters.allowed import unit_in
 from harness.parameters.base import Parameters, nested
 from harness.shown import Listing, Shown
@@ -204,37 +205,30 @@ NO_RULES = Traits(install_hint="", versions=(), integrator="")
 """Of a solver, which follows the parameters as they are."""
 
 
-@dataclass(frozen=True)
-class RunQuantity:
-    """A quantity of a run beside what it is expected to be; NaN where nothing is known."""
-
-    value: Number
-    unit: str
-    reference: Number = math.nan
-    reference_kind: ReferenceKind = "none"
-    difference: Number = math.nan
-
-
 @dataclass(frozen=True, repr=False)
 class RunResult(Shown):
-    """One run of a case: who ran it, with which parameters, and what was measured."""
+    """One run of a case: who ran it, with which parameters, and what was measured.
+
+    A quantity is expected to be what its reference is, whose kind is the row's ``note``.
+    """
 
     case: str
     engine: str
     engine_version: str
     parameters: Mapping[str, Any]
-    quantities: Mapping[str, RunQuantity]
+    quantities: Mapping[str, Row]
 
     def record(self) -> dict[str, Any]:
         """Return it as a JSON-ready mapping."""
-        return published(self)
+        rows = {name: _record(row) for name, row in self.quantities.items()}
+        return {**vars(self), "parameters": dict(self.parameters), "quantities": rows}
 
     def frame(self) -> pd.DataFrame:
         """Return the quantities as a table, one row each."""
         import pandas as pd
 
-        rows = [{"quantity": name, **vars(one)} for name, one in self.quantities.items()]
-        return pd.DataFrame(rows, columns=["quantity", *RunQuantity.__dataclass_fields__])
+        rows = [{"quantity": name, **_record(row)} for name, row in self.quantities.items()]
+        return pd.DataFrame(rows, columns=["quantity", *COLUMNS])
 
     def told(self) -> dict[str, str]:
         """Return the quantities beside their references, and who ran the case."""
@@ -248,7 +242,7 @@ class RunResult(Shown):
         figure = Figure(figsize=(7.0, 1.3 + 0.4 * len(self.quantities)), layout="constrained")
         axes = figure.add_subplot()
         for place, one in enumerate(self.quantities.values()):
-            off = one.difference / (abs(one.reference) or 1.0)
+            off = one.difference / (abs(one.expected) or 1.0)
             if math.isnan(off):
                 across = axes.get_yaxis_transform()
                 axes.text(0.5, place, "no reference", va="center", transform=across)
@@ -340,22 +334,31 @@ def _result(
         engine_version=who[1],
         parameters=parameters.model_dump(mode="json"),
         quantities={
-            name: _quantity(measured.values[name], unit, references.get(name))
+            name: _quantity(name, measured.values[name], unit, references.get(name))
             for name, unit in units.items()
             if name in measured.values
         },
     )
 
 
-def _quantity(value: float, unit: str, reference: Reference | None) -> RunQuantity:
-    if reference is None:
-        return RunQuantity(value, unit)
-    return RunQuantity(value, unit, reference.value, reference.kind, value - reference.value)
+COLUMNS = ("value", "unit", "reference", "reference_kind", "difference")
+"""Keys of a quantity of a run."""
 
 
-def _told(one: RunQuantity) -> str:
+def _record(row: Row) -> dict[str, Any]:
+    """Return a quantity as a JSON-ready mapping."""
+    told = (row.value, row.unit, row.expected, row.note, row.difference)
+    return dict(zip(COLUMNS, told, strict=True))
+
+
+def _quantity(name: str, value: float, unit: str, reference: Reference | None) -> Row:
+    expected = reference or Reference(math.nan, "none")
+    return Row(name, value, math.nan, unit, expected.value, note=expected.kind)
+
+
+def _told(one: Row) -> str:
     """Return a value with its unit, and what is expected."""
     said = f"{one.value:.10g} {'' if one.unit == '1' else one.unit}".rstrip()
-    if one.reference_kind == "none":
+    if one.note == "none":
         return said
-    return f"{said}; {one.reference:.10g} by {one.reference_kind}, {one.difference:+.2g} off"
+    return f"{said}; {one.expected:.10g} by {one.note}, {one.difference:+.2g} off"

@@ -12,7 +12,8 @@ import sys
 
 import pytest
 
-from harness.store.history import End, History, Quantity, Start
+from harness.comparison.verdicts import Kind, Tolerance, judge
+from harness.store.history import End, History, Start
 
 pytestmark = pytest.mark.benchmark
 
@@ -56,8 +57,11 @@ def test_a_kept_verification_costs_a_tenth_of_a_quick_one_at_most(tmp_path):
 @pytest.fixture(scope="module")
 def long_history(tmp_path_factory):
     path = tmp_path_factory.mktemp("long") / "history.sqlite"
-    kinds = [(f"incline: check {n}", "analytic", "deg") for n in range(QUANTITIES)]
-    found = [Quantity(*kind, 10.2, 1e-4, 10.2, 3e-4, "pass") for kind in kinds]
+    width = Tolerance("deg", 3e-4, 0.0, "that of a test")
+    found = [
+        judge(f"incline: check {n}", Kind.ANALYTIC, 10.2, 10.2, width, uncertainty=1e-4)
+        for n in range(QUANTITIES)
+    ]
     end = End(0, 12.0, "lammps", "22 Jul 2025 - Update 4", "in-process", folder="/runs/1")
     with History(path) as history:
         # as fast as a disk allows: durability is not what is measured here

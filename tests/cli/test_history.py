@@ -1,15 +1,21 @@
 import csv
 import json
+import math
 import os
 import sqlite3
 import subprocess
 import sys
 from contextlib import closing
+from dataclasses import replace
 
 import pytest
 
-from harness.store.history import End, History, Quantity, Start
+from harness.comparison.verdicts import Kind, Tolerance, judge
+from harness.observables.row import Row
+from harness.store.history import End, History, Start
 from harness.workflows.history_search import VERDICTS
+
+WIDTH = Tolerance("deg", 3e-4, 0.0, "that of a test")
 
 
 @pytest.fixture
@@ -19,8 +25,9 @@ def file(home):
     with History(path) as history:
         for n, release in enumerate(("2 Aug 2023", "22 Jul 2025 - Update 4", "22 Jul 2025")):
             run = history.begin(Start("verify", ["--quick"], "0.1.0", "", "Linux"))
-            angle = Quantity("angle", "analytic", "deg", 10.2 + n, 1e-4, 10.2, 3e-4, "pass")
-            other = Quantity("ratio", "cross-code", "", 0.6)
+            angle = judge("angle", Kind.ANALYTIC, 10.2, 10.2, WIDTH, uncertainty=1e-4)
+            angle = replace(angle, value=10.2 + n)
+            other = Row("ratio", 0.6, math.nan, "")
             end = End(0, 9.0, "lammps", release, "in-process", cached=n == 2, folder="/r")
             history.finish(run, end, [angle, other])
         history.begin(Start("impulse", [], "0.1.0", "", "Linux"))

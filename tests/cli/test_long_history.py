@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from harness.store.history import End, History, Quantity, Start
+from harness.observables.row import Row
+from harness.store.history import End, History, Start
 
 SHORT, LONG = 2000, 40_000
 MORE = 16 * 1024**2
@@ -21,7 +22,7 @@ a block of rows and SQLite's sorting, which have a bound of their own."""
 def _measured(path, rows):
     with History(path) as history:
         run = history.begin(Start("verify", ["--quick"], "0.1.0", "", "Linux"))
-        some = (Quantity(f"incline: check {n}", "analytic", "deg", 10.2 + n) for n in range(rows))
+        some = (Row(f"incline: check {n}", 10.2 + n, 1e-4, "deg") for n in range(rows))
         history.finish(run, End(0, 9.0, "lammps", "22 Jul 2025", "in-process"), some)
 
 

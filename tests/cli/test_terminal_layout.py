@@ -9,7 +9,7 @@ import pytest
 from harness.cli.diff import _print as print_diff
 from harness.cli.sweep import _print as print_sweep
 from harness.cli.verify import WIDEST, print_verification
-from harness.comparison.run_diff import Change, diff_runs
+from harness.comparison.run_diff import RowChange, diff_runs
 from harness.comparison.verification import read_published
 from harness.workflows.sweep_run import Sweep
 
@@ -139,7 +139,7 @@ def test_a_diff_fits_and_no_name_is_cut(monkeypatch, capsys, columns):
     assert len(moved) > 5
     for name in moved:
         assert "".join(name.split()) in joined
-    assert lines[-1] == ", ".join(f"{found.count(change)} {change}" for change in Change)
+    assert lines[-1] == ", ".join(f"{found.count(change)} {change}" for change in RowChange)
 
 
 @pytest.mark.parametrize("columns", WIDTHS)

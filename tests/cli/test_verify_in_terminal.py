@@ -11,9 +11,10 @@ import pytest
 import harness.workflows
 from harness.cli import files, main
 from harness.comparison.verdicts import Kind, Tolerance, failed_run, finding, judge, not_tested
-from harness.comparison.verification import Findings, Headline, Verification
+from harness.comparison.verification import Findings, Verification
 from harness.errors import EngineCrashError, RequestError
 from harness.observables.provenance import Provenance
+from harness.observables.row import Row
 
 WIDTH = Tolerance("deg", 3e-4, 0.0, "a reason")
 HELD = tuple(
@@ -33,7 +34,7 @@ FOUND = Verification(
         "slope": Findings(
             "slope",
             "toy",
-            headlines=[Headline("critical angle", "deg", 10.2078187, 10.206981, 0.00042, "toy")],
+            headlines=[Row("critical angle", 10.206981, 0.00042, "deg", 10.2078187, "toy")],
         )
     },
 )

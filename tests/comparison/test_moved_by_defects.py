@@ -7,14 +7,15 @@ import pytest
 
 from harness.comparison.known_defects import KnownDefect
 from harness.comparison.moved_by_defects import moved_by_defects
-from harness.comparison.regression import BaselineRecord, Quantity, name_in_cell, row_name
+from harness.comparison.regression import BaselineRecord, name_in_cell, row_name
 from harness.comparison.verdicts import Cell, Kind, PredictedSize, Tolerance, Verdict, judge
+from harness.observables.row import Row
 
 CELL = Cell("oblique", "mindlin", "wall", "lammps")
 RECORD = BaselineRecord(
     name=name_in_cell(CELL),
     parameters={},
-    quantities={"spin_ratio": Quantity(0.5, 0.0, "")},
+    quantities={"spin_ratio": Row("spin_ratio", 0.5, 0.0, "")},
     engine="lammps",
     engine_version="22 Jul 2025",
 )

@@ -11,7 +11,6 @@ from harness.comparison.regression import (
     BaselineRecord,
     Expected,
     Override,
-    Quantity,
     against_baseline,
     changed_parameters,
     explained_by_cells,
@@ -20,12 +19,16 @@ from harness.comparison.regression import (
 from harness.comparison.series import Series
 from harness.comparison.verdicts import Cell, Kind, Tolerance, Triage, Verdict, judge
 from harness.errors import EngineMemoryError
+from harness.observables.row import Row
 
 TIME = np.linspace(0.0, 1.0, 101)
 PATH = BaselineRecord(
     name="lammps/incline-path-source-10.2-deg",
     parameters={"stiffness": 1e6, "contact": {"tail": "attractive"}},
-    quantities={"margin_over_mgd": Quantity(-1e-4, 0.0, ""), "step_s": Quantity(1e-5, 0.0, "s")},
+    quantities={
+        "margin_over_mgd": Row("margin_over_mgd", -1e-4, 0.0, ""),
+        "step_s": Row("step_s", 1e-5, 0.0, "s"),
+    },
     engine="lammps",
     engine_version="1 Jan 2025",
     platform="Linux x86_64",
@@ -38,7 +41,7 @@ PATH = BaselineRecord(
 ANGLE = replace(
     PATH,
     name="lammps/incline-passage-source-k1e6-50-steps-8-phases",
-    quantities={"critical_angle_deg": Quantity(10.2053, 1e-3, "deg")},
+    quantities={"critical_angle_deg": Row("critical_angle_deg", 10.2053, 1e-3, "deg")},
     series=None,
 )
 BASELINE = Baseline({case.name: case for case in (PATH, ANGLE)}, "here")
@@ -219,7 +222,10 @@ CELL = Cell("oblique", "mindlin", "wall", "lammps")
 CONTACT = BaselineRecord(
     name=name_in_cell(CELL),
     parameters={},
-    quantities={"tangential_ratio": Quantity(0.5, 0.0, ""), "spin_ratio": Quantity(0.2, 0.0, "")},
+    quantities={
+        "tangential_ratio": Row("tangential_ratio", 0.5, 0.0, ""),
+        "spin_ratio": Row("spin_ratio", 0.2, 0.0, ""),
+    },
     engine="lammps",
     engine_version="1 Jan 2025",
     levels=("quick",),

@@ -2,16 +2,18 @@ from dataclasses import replace
 
 import pytest
 
-from harness.comparison.regression import BaselineRecord, Quantity
-from harness.comparison.releases import Change, Column, classify, release_matrix
+from harness.comparison.compare import Change, change_of
+from harness.comparison.regression import BaselineRecord
+from harness.comparison.releases import Column, ReleaseChange, release_matrix
 from harness.comparison.verdicts import Cell, Kind, Tolerance, not_tested
 from harness.observables.provenance import Provenance
+from harness.observables.row import Row
 from harness.report.folder import markdown
 
 CASE = BaselineRecord(
     name="lammps/incline-passage-source-k1e6-50-steps-8-phases",
     parameters={},
-    quantities={"critical_angle_deg": Quantity(10.2, 1e-3, "deg")},
+    quantities={"critical_angle_deg": Row("critical_angle_deg", 10.2, 1e-3, "deg")},
     engine="lammps",
     engine_version="1",
     case="incline",
@@ -21,7 +23,9 @@ TOLERANCES = {"incline": {"critical_angle_deg": Tolerance("deg", 1e-9, 0.0, "rou
 
 
 def case(value):
-    return replace(CASE, quantities={"critical_angle_deg": Quantity(value, 1e-3, "deg")})
+    return replace(
+        CASE, quantities={"critical_angle_deg": Row("critical_angle_deg", value, 1e-3, "deg")}
+    )
 
 
 def column(name, *cases, **more):
@@ -39,8 +43,7 @@ def column(name, *cases, **more):
     ],
 )
 def test_class_of_change(value, change):
-    here, wanted = Quantity(value, 0.0, "deg"), Quantity(10.2, 0.0, "deg")
-    assert classify(here, wanted, 1e-9) is change
+    assert change_of(10.2, value, 1e-9) is change
 
 
 def test_matrix_holds_each_release_against_the_first_that_ran():
@@ -59,11 +62,11 @@ def test_matrix_holds_each_release_against_the_first_that_ran():
     assert found.reference == 1
     (row,) = found.rows
     assert [cell.change for cell in row.cells] == [
-        Change.DIED,
-        Change.REFERENCE,
-        Change.SAME,
-        Change.MOVED,
-        Change.DIED,
+        ReleaseChange.DIED,
+        ReleaseChange.REFERENCE,
+        ReleaseChange.SAME,
+        ReleaseChange.MOVED,
+        ReleaseChange.DIED,
     ]
     assert "pip could not install" in row.cells[0].note
     assert row.cells[3].difference == pytest.approx(0.1)

@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from harness.comparison.run_diff import Change, diff_runs
+from harness.comparison.run_diff import RowChange, diff_runs
 from harness.comparison.verification import read_published
 from tests.published_run import RUN
 
@@ -35,14 +35,14 @@ def only(found):
 @pytest.mark.parametrize(
     ("before", "after", "change", "status"),
     [
-        ("pass", "pass", Change.SAME, 0),
-        ("pass", "fail", Change.WORSE, 1),
-        ("pass", "not tested", Change.WORSE, 1),
-        ("not tested", "fail", Change.WORSE, 1),
-        ("fail", "pass", Change.BETTER, 0),
-        ("fail", "not tested", Change.BETTER, 0),
-        ("not tested", "pass", Change.BETTER, 0),
-        ("fail", "fail", Change.SAME, 0),
+        ("pass", "pass", RowChange.SAME, 0),
+        ("pass", "fail", RowChange.WORSE, 1),
+        ("pass", "not tested", RowChange.WORSE, 1),
+        ("not tested", "fail", RowChange.WORSE, 1),
+        ("fail", "pass", RowChange.BETTER, 0),
+        ("fail", "not tested", RowChange.BETTER, 0),
+        ("not tested", "pass", RowChange.BETTER, 0),
+        ("fail", "fail", RowChange.SAME, 0),
     ],
 )
 def test_change_of_a_verdict(before, after, change, status):
@@ -53,7 +53,7 @@ def test_change_of_a_verdict(before, after, change, status):
 
 def test_a_move_is_told_in_its_unit_in_tolerances_and_in_both_uncertainties():
     one = only(diff_runs(run(row()), run(row(value=11.0, uncertainty=0.4))))
-    assert one.change is Change.MOVED
+    assert one.change is RowChange.MOVED
     assert one.moved_by == pytest.approx(1.0)
     assert one.in_tolerances == pytest.approx(2.0)
     assert one.in_uncertainties == pytest.approx(2.0)  # 3, 4, 5
@@ -69,12 +69,12 @@ def test_a_move_where_none_is_allowed_is_infinite_and_no_move_is_none():
 
 def test_the_smallest_move_is_a_move():
     moved = run(row(value=math.nextafter(10.0, 11.0)))
-    assert only(diff_runs(run(row()), moved)).change is Change.MOVED
+    assert only(diff_runs(run(row()), moved)).change is RowChange.MOVED
 
 
 def test_a_missing_number_that_stays_missing_has_not_moved():
-    assert only(diff_runs(run(row(value=None)), run(row(value=None)))).change is Change.SAME
-    assert only(diff_runs(run(row(value=None)), run(row()))).change is Change.MOVED
+    assert only(diff_runs(run(row(value=None)), run(row(value=None)))).change is RowChange.SAME
+    assert only(diff_runs(run(row(value=None)), run(row()))).change is RowChange.MOVED
 
 
 def test_a_check_that_is_gone_is_worse_at_the_same_level_only():
@@ -100,7 +100,7 @@ OTHERWISE = {"engine": {"engine": "lammps", "engine_version": "1 Jan 2030", "how
 def test_what_only_one_level_or_way_of_running_has_is_not_comparable(rows, changes):
     before, after = rows
     found = diff_runs(run(*before), run(*after, **changes))
-    assert only(found).change is Change.NOT_COMPARABLE
+    assert only(found).change is RowChange.NOT_COMPARABLE
     assert found.status == 0
 
 
@@ -109,21 +109,21 @@ def test_what_only_one_level_or_way_of_running_has_is_not_comparable(rows, chang
 )
 def test_what_both_ways_of_running_judged_is_compared(before, after):
     found = diff_runs(run(row(verdict=before)), run(row(verdict=after), **OTHERWISE))
-    assert only(found).change is Change.WORSE
+    assert only(found).change is RowChange.WORSE
     assert found.status == 1
 
 
 @pytest.mark.parametrize(("verdict", "status"), [("pass", 0), ("fail", 1)])
 def test_a_check_that_is_new(verdict, status):
     found = diff_runs(run(), run(row(verdict=verdict)))
-    assert only(found).change is Change.ADDED
+    assert only(found).change is RowChange.ADDED
     assert found.status == status
 
 
 def test_names_meet_within_their_kind_and_in_order():
     first = run(row(value=1.0), row(value=2.0), row(kind="regression", value=3.0))
     second = run(row(kind="regression", value=3.0), row(value=1.0), row(value=5.0))
-    moved = [r for r in diff_runs(first, second).rows if r.change is Change.MOVED]
+    moved = [r for r in diff_runs(first, second).rows if r.change is RowChange.MOVED]
     assert [(r.before.value, r.after.value) for r in moved] == [(2.0, 5.0)]
 
 
@@ -154,7 +154,7 @@ def test_table_and_record_have_the_rows():
 
 
 def test_a_run_without_an_engine_is_a_run():
-    assert only(diff_runs(run(row()), run(row(), engine=None))).change is Change.SAME
+    assert only(diff_runs(run(row()), run(row(), engine=None))).change is RowChange.SAME
 
 
 @pytest.mark.parametrize("missing", ["before", "after"])

@@ -19,8 +19,8 @@ def test_other_columns_order_quotes_and_line_ends_do_not_matter():
 
 
 def test_the_published_angle():
-    assert (PEYNEAU_ROUX.value_deg, PEYNEAU_ROUX.uncertainty_deg) == (5.76, 0.22)
-    assert "2008" in PEYNEAU_ROUX.citation
+    assert (PEYNEAU_ROUX.value, PEYNEAU_ROUX.uncertainty) == (5.76, 0.22)
+    assert "2008" in PEYNEAU_ROUX.who
 
 
 @pytest.mark.parametrize(

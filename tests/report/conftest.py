@@ -5,9 +5,10 @@ import pytest
 
 from harness.comparison.series import Comparison
 from harness.comparison.verdicts import Kind, Tolerance, failed_run, finding, judge, not_tested
-from harness.comparison.verification import DeclaredEngine, Findings, Headline, Verification
+from harness.comparison.verification import DeclaredEngine, Findings, Verification
 from harness.errors import EngineTimeoutError
 from harness.observables.provenance import Provenance
+from harness.observables.row import Row
 from harness.report.sections import Drawing, Section, Table
 from harness.report.style import label, panels
 
@@ -30,7 +31,7 @@ def _hung():
 @pytest.fixture(scope="session")
 def verification():
     """A verification with every kind of row, made up."""
-    told = Headline("critical angle", "deg", 10.2078187, 10.206981, 0.00042, "toy", "step to 0")
+    told = Row("critical angle", 10.206981, 0.00042, "deg", 10.2078187, "toy", "step to 0")
     return Verification(
         level="quick",
         cases=("slope", "ball"),
@@ -77,7 +78,7 @@ def declared():
 def hostile(verification, declared):
     """The same where everything that an engine or a case names is hostile."""
     check = replace(verification.checks[1], name=HOSTILE, note=HOSTILE)
-    told = Headline(HOSTILE, HOSTILE, 1.0, 1.1, 0.1, HOSTILE, HOSTILE)
+    told = Row(HOSTILE, 1.1, 0.1, HOSTILE, 1.0, HOSTILE, HOSTILE)
     return replace(
         verification,
         checks=(check, failed_run(HOSTILE, Kind.ANALYTIC, _hung())),

@@ -3,11 +3,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from harness.comparison.regression import BaselineRecord, Quantity
+from harness.comparison.regression import BaselineRecord
 from harness.comparison.releases import Column, release_matrix
 from harness.comparison.series import Comparison
 from harness.comparison.verdicts import Tolerance
 from harness.observables.provenance import Provenance
+from harness.observables.row import Row
 from harness.report.figures import NONE, changes, divergence, name_and_unit
 from harness.report.folder import markdown, write_releases
 from harness.report.sections import MOST_DIVERGENCES, divergence_section, first_to_diverge
@@ -24,7 +25,7 @@ PARTED = Comparison(
     reference_label="baseline, lammps 2022",
 )
 CASE = BaselineRecord(
-    "lammps/tower", {}, {"peak_force_N": Quantity(1400.0, 0.0, "N")}, "lammps", "1"
+    "lammps/tower", {}, {"peak_force_N": Row("peak_force_N", 1400.0, 0.0, "N")}, "lammps", "1"
 )
 
 
@@ -78,7 +79,7 @@ def test_a_column_is_named_with_its_unit(column, told):
 
 @pytest.fixture
 def matrix():
-    force = {"peak_force_N": Quantity(1401.0, 0.0, "N")}
+    force = {"peak_force_N": Row("peak_force_N", 1401.0, 0.0, "N")}
     return release_matrix(
         "quick",
         "Linux",

@@ -10,13 +10,14 @@ from matplotlib.figure import Figure
 from harness import workflows
 from harness.cases.incline.angle import CriticalAngle, Sample, extrapolate
 from harness.cases.incline.system import Incline
-from harness.comparison.regression import BaselineRecord, Quantity
+from harness.comparison.regression import BaselineRecord
 from harness.comparison.releases import Column, release_matrix
 from harness.comparison.run_diff import diff_runs
 from harness.comparison.verdicts import Kind, Tolerance
 from harness.engines.reference import Reference
 from harness.errors import RequestError
 from harness.observables.provenance import Provenance
+from harness.observables.row import Row
 from harness.parameters.law import PLASTIC
 from harness.parameters.tower import Tower
 from harness.reproduction.claims import SOURCES, Ledger, untestable
@@ -52,7 +53,7 @@ def against_baseline(found):
 
 def releases():
     def column(name, value):
-        force = {"peak_force_N": Quantity(value, 0.0, "N")}
+        force = {"peak_force_N": Row("peak_force_N", value, 0.0, "N")}
         record = BaselineRecord("tower", {}, force, "toy", "1", case="tower")
         return Column(name, Provenance("toy", name), (record,))
 

@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from harness.comparison.verification import Headline
+from harness.observables.row import Row
 from harness.report.ci import report_markdown
 from harness.report.plain import markdown_text, one_line, printable, safe_path
 from harness.report.templating import number
@@ -53,7 +53,7 @@ def test_a_value_goes_to_the_first_digit_of_its_uncertainty(value, uncertainty, 
 
 
 def test_the_engine_of_a_headline_is_who_measured_it():
-    (line,) = headline_lines([Headline("restitution", "", 0.5, 0.51, 0.02, "my code")])
+    (line,) = headline_lines([Row("restitution", 0.51, 0.02, "", 0.5, "my code")])
     assert line == "restitution: expected 0.50; my code 0.51 ± 0.02"
 
 

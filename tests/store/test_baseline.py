@@ -7,9 +7,10 @@ import pytest
 
 import harness
 from harness.cases.registry import get_case
-from harness.comparison.regression import Baseline, BaselineRecord, Quantity
+from harness.comparison.regression import Baseline, BaselineRecord
 from harness.comparison.series import Series
 from harness.errors import RequestError
+from harness.observables.row import Row
 from harness.store import acceptance
 from harness.store.acceptance import ChangeKind, changes, write
 from harness.store.baseline import (
@@ -27,7 +28,10 @@ TIME = np.linspace(0.0, 0.1, 1001)
 PATH = BaselineRecord(
     name="lammps/path-source",
     parameters={"stiffness": 1e6, "steps": [50, 100.0], "name": None},
-    quantities={"margin": Quantity(-1.0 / 3.0, 0.0, ""), "step_s": Quantity(1e-300, 5e-324, "s")},
+    quantities={
+        "margin": Row("margin", -1.0 / 3.0, 0.0, ""),
+        "step_s": Row("step_s", 1e-300, 5e-324, "s"),
+    },
     engine="lammps",
     engine_version='22 Jul 2025, "Update 4"',
     platform="Linux x86_64",
@@ -75,7 +79,7 @@ def test_a_table_an_engine_sorted_and_one_of_series(folder):
 
 def test_a_moved_value_is_one_changed_record_and_levels_add_up(folder):
     known = read_baseline(folder)
-    moved = replace(PATH, quantities={**PATH.quantities, "margin": Quantity(-0.25, 0.0, "")})
+    moved = replace(PATH, quantities={**PATH.quantities, "margin": Row("margin", -0.25, 0.0, "")})
     (change,) = changes([replace(moved, levels=("full",)), OTHER], known)
     assert change.kind is ChangeKind.CHANGED
     assert change.lines[0].startswith("margin: -0.3333333333333333 -> -0.25")
@@ -84,7 +88,7 @@ def test_a_moved_value_is_one_changed_record_and_levels_add_up(folder):
     assert set(read_baseline(folder).records) == {record.name for record in EVERYTHING}
 
 
-ROUNDED = Quantity(np.nextafter(-1.0 / 3.0, 0.0), 0.0, "")
+ROUNDED = Row("margin", np.nextafter(-1.0 / 3.0, 0.0), 0.0, "")
 
 
 @pytest.mark.parametrize(
@@ -102,7 +106,7 @@ ROUNDED = Quantity(np.nextafter(-1.0 / 3.0, 0.0), 0.0, "")
             ChangeKind.CHANGED,
         ),
         (
-            {"quantities": {**PATH.quantities, "margin": Quantity(-1.0 / 3.0, 0.1, "")}},
+            {"quantities": {**PATH.quantities, "margin": Row("margin", -1.0 / 3.0, 0.1, "")}},
             ChangeKind.CHANGED,
         ),
     ],

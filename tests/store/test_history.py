@@ -9,14 +9,28 @@ from contextlib import closing
 
 import pytest
 
+from harness.comparison.verdicts import Kind, Tolerance, judge
 from harness.errors import RequestError
+from harness.observables.row import Row
 from harness.store import history as history_query
-from harness.store.history import MIGRATIONS, VERSION, End, History, HistoryQuery, Quantity, Start
+from harness.store.history import MIGRATIONS, VERSION, End, History, HistoryQuery, Start
 
+KEPT = (
+    "name",
+    "kind",
+    "unit",
+    "value",
+    "uncertainty",
+    "expected",
+    "tolerance",
+    "verdict",
+    "triage",
+)
 START = Start("verify", ["--quick"], "0.1.0", "abc", "Linux")
 END = End(1, 2.5, "lammps", "22 Jul 2025 - Update 4", "in-process", folder="/runs/1")
-ANGLE = Quantity("angle", "analytic", "deg", 10.2, 1e-4, 10.3, 3e-4, "fail", "late")
-RATIO = Quantity("ratio", "measured", "", 0.6)
+WIDTH = Tolerance("deg", 3e-4, 0.0, "that of a test")
+ANGLE = judge("angle", Kind.ANALYTIC, 10.2, 10.3, WIDTH, uncertainty=1e-4, triage="late")
+RATIO = Row("ratio", 0.6, math.nan, "")
 
 
 @pytest.fixture
@@ -46,7 +60,8 @@ def test_quantities_come_back_as_they_were_and_what_is_missing_is_null(path):
     with History(path) as history:
         history.finish(history.begin(START), END, [ANGLE, RATIO])
         angle, ratio = history_query.quantities(history, HistoryQuery(quantity="*"))
-    assert [angle[key] for key in vars(ANGLE)] == list(vars(ANGLE).values())
+    assert [angle[key] for key in KEPT] == [getattr(ANGLE, key) for key in KEPT]
+    assert ratio["kind"] == "measured"
     assert (ratio["value"], ratio["uncertainty"], ratio["expected"]) == (0.6, None, None)
     assert math.isnan(RATIO.uncertainty)
 
@@ -59,7 +74,7 @@ def test_a_name_that_comes_twice_keeps_both(path):
 
 
 def test_the_end_of_a_run_is_all_or_nothing(path):
-    bad = Quantity("bad", "measured", "", value=object())
+    bad = Row("bad", object(), math.nan, "")
     with History(path) as history:
         number = history.begin(START)
         with pytest.raises(sqlite3.Error):
@@ -134,11 +149,12 @@ def test_a_file_that_is_no_database_is_named_and_left_alone(tmp_path):
 WRITER = """
 import sys
 from pathlib import Path
-from harness.store.history import End, History, Quantity, Start
+from harness.observables.row import Row
+from harness.store.history import End, History, Start
 for n in range(int(sys.argv[2])):
     with History(Path(sys.argv[1])) as history:
         run = history.begin(Start("tower", [str(n)], "0", "", ""))
-        history.finish(run, End(0, 1.0), [Quantity(f"q{i}", "measured", "", n) for i in range(20)])
+        history.finish(run, End(0, 1.0), [Row(f"q{i}", n, 0.0, "") for i in range(20)])
     print(n, flush=True)
 """
 

@@ -8,7 +8,7 @@ from pydantic import Field
 
 from harness.cases import registry as cases
 from harness.cases.contract import Case, Measured, Plan, Reference
-from harness.comparison.regression import BaselineRecord, Quantity, made_by
+from harness.comparison.regression import BaselineRecord, made_by
 from harness.comparison.verdicts import Kind, Tolerance, judge
 from harness.comparison.verification import Findings
 from harness.engines import registry as engines
@@ -17,6 +17,7 @@ from harness.engines.output import Output
 from harness.engines.traits import Traits
 from harness.errors import EngineCrashError, EngineMissingError
 from harness.observables.provenance import Observable, Provenance
+from harness.observables.row import Row
 from harness.parameters.base import Parameters
 
 NARROW = Tolerance("m", 1e-9, 0.0, "a product of two numbers")
@@ -141,7 +142,7 @@ def record(y, who, name="line", **more):
     return BaselineRecord(
         name=f"{made['engine']}/{name}",
         parameters={"slope": 3.0, "end": {"x": 2.0, "limit": None}},
-        quantities={"y": Quantity(y, 0.0, "m")},
+        quantities={"y": Row("y", y, 0.0, "m")},
         case="kept",
         label="the line",
         family=("straight",),

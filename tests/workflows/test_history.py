@@ -1,18 +1,24 @@
 from datetime import UTC, datetime, timedelta
+from math import nan
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from harness.comparison.verdicts import Kind, Tolerance, judge
 from harness.errors import RequestError
-from harness.store.history import End, History, Quantity, Start
+from harness.observables.row import Row
+from harness.store.history import End, History, Start
 from harness.workflows import history
 
 OLD, NEW = "2 Aug 2023 - Update 3", "22 Jul 2025 - Update 4"
 
 
 def _angle(value, verdict):
-    return Quantity("incline: angle", "analytic", "deg", value, 1e-4, 10.2, 3e-4, verdict)
+    width = Tolerance("deg", 3e-4, 0.0, "that of a test")
+    check = judge("incline: angle", Kind.ANALYTIC, value, 10.2, width, uncertainty=1e-4)
+    assert check.verdict == verdict
+    return check
 
 
 @pytest.fixture
@@ -27,7 +33,7 @@ def file(tmp_path):
                 opened.finish(number, end, quantities)
 
         run("verify", End(0, 9.0, "lammps", OLD, "in-process"), _angle(10.2, "pass"))
-        run("tower", End(0, 0.1, "rk4", "0.1.0", "solver"), Quantity("ratio", "measured", "", 0.6))
+        run("tower", End(0, 0.1, "rk4", "0.1.0", "solver"), Row("ratio", 0.6, nan, ""))
         run("verify", End(1, 9.5, "lammps", NEW, "executable"), _angle(10.3, "fail"))
         run("verify", None)
     return path

@@ -1,6 +1,6 @@
 import pytest
 
-from harness.comparison.releases import Change
+from harness.comparison.releases import ReleaseChange
 from harness.errors import EngineMissingError, RequestError
 from harness.workflows import releases
 from tests.workflows import fakes
@@ -37,10 +37,10 @@ def test_each_release_is_held_against_the_first_that_runs():
     (row,) = found.rows
     assert (row.record, row.label, row.quantity) == ("toy/line", "the line", "y")
     assert [cell.change for cell in row.cells] == [
-        Change.DIED,
-        Change.REFERENCE,
-        Change.ROUNDING,
-        Change.MOVED,
+        ReleaseChange.DIED,
+        ReleaseChange.REFERENCE,
+        ReleaseChange.ROUNDING,
+        ReleaseChange.MOVED,
     ]
     assert found.columns[0].error == "not found: pip could not install 2019"
     assert found.status == 3

@@ -29,7 +29,7 @@ from harness.cases.contact.predictions import PredictedValue
 from harness.cases.contact.submodels import Trial
 from harness.cases.contract import LevelName, Study
 from harness.comparison.convergence import Limit
-from harness.comparison.regression import BaselineRecord, Quantity, made_by, name_in_cell
+from harness.comparison.regression import BaselineRecord, made_by, name_in_cell
 from harness.comparison.verdicts import (
     Cell,
     Check,
@@ -45,6 +45,7 @@ from harness.comparison.verdicts import (
 from harness.comparison.verification import Findings
 from harness.engines.contract import Engine, Output
 from harness.errors import EngineError, EngineNaNError, RequestError
+from harness.observables.row import Row
 from harness.parameters.rules import Rules
 
 if TYPE_CHECKING:
@@ -317,7 +318,7 @@ def _record(
         name=name_in_cell(_cell(case, trial, engine)),
         parameters=parameters.model_dump(mode="json"),
         quantities={
-            name: Quantity(value, 0.0, "" if units[name] == "1" else units[name])
+            name: Row(name, value, 0.0, "" if units[name] == "1" else units[name])
             for name, value in values.items()
             if math.isfinite(value) and abs(value) > 1e-9
         },

@@ -41,7 +41,7 @@ from harness.cases.contract import (
     tolerances_of,
 )
 from harness.cases.grain import COLUMNS, Grain, path_in, run_jobs, whole
-from harness.comparison.regression import BaselineRecord, Quantity, made_by, record_name
+from harness.comparison.regression import BaselineRecord, made_by, record_name
 from harness.comparison.verdicts import Check, Kind, Tolerance, judge, not_tested
 from harness.comparison.verification import Findings
 from harness.engines.border import STATED_SECONDS
@@ -50,6 +50,7 @@ from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineOutputError, HarnessError
 from harness.observables.provenance import Provenance
 from harness.observables.reference import Trajectory
+from harness.observables.row import Row, by_name
 from harness.parameters.allowed import COUNT, allowed_in
 from harness.parameters.law import (
     PLASTIC,
@@ -743,7 +744,7 @@ def _record(name: str, test: DropTest, run: DropRun, value: float) -> BaselineRe
     return BaselineRecord(
         name=name,
         parameters=test.case.model_dump(mode="json"),
-        quantities={test.quantity: Quantity(value, 0.0, test.tolerance.unit)},
+        quantities=by_name(Row(test.quantity, value, 0.0, test.tolerance.unit)),
         case=NAME,
         label=test.name,
         family=(test.case.contact.name,),

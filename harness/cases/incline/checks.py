@@ -44,7 +44,7 @@ from harness.cases.incline.levels import (
 from harness.cases.incline.runs import follow, measured, run_inclines
 from harness.cases.incline.system import NAME, Incline, InclineRun, Route, Start, job_of
 from harness.comparison.convergence import Limit, limit
-from harness.comparison.regression import BaselineRecord, Quantity, made_by
+from harness.comparison.regression import BaselineRecord, made_by
 from harness.comparison.series import Series
 from harness.comparison.verdicts import (
     Check,
@@ -60,6 +60,7 @@ from harness.engines.contract import Engine
 from harness.engines.reference import Reference
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineMissingError, RequestError
+from harness.observables.row import Row, by_name
 from harness.parameters.law import CONTACTS, PLASTIC, Contact
 from harness.report.sections import Section, Table
 from harness.report.style import BLUE, GREEN, ORANGE, RED, Figure, label, legend_below
@@ -189,7 +190,9 @@ def angle_case(angle: CriticalAngle, resolution: str) -> BaselineRecord:
     return BaselineRecord(
         name=angle_name(angle.case, who.engine, angle.method, resolution),
         parameters={**own, "method": angle.method, "resolution": resolution},
-        quantities={"critical_angle_deg": Quantity(angle.value_deg, angle.uncertainty_deg, "deg")},
+        quantities=by_name(
+            Row("critical_angle_deg", angle.value_deg, angle.uncertainty_deg, "deg")
+        ),
         case=NAME,
         label=(
             f"{angle.method}, {angle.case.contact.name}, k = {short(angle.case.stiffness)} N/m, "
@@ -212,9 +215,9 @@ def extrapolated_case(found: ExtrapolatedAngle, rungs: list[CriticalAngle]) -> B
             **first.case.model_dump(mode="json", exclude=fixed),
             "stiffness_and_steps_per_contact": [list(rung) for rung in ladder],
         },
-        quantities={
-            "extrapolated_angle_deg": Quantity(found.value_deg, found.uncertainty_deg, "deg")
-        },
+        quantities=by_name(
+            Row("extrapolated_angle_deg", found.value_deg, found.uncertainty_deg, "deg")
+        ),
         case=NAME,
         label=f"extrapolated, {contact.name}, {len(rungs)} rungs",
         family=(contact.name,),
@@ -237,10 +240,10 @@ def passage_case(run: InclineRun) -> BaselineRecord:
     return BaselineRecord(
         name=passage_name(case, run.provenance.engine),
         parameters=case.model_dump(mode="json"),
-        quantities={
-            "margin_over_mgd": Quantity(run.margin, 0.0, ""),
-            "step_s": Quantity(run.time_s / max(run.steps, 1), 0.0, "s"),
-        },
+        quantities=by_name(
+            Row("margin_over_mgd", run.margin, 0.0, ""),
+            Row("step_s", run.time_s / max(run.steps, 1), 0.0, "s"),
+        ),
         case=NAME,
         label=f"path, {case.contact.name}, {case.angle:g} deg",
         family=(case.contact.name,),

@@ -82,13 +82,14 @@ from harness.comparison.verdicts import (
     judge,
     not_tested,
 )
-from harness.comparison.verification import Findings, Headline
+from harness.comparison.verification import Findings
 from harness.engines.contract import Engine
 from harness.engines.mfix.system import steps_per_contact
 from harness.engines.process import parallel_map
 from harness.engines.reference import Reference
 from harness.errors import EngineError, EngineOutputError, RequestError
 from harness.observables.reference import Trajectory
+from harness.observables.row import Row
 from harness.parameters.law import CONTACTS, PLASTIC, SOURCE, Contact, Spring
 from harness.parameters.plane_scene import LOOK
 from harness.theory.incline import critical_angle as closed_form
@@ -583,7 +584,7 @@ def _extrapolation(verifying: Verifying) -> list[Check]:
     expected = evidence.closed_form_deg
     how = "plastic contact, step to zero, then stiffness to infinity"
     value, stated = found.value_deg, found.uncertainty_deg
-    headline = Headline(HEADLINE, "deg", expected, value, stated, verifying.who, how)
+    headline = Row(HEADLINE, value, stated, "deg", expected, verifying.who, how)
     verifying.found.headlines.append(headline)
     cap = EXTRAPOLATED.absolute
     why = "the stated interval contains the closed form and is no wider than the tolerance"

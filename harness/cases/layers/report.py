@@ -95,9 +95,9 @@ def angle_over_thickness(found: Found, points: ReferencePoints | None) -> ShownF
         axes.plot(heights, angles, style, marker=".", color=colour, label=name)
     axes.axhline(critical_angle(), color=BLACK, lw=0.9, ls="-.",
                  label=f"single grain on a row, {critical_angle():.4f} deg")  # fmt: skip
-    low = PEYNEAU_ROUX.value_deg - PEYNEAU_ROUX.uncertainty_deg
-    axes.axhspan(low, low + 2 * PEYNEAU_ROUX.uncertainty_deg, color="0.82", zorder=0,
-                 label=f"bulk ({PEYNEAU_ROUX.citation})")  # fmt: skip
+    low = PEYNEAU_ROUX.value - PEYNEAU_ROUX.uncertainty
+    axes.axhspan(low, low + 2 * PEYNEAU_ROUX.uncertainty, color="0.82", zorder=0,
+                 label=f"bulk ({PEYNEAU_ROUX.who})")  # fmt: skip
     if points is not None:
         name = points.name.replace("$", r"\$")  # a file's name is no formula
         axes.plot(points.heights, points.angles_deg, "*", color=BLACK, ms=9, mfc="none", label=name)
@@ -199,8 +199,8 @@ def _thickness(found: Found, points: ReferencePoints | None) -> Section:
             "level full has them. Boxes differ here, and the angle depends on the box."
         ]
     bulk = (
-        f"Bulk, {PEYNEAU_ROUX.what}: {PEYNEAU_ROUX.value_deg} ± {PEYNEAU_ROUX.uncertainty_deg} deg "
-        f"({PEYNEAU_ROUX.citation})."
+        f"Bulk, {PEYNEAU_ROUX.name}: {PEYNEAU_ROUX.value} ± {PEYNEAU_ROUX.uncertainty} deg "
+        f"({PEYNEAU_ROUX.who})."
     )
     drawing = Drawing(
         "angle-over-thickness",

@@ -28,7 +28,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from harness.cases.tower.comparison import DIVERGENCE, Order, SeriesComparison, StepConvergence
 from harness.comparison.convergence import slope_order
-from harness.observables.reference import PublishedAngle, ReferencePoints
+from harness.observables.reference import ReferencePoints
+from harness.observables.row import Row
 from harness.observables.tower import Floats, TowerRun
 from harness.observables.windows import significant_contacts
 from harness.report import style
@@ -359,7 +360,7 @@ def critical_angle_against_height(
     *,
     readings: Sequence[str] = ("lost", "kept"),
     solver: str,
-    published: PublishedAngle | None = None,
+    published: Row | None = None,
     reference: ReferencePoints | None = None,
 ) -> Figure:
     """Draw theta_c(n) of every run, a panel for each law and window, with what others found.
@@ -443,7 +444,7 @@ def map_over_gamma(frame: pd.DataFrame, solver: str, marked: Sequence[float] = (
 
 def energy_scaling(
     scaling: pd.DataFrame,
-    published: PublishedAngle,
+    published: Row,
     *,
     reference: ReferencePoints | None = None,
     largest: int = 10,
@@ -522,16 +523,14 @@ def _runs(part: pd.DataFrame) -> list[tuple[dict[str, Any], pd.DataFrame]]:
     return runs
 
 
-def draw_others(
-    axes: Axes, published: PublishedAngle | None, reference: ReferencePoints | None
-) -> None:
+def draw_others(axes: Axes, published: Row | None, reference: ReferencePoints | None) -> None:
     """Draw the published angle as a band, and reference points."""
     if published is not None:
-        low = published.value_deg - published.uncertainty_deg
-        name = f"{published.what}, {published.value_deg:g} ± {published.uncertainty_deg:g} deg"
+        low = published.value - published.uncertainty
+        name = f"{published.name}, {published.value:g} ± {published.uncertainty:g} deg"
         axes.axhspan(
-            low, low + 2 * published.uncertainty_deg, color="0.82", zorder=0,
-            label=f"{name}\n({published.citation})",
+            low, low + 2 * published.uncertainty, color="0.82", zorder=0,
+            label=f"{name}\n({published.who})",
         )  # fmt: skip
     if reference is not None:
         name = reference.name.replace("$", r"\$")  # a file's name is no formula

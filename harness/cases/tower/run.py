@@ -23,7 +23,7 @@ from harness.cases.contract import Progress, silent
 from harness.cases.grain import run_jobs, whole
 from harness.cases.tower.comparison import SeriesComparison, contact_events
 from harness.cases.tower.system import Timing, check_duration, job_of, timing_of
-from harness.comparison.regression import BaselineRecord, Quantity, made_by
+from harness.comparison.regression import BaselineRecord, made_by
 from harness.comparison.series import Comparison, Series
 from harness.engines.contract import Engine, Output
 from harness.engines.output import SERIES
@@ -32,6 +32,7 @@ from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineOutputError, RequestError
 from harness.observables.provenance import Provenance
 from harness.observables.reference import FEWEST, contradiction
+from harness.observables.row import Row, by_name
 from harness.observables.tower import Floats, Profiles, TowerRun
 from harness.observables.windows import SEARCH, Window, impulse, peak_force, touch_time, window_end
 from harness.parameters.tower import Property, Tower
@@ -464,13 +465,13 @@ def tower_record(run: TowerRun) -> BaselineRecord:
     series = {"grain_force_N": run.grain_force, "grain_velocity_m_per_s": run.grain_velocity}
     least = LEAST_FORCE * peak_force(run)
     events = contact_events(run, least)
-    quantities = {
-        "peak_force_N": Quantity(peak_force(run), 0.0, "N"),
-        "impulse_Ns": Quantity(found, 0.0, "N s"),
-        "contact_changes": Quantity(float(len(events)), 0.0, ""),
-    }
+    quantities = by_name(
+        Row("peak_force_N", peak_force(run), 0.0, "N"),
+        Row("impulse_Ns", found, 0.0, "N s"),
+        Row("contact_changes", float(len(events)), 0.0, ""),
+    )
     if events:
-        quantities["last_change_s"] = Quantity(events[-1].time, 0.0, "s")
+        quantities["last_change_s"] = Row("last_change_s", events[-1].time, 0.0, "s")
     return BaselineRecord(
         name=record_name(run.tower, run.solver),
         parameters={
@@ -503,7 +504,7 @@ def ratio_records(
             BaselineRecord(
                 name=record_name(case, solver, "impulse-ratio"),
                 parameters={**case.model_dump(mode="json"), "window": "turnaround"},
-                quantities={"impulse_ratio": Quantity(float(row["impulse_ratio"]), 0.0, "")},
+                quantities=by_name(Row("impulse_ratio", float(row["impulse_ratio"]), 0.0, "")),
                 case=NAME,
                 label=f"impulse ratio, {label(case)}",
                 family=(case.law,),

@@ -158,8 +158,8 @@ def _angles() -> Iterator[Statement]:
     yield compare(
         "text-tall-limit",
         printed=lost[1],
-        found=PEYNEAU_ROUX.value_deg,
-        tolerance=PEYNEAU_ROUX.uncertainty_deg,
+        found=PEYNEAU_ROUX.value,
+        tolerance=PEYNEAU_ROUX.uncertainty,
         published=PEYNEAU_ROUX,
     )
 

@@ -24,7 +24,7 @@ def stiff(e, k=1e8):
 def test_it_is_a_solver_of_the_case_that_can_be_run_and_swept():
     found = run("incline", {"angle": "10.5", "contact": "plastic"}, "hard-sphere")
     margin = found.quantities["margin_over_mgd"]
-    assert margin.reference_kind == "closed form"
+    assert margin.note == "closed form"
     assert margin.difference == pytest.approx(0.0, abs=1e-5)  # the contact's own e is 0.009
     rows = sweep(
         "incline",

@@ -95,7 +95,7 @@ def test_angles_with_and_without_points(frame):
 def test_measured_layers_are_tested_with_the_users_points_only(points, status):
     statement = figure_data.thin_layers(points)
     assert statement.status is status
-    assert f"{PEYNEAU_ROUX.value_deg}" in statement.computed
+    assert f"{PEYNEAU_ROUX.value}" in statement.computed
 
 
 def test_energy_scaling(monkeypatch):
