@@ -1,41 +1,12 @@
-"""Contact laws: the normal contact of the frictionless cases, and the one law with friction.
+"""Contact laws: spring, dashpot and friction of a contact, in SI units.
 
-The normal contact of a DEM code: linear spring, dashpot, and what becomes of the tail.
+:class:`ContactLaw` is the law with friction: a normal, damping, tangential, rolling and twisting
+submodel, which :mod:`harness.parameters.submodels` lists, and their coefficients.
 
-The force along the normal is ``k * overlap - eta * separation speed`` with
-``eta = 2 * zeta * sqrt(k * m_eff)``. Near the end of a contact it becomes
-attractive: the *tail*. A code either keeps the tail or clips it to zero.
-
-The Hertz contact that stands for a linear one, for engines that have no other.
-
-The force along the normal is ``K (delta^(3/2) + A sqrt(delta) d(delta)/dt)`` for an overlap
-``delta``: Hertz's spring with the viscous dashpot of Brilliantov, Spahn, Hertzsch and Poeschel,
-Phys. Rev. E 53, 5382 (1996), who write 3/2 A where this writes A.
-
-Two conditions make K and A from a stiffness k and a damping ratio zeta. Both are
-set at ``overlap``, the largest of an undamped head-on impact at a reference speed v on a fixed
-sphere, sqrt(m/k) v with the linear spring.
-
-- The undamped impact reaches the same overlap: 2/5 K overlap^(5/2) = 1/2 k overlap^2, hence
-  K = 5/4 k / sqrt(overlap).
-- The dashpot's coefficient is the same there: K A sqrt(overlap) = 2 zeta sqrt(k m_eff), hence
-  A = 8/5 zeta sqrt(m_eff / k).
-
-The reference speed is sqrt(g d) on the incline. A drop adds the square of its own speed,
-so that there is one without gravity too.
-
-The coefficients that each submodel of a contact law takes, and what they are by default.
-
-What of mdr is stated together: its branches, dashpots, and friction beside them.
-
-The law of a contact with friction: normal, damping, tangential, rolling and twisting submodel.
-
-Names and units follow the manual of LAMMPS's pair style granular, formulas the literature:
-Johnson, Contact Mechanics (1985); Luding, Granular Matter 10, 235 (2008); Marshall, J. Comput.
-Phys. 228, 1541 (2009); Thornton, Cummins and Cleary, Powder Technol. 233, 30 (2013); Zunker and
-Kamrin, J. Mech. Phys. Solids 183, 105492 and 105493 (2024). Of their ``mdr`` this is the elastic
-branch, yield, and a bulk response from the first touch on, with a constant dashpot (``velocity``)
-or one of the stiffness (``mdr``), and with friction; and adhesion, alone.
+:class:`Contact` is the dissipation of the frictionless cases, whose spring is theirs. The force
+along the normal is ``k * overlap - eta * separation speed`` with ``eta = 2 * zeta * sqrt(k *
+m_eff)``; near the end of a contact it becomes attractive, the *tail*, which a code keeps or clips
+to zero. :func:`hertz` makes the Hertz contact that stands for it in a code that has no other.
 """
 
 from __future__ import annotations
@@ -50,6 +21,19 @@ from pydantic import BeforeValidator, Field, model_validator
 from harness.errors import RequestError
 from harness.parameters.allowed import Allowed, allowed_in
 from harness.parameters.base import Parameters
+from harness.parameters.submodels import (
+    COEFFICIENTS,
+    DAMPING,
+    SUBMODELS,
+    Damping,
+    Dashpot,
+    Normal,
+    Rolling,
+    Submodel,
+    Tangential,
+    Twisting,
+    dashpot_coefficient,
+)
 
 Tail = Literal["attractive", "clipped"]
 EffectiveMass = Literal["full", "half"]
@@ -123,7 +107,7 @@ PLASTIC = Contact(name="plastic", restitution=None, damping_ratio=5.0, tail="cli
 CONTACTS = {contact.name: contact for contact in (SOURCE, CLIPPED, PLASTIC)}
 
 
-def _by_name(value: Any) -> Any:
+def _contact_by_name(value: Any) -> Any:
     if not isinstance(value, str):
         return value
     if value not in CONTACTS:
@@ -131,7 +115,7 @@ def _by_name(value: Any) -> Any:
     return CONTACTS[value]
 
 
-NamedContact = Annotated[Contact, BeforeValidator(_by_name)]
+NamedContact = Annotated[Contact, BeforeValidator(_contact_by_name)]
 """A contact, or the name of one in ``CONTACTS``."""
 
 Spring = Literal["linear", "Hertz"]
@@ -139,9 +123,9 @@ Spring = Literal["linear", "Hertz"]
 
 
 def contact_values(contact: Contact) -> dict[str, str | int | float]:
-    """Return what a script is told of a contact: zeta from the restitution (0: critical), or given.
+    """Return the values that scripts take for a contact: zeta from the restitution, or given.
 
-    The same names and units in every engine's scripts.
+    Names and units are the same in every engine's scripts; restitution 0 is critical damping.
     """
     by_ratio = contact.damping_ratio is not None
     return {
@@ -154,7 +138,7 @@ def contact_values(contact: Contact) -> dict[str, str | int | float]:
 
 
 def contact_allowed() -> dict[str, Allowed]:
-    """Return what scripts allow for the values of a contact."""
+    """Return the range of each of the values that scripts take for a contact."""
     return {"damping": Allowed(words=("restitution", "ratio")), **allowed_in(Contact)}
 
 
@@ -178,8 +162,10 @@ STIFFEST = 15.0 / 8.0
 class Hertz:
     """A Hertz contact: ``coefficient`` K [N/m^(3/2)] and ``relaxation`` A [s].
 
-    ``overlap`` [m] is the one at which it stands for the linear contact, ``damping`` [-] is
-    A v / overlap, 8/5 zeta.
+    The force along the normal is ``K (delta^(3/2) + A sqrt(delta) d(delta)/dt)`` for an overlap
+    ``delta``: Hertz's spring with the viscous dashpot of Brilliantov, Spahn, Hertzsch and Poeschel,
+    Phys. Rev. E 53, 5382 (1996), who write 3/2 A where this writes A. ``overlap`` [m] is the one at
+    which it stands for the linear contact, ``damping`` [-] is A v / overlap, 8/5 zeta.
     """
 
     coefficient: float
@@ -192,7 +178,7 @@ class Hertz:
         return float((force / self.coefficient) ** (2.0 / 3.0))
 
     def most_rebound(self) -> float:
-        """Return a bound on the restitution at the reference speed: at most 1.
+        """Return an upper bound of the restitution at the reference speed, at most 1.
 
         The dashpot alone stops the grain at an overlap of (6/5a)^(2/3), and it leaves at
         1/a of it where the clipped force vanishes (a the damping).
@@ -213,6 +199,18 @@ class Hertz:
 
 def hertz(contact: Contact, stiffness: float, mass: float, speed: float) -> Hertz:
     """Return the Hertz contact for a linear one, at an impact speed [m/s].
+
+    Two conditions make K and A from a stiffness k and a damping ratio zeta, both at the largest
+    overlap of an undamped head-on impact at the speed v on a fixed sphere, sqrt(m/k) v with the
+    linear spring.
+
+    - The undamped impact reaches the same overlap: 2/5 K overlap^(5/2) = 1/2 k overlap^2, hence
+      K = 5/4 k / sqrt(overlap).
+    - The dashpot's coefficient is the same there: K A sqrt(overlap) = 2 zeta sqrt(k m_eff), hence
+      A = 8/5 zeta sqrt(m_eff / k).
+
+    The speed is sqrt(g d) on the incline. A drop adds the square of its own speed, so that there is
+    one without gravity too.
 
     Raise RequestError for a speed of 0: then there is no scale.
     """
@@ -239,165 +237,6 @@ def fewest_steps_per_contact(contact: Contact) -> float:
     longest = (math.sqrt(9.0 * zeta * zeta + 8.0 * half) - 3.0 * zeta) / (2.0 * half)
     return math.pi / longest
 
-
-_MATERIAL = ("youngs_modulus", "poisson_ratio")
-_SLIDER = ("tangential_damping", "friction")
-
-TAKES: dict[str, dict[str, tuple[str, ...]]] = {
-    "normal": {
-        "hooke": ("normal_stiffness",),
-        "hertz": _MATERIAL,
-        "dmt": (*_MATERIAL, "surface_energy"),
-        "jkr": (*_MATERIAL, "surface_energy"),
-        "mdr": _MATERIAL,
-    },
-    "damping": {
-        **dict.fromkeys(
-            ("velocity", "mass_velocity", "viscoelastic", "mdr"), ("damping_coefficient",)
-        ),
-        **dict.fromkeys(("tsuji", "coeff_restitution"), ("restitution",)),
-    },
-    "tangential": {
-        "linear_nohistory": _SLIDER,
-        "linear_history": ("tangential_stiffness", *_SLIDER),
-        "linear_history_classic": ("tangential_stiffness", *_SLIDER),
-        "mindlin": _SLIDER,
-        "mindlin/force": _SLIDER,
-        "mindlin_rescale": _SLIDER,
-        "mindlin_rescale/force": _SLIDER,
-        "mindlin_classic": _SLIDER,
-    },
-    "rolling": {"sds": ("rolling_stiffness", "rolling_damping", "rolling_friction")},
-    "twisting": {"sds": ("twisting_stiffness", "twisting_damping", "twisting_friction")},
-}
-"""The coefficients that each submodel takes."""
-
-PARTNER = ("partner_youngs_modulus", "partner_poisson_ratio")
-"""The material of the second body, where it is another one."""
-
-MAY_TAKE = {
-    "mdr": ("yield_stress", "surface_energy"),
-    **dict.fromkeys(("hertz", "dmt", "jkr"), PARTNER),
-}
-"""Coefficients that a normal force takes where they are given, and has no default for."""
-
-_DEFAULTS: dict[str, float] = {
-    "normal_stiffness": 1e6,
-    "youngs_modulus": 70e9,
-    "poisson_ratio": 0.3,
-    "surface_energy": 0.1,
-    "restitution": 0.9,
-    "tangential_stiffness": 2e6 / 7.0,
-    "tangential_damping": 0.0,
-    "friction": 0.3,
-}
-"""What a submodel is given where nobody says otherwise; coefficients that are not here must be."""
-
-
-def default_of(name: str, models: dict[str, Any], given: dict[str, Any]) -> float | None:
-    """Return the default of a coefficient beside the others; None where there is none."""
-    if name == "tangential_stiffness" and given.get("normal_stiffness") is not None:
-        return 2.0 * float(given["normal_stiffness"]) / 7.0  # as in _DEFAULTS, to the bit
-    if name == "tangential_damping" and models["tangential"] == "linear_nohistory":
-        return 1.0
-    return _DEFAULTS.get(name)
-
-
-DAMPINGS = ("none", "velocity", "mdr")
-
-
-def check(law: ContactLaw) -> None:
-    """Raise ValueError for what mdr is not stated with, and for what is stated with mdr alone."""
-    if law.normal != "mdr":
-        if law.bulk_response:
-            raise ValueError(
-                f"bulk_response = True: normal = {law.normal!r} has none (normal = mdr does)"
-            )
-        if law.damping == "mdr":
-            raise ValueError("damping = 'mdr': needs normal = mdr")
-        return
-    if law.damping not in DAMPINGS:
-        raise ValueError(f"damping = {law.damping!r}: normal = mdr takes none, velocity or mdr")
-    if law.bulk_response and law.damping == "mdr":
-        raise ValueError(
-            "damping = 'mdr': must be none or velocity beside bulk_response = True: its stiffness "
-            "is that of the elastic contact, of which the bulk's leaves nothing"
-        )
-    _resists(law)
-    _adheres(law)
-    poisson = law.poisson_ratio or 0.0
-    if law.lags and not 0.0 <= poisson < 0.5:
-        branch = _named(law)[0]
-        raise ValueError(
-            f"poisson_ratio = {poisson!r}: must be from 0 to below 0.5 beside {branch}: "
-            "the bulk modulus must be finite"
-        )
-
-
-def _named(law: ContactLaw) -> list[str]:
-    """Return the branches beside the elastic one that a law of mdr has, with their values."""
-    given = {
-        "yield_stress": law.yield_stress is not None,
-        "surface_energy": law.surface_energy is not None,
-        "bulk_response": law.bulk_response,
-    }
-    return [f"{name} = {getattr(law, name)!r}" for name, is_given in given.items() if is_given]
-
-
-def _resists(law: ContactLaw) -> None:
-    """Raise ValueError for rolling or twisting resistance of a sphere that swells or is squeezed.
-
-    Their levers are R* and the contact radius, which no source defines for it.
-    """
-    for part in ("rolling", "twisting"):
-        if law.lags and getattr(law, part) != "none":
-            raise ValueError(
-                f"{part} = {getattr(law, part)!r}: must be none beside {_named(law)[0]}"
-            )
-
-
-def _adheres(law: ContactLaw) -> None:
-    """Raise ValueError for adhesion beside something else.
-
-    The only code with mdr, LAMMPS, is without adhesion in the limit of a small step
-    (mdr-adhesion-fades): whatever adhesion is stated with, the comparison would find that alone.
-    Besides, a contact that yields begins apart here, as pull-off does not; Coulomb's limit under a
-    tension has no definition in the source; a bulk that responds alone leaves no springs that hold.
-    """
-    if law.surface_energy is None:
-        return
-    branches = _named(law)
-    beside = [
-        f"{part} = {getattr(law, part)!r}"
-        for part in ("damping", "tangential", "rolling", "twisting")
-        if getattr(law, part) != "none"
-    ]
-    others = [one for one in branches if not one.startswith("surface_energy")] + beside
-    if others:
-        raise ValueError(
-            f"surface_energy = {law.surface_energy!r}: normal = mdr is stated with it alone, not "
-            f"beside {others[0]}: LAMMPS's adhesion fades with the step (mdr-adhesion-fades), so "
-            "that nothing could be held against it"
-        )
-
-
-Normal = Literal["hooke", "hertz", "dmt", "jkr", "mdr"]
-Damping = Literal[
-    "none", "velocity", "mass_velocity", "viscoelastic", "tsuji", "coeff_restitution", "mdr"
-]
-Tangential = Literal[
-    "none",
-    "linear_nohistory",
-    "linear_history",
-    "linear_history_classic",
-    "mindlin",
-    "mindlin/force",
-    "mindlin_rescale",
-    "mindlin_rescale/force",
-    "mindlin_classic",
-]
-Rolling = Literal["none", "sds"]
-Twisting = Literal["none", "sds", "marshall"]
 
 COHESIVE = ("dmt", "jkr")
 
@@ -442,11 +281,7 @@ class ContactLaw(Parameters):
     damping: Damping = Field("none", description="[-] rule of the normal dashpot eta_n")
     damping_coefficient: NotNegative | None = Field(
         None,
-        description=(
-            "[-] eta_0: eta_n = eta_0 (velocity, kg/s), eta_0 m* (mass_velocity, 1/s), eta_0 m* a "
-            "(viscoelastic, 1/(m s)), a the contact radius, or eta_0 sqrt(m* k) (mdr, a pure "
-            "number), k the stiffness of the contact"
-        ),
+        description=f"[-] {dashpot_coefficient()}",
     )
     restitution: Annotated[float, Field(ge=1e-6, le=1.0)] | None = Field(
         None, description="[-] that tsuji and coeff_restitution aim at"
@@ -475,17 +310,10 @@ class ContactLaw(Parameters):
     )
     clipped: bool = Field(False, description="[-] no attraction at the end of a contact")
 
-    @classmethod
-    def coefficients(cls) -> set[str]:
-        """Return the names of the fields that belong to a submodel."""
-        needed = {name for models in TAKES.values() for names in models.values() for name in names}
-        return needed.union(*MAY_TAKE.values())
-
     @staticmethod
-    def taken(models: dict[str, Any]) -> set[str]:
+    def taken(models: Mapping[str, Any]) -> set[str]:
         """Return the coefficients that submodels take, ``{"normal": "hooke", ...}``."""
-        needed = {name for part in TAKES for name in TAKES[part].get(str(models[part]), ())}
-        return needed.union(MAY_TAKE.get(str(models["normal"]), ()))
+        return {name for row in _rows(models) for name in (*row.takes, *row.may_take)}
 
     @model_validator(mode="before")
     @classmethod
@@ -493,20 +321,20 @@ class ContactLaw(Parameters):
         """Give coefficients that are taken their default, and drop it of those that are not."""
         if not isinstance(given, dict):
             return given
-        models = {part: given.get(part, cls.model_fields[part].default) for part in TAKES}
+        models = {part: given.get(part, cls.model_fields[part].default) for part in SUBMODELS}
         values, taken = dict(given), cls.taken(models)
-        optional = MAY_TAKE.get(str(models["normal"]), ())
-        for name in cls.coefficients() - set(given):
+        optional = {name for row in _rows(models) for name in row.may_take}
+        for name in COEFFICIENTS - set(given):
             default = cls.model_fields[name].default
             if default is None and name not in optional:
-                default = default_of(name, models, values)
+                default = _default(name, models, values)
             values[name] = default if name in taken else None
         return values
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
-        for part, models in TAKES.items():
-            self._part_has_its_own(part, models)
+        for part, rows in SUBMODELS.items():
+            self._check_coefficients(part, rows)
         if self.tangential == "linear_nohistory" and self.damping == "none":
             raise ValueError(
                 "tangential = 'linear_nohistory': needs a damping, its friction grows from the "
@@ -521,43 +349,45 @@ class ContactLaw(Parameters):
                 "twisting = 'marshall': takes its coefficients from a tangential spring "
                 "(tangential = linear_history, mindlin, ...)"
             )
-        self._damping_fits()
-        check(self)
-        return self
-
-    def _part_has_its_own(self, part: str, models: dict[str, tuple[str, ...]]) -> None:
-        chosen = getattr(self, part)
-        mine = models.get(chosen, ())
-        may = {name for names in MAY_TAKE.values() for name in names} if part == "normal" else set()
-        others = may.union(*models.values()) - {*mine, *MAY_TAKE.get(chosen, ())}
-        for name in sorted(others):
-            if getattr(self, name) is not None:
-                allowed = ", ".join(
-                    model
-                    for model, names in models.items()
-                    if name in (*names, *MAY_TAKE.get(model, ()))
-                )
-                raise ValueError(
-                    f"{name} = {getattr(self, name)!r}: {part} = {chosen!r} takes none "
-                    f"({part} = {allowed} does)"
-                )
-        for name in mine:
-            if getattr(self, name) is None:
-                raise ValueError(f"{part} = {chosen!r}: needs {name}")
-
-    def _damping_fits(self) -> None:
-        """Raise ValueError for a damping or a clipping that the normal force has no meaning for."""
-        if self.damping == "tsuji" and self.normal != "hertz":
-            raise ValueError("damping = 'tsuji': is fitted to normal = hertz")
-        if self.normal in COHESIVE and self.damping == "coeff_restitution":
-            raise ValueError("damping = 'coeff_restitution': needs normal = hooke or hertz")
+        if self.normal not in self.dashpot.normals:
+            *others, last = self.dashpot.normals
+            known = f"{', '.join(others)} or {last}" if others else last
+            raise ValueError(
+                f"damping = {self.damping!r}: needs normal = {known}, not {self.normal!r}"
+            )
         if self.normal in COHESIVE and self.clipped:
             raise ValueError(f"clipped = True: normal = {self.normal!r} attracts (must be False)")
+        if self.normal == "mdr":
+            _check_mdr(self)
+        elif self.bulk_response:
+            raise ValueError(
+                f"bulk_response = True: normal = {self.normal!r} has none (normal = mdr does)"
+            )
+        return self
+
+    def _check_coefficients(self, part: str, rows: Mapping[str, Submodel]) -> None:
+        """Raise ValueError for a coefficient that a submodel needs, or that only others take."""
+        model = getattr(self, part)
+        row = rows.get(model, Submodel(""))
+        own = (*row.takes, *row.may_take)
+        everybody = {name for one in rows.values() for name in (*one.takes, *one.may_take)}
+        for name in sorted(everybody.difference(own)):
+            if getattr(self, name) is not None:
+                allowed = ", ".join(
+                    other for other, one in rows.items() if name in (*one.takes, *one.may_take)
+                )
+                raise ValueError(
+                    f"{name} = {getattr(self, name)!r}: {part} = {model!r} takes none "
+                    f"({part} = {allowed} does)"
+                )
+        for name in row.takes:
+            if getattr(self, name) is None:
+                raise ValueError(f"{part} = {model!r}: needs {name}")
 
     def replace(self, **changes: Any) -> Self:
         """Return a copy with ``changes``; coefficients of submodels that are left are dropped."""
-        models = {part: changes.get(part, getattr(self, part)) for part in TAKES}
-        left = self.coefficients() - self.taken(models)
+        models = {part: changes.get(part, getattr(self, part)) for part in SUBMODELS}
+        left = COEFFICIENTS - self.taken(models)
         kept = {name: value for name, value in self if name not in left and value is not None}
         return type(self)(**{**kept, **changes})
 
@@ -584,6 +414,16 @@ class ContactLaw(Parameters):
         return self.partner_youngs_modulus is not None or self.partner_poisson_ratio is not None
 
     @property
+    def dashpot(self) -> Dashpot:
+        """Return the data of its damping."""
+        return DAMPING[self.damping]
+
+    @property
+    def linear(self) -> bool:
+        """Return whether its normal force is that of a linear spring and a constant dashpot."""
+        return self.normal == "hooke" and self.dashpot.growth("hooke") == 0.0
+
+    @property
     def lags(self) -> bool:
         """Return whether its force rests on a state that codes bring on step by step, behind it."""
         return self.normal == "mdr" and (self.yield_stress is not None or self.bulk_response)
@@ -592,3 +432,101 @@ class ContactLaw(Parameters):
     def tangential_spring(self) -> bool:
         """Return whether the tangential force has a spring."""
         return self.tangential not in ("none", "linear_nohistory")
+
+
+_DEFAULTS: dict[str, float] = {
+    "normal_stiffness": 1e6,
+    "youngs_modulus": 70e9,
+    "poisson_ratio": 0.3,
+    "surface_energy": 0.1,
+    "restitution": 0.9,
+    "tangential_stiffness": 2e6 / 7.0,
+    "tangential_damping": 0.0,
+    "friction": 0.3,
+}
+"""Of coefficients that need not be given."""
+
+
+def _rows(models: Mapping[str, Any]) -> list[Submodel]:
+    """Return the data of the submodels that are there, of ``{"normal": "hooke", ...}``."""
+    names = {part: str(models[part]) for part in SUBMODELS}
+    return [rows[names[part]] for part, rows in SUBMODELS.items() if names[part] in rows]
+
+
+def _default(name: str, models: Mapping[str, Any], given: Mapping[str, Any]) -> float | None:
+    """Return the default of a coefficient beside the others; None where there is none."""
+    if name == "tangential_stiffness" and given.get("normal_stiffness") is not None:
+        return 2.0 * float(given["normal_stiffness"]) / 7.0  # as in _DEFAULTS, to the bit
+    if name == "tangential_damping" and models["tangential"] == "linear_nohistory":
+        return 1.0
+    return _DEFAULTS.get(name)
+
+
+# ---- mdr: of Zunker and Kamrin's law this has the elastic branch, yield, and a bulk response from
+# the first touch on, with a constant dashpot (velocity) or one of the stiffness (mdr) and with
+# friction; and adhesion, alone.
+
+
+def _check_mdr(law: ContactLaw) -> None:
+    """Raise ValueError for what the branches of mdr are not stated with."""
+    if law.bulk_response and law.damping == "mdr":
+        raise ValueError(
+            "damping = 'mdr': must be none or velocity beside bulk_response = True: its stiffness "
+            "is that of the elastic contact, of which the bulk's leaves nothing"
+        )
+    _check_resistance(law)
+    _check_adhesion(law)
+    poisson = law.poisson_ratio or 0.0
+    if law.lags and not 0.0 <= poisson < 0.5:
+        branch = _branches(law)[0]
+        raise ValueError(
+            f"poisson_ratio = {poisson!r}: must be from 0 to below 0.5 beside {branch}: "
+            "the bulk modulus must be finite"
+        )
+
+
+def _branches(law: ContactLaw) -> list[str]:
+    """Return the branches beside the elastic one that a law of mdr has, with their values."""
+    given = {
+        "yield_stress": law.yield_stress is not None,
+        "surface_energy": law.surface_energy is not None,
+        "bulk_response": law.bulk_response,
+    }
+    return [f"{name} = {getattr(law, name)!r}" for name, is_given in given.items() if is_given]
+
+
+def _check_resistance(law: ContactLaw) -> None:
+    """Raise ValueError for rolling or twisting resistance of a sphere that swells or is squeezed.
+
+    Their levers are R* and the contact radius, which no source defines for it.
+    """
+    for part in ("rolling", "twisting"):
+        if law.lags and getattr(law, part) != "none":
+            raise ValueError(
+                f"{part} = {getattr(law, part)!r}: must be none beside {_branches(law)[0]}"
+            )
+
+
+def _check_adhesion(law: ContactLaw) -> None:
+    """Raise ValueError for adhesion beside something else.
+
+    The only code with mdr, LAMMPS, is without adhesion in the limit of a small step
+    (mdr-adhesion-fades): whatever adhesion is stated with, the comparison would find that alone.
+    Besides, a contact that yields begins apart here, as pull-off does not; Coulomb's limit under a
+    tension has no definition in the source; a bulk that responds alone leaves no springs that hold.
+    """
+    if law.surface_energy is None:
+        return
+    branches = _branches(law)
+    beside = [
+        f"{part} = {getattr(law, part)!r}"
+        for part in ("damping", "tangential", "rolling", "twisting")
+        if getattr(law, part) != "none"
+    ]
+    others = [text for text in branches if not text.startswith("surface_energy")] + beside
+    if others:
+        raise ValueError(
+            f"surface_energy = {law.surface_energy!r}: normal = mdr is stated with it alone, not "
+            f"beside {others[0]}: LAMMPS's adhesion fades with the step (mdr-adhesion-fades), so "
+            "that nothing could be held against it"
+        )

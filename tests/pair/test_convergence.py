@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from harness.parameters.law import TAKES
+from harness.parameters.submodels import TANGENTIAL
 from harness.solvers.pair.integration import integrate
 from tests.pair.scenes import HERTZ, LINEAR, collision, impact
 
@@ -22,7 +22,7 @@ LAWS = {
     "marshall": HERTZ.replace(twisting="marshall"),
     **{
         name: HERTZ.replace(tangential=name)
-        for name in TAKES["tangential"]
+        for name in TANGENTIAL
         if name.startswith("mindlin") and name != "mindlin_classic"
     },
     "viscoelastic": HERTZ.replace(damping="viscoelastic", damping_coefficient=1e8),

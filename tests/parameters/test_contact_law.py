@@ -1,10 +1,15 @@
 """The law of a contact: its submodels take what is theirs, and nothing else."""
 
+import math
+from typing import get_args, get_type_hints
+
 import pytest
 from pydantic import Field
 
 from harness.errors import RequestError
-from harness.parameters.law import TAKES, ContactLaw
+from harness.parameters.law import ContactLaw
+from harness.parameters.submodels import COEFFICIENTS, DAMPING, SUBMODELS, Damping
+from harness.solvers.pair import normal as solver
 
 NEEDED = {
     "damping_coefficient": 1.0,
@@ -38,7 +43,7 @@ def test_the_tangential_stiffness_follows_the_normal_one():
 
 
 @pytest.mark.parametrize(
-    ("part", "model"), [(part, model) for part in TAKES for model in TAKES[part]]
+    ("part", "model"), [(part, model) for part in SUBMODELS for model in SUBMODELS[part]]
 )
 def test_every_submodel_can_be_chosen_and_left_again(part, model):
     settings = {part: model}
@@ -50,13 +55,13 @@ def test_every_submodel_can_be_chosen_and_left_again(part, model):
         settings["damping"] = "coeff_restitution"
     if model == "marshall":
         settings["tangential"] = "linear_history"
-    mine = TAKES[part][model]
+    mine = SUBMODELS[part][model].takes
     settings |= {name: value for name, value in NEEDED.items() if name in mine}
     law = ContactLaw(**settings)
     assert all(getattr(law, name) is not None for name in mine)
-    others = ContactLaw.coefficients() - law.taken({p: getattr(law, p) for p in TAKES})
+    others = COEFFICIENTS - law.taken({p: getattr(law, p) for p in SUBMODELS})
     assert all(getattr(law, name) is None for name in others)
-    assert law.replace(**dict.fromkeys(TAKES, "none") | {"normal": "hooke"}) == ContactLaw()
+    assert law.replace(**dict.fromkeys(SUBMODELS, "none") | {"normal": "hooke"}) == ContactLaw()
 
 
 def test_a_case_changes_a_submodel_and_its_default_goes_with_it():
@@ -86,7 +91,7 @@ def test_a_case_changes_a_submodel_and_its_default_goes_with_it():
         ({"tangential": "linear_nohistory"}, "tangential = 'linear_nohistory': needs a damping"),
         ({"tangential": "mindlin"}, "tangential = 'mindlin': needs a material"),
         ({"twisting": "marshall"}, "twisting = 'marshall': takes its coefficients from a tang"),
-        ({"damping": "tsuji"}, "damping = 'tsuji': is fitted to normal = hertz"),
+        ({"damping": "tsuji"}, "damping = 'tsuji': needs normal = hertz, not 'hooke'"),
         (
             {"yield_stress": 1e6},
             "yield_stress = 1000000.0: normal = 'hooke' takes none (normal = m",
@@ -109,7 +114,7 @@ def test_a_case_changes_a_submodel_and_its_default_goes_with_it():
         ({"normal": "jkr", "clipped": True}, "clipped = True: normal = 'jkr' attracts"),
         (
             {"normal": "dmt", "damping": "coeff_restitution"},
-            "damping = 'coeff_restitution': needs normal = hooke or hertz",
+            "damping = 'coeff_restitution': needs normal = hooke or hertz, not 'dmt'",
         ),
         ({"tangential": "linear_history", "friction": -0.1}, "friction = -0.1: must be greater"),
         ({"tangential": "linear_history", "friction": 1e308}, "friction = 1e+308: must be greater"),
@@ -135,3 +140,52 @@ def test_what_mdr_may_take_is_kept_by_changes_and_dropped_with_it():
     assert law.replace(normal="jkr").surface_energy == 0.1
     assert not ContactLaw(normal="mdr", surface_energy=0.5).lags
     assert ContactLaw(normal="mdr", bulk_response=True).lags
+
+
+def test_every_word_of_a_law_has_its_row():
+    for part, rows in SUBMODELS.items():
+        words = set(get_args(get_type_hints(ContactLaw)[part]))
+        assert words - {"none"} == set(rows) - {"none"}, part
+    assert set(get_args(Damping)) == set(DAMPING)
+
+
+@pytest.mark.parametrize(
+    ("damping", "dimensions", "unit"),
+    [
+        ("velocity", (0, 1, -1), "kg/s"),
+        ("mass_velocity", (0, 0, -1), "1/s"),
+        ("viscoelastic", (-1, 0, -1), "1/(m s)"),
+        ("mdr", (0, 0, 0), ""),
+        ("coeff_restitution", (0, 0, 0), ""),
+    ],
+)
+def test_the_unit_of_a_dashpot_follows_from_what_it_grows_with(damping, dimensions, unit):
+    row = DAMPING[damping]
+    assert (row.dimensions, row.unit) == (dimensions, unit)
+
+
+@pytest.mark.parametrize(
+    ("name", "normal"),
+    [
+        (name, normal)
+        for name, row in DAMPING.items()
+        for normal in ("hooke", "hertz")
+        if name != "none" and normal in row.normals
+    ],
+)
+def test_a_dashpot_grows_as_its_row_says(name, normal):
+    """Held against the integration's own dashpot, which shares nothing with the row."""
+    row, law = DAMPING[name], {"hooke": solver.HOOKE, "hertz": solver.HERTZ}[normal]
+    mass, coefficient, overlaps = 0.3, 0.7, (1e-9, 1e-11)
+    elastic = [solver.elastic(law, 1e6, 0.0, 0.01, x) for x in overlaps]
+    eta = [
+        solver.dashpot(solver.KINDS[name], coefficient, mass, x, force, 0.5e6)[0]
+        for x, force in zip(overlaps, elastic, strict=True)
+    ]
+    quantities = {
+        "mass": mass,
+        "radius": elastic[0].radius,
+        "stiffness": elastic[0].force / overlaps[0],
+    }
+    assert eta[0] == pytest.approx(row.eta(coefficient, **quantities), rel=1e-12)
+    assert math.log(eta[0] / eta[1], 100) == pytest.approx(row.growth(normal), abs=1e-9)

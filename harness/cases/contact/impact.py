@@ -16,7 +16,13 @@ from functools import lru_cache
 import numpy as np
 
 from harness.cases.contact.motion import Array, Motion, contact_time, yield_time
-from harness.cases.contact.parameters import ContactSystem, elastic_overlap, hertz_spring, resolved
+from harness.cases.contact.parameters import (
+    ContactSystem,
+    dashpots,
+    elastic_overlap,
+    hertz_spring,
+    resolved,
+)
 from harness.errors import RequestError
 from harness.parameters.scene import ZERO, ContactScene, Vector
 from harness.theory import contact
@@ -25,13 +31,13 @@ from harness.theory.contact import held, rebounds, stiffness_ratio, two_branches
 
 def head_on(parameters: ContactSystem, speed: float) -> dict[str, float]:
     """Return what is known of an impact at a speed [m/s] without gravity."""
-    if parameters.normal == "hooke" and parameters.damping != "viscoelastic":
+    if parameters.linear:
         return _linear(parameters, speed)
     if parameters.normal != "hertz" or parameters.clipped:
         return {}
     if parameters.damping == "none":
         return _hertz(parameters, speed)
-    if parameters.damping == "coeff_restitution":
+    if parameters.dashpot.gives_restitution:
         assert parameters.restitution is not None
         return {"restitution": parameters.restitution}
     return {}
@@ -40,7 +46,7 @@ def head_on(parameters: ContactSystem, speed: float) -> dict[str, float]:
 def rebound(parameters: ContactSystem, height: float, gravity: float) -> dict[str, float]:
     """Return what is known of a fall from a height [m] under gravity [m/s2] on a floor."""
     elastic = {"rebound_ratio": 1.0} if parameters.damping == "none" else {}
-    if parameters.normal != "hooke" or parameters.damping == "viscoelastic" or parameters.clipped:
+    if not parameters.linear or parameters.clipped:
         return elastic
     zeta, omega = oscillator(parameters)
     speed = math.sqrt(2.0 * gravity * height)
@@ -83,11 +89,10 @@ def oscillator(parameters: ContactSystem) -> tuple[float, float]:
     k, m = parameters.normal_stiffness, parameters.reduced_mass
     assert k is not None
     omega = math.sqrt(k / m)
-    if parameters.damping == "coeff_restitution":
-        assert parameters.restitution is not None
+    if parameters.restitution is not None:
         return contact.damping_ratio(parameters.restitution), omega
-    mass = m if parameters.damping == "mass_velocity" else 1.0
-    return (parameters.damping_coefficient or 0.0) * mass / 2.0 / math.sqrt(k * m), omega
+    eta = dashpots(parameters, 0.0)  # constant, whatever the overlap
+    return eta / 2.0 / math.sqrt(k * m), omega
 
 
 ANGLES = np.arange(4.0, 86.5, 0.5)
@@ -116,8 +121,7 @@ def published(parameters: ContactSystem, restitution: float) -> Published | None
         return None
     if parameters.normal == "hertz" and "mindlin" in parameters.tangential:
         return _partial_slip(parameters, mu, restitution)
-    linear = parameters.normal == "hooke" and parameters.tangential.startswith("linear")
-    if not linear or parameters.damping == "viscoelastic":
+    if not parameters.linear or not parameters.tangential.startswith("linear"):
         return None
     sticking = _sticking(parameters)
     left = [two_branches(u, mu, restitution, sticking) for u in np.tan(np.radians(ANGLES))]

@@ -166,17 +166,13 @@ def _powers(law: ContactLaw) -> tuple[float, ...]:
     """
     if law.normal == "jkr" or (law.yield_stress is not None and not law.bulk_response):
         return (1.0, 2.0, 3.0)
-    if law.bulk_response or law.damping == "viscoelastic" or law.surface_energy is not None:
+    if law.bulk_response or law.surface_energy is not None:
         return (1.0, 1.5, 2.0)
     if law.damping == "none" and law.tangential.endswith(("/force", "_rescale")):
         return (1.0, 1.5, 2.0)
-    if law.damping == "none":
-        return (2.0, 3.0) if law.normal == "hooke" else (2.0, 2.5, 3.0)
-    if law.normal == "hooke":
-        return (1.0, 2.0, 3.0)
-    if law.damping in ("velocity", "mass_velocity"):
-        return (1.0, 2.0, 2.5)
-    return (1.0, 1.25, 2.0)
+    elastic = {2.0, 3.0} if law.normal == "hooke" else {2.0, 2.5, 3.0}
+    dashpot = {1.0, 1.0 + law.dashpot.growth(law.normal)} if law.damping != "none" else set()
+    return tuple(sorted(elastic | dashpot))[:MOST_POWERS]
 
 
 def climb(

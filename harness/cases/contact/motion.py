@@ -24,9 +24,10 @@ from harness.engines.contract import Job, Template, Value
 from harness.engines.output import SERIES, Output
 from harness.engines.traits import Traits, stating
 from harness.errors import EngineOutputError, RequestError
-from harness.parameters.law import PARTNER, ContactLaw
+from harness.parameters.law import ContactLaw
 from harness.parameters.rules import Rules
 from harness.parameters.scene import ZERO, Body, ContactScene, Plane, Segment, Vector
+from harness.parameters.submodels import PARTNER
 from harness.solvers.pair.integration import ContactPath, Event
 
 Array = NDArray[np.float64]

@@ -319,9 +319,12 @@ def dashpots(parameters: ContactSystem, overlap: float) -> float:
     spring = math.sqrt(mass * stiffness(parameters, overlap))
     if parameters.restitution is not None:
         return 2.0 * contact.damping_ratio(parameters.restitution) * spring
-    share = {"mass_velocity": mass, "mdr": spring}
-    share["viscoelastic"] = mass * math.sqrt(parameters.reduced_radius * overlap)
-    return (parameters.damping_coefficient or 0.0) * share.get(parameters.damping, 1.0)
+    return parameters.dashpot.eta(
+        parameters.damping_coefficient or 0.0,
+        mass=mass,
+        radius=_contact_radius(parameters, overlap),
+        stiffness=stiffness(parameters, overlap),
+    )
 
 
 def elastic_force(parameters: ContactSystem, overlap: float) -> float:

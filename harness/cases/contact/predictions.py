@@ -25,6 +25,7 @@ from harness.errors import RequestError
 from harness.parameters.law import ContactLaw
 from harness.parameters.rules import Rules
 from harness.parameters.scene import ContactScene
+from harness.parameters.submodels import COEFFICIENTS
 from harness.solvers.pair.normal import SWELLING, dashpot, grown, pressed
 from harness.solvers.pair.stepping import Departures, NotSteppedError, advance
 from harness.solvers.pair.system import effective_moduli, system_of
@@ -266,7 +267,7 @@ def as_the_defect_makes_it(
 
 def _names(scene: ContactScene) -> dict[str, float]:
     """Return the numbers that a formula may name: coefficients of the law, and radii [m]."""
-    law = scene.law.model_dump(include=ContactLaw.coefficients(), exclude_none=True)
+    law = scene.law.model_dump(include=set(COEFFICIENTS), exclude_none=True)
     radii = [body.radius for body in scene.bodies]
     both = {"poisson_ratio_of_both": one_material(scene.law)[1]} if scene.law.materials else {}
     return {**law, **both, "radius": radii[0], "mean_radius": sum(radii) / len(radii)}

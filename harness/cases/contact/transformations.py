@@ -36,6 +36,7 @@ from harness.engines.contract import Engine, Job, Variation
 from harness.errors import EngineError
 from harness.parameters.law import ContactLaw
 from harness.parameters.scene import ZERO, Body, ContactScene, Plane, Segment, Vector
+from harness.parameters.submodels import DIMENSIONS
 
 if TYPE_CHECKING:
     from harness.cases.contact.contact_case import ContactCase
@@ -74,24 +75,6 @@ def why_not(scene: ContactScene, width: float) -> str:
 Axes = tuple[Vector, Vector, Vector]
 
 SAME: Axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-
-DIMENSIONS = {
-    "normal_stiffness": (0, 1, -2),
-    "youngs_modulus": (-1, 1, -2),
-    "partner_youngs_modulus": (-1, 1, -2),
-    "surface_energy": (0, 1, -2),
-    "yield_stress": (-1, 1, -2),
-    "tangential_stiffness": (0, 1, -2),
-    "rolling_stiffness": (0, 1, -2),
-    "rolling_damping": (0, 1, -1),
-    "twisting_stiffness": (2, 1, -2),
-    "twisting_damping": (2, 1, -1),
-    "twisting_friction": (1, 0, 0),
-}
-"""Powers of length, mass and time in the coefficients of a law; the others are pure numbers."""
-
-DAMPINGS = {"velocity": (0, 1, -1), "mass_velocity": (0, 0, -1), "viscoelastic": (-1, 0, -1)}
-"""Likewise of the damping coefficient, by its rule."""
 
 
 @dataclass(frozen=True)
@@ -211,9 +194,7 @@ class Units:
         return (x, x / t, 1.0 / t, m * x / t / t, m * x * x / t / t)
 
     def _law(self, law: ContactLaw) -> ContactLaw:
-        dimensions = dict(DIMENSIONS)
-        if law.damping in DAMPINGS:
-            dimensions["damping_coefficient"] = DAMPINGS[law.damping]
+        dimensions = {**DIMENSIONS, "damping_coefficient": law.dashpot.dimensions}
         told = law.model_dump(exclude_none=True)
         units = np.array([self.length, self.mass, self.time])
         for name in told.keys() & dimensions.keys():

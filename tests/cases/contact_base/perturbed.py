@@ -15,6 +15,7 @@ from harness.engines.lammps.engine import Lammps
 from harness.engines.output import SERIES, Output
 from harness.observables.provenance import Provenance
 from harness.parameters.law import ContactLaw
+from harness.parameters.submodels import COEFFICIENTS
 
 
 def contact_cases():
@@ -103,7 +104,7 @@ def moved(law, coefficient, factor):
 
 def coefficients_of(law):
     """Return the numerical coefficients that a law has, those that are not 0."""
-    return sorted(name for name in ContactLaw.coefficients() if getattr(law, name))
+    return sorted(name for name in COEFFICIENTS if getattr(law, name))
 
 
 def acts(law, coefficient):

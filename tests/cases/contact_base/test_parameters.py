@@ -9,8 +9,9 @@ from harness.cases.contact.motion import TEMPLATE, job_of, values_of
 from harness.cases.contact.parameters import ContactSystem
 from harness.engines.lammps.engine import Lammps, variations
 from harness.errors import RequestError
-from harness.parameters.law import PARTNER, ContactLaw
+from harness.parameters.law import ContactLaw
 from harness.parameters.scene import Body, ContactScene, Plane
+from harness.parameters.submodels import PARTNER
 from harness.solvers.pair.integration import integrate
 from harness.workflows.case_runs import run
 

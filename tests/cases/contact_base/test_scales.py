@@ -75,7 +75,7 @@ def test_what_has_no_meaning_is_one_line_that_names_value_and_limits(case, told,
     assert "\n" not in str(error.value)
 
 
-NOT_SO = ("classic", "tsuji", "marshall, mindlin", "mdr damping")
+NOT_SO = ("classic", "tsuji", "marshall, mindlin", "mdr damping", "mdr, adhesion")
 """In the names of submodels of which LAMMPS has known defects."""
 
 NAMES = (
