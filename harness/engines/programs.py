@@ -31,6 +31,7 @@ of job i of a batch to ``<i>.txt`` when the job is over, and its series to ``<i>
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 import shlex
 import shutil
@@ -60,9 +61,16 @@ from harness.engines.process import (
     text_of,
 )
 from harness.engines.scripts import ScriptSource, Task
-from harness.errors import EngineCrashError, EngineError, EngineMissingError, RequestError
+from harness.errors import (
+    EngineCrashError,
+    EngineError,
+    EngineMissingError,
+    EngineNaNError,
+    RequestError,
+)
 from harness.files import held_folder
 from harness.observables.provenance import Provenance
+from harness.parameters.plane_scene import STAGES
 
 LOADER_SECONDS = 10.0
 """That a dynamic loader takes at most to name libraries."""
@@ -160,6 +168,10 @@ def digest(path: Path) -> str:
 
 
 ASK_SECONDS = 60.0
+RUNS = "runs.json"
+STAGE = ("step", "time_s", "x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
+"""What a script's lines ``RESULT stage`` say of the start and of the end of each stage."""
+
 NO_FILES: Mapping[str, str] = {}
 
 
@@ -325,6 +337,14 @@ def launcher_words(launcher: str | None) -> list[str]:
     return [find_program("mpirun", words[0]), *words[1:]] if words else []
 
 
+def with_stages(output: Output) -> Output:
+    """Return an output with the lines of its stages as a table, where it has any."""
+    if not output.has("stage"):
+        return output
+    stages = dict(zip(STAGE, output.rows("stage", len(STAGE)).T, strict=True))
+    return replace(output, tables={**output.tables, STAGES: stages})
+
+
 class ScriptedEngine(ProgramEngine):
     """A code that runs scripts through its program, in as many processes as it has workers."""
 
@@ -335,9 +355,21 @@ class ScriptedEngine(ProgramEngine):
         """Return the words that run tasks, written into a folder, in one process."""
 
     def write(self, folder: Path, tasks: Sequence[Task]) -> None:
-        """Write the files of a batch: here its scripts, by their names."""
+        """Write the files of a batch: its scripts, by their names, and the list of its runs.
+
+        Each run with the files that it writes, :data:`RUNS`.
+        """
         for script in {task.script.name: task.script for task in tasks}.values():
             (folder / script.name).write_text(script.text, encoding="utf-8")
+        runs = [
+            {
+                **task.values,
+                "series": f"{index}.csv" if task.job.sampled else "",
+                "results": f"{index}.txt",
+            }
+            for index, task in enumerate(tasks)
+        ]
+        (folder / RUNS).write_text(json.dumps(runs), encoding="utf-8")
 
     # ---- what it may override --------------------------------------------------------------
 
@@ -354,8 +386,11 @@ class ScriptedEngine(ProgramEngine):
 
     def command_line(self, task: Task) -> str:
         """Return the command that runs a task again by hand."""
-        words = " ".join(f"{name}={self.literal(value)}" for name, value in task.values.items())
-        return f"{Path(self.program).name} {task.script.name} {words}"
+        return f"{Path(self.program).name} {task.script.name} {self.words(task)}"
+
+    def words(self, task: Task) -> str:
+        """Return what a command line says of a task: NAME=VALUE, lists without spaces."""
+        return " ".join(f"{name}={str(v).replace(' ', '')}" for name, v in task.values.items())
 
     def error_of(self, ended: Ended, log: str) -> EngineError | None:  # noqa: ARG002
         """Return the error that the end of a process speaks of, or None where it ended well.
@@ -446,6 +481,9 @@ class ScriptedEngine(ProgramEngine):
         tables = {SERIES: self.table(series)} if series else {}
         ranks = self.ranks_in(log)
         output = Output(results_in(log), who, tables, log, seconds, self.title, ranks)
+        if output.has("verdict") and output.text("verdict") == "not_a_number":
+            raise EngineNaNError(f"{self.title} met a place or velocity that is not a number")
+        output = with_stages(output)
         return (
             replace(output, seconds=output.number("seconds")) if output.has("seconds") else output
         )

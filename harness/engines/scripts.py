@@ -1,14 +1,15 @@
-"""Scripts: templates with the defaults of a variant, and what a job sets in them.
-
-Render templates that lie in folders, the first folder that has one first.
-
-Scripts: templates rendered with the defaults of a variant, and what a job sets in them.
+"""Scripts: templates rendered with the defaults of a variant, and what a job sets in them.
 
 A template lies in ``templates/<name>.<extension>.j2`` of an engine's folder, or, where the case
 belongs to another package, in ``<package>/templates/<engine>/``. Jinja sees every default as
 :meth:`ScriptSource.literal` writes it, and all as ``defaults``, with ``name`` (the file),
 ``version``, ``variant``, ``note``, and ``allowed``: what the variables that the script declares
 may be.
+
+An engine with a template ``scene.<extension>.j2`` takes scenes: one script, whose values are the
+data of a :class:`~harness.parameters.plane_scene.Scene`, runs every case that has a scene and no
+template of its own. It is rendered for each, under the case's name, with the scene of the main
+variant as defaults.
 """
 
 from __future__ import annotations
@@ -16,6 +17,8 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import inspect
+import json
+import math
 import re
 import threading
 import traceback
@@ -31,7 +34,8 @@ from harness import __version__
 from harness.engines.border import who
 from harness.engines.contract import Engine, Job, Template, Value, Values
 from harness.errors import EngineError, HarnessError, RequestError
-from harness.parameters.allowed import Allowed
+from harness.parameters.allowed import COUNT, Allowed
+from harness.parameters.plane_scene import LOOK, Scene
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -139,13 +143,67 @@ class Script:
         return {}
 
 
+Datum = Value | list[float] | list[int]
+"""A value of a script: one of a job, or a list of those of the spheres of a scene."""
+
+LONG = 85
+"""Characters of a list that still stands in one line of a script."""
+
+SCENE = "scene"
+"""The template of the script that takes scenes."""
+
+POSITIVE = Allowed(bounds={"exclusiveMinimum": 0})
+SCENE_ALLOWED = {
+    "stiffness": POSITIVE,
+    "mass": POSITIVE,
+    "diameter": POSITIVE,
+    "step": POSITIVE,
+    "steps": COUNT,
+    "damping": Allowed(bounds={"minimum": 0}),
+    "period": Allowed(bounds={"minimum": 0}),
+    "every": Allowed(whole=True, bounds={"minimum": 0}),
+    "tail": Allowed(words=("attractive", "clipped")),
+}
+"""What the data of a scene may be, for scripts that are run by hand."""
+
+
+def scene_values(scene: Scene) -> dict[str, Datum]:
+    """Return the data of a scene by their names in scripts, SI; the dashpot as its coefficient."""
+    mass, shared = float(scene.mass[0]), 0.5 if scene.effective_mass == "half" else 1.0
+    damping = 2.0 * scene.damping_ratio * math.sqrt(scene.stiffness * mass * shared)
+    (x, y), (vx, vy) = scene.position.T.tolist(), scene.velocity.T.tolist()
+    return {
+        **{"x": x, "y": y, "vx": vx, "vy": vy, "fixed": [int(one) for one in scene.fixed]},
+        **{"mass": mass, "diameter": float(scene.diameter[0]), "period": scene.period or 0.0},
+        **{"gravity_x": scene.gravity[0], "gravity_y": scene.gravity[1]},
+        **{"stiffness": scene.stiffness, "damping": damping, "tail": scene.tail},
+        **{"step": scene.step, "steps": scene.steps, "every": scene.every or 0},
+        "forces": int(scene.forces),
+        "places": [stage.place for stage in scene.stages],
+        "floors": [stage.floor for stage in scene.stages],
+    }
+
+
+def unstated(scene: Scene) -> str:
+    """Return why scripts cannot take a scene, or nothing where they can."""
+    if scene.columns is not None:
+        return "it holds no particles to the axis of a column"
+    if scene.fixed[0]:
+        return "its first sphere is mobile"
+    if len({*scene.mass.tolist()}) > 1 or len({*scene.diameter.tolist()}) > 1:
+        return "its spheres are equal"
+    if scene.stages and scene.period is None:
+        return "its stages are those of an endless row"
+    return ""
+
+
 @dataclass(frozen=True)
 class Task:
     """A job with its script and the values that are set in it, by the script's names."""
 
     job: Job
     script: Script
-    values: Values
+    values: Mapping[str, Any]
 
 
 class ScriptSource(Engine):
@@ -168,9 +226,12 @@ class ScriptSource(Engine):
     jinja: ClassVar[Mapping[str, bool]] = {}
 
     @classmethod
-    def literal(cls, value: Value) -> str:
-        """Return a value as the code's command line and scripts write it, at full precision."""
-        return str(value)
+    def literal(cls, value: Datum) -> str:
+        """Return a value as the code's scripts write it, at full precision; long lists in lines."""
+        text = str(value)
+        if isinstance(value, list) and len(text) > LONG:
+            return "[" + "".join(f"\n        {one}," for one in value) + "\n    ]"
+        return text
 
     @classmethod
     def declared(cls, text: str) -> frozenset[str]:
@@ -188,13 +249,27 @@ class ScriptSource(Engine):
         return {}
 
     @classmethod
+    def scene_values(cls, scene: Scene) -> dict[str, Datum]:
+        """Return the data of a scene by the names of the engine's script."""
+        return scene_values(scene)
+
+    @classmethod
     def states(cls, template: Template) -> bool:
-        """Return whether there is a script template of this name, or one was rendered."""
+        """Return whether there is a script of this name, or one was rendered, or of its scene."""
         key = (cls, template.package, template.name)
         with _LOCK:
             if any(known[:3] == key for known in _RENDERED):
                 return True
-        return cls._source(template) is not None
+        return cls._source(template) is not None or cls.takes_scene(template)
+
+    @classmethod
+    def takes_scene(cls, template: Template) -> bool:
+        """Return whether the engine's script of scenes runs a template."""
+        if template.scene is None or cls._source(template) is not None:
+            return False
+        if text_in(cls.own_folders(), f"{SCENE}.{cls.extension}.j2") is None:
+            return False
+        return not unstated(template.scene(template.variants[template.main], cls.traits.spring))
 
     @classmethod
     def script(cls, template: Template, variant: str = "") -> Script:
@@ -208,7 +283,7 @@ class ScriptSource(Engine):
             raise RequestError(
                 f"{template.name!r} has no variant {variant!r}: must be one of {known}"
             )
-        if not cls.renders_variants:
+        if not cls.renders_variants or cls.takes_scene(template):
             chosen = template.main
         key = (cls, template.package, template.name, chosen)
         with _LOCK:
@@ -230,7 +305,8 @@ class ScriptSource(Engine):
         found = {}
         for template in templates:
             if cls.states(template):
-                for variant in template.variants:
+                one = [template.main] if cls.takes_scene(template) else template.variants
+                for variant in one:
                     script = cls.script(template, variant)
                     found[f"{folder}/{script.name}".lstrip("/")] = script.text
         return found
@@ -240,6 +316,8 @@ class ScriptSource(Engine):
         reason = super().refuses(job)
         if reason:
             return reason
+        if self.takes_scene(job.template):
+            return self._refuses_scene(job)
         script, values = self.script(job.template, job.variant), self._values(job)
         fixed = self.traits.fixed_values
         for name, value in values.items():
@@ -248,6 +326,23 @@ class ScriptSource(Engine):
             if name not in fixed or fixed[name] != value:
                 return f"its script {script.name} has no variable {name!r} ({name} = {value!r})"
         return self._unused(job, script)
+
+    def _refuses_scene(self, job: Job) -> str:
+        """Return why a scene cannot be run: no value of the template's, or no such scene."""
+        known = {*job.template.variants[job.template.main], "series_every"}
+        for name, value in job.values.items():
+            if name not in known:
+                return f"template {job.template.name!r} has no value {name!r} ({name} = {value!r})"
+        try:
+            return unstated(self._scene(job))
+        except RequestError as error:
+            return str(error)
+
+    def _scene(self, job: Job) -> Scene:
+        """Return the scene of a job."""
+        defaults = job.template.variants[job.variant] if job.variant else {}
+        assert job.template.scene is not None
+        return job.template.scene({**defaults, **job.values}, self.traits.spring)
 
     @staticmethod
     def _unused(job: Job, script: Script) -> str:
@@ -261,12 +356,21 @@ class ScriptSource(Engine):
     def task(self, job: Job) -> Task:
         """Return a job with its script and all that is set in it; check the job before."""
         script = self.script(job.template, job.variant)
-        values = {**self._values(job), **(self.switches if job.sampled else {})}
+        values: Mapping[str, Datum]
+        if self.takes_scene(job.template):
+            values = {**self.scene_values(self._scene(job)), **self.settings(job)}
+            values = values if job.sampled else {**values, "every": 0}
+        else:
+            values = {**self._values(job), **(self.switches if job.sampled else {})}
         return Task(job, script, {n: v for n, v in values.items() if n in script.variables})
 
     def script_digest(self, job: Job) -> str:
-        """Return the SHA-256 of the script that a job runs."""
-        return self.script(job.template, job.variant).sha256
+        """Return the SHA-256 of the script that a job runs, and of the data of its scene."""
+        own = self.script(job.template, job.variant).sha256
+        if not self.takes_scene(job.template):
+            return own
+        data = json.dumps(self.scene_values(self._scene(job)), sort_keys=True)
+        return own + hashlib.sha256(data.encode()).hexdigest()
 
     def _values(self, job: Job) -> Values:
         """Return the values of a job, with the defaults of a variant that has no script."""
@@ -277,11 +381,18 @@ class ScriptSource(Engine):
     @classmethod
     def _render(cls, template: Template, variant: str) -> Script:
         source = cls._source(template)
-        if source is None:
+        stem, own = template.name, template.variants[variant]
+        known: Mapping[str, Datum] = own
+        if cls.takes_scene(template) and template.scene is not None:
+            source = f"{SCENE}.{cls.extension}.j2"
+            scene = template.scene({"series_every": LOOK, **own}, cls.traits.spring)
+            known = cls.scene_values(scene)
+        elif source is None:
             raise RequestError(f"engine {cls.name!r} has no template {template.name!r}")
-        stem = f"{template.name}-{variant}" if variant and cls.renders_variants else template.name
+        elif variant and cls.renders_variants:
+            stem = f"{template.name}-{variant}"
         name = f"{stem}.{cls.extension}"
-        defaults = {key: cls.literal(value) for key, value in template.variants[variant].items()}
+        defaults = {key: cls.literal(value) for key, value in known.items()}
         values = {
             **defaults,
             "defaults": defaults,
@@ -289,6 +400,8 @@ class ScriptSource(Engine):
             "variant": variant,
             "note": template.notes.get(variant, ""),
             "allowed": {},
+            "spring": cls.traits.spring,
+            "look": LOOK,
             **cls.context(template, variant),
         }
         folders = [*cls._folders(template), *(folder for _, folder in cls._template_folders())]
@@ -298,7 +411,8 @@ class ScriptSource(Engine):
         except EngineError as error:
             package = f" of package {template.package!r}" if template.package else ""
             raise EngineError(f"{who(cls)}: case {template.name!r}{package}: {error}") from error
-        allowed = {**template.allowed, **cls.allowed}
+        scripted = SCENE_ALLOWED if cls.takes_scene(template) else template.allowed
+        allowed = {**scripted, **cls.allowed}
         values["allowed"] = {n: one for n, one in allowed.items() if n in variables}
         return Script(name, render(values), variables)
 

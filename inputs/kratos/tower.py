@@ -367,7 +367,8 @@ def value_of(name, text):
     try:
         value = kind(text)
     except ValueError:
-        sys.exit(f"ERROR: {name} = {text}: must be a {'whole ' if kind is int else ''}number")
+        what = {int: "a whole number", list: "a list"}.get(kind, "a number")
+        sys.exit(f"ERROR: {name} = {text}: must be {what}")
     if name in ALLOWED and not ALLOWED[name][0](value):
         sys.exit(f"ERROR: {name} = {text}{ALLOWED[name][1]}")
     return value

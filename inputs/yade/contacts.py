@@ -168,7 +168,8 @@ def value_of(name, text):
     try:
         value = kind(text)
     except ValueError:
-        sys.exit(f"ERROR: {name} = {text}: must be a {'whole ' if kind is int else ''}number")
+        what = {int: "a whole number", list: "a list"}.get(kind, "a number")
+        sys.exit(f"ERROR: {name} = {text}: must be {what}")
     if name in ALLOWED and not ALLOWED[name][0](value):
         sys.exit(f"ERROR: {name} = {text}{ALLOWED[name][1]}")
     return value
@@ -222,55 +223,6 @@ class Series:
         """Write the file."""
         if self.path:
             Path(self.path).write_text("\n".join(self.lines) + "\n", encoding="utf-8")
-
-
-def leave_nothing():
-    """Remove the folder below /tmp that Yade makes at its start and does not remove."""
-    Path(O.tmpFilename()).parent.rmdir()
-
-
-def start_over(step):
-    """Empty Yade's scene, with a step [s] for the next."""
-    O.reset()
-    O.dt = step
-
-
-def sphere(place, diameter, mass, material, *, fixed=False):
-    """Add a sphere and return its body. Fixed spheres do not search for each other."""
-    body = utils.sphere(place, diameter / 2, material=material, fixed=fixed, mask=3 if fixed else 1)
-    body.state.mass = mass
-    O.bodies.append(body)
-    return body
-
-
-def engines(diameter, gravity, *, before=(), between=()):
-    """Return the engines of a step, with others before the forces, and before the motion.
-
-    The leapfrog moves v, which stands half a step behind x, and then x: with the force
-    at (x, v) this is the semi-implicit Euler scheme. Newton's own damping is off.
-    """
-    collider = InsertionSortCollider(
-        [Bo1_Sphere_Aabb()], verletDist=0.1 * diameter, avoidSelfInteractionMask=2
-    )
-    contacts = InteractionLoop(
-        [Ig2_Sphere_Sphere_ScGeom()],
-        [Ip2_ViscElMat_ViscElMat_ViscElPhys()],
-        [Law2_ScGeom_ViscElPhys_Basic()],
-    )
-    newton = NewtonIntegrator(damping=0, gravity=gravity)
-    return [*before, ForceResetter(), collider, contacts, *between, newton]
-
-
-def stated(stiffness, eta):
-    """Return a frictionless material of which two make a contact with k and eta.
-
-    Yade puts the two materials of a contact in series: each has twice the contact's values.
-    """
-    return O.materials[
-        O.materials.append(
-            ViscElMat(kn=2 * stiffness, cn=2 * eta, ks=0.0, cs=0.0, frictionAngle=0.0)
-        )
-    ]
 
 
 COLUMNS = "x_m y_m z_m vx_m_per_s vy_m_per_s vz_m_per_s wx_rad_per_s wy_rad_per_s wz_rad_per_s"
@@ -466,7 +418,8 @@ class Contact:
         places = range(1, p.bodies + 1)
         names = [f"{name}[{i}]" for name in COLUMNS.split() for i in places]
         self.series = Series(p.series, ["step", *names])
-        start_over(p.step_size)
+        O.reset()
+        O.dt = p.step_size
         self.gravity = Vector3(p.gravity_x, p.gravity_y, p.gravity_z)
         masses = [getattr(p, f"mass_{i}") for i in places]
         pair = masses[0]
@@ -562,7 +515,8 @@ class Contact:
         self.results.add("verdict", "finished")
 
 
-leave_nothing()
+# Yade makes a folder below /tmp at its start and does not remove it
+Path(O.tmpFilename()).parent.rmdir()
 for parameters in runs():
     contact = Contact(parameters)
     contact.run()

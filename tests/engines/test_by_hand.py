@@ -1,6 +1,7 @@
 """Scripts run by hand refuse what the harness refuses, in a line that names variable and range."""
 
 import ast
+import json
 import math
 import os
 import re
@@ -19,6 +20,7 @@ from harness.engines.esys.engine import RANKS, find_launcher
 from harness.engines.liggghts.engine import ALONE
 from harness.engines.output import read_dump
 from harness.engines.registry import engine_class
+from harness.engines.scripts import SCENE_ALLOWED
 from harness.errors import RequestError
 from harness.parameters.law import PLASTIC, Contact, contact_values, fewest_steps_per_contact
 from harness.parameters.tower import Tower
@@ -28,7 +30,7 @@ DECLARED = {"incline": (Incline, Contact), "tower": (Tower, Contact), "drop": (D
 PYTHON = ("yade", "kratos", "esys")
 COMMANDS = {
     "liggghts": (["liggghts", "-in"], ["-var", "angle", "45"]),
-    "yade": (["yade", "-n", "-x"], ["angle=45"]),
+    "yade": (["yade", "-n", "-x"], ["step=0"]),
     "kratos": ([sys.executable], ["angle=45"]),
     "esys": (["esysparticle"], ["angle=45"]),
 }
@@ -46,12 +48,21 @@ def beyond(one):
     return [*found, *([2.5] if one.whole else [])]
 
 
-REFUSED = [
-    (template, name, value)
-    for template in TEMPLATES
-    for name, one in template.allowed.items()
-    for value in (["sticky"] if one.words else beyond(one))
-]
+def beyond_each(allowed):
+    """Return name and value of what some ranges refuse."""
+    return [
+        (name, value)
+        for name, one in allowed.items()
+        for value in (["sticky"] if one.words else beyond(one))
+    ]
+
+
+REFUSED = [(template, *one) for template in TEMPLATES for one in beyond_each(template.allowed)]
+
+
+def allowed_in(engine, template):
+    """Return what an engine's script of a template may be told."""
+    return SCENE_ALLOWED if engine_class(engine).takes_scene(template) else template.allowed
 
 
 def _script(engine, template):
@@ -59,8 +70,13 @@ def _script(engine, template):
 
 
 def refused_in(engine):
-    """Return those that the scripts of an engine declare."""
-    return [one for one in REFUSED if one[1] in _script(engine, one[0]).variables]
+    """Return those of what the scripts of an engine declare."""
+    return [
+        (template, *one)
+        for template in TEMPLATES
+        for one in beyond_each(allowed_in(engine, template))
+        if one[0] in _script(engine, template).variables
+    ]
 
 
 @pytest.mark.parametrize(("template", "name", "value"), REFUSED)
@@ -128,7 +144,7 @@ def test_one_variable_writes_a_dump_for_ovito_and_thermo_shows_the_motion(lmp, t
 
 def _reader(script, *more):
     """Return the part of a Python script that reads its parameters, as it stands in it."""
-    found = {"sys": sys, "math": math}
+    found = {"sys": sys, "math": math, "json": json}
     for node in ast.parse(script.text).body:
         target = node.targets[0] if isinstance(node, ast.Assign) else node
         if getattr(target, "id", getattr(target, "name", "")) in (
@@ -147,7 +163,7 @@ def _reader(script, *more):
 )
 def test_scripts_in_python_say_the_same(engine, template, name, value):
     found = _reader(_script(engine, template))
-    one = template.allowed[name]
+    one = allowed_in(engine, template)[name]
     whole = value == 2.5 and one.whole
     told = ": must be a whole number" if whole else f"{one.unit and ' '}{one.unit}: {one.text}"
     with pytest.raises(SystemExit) as ended:
@@ -212,5 +228,7 @@ def test_other_codes_end_with_the_same_words(tmp_path, name):
             check=False,
         )
         said, code = done.stdout + done.stderr, done.returncode
-    assert f"ERROR: angle = 45 deg: {INCLINE.allowed['angle'].text}" in said
+    asked, value = words[-1].partition("=")[::2] if "=" in words[-1] else words[-2:]
+    one = allowed_in(name, INCLINE)[asked]
+    assert f"ERROR: {asked} = {value}{one.unit and ' '}{one.unit}: {one.text}" in said
     assert code != 0

@@ -145,8 +145,11 @@ def scene_of(values: Mapping[str, Any], spring: Spring) -> Scene:
     """Return the tower as arrays, along x, the grain first; gravity along x."""
     case = case_of(values)
     count, d = case.particles, case.each("diameter")[0]
-    step = case.contact_period / values["steps_per_contact"]
-    place = d * np.arange(count) + np.array(start_displacements(case))
+    # step and gaps are as the LAMMPS script has them, to the last digit
+    omega = math.sqrt(case.each("stiffness")[0] / case.each("mass")[0])
+    step = math.pi / omega / values["steps_per_contact"]
+    apart = np.arange(count) * case.gap
+    place = np.arange(count) * (d + case.gap) + (np.array(start_displacements(case)) - apart)
     return Scene(
         position=np.column_stack([place, np.zeros(count)]),
         velocity=np.array([[case.speed, 0.0], *[[0.0, 0.0]] * (count - 1)]),

@@ -14,7 +14,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, ClassVar
 
-from harness.engines.contract import Template, Value, Values
+from harness.engines.contract import Template, Values
 from harness.engines.output import Output, Table, read_csv, read_dump
 from harness.engines.process import (
     FAULTS,
@@ -27,7 +27,7 @@ from harness.engines.process import (
     text_of,
 )
 from harness.engines.programs import ScriptedEngine
-from harness.engines.scripts import Script, Task
+from harness.engines.scripts import Datum, Script, Task
 from harness.errors import (
     EngineError,
     EngineInputError,
@@ -137,8 +137,10 @@ class LammpsLanguage(ScriptedEngine):
     """What the documentation calls the program."""
 
     @classmethod
-    def literal(cls, value: Value) -> str:
-        """Return the shortest text that reads back as the same number."""
+    def literal(cls, value: Datum) -> str:
+        """Return the shortest text that reads back as the same number, a list as words."""
+        if isinstance(value, list):
+            return " ".join(map(cls.literal, value))
         return repr(value).removesuffix(".0") if isinstance(value, float) else str(value)
 
     @classmethod

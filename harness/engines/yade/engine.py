@@ -1,25 +1,21 @@
-"""Yade as an engine of the harness, and the contacts with friction that it states.
+"""Yade as an engine of the harness: generated scripts that it runs in its own Python.
 
-Contacts with friction in Yade: laws and rules, read off the source.
-
-Yade as an engine of the harness: it runs a generated script in its own Python.
-
-A script takes its runs as a list in a JSON file, and writes what each left when it is over.
+A script takes its runs as a list in a JSON file, and writes what each left when it is over. The
+contacts with friction that it states, their laws and rules, are read off the source.
 """
 
 from __future__ import annotations
 
-import json
 import os
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import ClassVar
 
-from harness.engines.output import Output
 from harness.engines.process import first_text, first_words
 from harness.engines.programs import (
     OF_PYTHON,
+    RUNS,
     ScriptedEngine,
     program_files,
     tree_files,
@@ -36,7 +32,7 @@ from harness.engines.traits import (
     never_attracts,
     takes,
 )
-from harness.errors import EngineMissingError, EngineNaNError
+from harness.errors import EngineMissingError
 from harness.observables.provenance import Provenance
 
 RULES = {
@@ -205,32 +201,11 @@ class Yade(ScriptedEngine):
 
     def command(self, folder: Path, tasks: Sequence[Task]) -> list[str]:  # noqa: ARG002
         """Return the words that run a list of runs without a window, and end then."""
-        return [self.program, "-n", "-x", tasks[0].script.name, "runs.json"]
+        return [self.program, "-n", "-x", tasks[0].script.name, RUNS]
 
     def command_line(self, task: Task) -> str:
         """Return the command that runs a task again by hand."""
-        words = " ".join(f"{name}={value}" for name, value in task.values.items())
-        return f"yade -n -x {task.script.name} {words}"
-
-    def write(self, folder: Path, tasks: Sequence[Task]) -> None:
-        """Write the script and the list of runs, each with the files that it writes."""
-        super().write(folder, tasks)
-        runs = [
-            {
-                **task.values,
-                "series": f"{index}.csv" if task.job.sampled else "",
-                "results": f"{index}.txt",
-            }
-            for index, task in enumerate(tasks)
-        ]
-        (folder / "runs.json").write_text(json.dumps(runs), encoding="utf-8")
-
-    def read_job(self, folder: Path, index: int, task: Task, seconds: float) -> Output:
-        """Return the output of a finished run; raise EngineNaNError for one that overflowed."""
-        output = super().read_job(folder, index, task, seconds)
-        if output.text("verdict") == "not_a_number":
-            raise EngineNaNError(f"{self.title} met a place or velocity that is not a number")
-        return output
+        return f"yade -n -x {task.script.name} {self.words(task)}"
 
     def environment(self, folder: Path) -> Mapping[str, str]:
         """Return the environment of a Yade that keeps to its own Python and writes here only.

@@ -8,6 +8,7 @@ import pytest
 from harness.cases.drop.case import Drop
 from harness.cases.incline.system import Incline
 from harness.engines.output import Output, read_csv, results_in
+from harness.engines.programs import with_stages
 from harness.engines.yade.engine import Yade
 from harness.observables.provenance import Provenance
 from harness.parameters.law import PLASTIC
@@ -43,7 +44,7 @@ def recorded():
         tables = {}
         if path.is_file():
             tables["series"] = read_csv(series(path.read_text(encoding="utf-8")), Yade.traits.title)
-        return Output(results_in(log), WHO, tables, log, seconds=1.0)
+        return with_stages(Output(results_in(log), WHO, tables, log, seconds=1.0))
 
     return read
 

@@ -1,5 +1,4 @@
 import ast
-import math
 import re
 
 import pytest
@@ -10,6 +9,7 @@ from harness.cases.incline import system as inclines
 from harness.cases.incline.system import Incline
 from harness.cases.tower import system as towers
 from harness.cases.tower.system import timing_of
+from harness.engines.scripts import scene_values
 from harness.engines.yade.engine import Yade
 from harness.parameters.law import CLIPPED, PLASTIC
 
@@ -57,18 +57,15 @@ def test_a_job_sets_parameters_that_the_script_has_in_types_that_it_keeps(contac
         task = source.task(job)
         assert source.refuses(job) == ""
         has = defaults(task.script)
-        # Yade's tails are clipped and its law is the overlap law's: nothing to set
-        assert set(job.values) - set(task.values) <= {"tail", "law"}
+        # Yade's tails are clipped: nothing to set
+        scene = job.template.scene(job.values, "linear")
+        assert set(scene_values(scene)) - set(task.values) == {"tail"}
         assert all(type(has[name]) is type(value) for name, value in task.values.items())
-
-
-def test_numbers_of_the_defaults_are_exact():
-    assert defaults(Yade.script(inclines.TEMPLATE))["density"] == 6.0 / math.pi
 
 
 @SCRIPTS
 def test_the_traps_of_yade_are_spelled_out(script):
-    assert "kn=2 * stiffness, cn=2 * eta" in script.text
+    assert "kn=2 * p.stiffness, cn=2 * p.damping" in script.text
     assert "NewtonIntegrator(damping=0, " in script.text
 
 
@@ -76,7 +73,7 @@ def test_the_traps_of_yade_are_spelled_out(script):
     ("values", "reason"),
     [
         ({"law": "deformable"}, r"it has the overlap law only \(law = 'deformable'\)"),
-        ({"rolling": 0.1}, r"script tower\.py has no variable 'rolling' \(rolling = 0\.1\)"),
+        ({"rolling": 0.1}, r"template 'tower' has no value 'rolling' \(rolling = 0\.1\)"),
     ],
 )
 def test_what_yade_cannot_state_is_refused(tower, values, reason):
