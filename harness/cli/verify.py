@@ -213,6 +213,7 @@ class VerifyOptions:
     no_baseline: bool = False
     tolerances: Path | None = None
     strict: bool = False
+    png: bool = False
     verbose: bool = False
 
     @property
@@ -298,7 +299,7 @@ def _key(asked: VerifyOptions, engine: EngineOptions) -> str | None:
         asked.level,
         cases=[case.name for case in chosen_cases(asked.cases)],
         engine=engine.engine,
-        beside={"baseline": against, "strict": asked.strict},
+        beside={"baseline": against, "strict": asked.strict, "png": asked.png},
         **engine.opening(engine.engine, engine.integrator),
     )
 
@@ -346,6 +347,6 @@ def _measured(
         )
         progress("figures and report", 0, 1)
         record = found.record()
-        write(found, folder, sections(found))
+        write(found, folder, sections(found), png=asked.png)
         progress("figures and report", 1, 1)
         return {**record, "cached": False, **runs_made(opened)}
