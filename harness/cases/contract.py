@@ -55,7 +55,7 @@ from harness.errors import EngineError, EngineOutputError, EngineUndecidedError,
 from harness.observables.provenance import Observable, Provenance, numbers
 from harness.observables.reference import ReferencePoints
 from harness.parameters.base import Parameters
-from harness.report.sections import Drawing, Section, Table
+from harness.report.sections import Drawing, Opening, Section, Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -166,7 +166,7 @@ class Words:
     """
 
     def __init__(self, module: str) -> None:
-        self._told = _beside(module)
+        self._told, self._folder = _beside(module), Path(module).parent
 
     def drawing(self, name: str, draw: Callable[[], Figure], **values: Any) -> Drawing:
         """Return a figure by its name, which is that of its file; raise KeyError for another."""
@@ -179,6 +179,18 @@ class Words:
         told = self._told["sections"][name]
         further = parts.pop("paragraphs", ())
         return Section(told["title"], (*told.get("paragraphs", ()), *further), **parts)
+
+    def opening(self, figure: str = "", **values: Any) -> Opening:
+        """Return what the case answers, with ``sketch.svg`` beside it; raise KeyError for none."""
+        told = self._told["opening"]
+        return Opening(
+            told["title"],
+            (self._folder / "sketch.svg").read_text("utf-8"),
+            tuple(step.format(**values) for step in told["steps"]),
+            told["source"],
+            tuple(told["terms"].items()),
+            figure,
+        )
 
     def table(
         self,

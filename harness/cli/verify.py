@@ -223,6 +223,8 @@ class VerifyOptions:
     """Named overrides of the regression tolerances, TOML. [default: inputs/tolerances.toml]"""
     strict: bool = False
     """Exit status 1 also where a check was not tested."""
+    png: bool = False
+    """Write every figure as PNG too, beside SVG."""
     verbose: bool = False
     """Print every check, not only those that failed."""
 
@@ -319,7 +321,7 @@ def _key(asked: VerifyOptions, engine: EngineOptions) -> str | None:
         asked.level,
         cases=[case.name for case in chosen_cases(asked.cases)],
         engine=engine.engine,
-        beside={"baseline": against, "strict": asked.strict},
+        beside={"baseline": against, "strict": asked.strict, "png": asked.png},
         **engine.opening(engine.engine, engine.integrator),
     )
 
@@ -367,6 +369,6 @@ def _measured(
         )
         progress("figures and report", 0, 1)
         record = found.record()
-        write(found, folder, sections(found))
+        write(found, folder, sections(found), png=asked.png)
         progress("figures and report", 1, 1)
         return {**record, "cached": False, **runs_made(opened)}

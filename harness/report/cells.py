@@ -20,33 +20,27 @@ from harness.report.templating import environment
 from harness.shown import in_words
 
 FOLDER = "cells"
-HEAD = (
-    "system",
-    "verdict",
-    "quantity",
-    "value",
-    "uncertainty",
-    "reference",
-    "by",
-    "unit",
-    "error",
-    "tolerance",
-    "order",
-    "95 % interval",
-)
 GONE = "no longer there:"
 """With which the note of a row begins whose known defect is gone."""
-NUMERIC = frozenset({3, 4, 5, 8, 9, 10, 11})
+CHANGED = (
+    "Each row repeats a run with one thing changed that must not matter. The number is the largest "
+    "difference of the two motions, over the size of what differs; allowed is what round-off can "
+    "make of it, for the reason given."
+)
+"""What an invariance is."""
+UNCERTAIN = (
+    "Where the uncertainty is larger than the value, the value is 0 as far as can be told: "
+    "the uncertainty is how far the limit of a small step may still move."
+)
+
+VALUES, INVARIANCES = "Limits of a small step", "What must not change a run"
 
 Place = tuple[str, str, str]
 
 
 @dataclass(frozen=True)
 class Group:
-    """Plots that stand together under a name: title, caption and picture, empty without points.
-
-    A caption that stood on the page before is empty.
-    """
+    """Plots that stand together under a name: title, caption and picture, empty without points."""
 
     name: str
     plots: tuple[tuple[str, str, str], ...]
@@ -54,12 +48,21 @@ class Group:
 
 @dataclass(frozen=True)
 class Rows:
-    """A table of rows: its title, what is noted of them, and the reasons of their tolerances."""
+    """A table of rows: its title, what is noted of them, and the reasons of their tolerances.
+
+    Those of an ``invariance`` have other columns.
+    """
 
     title: str
     rows: tuple[Mark, ...]
     notes: tuple[str, ...]
     reasons: tuple[str, ...]
+    invariance: bool
+
+    @property
+    def ordered(self) -> bool:
+        """Return whether an error of any row falls with the step at an order that is known."""
+        return any(row.order != "-" for row in self.rows)
 
 
 @dataclass(frozen=True)
@@ -100,10 +103,9 @@ def cell_pages(found: Verification, drawn: Sequence[Drawn]) -> Iterator[tuple[st
             tables=_tables(own, found),
             said=partial(_said, found=found),
             defects=_defects(own, found),
-            head=HEAD,
-            numeric=NUMERIC,
             scripts=_scripts(cell, found),
             look=look,
+            changed=CHANGED,
             who=_who(text, found),
         )
         yield places[text.place], told
@@ -111,16 +113,10 @@ def cell_pages(found: Verification, drawn: Sequence[Drawn]) -> Iterator[tuple[st
 
 def _groups(cell: DrawnCell) -> list[Group]:
     """Return the plots of a cell, those of each system together."""
-    seen: set[tuple[str, str]] = set()
-    found = []
-    for name, plots in groupby(cell.plots, key=lambda pair: pair[0].group):
-        shown = []
-        for plot, picture in plots:
-            told = (plot.title, plot.caption)
-            shown.append((plot.title, "" if told in seen else plot.caption, picture))
-            seen.add(told)
-        found.append(Group(name, tuple(shown)))
-    return found
+    return [
+        Group(name, tuple((plot.title, plot.caption, picture) for plot, picture in plots))
+        for name, plots in groupby(cell.plots, key=lambda pair: pair[0].group)
+    ]
 
 
 def _defects(rows: Sequence[Mark], found: Verification) -> list[Shown]:
@@ -170,20 +166,15 @@ def _in_order(rows: Sequence[Mark], systems: Sequence[str]) -> list[Mark]:
 
 def _tables(rows: Sequence[Mark], found: Verification) -> list[Rows]:
     """Return the rows of values, and those of what must not change a run."""
-    parts = {
-        "Limits of a small step": [row for row in rows if not row.cell.invariance],
-        "The same run told in other ways": [row for row in rows if row.cell.invariance],
-    }
-    return [
-        Rows(
-            title,
-            tuple(own),
-            tuple(_notes(own, found)),
-            tuple(dict.fromkeys(row.check.why for row in own if row.check.why)),
-        )
-        for title, own in parts.items()
-        if own
-    ]
+    found_rows = []
+    for title, invariance in ((VALUES, False), (INVARIANCES, True)):
+        own = [row for row in rows if bool(row.cell.invariance) is invariance]
+        reasons = dict.fromkeys(row.check.why for row in own if row.check.why and not invariance)
+        notes = [*_notes(own, found)]
+        if any(row.check.uncertainty > abs(row.check.value) for row in own):
+            notes.append(UNCERTAIN)
+        found_rows.append(Rows(title, tuple(own), tuple(notes), tuple(reasons), invariance))
+    return [one for one in found_rows if one.rows]
 
 
 def _notes(rows: Sequence[Mark], found: Verification) -> Iterator[str]:

@@ -29,7 +29,7 @@ from harness.files import whole_folder
 from harness.report.cells import FOLDER, addresses, cell_pages
 from harness.report.ci import junit, report_markdown, section_markdown, short_markdown
 from harness.report.figures import changes as draw_changes
-from harness.report.gallery import data_uri, draw_sections, picture, size, write_drawn
+from harness.report.gallery import Drawn, data_uri, draw_sections, picture, size, write_drawn
 from harness.report.matrix import defect_scripts
 from harness.report.page import WIDE, Shown, html_page, look, parts_of
 from harness.report.plain import json_text, markdown_text, safe_path, write_csv
@@ -64,20 +64,23 @@ def check_writable(folder: Path) -> None:
         raise RequestError(f"--output {folder}: cannot be written ({error.strerror})") from None
 
 
-def write(found: Verification, folder: Path, sections: Sequence[Section] = ()) -> None:
+def write(
+    found: Verification, folder: Path, sections: Sequence[Section] = (), *, png: bool = False
+) -> None:
     """Write results, pages, figures, scripts and logs into a folder.
 
     results.json with its schema, results.csv, junit.xml; report.html, report.md and
     summary.md, which is short; figures/, scripts/ and logs/; cells/ with a page for each cell of
     the matrix; defects/ with the scripts that show known ones. ``sections`` are those of the cases;
-    series that diverged and other engines have sections of their own before them.
+    series that diverged and other engines have sections of their own before them. Figures are SVG,
+    with ``png`` PNG too.
 
     Raise RequestError as :func:`check_folder` does.
     """
     check_folder(folder)
     with whole_folder(folder) as aside:
         aside.mkdir()
-        _fill(found, aside, [*_own_sections(found), *sections])
+        _fill(found, aside, draw_sections([*_own_sections(found), *sections], png=png))
 
 
 def _own_sections(found: Verification) -> list[Section]:
@@ -86,8 +89,7 @@ def _own_sections(found: Verification) -> list[Section]:
     return [diverged, *engines] if diverged.drawings else engines
 
 
-def _fill(found: Verification, folder: Path, sections: Sequence[Section]) -> None:
-    drawn = draw_sections(sections)
+def _fill(found: Verification, folder: Path, drawn: Sequence[Drawn]) -> None:
     write_drawn(drawn, folder)
     logs = {f"{safe_path(name)}.log": text for name, text in found.logs.items()}
     logs |= {check.log_name: check.log for check in found.checks if check.log}
@@ -138,7 +140,7 @@ def write_study(
     All aside first, then renamed. Raise RequestError for a folder that holds something.
     """
     check_folder(folder)
-    drawn = draw_sections(sections)
+    drawn = draw_sections(sections, png=True)
     lines = [f"# {markdown_text(page.title)}", "", markdown_text(page.question), ""]
     lines += [f"- **{markdown_text(sentence)}**" for sentence in page.verdict]
     lines.append("")

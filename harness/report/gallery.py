@@ -23,6 +23,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
@@ -35,7 +36,7 @@ from PIL import Image as Pillow
 from harness.files import end_with
 from harness.report.plain import one_line, safe_path
 from harness.report.sections import CellText, Drawing, Film, Line, Plot, Section
-from harness.report.style import COLOURS, house_style, plain_powers
+from harness.report.style import COLOURS, house_style, lay_out, plain_powers
 from harness.report.templating import environment
 
 if TYPE_CHECKING:
@@ -330,13 +331,13 @@ def _unpacked(colours: NDArray[np.uint32]) -> Image:
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure as SVG and PNG, with its title and one sentence on what it shows."""
+    """A figure as SVG, with its title and one sentence on what it shows; PNG where asked for."""
 
     name: str
     title: str
     caption: str
     svg: str
-    png: bytes
+    png: bytes = b""
 
 
 @dataclass(frozen=True)
@@ -370,8 +371,10 @@ class Drawn:
     reels: tuple[Reel, ...] = ()
 
 
-def draw_sections(sections: Sequence[Section]) -> list[Drawn]:
+def draw_sections(sections: Sequence[Section], *, png: bool = False) -> list[Drawn]:
     """Return the sections with their figures; names of figures are made unique file names.
+
+    Figures are drawn as SVG, with ``png`` as PNG too, which costs as much again.
 
     A figure that cannot be drawn is named with the error: the others, and the report, do not
     depend on it.
@@ -383,7 +386,7 @@ def draw_sections(sections: Sequence[Section]) -> list[Drawn]:
         seen[name] += 1
         drawings.append((name if seen[name] == 1 else f"{name}-{seen[name]}", drawing))
     cells = [cell for section in sections for cell in section.cells]
-    done = _all_drawn([*drawings, *cells])
+    done = _all_drawn([*drawings, *cells], png=png)
     outcomes, plotted = iter(done[: len(drawings)]), iter(done[len(drawings) :])
     drawn = []
     for section in sections:
@@ -402,7 +405,8 @@ def write_drawn(drawn: Sequence[Drawn], folder: Path) -> None:
     (folder / "figures").mkdir()
     for picture in (picture for part in drawn for picture in part.pictures):
         (folder / "figures" / f"{picture.name}.svg").write_text(picture.svg, encoding="utf-8")
-        (folder / "figures" / f"{picture.name}.png").write_bytes(picture.png)
+        if picture.png:
+            (folder / "figures" / f"{picture.name}.png").write_bytes(picture.png)
     for reel in (reel for part in drawn for reel in part.reels):
         (folder / "movies").mkdir(exist_ok=True)
         (folder / "movies" / f"{reel.name}.gif").write_bytes(reel.gif)
@@ -438,33 +442,33 @@ def _cell(text: CellText, plots: Picture | Plots | str) -> DrawnCell:
     return DrawnCell(text, (), (str(plots),))
 
 
-def _all_drawn(drawings: Sequence[Named | CellText]) -> list[Picture | Plots | str]:
+def _all_drawn(drawings: Sequence[Named | CellText], *, png: bool) -> list[Picture | Plots | str]:
     """Return each figure, or why it could not be drawn, over the cores where a process can fork.
 
     A forked process has the runs that figures are drawn from; another would have to be sent them.
     """
     if sys.platform != "linux" or len(drawings) < 2:
-        return [_drawn(one) for one in drawings]
+        return [_drawn(one, png=png) for one in drawings]
     import matplotlib.backends.backend_agg
     import matplotlib.backends.backend_svg  # noqa: F401 - once, for all processes
 
-    _of_workers[:] = drawings
+    _of_workers[:] = [partial(_drawn, one, png=png) for one in drawings]
     workers, fork = len(os.sched_getaffinity(0)), multiprocessing.get_context("fork")
     try:
         with ProcessPoolExecutor(workers, fork, _begin_worker, (os.getpid(),)) as pool:
             return list(pool.map(_drawn_in_worker, range(len(drawings))))
     except BrokenProcessPool:
-        return [_drawn(one) for one in drawings]
+        return [_drawn(one, png=png) for one in drawings]
     finally:
         _of_workers.clear()
 
 
-_of_workers: list[Named | CellText] = []
-"""The figures as a forked process finds them."""
+_of_workers: list[Callable[[], Picture | Plots | str]] = []
+"""What draws each figure, as a forked process finds them."""
 
 
 def _drawn_in_worker(index: int) -> Picture | Plots | str:
-    return _drawn(_of_workers[index])
+    return _of_workers[index]()
 
 
 def _begin_worker(parent: int) -> None:
@@ -473,22 +477,25 @@ def _begin_worker(parent: int) -> None:
     sys.stdout, sys.stderr = sys.__stdout__, sys.__stderr__
 
 
-def _drawn(what: Named | CellText) -> Picture | Plots | str:
+def _drawn(what: Named | CellText, *, png: bool) -> Picture | Plots | str:
     title = ", ".join(what.place) if isinstance(what, CellText) else what[1].title
     try:
         if isinstance(what, CellText):
             return tuple((plot, svg(plot)) for plot in what.plots())
         name, drawing = what
-        return picture(name, drawing.title, drawing.caption, drawing.draw)
+        return picture(name, drawing.title, drawing.caption, drawing.draw, png=png)
     except Exception as error:  # code of a plug-in, anything can go wrong in it
         reason = one_line(f"{type(error).__name__}: {error}")
         return f"Figure {title!r} could not be drawn: {reason}"
 
 
-def picture(name: str, title: str, caption: str, draw: Callable[[], Figure]) -> Picture:
-    """Return what ``draw`` draws in the house style, the same bytes for the same figure."""
-    import io
+def picture(
+    name: str, title: str, caption: str, draw: Callable[[], Figure], *, png: bool = False
+) -> Picture:
+    """Return what ``draw`` draws in the house style, the same bytes for the same figure.
 
+    As SVG, with ``png`` as PNG too.
+    """
     import matplotlib as mpl
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.backends.backend_svg import FigureCanvasSVG
@@ -496,15 +503,13 @@ def picture(name: str, title: str, caption: str, draw: Callable[[], Figure]) -> 
     with house_style():
         figure = draw()
         plain_powers(figure)
-        engine = figure.get_layout_engine()
-        if engine is not None:  # much of the work: once for both formats
-            engine.execute(figure)
-            figure.set_layout_engine("none")
-        vector, png = io.StringIO(), io.BytesIO()
+        lay_out(figure)
+        vector, bitmap = io.StringIO(), io.BytesIO()
         # savefig would draw each of them twice, the first time for the layout
         canvas: Any = FigureCanvasSVG(figure)
         canvas.print_svg(vector, metadata={"Date": None})
-        figure.dpi = mpl.rcParams["savefig.dpi"]
-        canvas = FigureCanvasAgg(figure)
-        canvas.print_png(png, metadata={"Software": None})
-    return Picture(name, title, caption, compact(vector.getvalue()), png.getvalue())
+        if png:
+            figure.dpi = mpl.rcParams["savefig.dpi"]
+            canvas = FigureCanvasAgg(figure)
+            canvas.print_png(bitmap, metadata={"Software": None})
+    return Picture(name, title, caption, compact(vector.getvalue()), bitmap.getvalue())

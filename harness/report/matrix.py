@@ -66,14 +66,14 @@ class Mark:
 
     @property
     def order(self) -> str:
-        """Return the observed order; a dash where there is none to be told."""
-        return "-" if math.isnan(self.cell.order) else f"{self.cell.order:.2f}"
+        """Return the observed order; a dash where no error is known to fall with the step."""
+        return f"{self.cell.order:.2f}" if self.cell.order_low > 0.0 else "-"
 
     @property
     def interval(self) -> str:
         """Return the interval of the order."""
         low, high = self.cell.order_low, self.cell.order_high
-        return "-" if math.isnan(self.cell.order) else f"{low:.2f} to {high:.2f}"
+        return "-" if self.order == "-" else f"{low:.2f} to {high:.2f}"
 
     @property
     def title(self) -> str:

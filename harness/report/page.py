@@ -13,9 +13,10 @@ from dataclasses import dataclass, replace
 from harness.comparison.verdicts import Check, Verdict
 from harness.comparison.verification import Verification
 from harness.report import text
+from harness.report.causes import Cause, Place, causes
 from harness.report.gallery import Drawn, Picture, data_uri, size, titles
 from harness.report.matrix import matrices
-from harness.report.sections import Section, Table
+from harness.report.sections import Opening, Section, Table
 from harness.report.templating import environment, tail
 from harness.report.text import SEVERITY, by_severity, headline, summaries
 
@@ -110,6 +111,15 @@ class FilmShown:
 
 
 @dataclass(frozen=True)
+class OpeningShown:
+    """What a case answers, with its figure as the page shows it, None without one."""
+
+    opening: Opening
+    figure: Shown | None
+    failures: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Part:
     """A section as the page shows it; ``id`` is unique among the sections."""
 
@@ -137,6 +147,7 @@ def html_page(
     template = environment().get_template("report.html.j2")
     rows = rows_of(found)
     kinds = summaries(found.checks)
+    gallery = [one for one in drawn if not one.section.title and one.section.opening is None]
     return template.render(
         headline=headline(found.checks, found.untested_cases),
         outcome=_outcome(found),
@@ -144,21 +155,46 @@ def html_page(
         told=[(h.name, text.expected(h), text.measured(h)) for h in found.headlines],
         summaries=kinds,
         rows=rows,
-        failed=[row for row in rows if row.check.verdict is Verdict.FAIL],
+        openings=[_opening(one) for one in drawn if one.section.opening],
+        causes=[(cause, rows_in(cause, rows)) for cause in causes(found, commands(drawn))],
+        findings=[row for row in rows if row.check.verdict is Verdict.FINDING],
+        titles=titles(drawn),
         names=COLUMNS,
         numeric=NUMERIC,
         kinds=[s.kind for s in kinds],
         verdicts=[v for v in SEVERITY if any(c.verdict is v for c in found.checks)],
+        meanings=text.KINDS,
         matrices=matrices([(row.check, row.id) for row in rows], titles(drawn)),
         cells=cells or {},
         parts_of_page=parts_of(drawn),
-        pictures=figures([p for d in drawn if not d.section.title for p in d.pictures]),
-        failures=[f for d in drawn if not d.section.title for f in d.failures],
+        pictures=figures([p for d in gallery for p in d.pictures]),
+        failures=[f for d in gallery for f in d.failures],
         scripts=found.scripts,
         logs=found.logs,
         provenance=text.provenance(found),
         look=look,
     )
+
+
+def commands(drawn: Sequence[Drawn]) -> dict[Place, list[str]]:
+    """Return what runs the first system of each cell again."""
+    return {
+        cell.text.place: [command for _, command in cell.text.commands[:2]]
+        for part in drawn
+        for cell in part.cells
+    }
+
+
+def rows_in(cause: Cause, rows: Sequence[Row]) -> list[Row]:
+    """Return the rows of a cause as the page shows them."""
+    own = {id(check) for check in cause.rows}
+    return [row for row in rows if id(row.check) in own]
+
+
+def _opening(drawn: Drawn) -> OpeningShown:
+    assert drawn.section.opening is not None
+    shown = figures(drawn.pictures)
+    return OpeningShown(drawn.section.opening, shown[0] if shown else None, drawn.failures)
 
 
 def look(table: Table, column: int) -> str:

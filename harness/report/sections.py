@@ -10,8 +10,8 @@ Make the section on series that left the band about their reference.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -36,6 +36,21 @@ class Table:
     rows: tuple[tuple[str, ...], ...]
     numeric: frozenset[int] = frozenset()
     prose: frozenset[int] = frozenset()
+
+    @property
+    def filled(self) -> Table:
+        """Return the table without the columns that have no value in any row."""
+        kept = [n for n in range(len(self.head)) if any(row[n] for row in self.rows)]
+        if len(kept) == len(self.head) or not self.rows:
+            return self
+        place = {n: new for new, n in enumerate(kept)}
+        return replace(
+            self,
+            head=tuple(self.head[n] for n in kept),
+            rows=tuple(tuple(row[n] for n in kept) for row in self.rows),
+            numeric=frozenset(place[n] for n in self.numeric if n in place),
+            prose=frozenset(place[n] for n in self.prose if n in place),
+        )
 
 
 @dataclass(frozen=True)
@@ -83,7 +98,7 @@ class CellText:
 
     ``who`` is the engine's title; ``commands`` repeat a run, by what they are. ``plots`` are made
     when the page is. ``inputs`` are names of the scripts that ``commands`` run, without ending: of
-    a file or its folder.
+    a file or its folder. ``invariances`` say by name what was changed of a run.
     """
 
     case: str
@@ -95,6 +110,7 @@ class CellText:
     commands: tuple[tuple[str, str], ...]
     plots: Callable[[], Sequence[Plot]] = field(repr=False)
     inputs: frozenset[str] = frozenset()
+    invariances: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def place(self) -> tuple[str, str, str]:
@@ -119,11 +135,28 @@ class Film:
 
 
 @dataclass(frozen=True)
+class Opening:
+    """What a case answers, for the top of a report.
+
+    ``sketch`` is the SVG of the system. ``steps`` derive the answer, a line each, from ``source``.
+    ``figure`` is the name of a drawing of the same section, empty without one. ``terms`` are words
+    of the case, each with its meaning.
+    """
+
+    title: str
+    sketch: str = field(repr=False)
+    steps: tuple[str, ...]
+    source: str
+    terms: tuple[tuple[str, str], ...]
+    figure: str = ""
+
+
+@dataclass(frozen=True)
 class Section:
     """A part of a report: paragraphs, list items, tables, figures, films, in this order.
 
     A section without a title adds its figures to the gallery and nothing else. ``cells`` have
-    pages of their own.
+    pages of their own. An ``opening`` stands at the top of the report.
     """
 
     title: str = ""
@@ -133,6 +166,7 @@ class Section:
     drawings: tuple[Drawing, ...] = ()
     cells: tuple[CellText, ...] = ()
     films: tuple[Film, ...] = ()
+    opening: Opening | None = None
 
 
 TITLE = "Engines beside one another"

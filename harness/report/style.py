@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as AnyFigure
 from matplotlib.ticker import LogFormatterSciNotation
+from matplotlib.transforms import Bbox
+from numpy.typing import NDArray
 
 from harness.shown import power as power
 from harness.shown.figure import Figure as Figure
@@ -80,6 +83,40 @@ def plain_powers(figure: AnyFigure) -> None:
             axis.set_major_formatter(PowersOfTen())
         if type(axis.get_minor_formatter()) is LogFormatterSciNotation:
             axis.set_minor_formatter(PowersOfTen())
+
+
+def lay_out(figure: AnyFigure) -> None:
+    """Place the axes of a figure, measuring the words about each of them once.
+
+    Constrained layout solves twice and measures for each pass, which is most of what it costs:
+    words hardly change with the size of their axes. Axes that keep a shape are measured twice.
+    """
+    engine = figure.get_layout_engine()
+    if engine is None:
+        return
+    measured = [one for one in figure.axes if one.get_aspect() == "auto"]
+    for axes in measured:
+        axes.get_tightbbox = _measured_once(axes)  # type: ignore[method-assign]
+    engine.execute(figure)
+    for axes in measured:
+        del axes.get_tightbbox
+    figure.set_layout_engine("none")
+
+
+def _measured_once(axes: Axes) -> Callable[..., Bbox | None]:
+    """Return what gives the box about axes and their words, the words as far out as at first."""
+    measure = axes.get_tightbbox
+    margins: list[NDArray[np.float64]] = []
+
+    def box(*args: Any, **options: Any) -> Bbox | None:
+        if not margins:
+            found = measure(*args, **options)
+            if found is None:
+                return None
+            margins.append(np.subtract(found.extents, axes.bbox.extents))
+        return Bbox.from_extents(*np.add(axes.bbox.extents, margins[0]))
+
+    return box
 
 
 def named(law: str, solver: str) -> str:

@@ -107,7 +107,7 @@ def died(monkeypatch):
         record=lambda: {"status": 3, "engine_errors": ["crashed"]},
     )
     monkeypatch.setattr(harness.workflows, "verify", lambda *_, **__: found, raising=False)
-    monkeypatch.setattr(report_folder, "write", lambda _, folder, __: folder.mkdir())
+    monkeypatch.setattr(report_folder, "write", lambda _, folder, __, **___: folder.mkdir())
     return found
 
 

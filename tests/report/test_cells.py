@@ -74,7 +74,7 @@ def folder(found, tmp_path_factory):
 
 def test_every_mark_leads_to_a_page_and_each_page_back_to_its_rows(folder):
     report = (folder / "report.html").read_text()
-    marks = re.findall(r'<a class="badge [^"]*" href="(cells/[^"]+)"', report)
+    marks = re.findall(r'<a href="(cells/[^"]+)" title=', report)
     assert len(marks) == len(ROWS) + 1
     assert {*marks} == {f"cells/{path.name}" for path in (folder / "cells").glob("*.html")}
     assert len({*marks}) == len(CELLS)
@@ -90,7 +90,7 @@ def test_a_page_has_rows_with_order_law_figure_commands_and_script(folder):
     (path,) = (folder / "cells").glob("*slide-spring-force.html")
     page = html.unescape(path.read_text())
     assert "<h1>slide: spring/force</h1>" in page
-    assert page.count("largest force<") == 2
+    assert page.count("largest force (N)<") == 2
     assert "0.99 to 1.03" in page
     for told in ("F = k x", "toy -in slope.in -var k 1", "a millionth", "<polyline", "A sentence."):
         assert told in page
@@ -126,13 +126,26 @@ def test_an_invariance_is_held_against_the_same_run(found):
 
 def test_rows_of_values_stand_apart_from_what_must_not_change_a_run(found):
     turned = replace(ROWS[2], cell=replace(ROWS[2].cell, invariance="turned"))
-    drawn = draw_sections([Section("All", cells=CELLS[1:2])])
+    told = replace(CELLS[1], invariances={"turned": "Turned, about the <vertical>."})
+    drawn = draw_sections([Section("All", cells=(told,))])
     ((_, page),) = cell_pages(replace(found, checks=(turned, ROWS[2])), drawn)
-    values, others = page.index("Limits of a small step<"), page.index("told in other ways<")
-    assert values < page.index("largest force<") < others < page.rindex("largest force<")
+    values, others = page.index("Limits of a small step<"), page.index("must not change a run<")
+    assert values < page.index("largest force (N)<") < others < page.index(">turned<")
+    assert page.count("largest force (N)<") == 1
+    assert "Turned, about the <vertical>." in html.unescape(page)
 
 
-def test_plots_stand_under_their_systems_in_order_and_a_caption_is_told_once(found):
+def test_an_order_is_printed_only_where_an_error_is_known_to_fall(found):
+    drawn = draw_sections([Section("All", cells=CELLS[1:2])])
+    ((_, page),) = cell_pages(replace(found, checks=(ROWS[2],)), drawn)
+    assert "1.01 (0.99 to 1.03)" in page
+    noise = replace(ROWS[2], cell=replace(ROWS[2].cell, order=0.3, order_low=-0.4, order_high=1.0))
+    ((_, page),) = cell_pages(replace(found, checks=(noise,)), drawn)
+    assert "order (95 %)" not in page
+    assert "0.30" not in page
+
+
+def test_plots_stand_under_their_systems_in_order_each_with_its_caption(found):
     def plots():
         lines = (Line("the law", (0.0, 1.0), (0.0, 2.0)),)
         said = ("Force over overlap", "A line of a law.", "overlap (m)", "force (N)")
@@ -146,7 +159,7 @@ def test_plots_stand_under_their_systems_in_order_and_a_caption_is_told_once(fou
     ((_, page),) = cell_pages(found, draw_sections([Section("All", cells=(cell,))]))
     assert re.findall(r"<h2>(Wall|Two spheres)</h2>", page) == ["Wall", "Two spheres"]
     assert page.count("<polyline") == 2
-    assert re.findall(r"</b> *([^<]*)</figcaption>", page) == ["A line of a law.", ""]
+    assert re.findall(r"</b> *([^<]*)</figcaption>", page) == ["A line of a law."] * 2
     assert "Errors: nothing above zero to draw." in page
     # the rows of the table in the order of the figures
     rows = re.findall(r"<tr><td>([^<]+)</td>", page)
@@ -237,7 +250,7 @@ def test_without_cells_there_is_no_folder_and_marks_lead_to_rows(found, tmp_path
     write(found, tmp_path / "run", [])
     assert not (tmp_path / "run" / "cells").exists()
     report = (tmp_path / "run" / "report.html").read_text()
-    assert re.search(r'<a class="badge [^"]*" href="#check-\d+"', report)
+    assert re.search(r'<a href="#check-\d+" title=', report)
 
 
 def test_addresses_differ_where_names_of_files_would_be_alike(found):

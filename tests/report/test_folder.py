@@ -4,6 +4,7 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -12,6 +13,7 @@ from harness.report import folder as report_folder
 from harness.report.folder import check_folder, check_writable, write
 from harness.report.gallery import draw_sections
 from harness.report.sections import Drawing, Section
+from harness.report.style import lay_out
 from tests.report.conftest import DIVERGED, draw
 
 FIGURES = {"one", "two", "broad", "odd", "four-rows", "extra"}
@@ -31,8 +33,7 @@ def test_the_folder_is_complete(verification, target):
     assert len(pd.read_csv(target / "results.csv")) == len(verification.checks)
     for name in verification.scripts:
         assert (target / "scripts" / name).read_text() == verification.scripts[name]
-    for suffix in ("svg", "png"):
-        assert {path.stem for path in (target / "figures").glob(f"*.{suffix}")} == FIGURES
+    assert {path.name for path in (target / "figures").iterdir()} == {f"{n}.svg" for n in FIGURES}
     linked = re.findall(r"\(figures/(.+?)\.svg\)", (target / "report.md").read_text())
     assert set(linked) == FIGURES
 
@@ -94,7 +95,25 @@ def test_figures_are_the_same_file_twice(sections, target):
     assert len(drawn[0].pictures) == 5
     for picture in drawn[0].pictures:
         assert picture.svg == (target / "figures" / f"{picture.name}.svg").read_text()
-        assert picture.png == (target / "figures" / f"{picture.name}.png").read_bytes()
+        assert not (target / "figures" / f"{picture.name}.png").exists()
+
+
+def test_figures_are_written_as_png_where_that_is_asked_for(verification, sections, tmp_path):
+    write(verification, tmp_path / "run", sections[:1], png=True)
+    figures = tmp_path / "run" / "figures"
+    names = {path.stem for path in figures.glob("*.svg")}
+    assert names == {path.stem for path in figures.glob("*.png")} != set()
+    assert all(path.read_bytes()[:4] == b"\x89PNG" for path in figures.glob("*.png"))
+
+
+def test_words_stand_where_a_layout_of_two_passes_puts_them():
+    ours, theirs = draw(2, 2)(), draw(2, 2)()
+    lay_out(ours)
+    theirs.get_layout_engine().execute(theirs)
+    for one, other in zip(ours.axes, theirs.axes, strict=True):
+        apart = np.subtract(one.get_position().extents, other.get_position().extents)
+        assert np.abs(apart).max() < 0.02
+        assert one.get_tightbbox().x0 >= 0
 
 
 def test_figures_of_one_name_are_told_apart_and_a_broken_one_is_named():

@@ -94,7 +94,7 @@ def test_page_and_markdown_show_it_and_have_none_without_cells(verification):
     assert list(matrix_markdown(verification.checks)) == []
     found = replace(verification, checks=(*verification.checks, *CHECKS))
     page = html_page(found, [])
-    assert '<a class="badge known-defect" href="#check-' in page
+    assert '<span>wall</span> <span class="badge known-defect">defect</span></a>' in page
     assert "&lt;old&gt;" in page
     assert "<old>" not in page
     assert "| spring | defect | 2e-09, 3e-08 |" in report_markdown(found, [])

@@ -93,6 +93,30 @@ def _parts(law: ContactLaw) -> Iterator[tuple[str, str]]:
         yield "twisting resistance", TWISTING[law.twisting].formula
 
 
+INVARIANCES = {
+    "turned": "the scene is turned: z points across all axes; the motion is turned back",
+    "mirrored": "the turned scene in a mirror; held against the turned one",
+    "moved": "the turned scene from a frame that moves at a constant speed",
+    "in other units": "lengths and times 4096 times smaller, at the same density and speed",
+    "axes exchanged": "x, y and z take one another's places, walls with them",
+    "renumbered": "the bodies in the opposite order",
+    "reversed in time": "begun where the run ends, all velocities reversed; elastic contacts only",
+    "newton on": "each pair of particles is computed once, its force given to both",
+    "thin neighbour skin": "a list of neighbours that ends closer to the spheres",
+    "neighbours at every step": "the list of neighbours is made anew at every step",
+    "neighbours from bins": "the list of neighbours is made from bins in place of all pairs",
+    "told its stiffnesses": "the input has Hertz's stiffness 4/3 E* in place of modulus and ratio",
+    "over a periodic boundary": "the contact lies across a boundary that is periodic",
+    "2 ranks": "the contact lies across two ranks of MPI",
+    "4 ranks": "the contact lies across ranks of MPI, four in all",
+    "with LAMMPS's defaults": "newton on, bins, particles sorted: a script that sets nothing",
+    "particles sorted": "particles change their order in memory on the way",
+    "run on": "stopped between two samples and gone on with, without a new setup of forces",
+    "run again": "stopped between two samples and run again: forces are set up anew",
+    "restarted": "written to a restart file between two samples, read back and run on",
+}
+"""What was changed of a run, by invariance; what may differ is the reason of its tolerance."""
+
 COLUMNS = 2
 BELOW: dict[str, Any] = {
     "ncols": 2,
@@ -428,6 +452,7 @@ def _cells(case: ContactCase[Any], found: Findings) -> Iterator[CellText]:
             tuple(pair for one in cell for pair in _commands(case, one, found.engine)),
             partial(_plots, case, cell, evidence),
             frozenset(name for one in cell for name in _inputs(case, one)),
+            INVARIANCES,
         )
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
+from matplotlib.ticker import MaxNLocator
 
 from harness.cases.incline.levels import ENGINES_PLASTIC
 from harness.cases.incline.system import InclineRun, Motion
@@ -92,7 +93,7 @@ def _draw_gravity(axes: Axes, x: float, angle_deg: float) -> None:
 
 def extrapolation(found: ExtrapolatedAngle, closed_form: float, who: str) -> style.Figure:
     """Draw the critical angle against the step, and its limits against the stiffness."""
-    figure = style.Figure(figsize=(8.6, 4.6))
+    figure = style.Figure(figsize=(7.2, 4.1))
     left, right = figure.subplots(1, 2)
     for number, (stiffness, limit) in enumerate(found.at_stiffness.items()):
         colour, marker = style.COLOURS[number % 6], style.MARKERS[number % 6]
@@ -107,6 +108,7 @@ def extrapolation(found: ExtrapolatedAngle, closed_form: float, who: str) -> sty
     left.set(xlabel="1 / steps per contact time", ylabel="critical angle (deg)")
     left.set_title("step to zero")
     _stiffness_panel(right, found, closed_form, who)
+    left.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
     style.legend_below(figure, 3)
     return figure
 

@@ -24,6 +24,17 @@ REBOUNDS = (0.1, 0.5)
 
 def contact_sections(evidence: InclineEvidence) -> Iterator[Section]:
     """Yield what the main engine's runs show."""
+    first: tuple[Drawing, ...] = ()
+    if evidence.extrapolated is not None:
+        extrapolated, closed, who = evidence.extrapolated, evidence.closed_form_deg, evidence.who
+        first = (
+            WORDS.drawing(
+                "critical-angle-extrapolation",
+                lambda: figures.extrapolation(extrapolated, closed, who),
+            ),
+        )
+    opening = WORDS.opening("critical-angle-extrapolation", closed=evidence.closed_form_deg)
+    yield Section(drawings=first, opening=opening)
     yield WORDS.section(
         "contacts",
         items=contacts_explained(),
@@ -114,11 +125,6 @@ def engine_table(angles: Sequence[EngineAngle]) -> Table:
 def _drawings(evidence: InclineEvidence) -> Iterator[Drawing]:
     """Yield the figures for which there is evidence."""
     closed, who = evidence.closed_form_deg, evidence.who
-    if evidence.extrapolated is not None:
-        extrapolated = evidence.extrapolated
-        yield WORDS.drawing(
-            "critical-angle-extrapolation", lambda: figures.extrapolation(extrapolated, closed, who)
-        )
     if evidence.by_contact:
         yield WORDS.drawing(
             "contacts-side-by-side",

@@ -260,8 +260,8 @@ def _errors(axes: Axes, found: StepConvergence, errors: Floats, order: Order, i:
 
 
 def _order(order: Order) -> str:
-    if not np.isfinite(order.value):
-        return "no order"
+    if not order.interval[0] > 0.0:
+        return "does not converge"
     return f"order {order.value:.2f} ({order.interval[0]:.2f} to {order.interval[1]:.2f})"
 
 
@@ -283,8 +283,8 @@ def tower_error_against_step(convergences: Sequence[StepConvergence]) -> Figure:
     figure = Figure(figsize=(6.4, 4.6), layout="constrained")
     axes = figure.add_subplot()
     for i, found in enumerate(convergences):
-        order = found.l2_order.value
-        told = "" if math.isnan(order) else f", order {order:.2f}"
+        order = found.l2_order
+        told = f", order {order.value:.2f}" if order.interval[0] > 0.0 else ""
         axes.loglog(
             found.steps_per_contact,
             found.l2_error,
@@ -352,6 +352,27 @@ def ratio_against_height(frame: pd.DataFrame, solver: str) -> Figure:
             axes.plot(run["height"], run["impulse_ratio"], **look)
         axes.axhline(1, color="0.6", lw=0.8, zorder=0)
     _finish(figure, grid, _ALPHA, solver)
+    return figure
+
+
+def angle_over_contacts(frame: pd.DataFrame, published: Row) -> Figure:
+    """Draw theta_c over the contacts of one run: both laws, both readings, one grain's theory."""
+    figure = Figure(figsize=(7.2, 4.1))
+    axes = figure.add_subplot()
+    for number, (law, run) in enumerate(frame.sort_values("height").groupby("law")):
+        look: dict[str, Any] = {"color": COLOURS[1 + number], "marker": MARKERS[number]}
+        fills: dict[str, dict[str, Any]] = {"lost": {}, "kept": {"mfc": "white", "ls": ":"}}
+        for reading, fill in fills.items():
+            column = f"critical_angle_{reading}_deg"
+            name = f"{law} law, velocity {reading}"
+            axes.plot(run["height"], run[column], label=name, **look, **fill)
+    one = float(frame.loc[frame["height"] == 1, "critical_angle_lost_deg"].iloc[0])
+    axes.axhline(one, color=COLOURS[0], ls="--", lw=1, label=f"one contact, theory {one:.2f} deg")
+    draw_others(axes, published, None)
+    axes.set_xticks(_ticks(frame))
+    axes.set_ylim(bottom=0)
+    label(axes, _HEIGHT, _ANGLE)
+    legend_below(figure, 2)
     return figure
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from functools import partial
+from typing import TYPE_CHECKING
 
 from harness.cases.contract import Words
 from harness.cases.tower import figures
@@ -18,6 +19,9 @@ from harness.cases.tower.verification import CodeEvidence, OwnEvidence
 from harness.observables.reference import PEYNEAU_ROUX
 from harness.report.sections import Drawing, Section, Table
 from harness.report.style import power
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 WORDS = Words(__file__)
 
@@ -115,6 +119,7 @@ def _sections(
     main: CodeEvidence | None, own: OwnEvidence, beside: Sequence[CodeEvidence]
 ) -> Iterator[Section]:
     if own.impulses is not None:
+        yield opening_section(own.impulses)
         yield WORDS.section("laws", tables=(laws_table(own),))
     table = towers_table(beside)
     orders = [found for one in beside for found in one.convergence]
@@ -122,6 +127,28 @@ def _sections(
         tables = (table,) if table.rows else ()
         yield WORDS.section("engines", tables=tables, drawings=tuple(_engines(beside)))
     yield Section(drawings=tuple(drawings(main, own)))
+
+
+def opening_section(frame: pd.DataFrame) -> Section:
+    """Return what the tower answers: the angle of one contact and of the most, by both laws."""
+    one_run = of_ratio(frame)
+    ends = (
+        one_run.sort_values("height")
+        .groupby("law")["critical_angle_lost_deg"]
+        .agg(["first", "last"])
+    )
+    last = " and ".join(f"{angle:.2f} deg ({law} law)" for law, angle in ends["last"].items())
+    figure = WORDS.drawing(
+        "critical-angle-over-contacts",
+        lambda: figures.angle_over_contacts(one_run, PEYNEAU_ROUX),
+        stiffness=power(RATIO.each("stiffness")[0]),
+        speed=RATIO.speed,
+    )
+    first, height = float(ends["first"].iloc[0]), int(one_run["height"].max())
+    return Section(
+        drawings=(figure,),
+        opening=WORDS.opening(figure.name, first=first, last=last, height=height),
+    )
 
 
 def laws_table(own: OwnEvidence) -> Table:
@@ -169,7 +196,7 @@ def towers_table(beside: Sequence[CodeEvidence]) -> Table:
             cells.append(f"{max(known):.1e}" if known else "")
             steps = tower.steps_per_contact if tower else steps
         order = orders.get(engine)
-        told = "" if order is None or math.isnan(order.value) else f"{order.value:.2f}"
+        told = f"{order.value:.2f}" if order and order.interval[0] > 0.0 else ""
         rows.append((engine, f"{steps:.0f}", *cells, told))
     return Table(
         "Towers",

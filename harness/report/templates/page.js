@@ -74,7 +74,8 @@
     for (const field of [text, kind, verdict]) field.addEventListener("input", show);
     more.firstElementChild.addEventListener("click", () => { all = true; show(); });
     function reveal() {
-      const row = rows.find((one) => "#" + one.id === location.hash);
+      const row = rows.find((one) => "#" + one.id === location.hash), fold = table.closest("details.fold");
+      if (fold && (row || location.hash === "#" + fold.id)) fold.open = true;
       if (!row) return;
       if (row.hidden) { all = true; form.reset(); sort(0, ""); }
       row.querySelector("details")?.setAttribute("open", "");

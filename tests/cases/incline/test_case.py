@@ -215,7 +215,7 @@ def test_the_figure_of_angles_keeps_to_one_stiffness_and_step(angles):
 def test_the_sections_show_the_main_engine_and_those_beside_it(angles):
     main = CASE.verify(Twin(), Study("quick"))
     beside = {"yade": Findings("incline", "yade", evidence=angles)}
-    contacts, rigid, engines = CASE.sections(main, Findings("incline"), beside)
+    first, contacts, rigid, engines = CASE.sections(main, Findings("incline"), beside)
     assert rigid.title == TITLE
     assert contacts.items == contacts_explained()
     (table,) = contacts.tables
@@ -225,13 +225,15 @@ def test_the_sections_show_the_main_engine_and_those_beside_it(angles):
     assert len(engines.tables[0].rows) == 4
     texts = []
     with house_style():
-        for drawing in (*contacts.drawings, *engines.drawings):
+        for drawing in (*first.drawings, *contacts.drawings, *engines.drawings):
             for axes in drawing.draw().axes:
                 texts += [axes.get_title(loc="left"), *axes.get_legend_handles_labels()[1]]
     assert not any("LAMMPS" in text for text in texts)
     assert "Twin, step to zero" in texts
+    assert "= 10.2078 deg" in first.opening.steps[-1]
+    assert [drawing.name for drawing in first.drawings] == [first.opening.figure]
     assert [drawing.name for drawing in contacts.drawings] == [
-        "critical-angle-extrapolation", "contacts-side-by-side", "speed-against-time",
+        "contacts-side-by-side", "speed-against-time",
         "path-over-the-bumps", "energy-after-each-shock",
     ]  # fmt: skip
     assert any(text.startswith("Twin, source contact") for text in texts)

@@ -230,14 +230,17 @@ def test_recorded_towers_stand_in_for_a_missing_engine():
 def test_sections_hold_tables_and_figures(own, main):
     beside = {"row": CASE.verify_beside(RowEngine(), QUICK)}
     beside |= CASE.recorded(Study(level="quick", missing=frozenset({"mfix"})))
-    laws, engines, gallery = CASE.sections(main, own, beside)
+    first, laws, engines, gallery = CASE.sections(main, own, beside)
     (table,) = laws.tables
     assert [row[0] for row in table.rows] == [str(n) for n in (1, 2, 3, 4, 9, 19) for _ in "ab"]
     (table,) = engines.tables
     assert [row[0] for row in table.rows] == ["row", "mfix (recorded)"]
     assert table.head == ("engine", "steps", "n = 1", "n = 2", "n = 4", "n = 9", "n = 19", "order")
     assert math.isclose(float(table.rows[0][-1]), 2.0, abs_tol=0.1)
-    drawings = {drawing.name: drawing for drawing in (*engines.drawings, *gallery.drawings)}
+    drawn = (*first.drawings, *engines.drawings, *gallery.drawings)
+    drawings = {drawing.name: drawing for drawing in drawn}
+    assert "10.21 deg for one contact" in first.opening.steps[-1]
+    assert first.opening.figure in drawings
     assert {"engines-tower-error", "same-law-overlap", "impulse-ratio"} <= set(drawings)
     assert drawings["same-law-overlap"].caption.startswith("Force on the grain by Row and RK4 and")
     for drawing in drawings.values():
@@ -248,7 +251,7 @@ def test_sections_hold_tables_and_figures(own, main):
 
 def test_a_report_without_an_engine_has_the_own_parts(own):
     titles = [section.title for section in CASE.sections(None, own, {})]
-    assert titles == ["Where the laws differ, and what it does to the angle", ""]
+    assert titles == ["", "Where the laws differ, and what it does to the angle", ""]
 
 
 def test_reading_needs_nothing_but_the_output():

@@ -92,4 +92,4 @@ def test_error_against_step_without_an_order():
     )
     figure = tower_comparison.error_against_step([found])
     assert drawn(figure)
-    assert "no order" in texts(figure)
+    assert "does not converge" in texts(figure)
