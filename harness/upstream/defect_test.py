@@ -7,15 +7,15 @@ should be. So the test fails in a release with the defect, and passes where it i
 
 from __future__ import annotations
 
-import tempfile
 from dataclasses import replace
+from difflib import get_close_matches
 from itertools import accumulate
-from pathlib import Path
 
 import numpy as np
 
 from harness.comparison.known_defects import KnownDefect
 from harness.engines.process import Limits
+from harness.engines.programs import fresh_folder
 from harness.errors import RequestError
 from harness.parameters.rules import Rules
 from harness.store.known_defects import known_defects, script_of
@@ -40,7 +40,11 @@ def defect_named(name: str) -> KnownDefect:
     """Return a known defect; raise RequestError for a name that is not known."""
     defects = {defect.name: defect for defect in known_defects()}
     if name not in defects:
-        raise RequestError(f"defect {name!r} is not known: must be one of {', '.join(defects)}")
+        near = get_close_matches(name, defects, n=3, cutoff=0.4)
+        hint = f"did you mean {' or '.join(near)}? " if near else ""
+        raise RequestError(
+            f"defect {name!r} is not known: {hint}`dem-harness defect` lists all {len(defects)}"
+        )
     return defects[name]
 
 
@@ -89,8 +93,8 @@ def defect_as_test(name: str, lmp: str) -> UpstreamTest:
 
 def runs_of(script: str, lmp: str) -> tuple[int, ...]:
     """Return how many steps each ``run`` of a script takes, as LAMMPS computes them."""
-    with tempfile.TemporaryDirectory(prefix="dem-harness-") as home:
-        log = run_script(script, lmp, Path(home), Limits())
+    with fresh_folder() as folder:
+        log = run_script(script, lmp, folder, Limits())
     runs = [line.split() for line in log.splitlines() if line.startswith("run ")]
     # as typed, then filled in
     steps = tuple(int(words[1]) for words in runs if words[1].isdigit())

