@@ -30,6 +30,7 @@ OPTIONS = {
     "integrator": "of the reference engine, as of dem-harness verify",
     "level": "quick, default or full  [default: quick]",
     "cases": "names or groups of cases, with commas, or all  [default: as dem-harness verify]",
+    "only": "a shell-style pattern: run the cases, submodels, systems or checks that match",
     "program": "NAME=PATH: the executable of an engine; repeat it for several",
     "engine_option": "NAME.KEY=VALUE: an option of an engine's class; repeat it for several",
 }
@@ -204,7 +205,7 @@ def _run(config: pytest.Config) -> Verification:
     import warnings
 
     from harness.errors import HarnessError
-    from harness.workflows.verification import verify_as_typed
+    from harness.workflows.verification import Selection, verify_as_typed
 
     asked = {
         n: config.getoption(f"dem_harness_{n}") or config.getini(f"dem_harness_{n}") or None
@@ -214,7 +215,9 @@ def _run(config: pytest.Config) -> Verification:
         # warnings of a library below are not the user's, who may have made them errors
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return verify_as_typed(**asked)
+            cases, only = asked.pop("cases"), asked.pop("only") or ""
+            chosen = Selection(cases, only, config.option.keyword)
+            return verify_as_typed(**asked, cases=chosen)
     except HarnessError as error:
         raise CannotVerifyError(f"dem-harness: {error}") from None
 

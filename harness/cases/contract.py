@@ -33,6 +33,7 @@ from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from concurrent.futures import Future
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, NamedTuple, TypeVar, get_args
@@ -249,6 +250,7 @@ class Study:
 
     ``missing`` are the names of engines that were asked for and could not be run, ``cases`` are
     verified. ``once`` makes what several parts share; a case keys its entries by its parameters.
+    ``only`` is a shell-style pattern: trials and rows that it does not match are left out.
     """
 
     level: LevelName = "default"
@@ -257,6 +259,23 @@ class Study:
     missing: frozenset[str] = frozenset()
     cases: tuple[Case[Any], ...] = ()
     once: Once = field(default_factory=Once, compare=False, repr=False)
+    only: str = ""
+
+    def selects(self, *names: str) -> bool:
+        """Return whether :attr:`only` matches one of the names; True where there is no pattern."""
+        pattern = self.only.casefold()
+        return not pattern or any(fnmatchcase(name.casefold(), pattern) for name in names)
+
+    def keeps(self, row: Check, case: str) -> bool:
+        """Return whether a row of a case is asked for: by its name, or by its place."""
+        cell = row.cell
+        place = () if cell is None else places(cell.case, cell.submodel, cell.system)
+        return self.selects(row.name, row.name.rpartition(": ")[2], case, *place)
+
+
+def places(case: str, submodel: str, system: str) -> tuple[str, ...]:
+    """Return what a pattern may call a trial: its parts, or all three with slashes between."""
+    return case, submodel, system, f"{case}/{submodel}/{system}"
 
 
 class Case(ABC, Generic[P]):
@@ -268,6 +287,8 @@ class Case(ABC, Generic[P]):
     """The first line of the class's docstring, unless it says something else."""
     by_default: ClassVar[bool] = False
     """Whether ``verify`` runs it when no case is named."""
+    lists_rows: ClassVar[bool] = False
+    """Whether :meth:`selectable` names what each row is of."""
     qualifies: ClassVar[bool] = False
     """Whether an engine must pass it before its other results are used."""
     parameters: ClassVar[type[Parameters]]
@@ -296,6 +317,10 @@ class Case(ABC, Generic[P]):
     def presets(self) -> Mapping[str, P]:
         """Return known sets of parameters, by name."""
         return {}
+
+    def selectable(self, level: LevelName) -> set[str]:
+        """Return the names that :attr:`Study.only` can match before a row is there."""
+        return {self.name, *(quantity.name for quantity in self.quantities)}
 
     def study(self) -> CaseStudy | None:
         """Return the study that the case declares, None for one without."""

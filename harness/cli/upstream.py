@@ -56,6 +56,7 @@ def upstream(
         runs = run_upstream(tests, programs, progress=progress)
     if output is not None:
         with whole_folder(output) as aside:
+            aside.mkdir()
             runs.frame().to_csv(aside / "rows.csv", index=False)
             (aside / "report.md").write_text(report(runs), encoding="utf-8")
     if json:

@@ -213,6 +213,9 @@ class VerifyOptions:
     engines: Annotated[str | None, Parameter(metavar="all|NAME[,NAME...]")] = None
     """Hold other engines against theory and one another as well, or `all`, of which those that
     are missing are not tested. One that is named must be here."""
+    only: Annotated[str, Parameter(metavar="PATTERN")] = ""
+    """Run what matches, in all cases unless --cases names some: a shell-style pattern of a case, a
+    submodel, a system, `case/submodel/system`, or a check, as `hertz*` or `*rim_speed_ratio`."""
     output: Folder = None
     """Folder for the report; must not hold anything yet. [default: reports/runs/ and the date]"""
     baseline: Folder = None
@@ -312,16 +315,22 @@ def _key(asked: VerifyOptions, engine: EngineOptions) -> str | None:
     """Return the key of a verification; None with other engines, not all of which have a digest."""
     from harness.store.baseline import digest
     from harness.store.entries import verification_key
-    from harness.workflows.verification import chosen_cases
+    from harness.workflows.verification import Selection, checked_level
 
     if asked.engines is not None:
         return None
+    cases = Selection(asked.cases, asked.only).chosen(checked_level(asked.level))
     against = {} if asked.no_baseline else digest(asked.baseline, asked.tolerances)
     return verification_key(
         asked.level,
-        cases=[case.name for case in chosen_cases(asked.cases)],
+        cases=[case.name for case in cases],
         engine=engine.engine,
-        beside={"baseline": against, "strict": asked.strict, "png": asked.png},
+        beside={
+            "baseline": against,
+            "strict": asked.strict,
+            "png": asked.png,
+            "only": asked.only,
+        },
         **engine.opening(engine.engine, engine.integrator),
     )
 
@@ -351,7 +360,7 @@ def _measured(
     from harness.report.folder import write
     from harness.workflows import sections
     from harness.workflows import verify as verify_with
-    from harness.workflows.verification import chosen_baseline
+    from harness.workflows.verification import Selection, chosen_baseline
 
     known = not asked.no_baseline and chosen_baseline(asked.baseline, asked.tolerances)
     with engine.open(engine.engine, engine.integrator) as opened:
@@ -359,7 +368,7 @@ def _measured(
             opened.identify()  # a program that was named and is another ends the command at once
         found = verify_with(
             asked.level,
-            cases=asked.cases,
+            cases=Selection(asked.cases, asked.only),
             engine=opened,
             engines=asked.engines or (),
             open_one=engine.without_launcher().open,

@@ -16,11 +16,13 @@ The sections of a report: those of all cases of a verification, case by case.
 from __future__ import annotations
 
 import platform
+import re
 import time
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager, ExitStack, suppress
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
+from difflib import get_close_matches
 from fnmatch import fnmatchcase
 from functools import partial
 from pathlib import Path
@@ -78,6 +80,65 @@ def chosen_cases(wanted: str | Iterable[str] | None) -> list[Case[Any]]:
     if wanted is None:
         return list(cases_named().values())
     return list(cases_named(wanted if isinstance(wanted, str) else ",".join(wanted)).values())
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What is verified: cases by names, groups or ``all``, and of them what a pattern matches.
+
+    ``only`` is a shell-style pattern of a case, submodel, system or check. ``keyword`` is a word by
+    which rows are chosen later, as by ``pytest -k``: a pattern where that leaves no other row out.
+    """
+
+    cases: str | None = None
+    only: str = ""
+    keyword: str = ""
+
+    def pattern(self, level: LevelName) -> str:
+        """Return the pattern of what is run; empty for everything."""
+        word, kinds = self.keyword.casefold(), " ".join(kind.value for kind in Kind)
+        if self.only or not word or re.search(r"[^\w.]", word) or word in f"dem-harness {kinds}":
+            return self.only
+        listed = all(case.lists_rows for case in chosen_cases(self.cases))
+        return f"*{word}*" if listed and self._matching(f"*{word}*", level) else ""
+
+    def chosen(self, level: LevelName) -> list[Case[Any]]:
+        """Return the cases in which the pattern can match something: of all, unless some are named.
+
+        A case that is named and cannot say which rows it leaves stays where no other matches. Raise
+        RequestError, with near names, for a pattern that matches nothing.
+        """
+        only = self.pattern(level)
+        if not only:
+            return chosen_cases(self.cases)
+        found = self._matching(only, level)
+        found = found or [case for case in self._searched if self.cases and not case.lists_rows]
+        if not found:
+            names = {name for case in self._searched for name in case.selectable(level)}
+            raise nothing_matches(only, names)
+        return found
+
+    @property
+    def _searched(self) -> list[Case[Any]]:
+        return chosen_cases(self.cases or "all")
+
+    def _matching(self, only: str, level: LevelName) -> list[Case[Any]]:
+        study = Study(level, only=only)
+        return [case for case in self._searched if study.selects(*case.selectable(level))]
+
+
+def nothing_matches(only: str, names: Iterable[str]) -> RequestError:
+    """Return the error of a pattern that matches none of the names, with those that are near."""
+    plain = only.strip("*?").casefold()
+    known = {name.casefold(): name for name in names}
+    parts = [name for name in known if plain and plain in name] or get_close_matches(
+        plain, known, n=5, cutoff=0.4
+    )
+    near = ", ".join(repr(known[name]) for name in sorted(parts, key=len)[:5])
+    return RequestError(
+        f"--only {only!r}: matches no case, submodel, system or check of this level"
+        + (f"; near it: {near}" if near else "")
+    )
 
 
 def chosen_baseline(given: Path | Baseline | None, tolerances: Path | None = None) -> Baseline:
@@ -297,6 +358,7 @@ class EnginesBeside:
             return untested(engine.name, [case], f"it has no template {case.template.name!r}")
         try:
             found = case.verify_beside(engine, self.study)
+            found.checks[:] = [row for row in found.checks if self.study.keeps(row, case.name)]
         except Exception as error:
             return [failed_part(f"{engine.name}: {case.name}", error)]
         self.found.findings.setdefault(engine.name, {})[case.name] = found
@@ -411,11 +473,12 @@ class MainRun:
             self.broken[case.name] = f"its part ended early: {outcome.note}"
             return
         (self.main if engine else self.own)[case.name] = outcome
+        outcome.checks[:] = [row for row in outcome.checks if self.study.keeps(row, case.name)]
         self.checks += outcome.checks
         died = next((check.note for check in outcome.checks if check.engine_died), "")
         if died:
             self.broken.setdefault(case.name, f"its part ended early: {died}")
-        elif engine and self.engine is not None:
+        elif engine and self.engine is not None and not self.study.only:
             expected = case.expected_rows(self.study.level, self.engine)
             if expected:
                 name = f"{case.name}: rows of level {self.study.level}, {engine}"
@@ -451,7 +514,7 @@ Open = Callable[[str], AbstractContextManager[Engine]]
 def verify(
     level: str = "default",
     *,
-    cases: str | Iterable[str] | None = None,
+    cases: str | Iterable[str] | Selection | None = None,
     engine: Engine | None = None,
     engines: str | Iterable[str] = (),
     open_one: Open = open_engine,
@@ -461,18 +524,22 @@ def verify(
 ) -> Verification:
     """Hold an engine against theory, other codes and the baseline, case by case.
 
-    ``level`` is ``quick``, ``default`` or ``full``. ``cases`` are names, groups or ``all``: those
-    that run by default unless given. ``engine`` is an open one, the default one unless given;
-    ``engines`` are held beside it, opened by ``open_one``: names, or ``all``. ``baseline`` is read,
-    in a folder, the committed one for None, none for False. With ``strict`` not tested fails.
+    ``level`` is ``quick``, ``default`` or ``full``. ``cases`` are names, groups or ``all``, or
+    a :class:`Selection` of what is in them: those that run by default unless given. ``engine``
+    is an open one, the default one unless given; ``engines`` are held beside it, opened by
+    ``open_one``: names, or ``all``. ``baseline`` is read, in a folder, the committed one for
+    None, none for False. With ``strict`` not tested fails.
 
     An engine that fails leaves rows that say so and status 3, as does a case asked for by name or
     group of which no engine tested anything; a case that raises is a failed row; the rest goes on.
     Raise RequestError for an unknown level, case or engine, and a damaged file.
     """
-    cases = ",".join(cases) if cases is not None and not isinstance(cases, str) else cases
-    chosen, asked = chosen_cases(cases), asked_engines(engines)
-    study = Study(checked_level(level), progress, open_one, cases=tuple(chosen))
+    if cases is not None and not isinstance(cases, (str, Selection)):
+        cases = ",".join(cases)
+    wanted = cases if isinstance(cases, Selection) else Selection(cases)
+    checked = checked_level(level)
+    chosen, only, asked = wanted.chosen(checked), wanted.pattern(checked), asked_engines(engines)
+    study = Study(checked, progress, open_one, cases=tuple(chosen), only=only)
     known = None if baseline is False else chosen_baseline(baseline)
     begun, clock = datetime.now(UTC).isoformat(timespec="seconds"), time.monotonic()
     with ExitStack() as own:
@@ -482,6 +549,8 @@ def verify(
         beside = EnginesBeside(asked, chosen, study, run.engine).run()
         scripts, logs = run.scripts(beside), run.engine.logs() if run.engine else {}
     measured = Measured(study.level, run.who, chosen, run.findings, run.broken)
+    if only and not run.checks and not beside.checks:
+        raise nothing_matches(only, {row.name for one in run.findings for row in one.checks})
     checks, regression = _told(measured, known, beside, run)
     return Verification(
         level=study.level,
@@ -498,7 +567,7 @@ def verify(
         engines=tuple(beside.declared),
         scripts=scripts,
         engine_errors=(*_died(checks[: len(run.checks)]), *beside.errors),
-        untested_cases=_untested_cases(chosen, cases, run, beside),
+        untested_cases=_untested_cases(chosen, wanted.cases, run, beside),
         records=tuple(measured.records),
         divergences=(*run.divergences, *regression.divergences),
         baseline=known.where if known else "",
@@ -520,6 +589,10 @@ def _told(
     checks = told_apart(raw, known_defects(), versions)
     if known is None:
         return checks, Regression()
+    if run.study.only:  # what was left out is no row that is missing
+        made = {record.name for record in measured.records} | set(measured.errors)
+        records = {name: one for name, one in known.records.items() if name in made}
+        known = replace(known, records=records)
     found = baseline_rows(measured, known, beside.records)
     rows = explained_by_cells(found.checks, checks)
     moved = moved_by_defects(rows, raw, known.records, known_defects(), versions)
@@ -569,7 +642,7 @@ def verify_as_typed(
     engine_option: Iterable[str] | None = None,
     mpirun: str | None = None,
     level: str | None = None,
-    cases: str | None = None,
+    cases: str | Selection | None = None,
     **own: str | None,
 ) -> Verification:
     """Verify an engine by its name; the words are those of ``dem-harness verify``, at level quick.
@@ -588,7 +661,11 @@ def verify_as_typed(
 
     with opened(main, launcher=mpirun, **own) as it:
         return verify(
-            level or "quick", cases=cases, engine=it, engines=engines or (), open_one=opened
+            level or "quick",
+            cases=cases,
+            engine=it,
+            engines=engines or (),
+            open_one=opened,
         )
 
 

@@ -17,6 +17,7 @@ WRONG = {
     "run": ("CASE", "given a value"),
     "diff one": ("AFTER", "given a value"),
     "baseline comparo": ("comparo", "compare"),
+    "verify --only oblik": ("--only 'oblik'", "near it", "'oblique'"),
     f"tower --series {'a' * 300}": ("--series", "name too long"),
 }
 

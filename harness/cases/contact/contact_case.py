@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from pydantic import Field
@@ -47,7 +47,7 @@ from harness.cases.contact.submodels import (
     Told,
     Trial,
 )
-from harness.cases.contract import Case, LevelName, Reference, Study, text_of
+from harness.cases.contract import Case, LevelName, Reference, Study, places, text_of
 from harness.comparison.verification import Findings
 from harness.engines.border import engine_seconds
 from harness.engines.contract import Engine, Job, Output, Template
@@ -212,6 +212,26 @@ class ContactCase(Case[P]):
         """Return what a submodel in a system changes of the case's parameters."""
         return {**PLAIN, **submodel.law, **self.systems[system], "steps_per_contact": steps}
 
+    lists_rows = True
+
+    def selectable(self, level: LevelName) -> set[str]:
+        """Return the places of the trials of a level, those of invariances too, and their rows."""
+        from harness.cases.contact.transformations import chosen
+
+        every = (*self.submodels, *self.beside)
+        trials = (*self.trials(level, every), *chosen(self, level))
+        return {name for trial in trials for name in self._names(trial)}
+
+    def wanted(self, trials: Iterable[Trial], study: Study) -> Iterator[Trial]:
+        """Yield the trials that a study asks for: by their place, or by a row that they leave."""
+        return (trial for trial in trials if study.selects(*self._names(trial)))
+
+    def _names(self, trial: Trial) -> Iterator[str]:
+        yield from places(self.name, trial.submodel, trial.system)
+        for quantity in self.quantities:
+            yield quantity.name
+            yield f"{self.name}, {trial.system}: {trial.submodel}: {quantity.name}"
+
     def expected_rows(self, level: LevelName, engine: Engine) -> int:
         """Return a row for each trial, at least, and for the invariances of one."""
         from harness.cases.contact.transformations import chosen
@@ -225,7 +245,7 @@ class ContactCase(Case[P]):
         from harness.cases.contact.verification import verify_trials
 
         def run() -> Findings:
-            trials = self.trials(study.level, self.stated(engine))
+            trials = self.wanted(self.trials(study.level, self.stated(engine)), study)
             found = verify_trials(self, engine, study, trials)
             found.checks += invariances(self, engine, study, contact_cases(study))
             return found
@@ -241,7 +261,8 @@ class ContactCase(Case[P]):
         done: Findings | None = study.once((self.name, engine.name), lambda: None)
         ran = self.stated(engine) if done else ()
         submodels = [one for one in (*self.submodels, *self.beside) if one not in ran]
-        found = verify_trials(self, engine, study, self.trials(study.level, submodels))
+        trials = self.wanted(self.trials(study.level, submodels), study)
+        found = verify_trials(self, engine, study, trials)
         if not done and study.level == "full":
             found.checks += invariances(self, engine, study, contact_cases(study))
         first: Evidence = done.evidence if done and done.evidence else Evidence(engine.title, ())

@@ -243,7 +243,7 @@ def invariances(
     on several ranks costs more than the runs in it.
     """
     level = study.level
-    found = [first_ways(case, trial, level) for trial in chosen(case, level)]
+    found = [first_ways(case, trial, level) for trial in case.wanted(chosen(case, level), study)]
     _run(found, engine)
     for one in found:
         one.ways |= {way.name: way for way in later_ways(one, engine, level) if way.ranks == 1}
@@ -260,19 +260,18 @@ def _over_ranks(
     """Return the rows of a case on several MPI ranks."""
     names = tuple(one.name for one in together)
     rows = study.once(
-        ("over ranks", engine.name, names), lambda: _all_over_ranks(together, engine, study.level)
+        ("over ranks", engine.name, names), lambda: _all_over_ranks(together, engine, study)
     )
     return [row for row in rows if row.cell and row.cell.case == case.name]
 
 
-def _all_over_ranks(
-    cases: Sequence[ContactCase[Any]], engine: Engine, level: LevelName
-) -> list[Check]:
+def _all_over_ranks(cases: Sequence[ContactCase[Any]], engine: Engine, study: Study) -> list[Check]:
     """Return the rows of cases on several MPI ranks, those of one number of ranks run together."""
+    level = study.level
     found = [
         first_ways(case, trial, level)
         for case in cases
-        for trial in chosen(case, level)
+        for trial in case.wanted(chosen(case, level), study)
         if _most_ranks(case, trial, level) > 1
     ]
     for one in found:

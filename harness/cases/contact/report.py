@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 import re
+import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -32,7 +33,9 @@ from harness.cases.contact.limits import (
     rows_of,
 )
 from harness.cases.contact.motion import Array, Motion, asked_for, followed
+from harness.cases.contract import places
 from harness.comparison.verification import Findings
+from harness.engines.registry import DEFAULT
 from harness.parameters.allowed import unit_in
 from harness.parameters.law import ContactLaw
 from harness.parameters.rules import Rules
@@ -459,6 +462,10 @@ def _cells(case: ContactCase[Any], found: Findings) -> Iterator[CellText]:
 def _commands(case: ContactCase[Any], one: Tried, engine: str) -> Iterator[tuple[str, str]]:
     """Yield what repeats a trial: by the harness, and by hand."""
     system = one.trial.system
+    place = places(case.name, one.trial.submodel, system)[-1]
+    engines = "" if engine == DEFAULT else f" --engine {engine}"
+    verify = f"dem-harness verify --only {shlex.quote(place)}{engines}"
+    yield f"{system}: its rows, on the whole ladder of steps", verify
     yield f"{system}: the case at its coarsest step", _again(case, one, engine)
     if one.command:
         which = "that failed" if isinstance(one, Failed) else "with the finest step"
