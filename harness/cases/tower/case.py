@@ -18,7 +18,14 @@ from harness.cases.tower.system import (
     job_of,
     timing_of,
 )
-from harness.cases.tower.verification import REGRESSION
+from harness.cases.tower.verification import (
+    REGRESSION,
+    CodeEvidence,
+    engine_findings,
+    own_findings,
+    planned,
+)
+from harness.comparison.plan import Planned
 from harness.comparison.verification import Findings
 from harness.engines.border import engine_seconds
 from harness.engines.contract import Engine, Job, Output
@@ -134,22 +141,16 @@ class TowerCase(Case[TowerRunParameters]):
         )
         return own + tower_seconds(case, "exact", duration=duration)
 
-    def expected_rows(self, level: LevelName, engine: Engine) -> int:
-        """Return how many rows a level leaves."""
-        from harness.cases.tower.verification import expected_rows
-
-        return expected_rows(level, engine)
+    def planned(self, level: LevelName, engine: Engine) -> Sequence[Planned]:
+        """Return the checks of each law, of the tall tower and of the impulse table."""
+        return planned(level, engine)
 
     def verify(self, engine: Engine, study: Study) -> Findings:
         """Hold an engine against the exact propagator, law by law."""
-        from harness.cases.tower.verification import engine_findings
-
         return engine_findings(engine, study)
 
     def verify_own(self, study: Study) -> Findings:
         """Hold RK4 and the exact propagator against each other and closed forms."""
-        from harness.cases.tower.verification import own_findings
-
         return own_findings(study)
 
     def verify_beside(self, engine: Engine, study: Study) -> Findings:
@@ -161,7 +162,6 @@ class TowerCase(Case[TowerRunParameters]):
     def recorded(self, study: Study) -> Mapping[str, Findings]:
         """Return the recorded towers of an engine that is missing."""
         from harness.cases.tower import engine_checks
-        from harness.cases.tower.verification import CodeEvidence
 
         if engine_checks.MFIX not in study.missing:
             return {}
