@@ -65,16 +65,16 @@ from harness.parameters.law import (
 from harness.parameters.plane_scene import Scene
 from harness.report.sections import Drawing, Section
 from harness.theory.contact import (
+    Impact,
     duration_clipped,
     duration_unclipped,
+    impact,
     restitution_clipped,
     restitution_unclipped,
 )
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from harness.theory.contact import Impact
 
 
 LEAST_OVERLAP = 1e6 * sys.float_info.epsilon
@@ -255,8 +255,6 @@ def restitution(case: Drop) -> float:
 
 def hertz_impact(case: Drop) -> Impact:
     """Return the head-on collision with Hertz's spring."""
-    from harness.theory.contact import impact
-
     law = case.hertz
     clipped = case.contact.tail == "clipped"
     return impact(law.relaxation * case.speed / law.overlap, clipped=clipped)

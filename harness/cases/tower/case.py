@@ -9,6 +9,8 @@ from collections.abc import Mapping, Sequence
 from functools import lru_cache, partial
 
 from harness.cases.contract import Case, LevelName, Measured, Part, Reference, Study, rows_of_parts
+from harness.cases.tower import engine_checks
+from harness.cases.tower.engine_checks import beside_findings
 from harness.cases.tower.run import MARGIN, NAME, SOLVERS, covering, read, tower
 from harness.cases.tower.system import (
     TEMPLATE,
@@ -155,14 +157,10 @@ class TowerCase(Case[TowerRunParameters]):
 
     def verify_beside(self, engine: Engine, study: Study) -> Findings:
         """Hold the finest towers of an engine, and the order of its error, against exact."""
-        from harness.cases.tower.engine_checks import beside_findings
-
         return beside_findings(engine, study)
 
     def recorded(self, study: Study) -> Mapping[str, Findings]:
         """Return the recorded towers of an engine that is missing."""
-        from harness.cases.tower import engine_checks
-
         if engine_checks.MFIX not in study.missing:
             return {}
         evidence = CodeEvidence(engine_checks.RECORDED_NAME)
