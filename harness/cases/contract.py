@@ -38,6 +38,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, NamedTuple, TypeVar, get_args
 
+from harness.comparison.plan import Planned
 from harness.comparison.verdicts import (
     Check,
     Kind,
@@ -94,11 +95,19 @@ def silent(stage: str, done: int, total: int) -> None:
 
 
 class Part(NamedTuple):
-    """A part of a verification: its name, what runs it, and how many rows it leaves at least."""
+    """A part of a verification: its name, what runs it, and the names of rows that it must leave.
+
+    A name may be the beginning of a row's.
+    """
 
     name: str
     run: Callable[[], Sequence[Check]]
-    rows: int = 0
+    rows: tuple[str, ...] = ()
+
+
+def planned_in(parts: Iterable[Part]) -> list[Planned]:
+    """Return the checks that parts name."""
+    return [Planned(name) for part in parts for name in part.rows]
 
 
 def rows_of_parts(case: str, parts: Iterable[Part], unit: str = "") -> list[Check]:
@@ -373,12 +382,13 @@ class Case(ABC, Generic[P]):
         """Return the runs of a level that the default :meth:`verify` judges."""
         return ()
 
-    def expected_rows(self, level: LevelName, engine: Engine) -> int:
-        """Return how many rows :meth:`verify` leaves at least, 0 where the case does not say."""
-        return sum(
-            1 if engine.refuses(self.job(plan.parameters)) else len(plan.tolerances)
+    def planned(self, level: LevelName, engine: Engine) -> Sequence[Planned]:
+        """Return the checks that :meth:`verify` must leave; none where the case does not say."""
+        return [
+            Planned(name)
             for plan in self.plans(level, engine.traits)
-        )
+            for name in self._names(plan, engine)
+        ]
 
     def verify(self, engine: Engine, study: Study) -> Findings:
         """Run the plans of a level in an engine and judge each quantity against its reference."""
@@ -387,7 +397,7 @@ class Case(ABC, Generic[P]):
         for plan in plans:
             reason = engine.refuses(self.job(plan.parameters))
             if reason:
-                name = f"{self.name}: {plan.name}, {engine.name}"
+                (name,) = self._names(plan, engine)
                 findings.checks.append(not_tested(name, Kind.ANALYTIC, reason))
             else:
                 runnable.append(plan)
@@ -439,6 +449,13 @@ class Case(ABC, Generic[P]):
                 told = " ".join(repr(value).split())[:60]
                 raise EngineError(f"{where} returned {name} = {told}: not one number")
         return Measured(values, output.provenance, output.seconds, output.ranks)
+
+    def _names(self, plan: Plan[P], engine: Engine) -> list[str]:
+        """Return the names of the rows of a run: one where the engine refuses it."""
+        name = f"{self.name}: {plan.name}, {engine.name}"
+        if engine.refuses(self.job(plan.parameters)):
+            return [name]
+        return [f"{name}: {quantity}" for quantity in plan.tolerances]
 
     def _judged(self, plan: Plan[P], output: Output | EngineError, engine: Engine) -> list[Check]:
         name = f"{self.name}: {plan.name}, {engine.name}"

@@ -14,17 +14,17 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from pydantic import Field
 
 from harness.cases.contact.contact_case import ContactCase, Friction
 from harness.cases.contact.impact import impact, relative_velocity
-from harness.cases.contact.limits import Scan
+from harness.cases.contact.limits import Climbed, Evidence, Scan, Tried
 from harness.cases.contact.motion import Array, Motion
 from harness.cases.contact.parameters import ContactSystem, Speed, between, met
-from harness.cases.contact.report import ANGLES, OverAngle, expected_scan
+from harness.cases.contact.report import ANGLES, OverAngle, expected_scan, ratio_plot
 from harness.cases.contact.submodels import (
     HERTZ,
     OBLIQUE,
@@ -49,10 +49,6 @@ from harness.theory.contact import (
     sliding_impulse,
     stiffness_ratio,
 )
-
-if TYPE_CHECKING:
-    from harness.cases.contact.limits import Climbed, Evidence, Tried
-
 
 LAWS = ("mindlin", "mindlin/force", "mindlin_rescale", "mindlin_rescale/force")
 INCIDENCES = np.array([0.25, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 6.0])
@@ -114,8 +110,6 @@ def drawn_beside(curves: Mapping[str, Array]) -> Sequence[Drawing]:
 
 
 def _figure(curves: Mapping[str, Array]) -> Figure:
-    from harness.report.style import BLACK, COLOURS, STYLES, legend_below, panels
-
     figure = panels(1, 1, width=8.0, height=4.4)
     axes = figure.axes[0]
     psi = np.linspace(0.0, INCIDENCES[-1], 121)
@@ -250,8 +244,6 @@ class ObliqueCase(Friction, ContactCase[Oblique]):
 
     def plot(self, one: Tried, who: str) -> Plot:
         """Return the velocity ratio over the angle; of mdr between spheres the motion alone."""
-        from harness.cases.contact.report import ratio_plot
-
         if one.finest.normal == "mdr" and one.finest.partner != "wall":
             # its integration takes seconds at glancing angles, with a bulk response minutes
             return super().plot(one, who)

@@ -11,22 +11,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from pydantic import Field
 
 from harness.cases.contact.contact_case import ContactCase, Friction
 from harness.cases.contact.impact import impact, relative_velocity
-from harness.cases.contact.limits import Scan
+from harness.cases.contact.limits import Scan, Tried
 from harness.cases.contact.motion import Array, Motion
 from harness.cases.contact.parameters import ContactSystem, Speed, Turning, met
-from harness.cases.contact.report import OverAngle
+from harness.cases.contact.report import OverAngle, ratio_plot
 from harness.cases.contact.submodels import ROLLING_ON, SLIDING, SPIN, Told
 from harness.parameters.scene import ContactScene, Vector
 from harness.report.sections import Plot
-
-if TYPE_CHECKING:
-    from harness.cases.contact.limits import Tried
 
 
 def _spin(parameters: Spin, angle: float) -> float:
@@ -92,8 +89,6 @@ class SpinCase(Friction, ContactCase[Spin]):
 
     def plot(self, one: Tried, who: str) -> Plot:
         """Return the spin that is left over the angle of the velocity at the contact."""
-        from harness.cases.contact.report import ratio_plot
-
         return ratio_plot(self, one, who, OVER_ANGLE)
 
     def scene(self, parameters: Spin) -> ContactScene:

@@ -304,24 +304,6 @@ def _class(value: float) -> str:
     return Triage.NAN if math.isnan(value) else Triage.OUT_OF_TOLERANCE
 
 
-def judge_count(name: str, count: int, expected: int) -> Check:
-    """Return the check that a verification left all the rows that its plan has, or more."""
-    missing = expected - count
-    return Check(
-        name,
-        float(count),
-        0.0,
-        "",
-        expected=float(expected),
-        note=f"{missing} rows are missing" if missing > 0 else "",
-        kind=Kind.ANALYTIC,
-        tolerance=0.0,
-        verdict=Verdict.FAIL if missing > 0 else Verdict.PASS,
-        why="a count: each row that the plan of the level has is there",
-        triage=Triage.MISSING if missing > 0 else "",
-    )
-
-
 def finding(
     name: str, value: float, expected: float, unit: str, note: str, uncertainty: float = 0.0
 ) -> Check:

@@ -34,6 +34,7 @@ from harness.cases.qualification import announce, qualify
 from harness.cases.registry import all_cases, cases_named, get_case
 from harness.comparison.known_defects import KnownDefect, defect_of, told_apart
 from harness.comparison.moved_by_defects import moved_by_defects
+from harness.comparison.plan import judge_plan
 from harness.comparison.regression import (
     Baseline,
     BaselineRecord,
@@ -43,7 +44,7 @@ from harness.comparison.regression import (
     explained_by_cells,
 )
 from harness.comparison.series import Comparison
-from harness.comparison.verdicts import Check, Kind, judge_count
+from harness.comparison.verdicts import Check, Kind
 from harness.comparison.verification import DeclaredEngine, Findings, Verification
 from harness.engines.contract import Engine
 from harness.engines.process import parallel_map
@@ -479,10 +480,10 @@ class MainRun:
         if died:
             self.broken.setdefault(case.name, f"its part ended early: {died}")
         elif engine and self.engine is not None and not self.study.only:
-            expected = case.expected_rows(self.study.level, self.engine)
-            if expected:
+            planned = case.planned(self.study.level, self.engine)
+            if planned:
                 name = f"{case.name}: rows of level {self.study.level}, {engine}"
-                self.checks.append(judge_count(name, len(outcome.checks), expected))
+                self.checks += judge_plan(name, outcome.checks, planned)
 
     def scripts(self, beside: Beside) -> dict[str, str]:
         """Return the inputs that ran, by name."""

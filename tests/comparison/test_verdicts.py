@@ -9,7 +9,6 @@ from harness.comparison.verdicts import (
     failed_run,
     finding,
     judge,
-    judge_count,
     not_tested,
 )
 from harness.errors import EngineCrashError, EngineTimeoutError
@@ -50,13 +49,6 @@ def test_rows_that_are_no_judgement_are_never_a_pass():
     assert died.note == "out of time: 5 s"
     assert not_tested("x", Kind.CROSS_CODE, "no mpirun").verdict is Verdict.NOT_TESTED
     assert finding("x", 1.0, 2.0, "deg", "differs").verdict is Verdict.FINDING
-
-
-def test_rows_of_a_plan_are_counted():
-    assert judge_count("rows", 3, 3).verdict is Verdict.PASS
-    assert judge_count("rows", 4, 3).verdict is Verdict.PASS
-    missing = judge_count("rows", 1, 3)
-    assert (missing.verdict, missing.note) == (Verdict.FAIL, "2 rows are missing")
 
 
 def test_a_check_is_published_with_its_difference_and_the_name_of_its_log():

@@ -8,6 +8,7 @@ from pydantic import Field
 
 from harness.cases import registry as cases
 from harness.cases.contract import Case, Measured, Plan, Reference
+from harness.comparison.plan import Planned
 from harness.comparison.regression import BaselineRecord, made_by
 from harness.comparison.verdicts import Kind, Tolerance, judge
 from harness.comparison.verification import Findings
@@ -108,8 +109,8 @@ class Kept(Line):
         check = judge("kept: by pencil", Kind.ANALYTIC, 6.0, 6.0, NARROW)
         return Findings(self.name, checks=[check], records=[record(6.0, None)])
 
-    def expected_rows(self, level, engine):  # noqa: ARG002
-        return 1
+    def planned(self, level, engine):  # noqa: ARG002
+        return [Planned("kept")]
 
 
 class Gate(Line):

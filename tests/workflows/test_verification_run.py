@@ -2,6 +2,7 @@ import json
 
 import pytest
 
+from harness.comparison.plan import Planned
 from harness.comparison.regression import Baseline
 from harness.comparison.verdicts import Kind, Triage, Verdict
 from harness.comparison.verification import read_published
@@ -66,11 +67,14 @@ def test_a_plan_is_a_row_and_the_rows_are_counted():
 
 
 def test_rows_that_are_missing_are_a_failure(monkeypatch):
-    monkeypatch.setattr(fakes.Line, "expected_rows", lambda *_: 2)
+    monkeypatch.setattr(
+        fakes.Line, "planned", lambda *_: [Planned("line: usual"), Planned("line: other")]
+    )
     check = row(verified(), "rows of level quick")
     assert (check.verdict, check.kind) == (Verdict.FAIL, Kind.ANALYTIC)
     assert check.triage == Triage.MISSING
-    assert check.note == "1 rows are missing"
+    assert check.note == "missing: line: other"
+    assert row(verified(), "line: other").verdict is Verdict.FAIL
 
 
 def test_an_exception_of_a_case_is_a_failed_row_and_the_others_go_on():

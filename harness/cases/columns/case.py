@@ -36,6 +36,7 @@ from harness.cases.contract import (
     Reference,
     Study,
     Words,
+    planned_in,
     rows_of_parts,
     tolerances_of,
 )
@@ -46,6 +47,7 @@ from harness.cases.incline.runs import run_inclines
 from harness.cases.incline.system import Incline, InclineRun, Motion
 from harness.cases.source_angles import READINGS, source_angles
 from harness.comparison.convergence import limit
+from harness.comparison.plan import Planned
 from harness.comparison.verdicts import Check, Kind, finding, judge, not_tested
 from harness.comparison.verification import Findings
 from harness.engines.contract import Engine, Job, Output
@@ -197,9 +199,27 @@ RAMP: dict[LevelName, tuple[float, ...]] = {
 
 
 def engine_parts(engine: Engine) -> list[Part]:
-    """Return the parts that need an engine, with the rows that each leaves."""
-    ones = [Part("one particle", partial(_one_particle, engine), 1)]
-    return ones + [Part(f"{law} law", partial(_two_codes, engine, law), 2) for law in LAWS]
+    """Return the parts that need an engine, with the names of the rows that each leaves."""
+    ones = [Part("one particle", partial(_one_particle, engine), (_path_name(engine),))]
+    return ones + [
+        Part(
+            f"{law} law",
+            partial(_two_codes, engine, law),
+            tuple(_margin_name(engine, law, inside) for inside in INSIDE),
+        )
+        for law in LAWS
+    ]
+
+
+INSIDE: tuple[Inside, ...] = ("damped", "elastic")
+
+
+def _path_name(engine: Engine) -> str:
+    return f"columns: n = 1, path over three wells as on the incline, {engine.title}"
+
+
+def _margin_name(engine: Engine, law: Law, inside: Inside) -> str:
+    return f"columns: n = 3, {law} law, {inside}, margin against reference DEM, {engine.title}"
 
 
 def own_parts(study: Study, angles: Angles) -> list[Part]:
@@ -213,7 +233,7 @@ def own_parts(study: Study, angles: Angles) -> list[Part]:
 def _one_particle(engine: Engine) -> list[Check]:
     """Hold the path over columns of one particle against that over the incline's row."""
     case = Columns(n=1, contact=PLASTIC, steps_per_contact=100.0, stiffness=1e5, angle=ANGLE)
-    row = f"columns: n = 1, path over three wells as on the incline, {engine.title}"
+    row = _path_name(engine)
     reason = engine.refuses(job_of(case, "passage"))
     if reason:
         return [not_tested(row, Kind.CROSS_CODE, reason, "m")]
@@ -235,15 +255,15 @@ def _apart(one: InclineRun, other: InclineRun) -> float:
     return float(np.hypot(a.x_m[:rows] - b.x_m[:rows], a.y_m[:rows] - b.y_m[:rows]).max())
 
 
-def _two_codes(engine: Engine, law: str) -> list[Check]:
+def _two_codes(engine: Engine, law: Law) -> list[Check]:
     """Hold the margins of passages over three particles against the reference DEM's."""
     rows, own = [], ReferenceDEM()
-    for inside in ("damped", "elastic"):
+    for inside in INSIDE:
         # soft and with the source's contact: an external force costs a millisecond a step
         case = Columns(
             n=3, law=law, inside=inside, contact=SOURCE, stiffness=2e3, angle=ANGLE
         )  # fmt: skip
-        row = f"columns: n = 3, {law} law, {inside}, margin against reference DEM, {engine.title}"
+        row = _margin_name(engine, law, inside)
         reason = engine.refuses(job_of(case, "passage"))
         if reason:
             rows.append(not_tested(row, Kind.CROSS_CODE, reason, "m g d"))
@@ -260,7 +280,7 @@ def _angles(level: LevelName, angles: Angles) -> Iterator[Check]:
     angles.found += damped_angles(damped_cases(level), engine)
     angles.found += elastic_angles(level, engine)
     for law in LAWS:
-        for inside in ("damped", "elastic"):
+        for inside in INSIDE:
             found = angles.of(law=law, inside=inside)
             if not found:
                 continue
@@ -449,9 +469,9 @@ class ColumnsCase(Case[Columns]):
         rebounds = parameters.n > 1 and parameters.inside == "elastic"
         return {} if rebounds else INCLINE.references(parameters, traits)
 
-    def expected_rows(self, level: LevelName, engine: Engine) -> int:
-        """Return how many rows a level leaves."""
-        return sum(part.rows for part in engine_parts(engine))
+    def planned(self, level: LevelName, engine: Engine) -> Sequence[Planned]:
+        """Return the checks of the parts that need an engine."""
+        return planned_in(engine_parts(engine))
 
     def verify(self, engine: Engine, study: Study) -> Findings:
         """Hold an engine against the incline for one particle, and against the reference DEM."""

@@ -48,6 +48,7 @@ from harness.cases.contact.submodels import (
     Trial,
 )
 from harness.cases.contract import Case, LevelName, Reference, Study, places, text_of
+from harness.comparison.plan import Planned
 from harness.comparison.verification import Findings
 from harness.engines.border import engine_seconds
 from harness.engines.contract import Engine, Job, Output, Template
@@ -232,12 +233,14 @@ class ContactCase(Case[P]):
             yield quantity.name
             yield f"{self.name}, {trial.system}: {trial.submodel}: {quantity.name}"
 
-    def expected_rows(self, level: LevelName, engine: Engine) -> int:
-        """Return a row for each trial, at least, and for the invariances of one."""
+    def planned(self, level: LevelName, engine: Engine) -> Sequence[Planned]:
+        """Return a check for each trial, and one for the invariances of each that has any."""
         from harness.cases.contact.transformations import chosen
 
         trials = self.trials(level, self.stated(engine))
-        return sum(1 for _ in trials) + sum(1 for _ in chosen(self, level))
+        values = [Planned(trial.row_name(self.name, engine.name)) for trial in trials]
+        moved = [trial.row_name(self.name, engine.name) for trial in chosen(self, level)]
+        return [*values, *(Planned(name, invariance=True) for name in moved)]
 
     def verify(self, engine: Engine, study: Study) -> Findings:
         """Judge each trial in the limit of a small step, and that nothing else changes it."""

@@ -333,7 +333,7 @@ def _rows(
 ) -> Iterator[Check]:
     """Yield a row for each wanted way; one, with why, where the run as it stands is missing."""
     name, trial = one.case.name, one.trial
-    head = f"{name}, {trial.system}: {trial.submodel}, {engine.name}"
+    head = trial.row_name(name, engine.name)
     cell = Cell(name, trial.submodel, trial.system, engine.name)
     if one.motion(PLAIN) is None:
         why = one.motions[PLAIN]

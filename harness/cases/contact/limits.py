@@ -26,7 +26,7 @@ from harness.cases.contact.motion import Array, Motion, followed, motion_of, rul
 from harness.cases.contact.parameters import SMOOTH
 from harness.cases.contact.submodels import PLAIN, Trial
 from harness.cases.contract import LevelName, Reference
-from harness.comparison.convergence import Limit
+from harness.comparison.convergence import Limit, limit
 from harness.comparison.verdicts import Tolerance
 from harness.engines.contract import Engine
 from harness.errors import EngineError
@@ -213,8 +213,6 @@ def _limit(h: Array, y: Array, weights: Array, terms: Sequence[float], least: Ar
 
     It is no smaller than the ``least`` errors.
     """
-    from harness.comparison.convergence import limit
-
     scale = float(np.abs(y).max()) or 1.0
     columns = np.column_stack([np.ones_like(h), *(h**p for p in terms)])
     series = np.linalg.lstsq(columns / weights[:, None], y / scale / weights, rcond=None)[0]

@@ -28,7 +28,8 @@ from harness.parameters.law import ContactLaw
 from harness.parameters.rules import Rules
 from harness.parameters.scene import ZERO, Body, ContactScene, Plane, Segment, Vector
 from harness.parameters.submodels import PARTNER
-from harness.solvers.pair.integration import ContactPath, Event
+from harness.solvers.pair.integration import TOLERANCE, ContactPath, Event, integrate
+from harness.solvers.pair.system import same_system
 
 Array = NDArray[np.float64]
 
@@ -193,8 +194,6 @@ def powers_of(job: Job, traits: Traits) -> tuple[float, ...]:
 @lru_cache(maxsize=2048)
 def asked_for(scene: ContactScene, rules: Rules) -> Rules:
     """Return rules without those that change nothing in a scene."""
-    from harness.solvers.pair.system import same_system
-
     for name in rules.model_dump(exclude_defaults=True):
         without = rules.model_copy(update={name: Rules.model_fields[name].default})
         rules = without if same_system(scene, without, rules) else rules
@@ -206,15 +205,11 @@ def followed(scene: ContactScene, rules: Rules, tolerance: float | None = None) 
 
     ``tolerance`` is that of the integration, its own unless given.
     """
-    from harness.solvers.pair.integration import TOLERANCE
-
     return _followed(scene, asked_for(scene, rules), tolerance or TOLERANCE)
 
 
 @lru_cache(maxsize=2048)
 def _followed(scene: ContactScene, rules: Rules, tolerance: float) -> Followed:
-    from harness.solvers.pair.integration import integrate
-
     path = integrate(scene, rules, tolerance)
     motion = Motion(
         path.times, path.positions, path.velocities, path.omegas, path.forces, path.torques
@@ -261,8 +256,6 @@ def jumps_at_the_end(scene: ContactScene, rules: Rules) -> bool:
 @lru_cache(maxsize=2048)
 def yield_time(scene: ContactScene) -> float:
     """Return after which time of its first contact a sphere yields [s]; inf if it does not."""
-    from harness.solvers.pair.integration import integrate
-
     path = integrate(scene, Rules())
     begun = [event.time for event in path.of_kind("begins")]
     return next((event.time - begun[0] for event in path.of_kind("yields")), math.inf)
@@ -274,8 +267,6 @@ def contact_time(scene: ContactScene) -> float:
 
     Raise RequestError for a contact that does not end.
     """
-    from harness.solvers.pair.integration import integrate
-
     longer = 1
     while longer <= LONGEST:
         path = integrate(replace(scene, step=scene.step * longer), Rules())

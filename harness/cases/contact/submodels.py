@@ -218,6 +218,10 @@ class Trial:
     system: str
     parameters: Any
 
+    def row_name(self, case: str, engine: str) -> str:
+        """Return how the names of its rows begin, in a case and an engine of these names."""
+        return f"{case}, {self.system}: {self.submodel}, {engine}"
+
 
 def named(
     laws: Told, *, quick: bool = True, two_materials: Container[str] = ()

@@ -300,7 +300,7 @@ def _cell(
 
 
 def _name(case: ContactCase[Any], trial: Trial, engine: Engine) -> str:
-    return f"{case.name}, {trial.system}: {trial.submodel}, {engine.name}"
+    return trial.row_name(case.name, engine.name)
 
 
 def _record(

@@ -41,6 +41,7 @@ from harness.cases.contract import (
     tolerances_of,
 )
 from harness.cases.grain import COLUMNS, Grain, path_in, run_jobs, whole
+from harness.comparison.plan import Planned
 from harness.comparison.regression import BaselineRecord, made_by, record_name
 from harness.comparison.verdicts import Check, Kind, Tolerance, judge, not_tested
 from harness.comparison.verification import Findings
@@ -64,16 +65,16 @@ from harness.parameters.law import (
 from harness.parameters.plane_scene import Scene
 from harness.report.sections import Drawing, Section
 from harness.theory.contact import (
+    Impact,
     duration_clipped,
     duration_unclipped,
+    impact,
     restitution_clipped,
     restitution_unclipped,
 )
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from harness.theory.contact import Impact
 
 
 LEAST_OVERLAP = 1e6 * sys.float_info.epsilon
@@ -254,8 +255,6 @@ def restitution(case: Drop) -> float:
 
 def hertz_impact(case: Drop) -> Impact:
     """Return the head-on collision with Hertz's spring."""
-    from harness.theory.contact import impact
-
     law = case.hertz
     clipped = case.contact.tail == "clipped"
     return impact(law.relaxation * case.speed / law.overlap, clipped=clipped)
@@ -661,10 +660,10 @@ class DropCase(Case[Drop]):
         """Return what is expected under an engine's spring."""
         return references_of(parameters, traits.spring)
 
-    def expected_rows(self, level: LevelName, engine: Engine) -> int:
-        """Return a row for each drop, and for each named contact that the engine refuses."""
-        refused = [c for c in (SOURCE, PLASTIC) if engine.traits.refuses_contact(c)]
-        return len(list(drop_tests(engine.traits))) + len(refused)
+    def planned(self, level: LevelName, engine: Engine) -> Sequence[Planned]:
+        """Return a check for each drop, and for each named contact that the engine refuses."""
+        drops = [f"{engine.name}: {test.name}" for test in drop_tests(engine.traits)]
+        return [Planned(name) for name in (*drops, *_refused(engine))]
 
     def seconds_to_verify(self, engine: Engine) -> float:
         """Return the steps of the drops times what one takes, from runs of different lengths [s].
@@ -703,11 +702,8 @@ class DropCase(Case[Drop]):
             elif math.isfinite(check.value):
                 found.records.append(_record(name, test, run, check.value))
                 made.append((test, run))
-        for contact in (SOURCE, PLASTIC):
-            refused = engine.traits.refuses_contact(contact)
-            if refused:
-                name = f"{engine.name}: restitution head-on, {contact.name} contact"
-                found.checks.append(not_tested(name, Kind.ANALYTIC, refused))
+        for name, reason in _refused(engine).items():
+            found.checks.append(not_tested(name, Kind.ANALYTIC, reason))
         found.evidence = DropEvidence(engine.title, tuple(made))
         return found
 
@@ -717,6 +713,15 @@ class DropCase(Case[Drop]):
         """Return the collisions of the engines, with a figure of the main one's."""
         found = [*([main] if main is not None else []), *beside.values()]
         return sections_of([one.evidence for one in found if one.evidence is not None])
+
+
+def _refused(engine: Engine) -> dict[str, str]:
+    """Return why the engine refuses a named contact, by the name of the row that says so."""
+    return {
+        f"{engine.name}: restitution head-on, {contact.name} contact": refused
+        for contact in (SOURCE, PLASTIC)
+        if (refused := engine.traits.refuses_contact(contact))
+    }
 
 
 def _seconds(engine: Engine, drop: Drop) -> float:

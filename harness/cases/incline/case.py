@@ -10,6 +10,7 @@ from harness.cases.contract import Case, LevelName, Measured, Part, Reference, S
 from harness.cases.incline.levels import REGRESSION, run_seconds
 from harness.cases.incline.runs import read
 from harness.cases.incline.system import NAME, TEMPLATE, Incline, job_of
+from harness.comparison.plan import Planned
 from harness.comparison.verdicts import Check
 from harness.comparison.verification import Findings
 from harness.engines.contract import Engine, Job, Output
@@ -73,11 +74,11 @@ class InclineCase(Case[Incline]):
         """Return what one passage is expected to take an engine of these rules [s]."""
         return 0.0 if rules is None else run_seconds(parameters, "passage", rules)
 
-    def expected_rows(self, level: LevelName, engine: Engine) -> int:
-        """Return how many rows a level leaves."""
-        from harness.cases.incline.verification import expected_rows
+    def planned(self, level: LevelName, engine: Engine) -> Sequence[Planned]:
+        """Return the checks of a level; one for each run that an engine refuses."""
+        from harness.cases.incline.verification import planned
 
-        return expected_rows(level, engine)
+        return planned(level, engine)
 
     def verify(self, engine: Engine, study: Study) -> Findings:
         """Hold an engine against the closed form, the reference DEM and itself."""

@@ -122,9 +122,11 @@ class Verifying:
         """Return the engine's name as reports write it."""
         return self.evidence.who
 
-    def part(self, name: str, run: Callable[[Verifying], Sequence[Check]], rows: int = 0) -> Part:
-        """Return a part that leaves so many rows at least."""
-        return Part(name, partial(run, self), rows)
+    def part(
+        self, name: str, run: Callable[[Verifying], Sequence[Check]], rows: Iterable[str]
+    ) -> Part:
+        """Return a part that leaves rows of these names at least."""
+        return Part(name, partial(run, self), tuple(rows))
 
     def refusal(self, case: Incline, route: Route = "passage") -> str:
         """Return why the engine cannot run a case, or nothing where it can."""
@@ -467,20 +469,24 @@ CASES = tuple(
 )
 
 
+SHOCKS = "incline: energy after each shock"
+WELLS_PASSED = f"incline: wells passed at {RECURSION_CASE.angle:g} deg"
+WORST_SHOCK = "incline: energy after shock"
+"""Names of the rows of :func:`recursion`: where it is refused, and where it is not."""
+
+
 def recursion(verifying: Verifying) -> list[Check]:
     """Hold the energy after each shock against E[j+1] = (E[j] + dE) / 4 from the first one.
 
     All wells must be passed.
     """
     case, evidence = RECURSION_CASE, verifying.evidence
-    shocks = "incline: energy after each shock"
-    untested = verifying.untested(shocks, case, "steady", "m g d", Kind.ANALYTIC)
+    untested = verifying.untested(SHOCKS, case, "steady", "m g d", Kind.ANALYTIC)
     if untested:
         return untested
     run = measured(verifying.engine, [case], "steady")[0]
     found = run.crests.margin_J / case.weight_energy + incline.well_depth(case.angle)
-    name = f"incline: wells passed at {case.angle:g} deg"
-    rows = [judge(name, Kind.ANALYTIC, float(len(found)), float(case.wells), ALL_WELLS)]
+    rows = [judge(WELLS_PASSED, Kind.ANALYTIC, float(len(found)), float(case.wells), ALL_WELLS)]
     if len(found) < 2:
         return rows
     later = incline.energies(float(found[0]), len(found) - 1, case.angle, SHOCK_WITHOUT_REBOUND)
@@ -489,7 +495,7 @@ def recursion(verifying: Verifying) -> list[Check]:
     worst = int(np.argmax(np.abs(found - predicted)))
     rows.append(
         judge(
-            f"incline: energy after shock {worst + 1}, the worst of {len(found)}",
+            f"{WORST_SHOCK} {worst + 1}, the worst of {len(found)}",
             Kind.ANALYTIC,
             float(found[worst]),
             float(predicted[worst]),
@@ -519,16 +525,18 @@ def _tolerance(traits: Traits, closed_form: float) -> Tolerance:
     )
 
 
+SCALED = (
+    "incline: scale invariance, 3 mm glass",
+    "incline: scale invariance, lunar gravity",
+)
+
+
 def scales(verifying: Verifying) -> list[Check]:
     """Hold critical angles at the same k d/(m g) in other units against one another."""
     base, rows = SOURCE_CASE, []
     glass = base.replace(diameter=3e-3, density=2500.0, stiffness=1.0e6)
-    others = {
-        "3 mm glass": _same_rigidity(glass, base),
-        "lunar gravity": _same_rigidity(base.replace(gravity=1.62), base),
-    }
-    for number, (name, case) in enumerate(others.items(), 1):
-        row = f"incline: scale invariance, {name}"
+    others = [_same_rigidity(one, base) for one in (glass, base.replace(gravity=1.62))]
+    for number, (row, case) in enumerate(zip(SCALED, others, strict=True), 1):
         rows += verifying.untested(row, base) or [_scaled(verifying, row, case, base)]
         verifying.study.progress("scale invariance", number, len(others))
     return rows
@@ -546,9 +554,12 @@ def _same_rigidity(case: Incline, base: Incline) -> Incline:
     return case.replace(stiffness=case.mass * case.gravity / (base.static_overlap * case.diameter))
 
 
+WAYS_TO_RUN = "incline: in-process against executable, energy margin"
+
+
 def two_ways(verifying: Verifying) -> list[Check]:
     """Hold a run against the same installation run in its other way, where it has one."""
-    name = "incline: in-process against executable, energy margin"
+    name = WAYS_TO_RUN
     case = SOURCE_CASE.replace(angle=10.0)
     refused = verifying.refusal(case)
     try:

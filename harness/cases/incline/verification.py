@@ -26,7 +26,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from harness.cases.contract import LevelName, Part, Study, failed_part, rows_of_parts
+from harness.cases.contract import LevelName, Part, Study, failed_part, planned_in, rows_of_parts
 from harness.cases.grain import COLUMNS, complete, recorded_text, whole
 from harness.cases.incline import levels
 from harness.cases.incline.angle import (
@@ -42,6 +42,11 @@ from harness.cases.incline.checks import (
     CASES,
     EVERY,
     RECURSION_CASE,
+    SCALED,
+    SHOCKS,
+    WAYS_TO_RUN,
+    WELLS_PASSED,
+    WORST_SHOCK,
     InclineEvidence,
     Recursion,
     Verifying,
@@ -73,6 +78,7 @@ from harness.cases.incline.system import (
     margin,
     start_in_well,
 )
+from harness.comparison.plan import Planned
 from harness.comparison.verdicts import (
     Check,
     Kind,
@@ -102,6 +108,18 @@ MOTION_EVERY = 100
 
 FIRST_CRESTS = 5
 """Crests over which round-off has not grown yet."""
+
+
+HELD_PATH = (
+    "largest distance",
+    "largest velocity apart",
+    "energy told and of its path",
+    "largest rise of energy",
+)
+"""What is held against the reference DEM of every path."""
+
+CREST_ENERGY, CREST_TIME = "energy, the worst of", "time, the worst of"
+"""What is held of crests, before how many they are."""
 
 
 def motion_rows(name: str, reference: Reference, run: InclineRun) -> list[Check]:
@@ -149,8 +167,8 @@ def _path(
     if route == "passage":
         near = slow = levels.REFERENCE_PASSAGE
     judged = [
-        judge(f"{name}, largest distance", Kind.CROSS_CODE, apart, 0.0, near),
-        judge(f"{name}, largest velocity apart", Kind.CROSS_CODE, faster, 0.0, slow),
+        judge(f"{name}, {HELD_PATH[0]}", Kind.CROSS_CODE, apart, 0.0, near),
+        judge(f"{name}, {HELD_PATH[1]}", Kind.CROSS_CODE, faster, 0.0, slow),
         _told_energy(name, run, path, reference.traits.spring),
         _energy_rise(name, run, path, own.path, reference.traits.spring),
     ]
@@ -166,7 +184,7 @@ def _energy_rise(
     round-off has grown too much for the paths to be compared.
     """
     known, found = (_rise(run.case, one, spring) for one in (own, path))
-    name = f"{name}, largest rise of energy"
+    name = f"{name}, {HELD_PATH[3]}"
     return judge(name, Kind.CROSS_CODE, found, known, levels.ENERGY_RISE)
 
 
@@ -182,7 +200,7 @@ def _told_energy(name: str, run: InclineRun, path: Trajectory, spring: Spring) -
     well = max(1, run.crests.time_s.size + (run.motion is not Motion.MOVES_ON))
     x, y, vx, vy = (float(getattr(path, column)[-1]) for column in COLUMNS[1:])
     return judge(
-        f"{name}, energy told and of its path",
+        f"{name}, {HELD_PATH[2]}",
         Kind.CROSS_CODE,
         run.margin,
         margin(case, well, x, y, vx, vy, spring) / case.weight_energy,
@@ -214,10 +232,10 @@ def _at_crests(
     margins = np.abs(ours.margin_J[:count] - theirs.margin_J[:count]) / run.case.weight_energy
     time = np.abs(ours.time_s[:count] - theirs.time_s[:count]) / run.case.step
     step = Tolerance("steps", 0.5, 0.0, "the same steps in two codes, counted")
-    rows = [(f"energy, the worst of {some}", margins[:some], width) for some, width in held]
+    rows = [(f"{CREST_ENERGY} {some}", margins[:some], width) for some, width in held]
     return [
         judge(f"{name}, {what}", Kind.CROSS_CODE, float(apart.max(initial=0.0)), 0.0, width)
-        for what, apart, width in [*rows, (f"time, the worst of {count}", time, step)]
+        for what, apart, width in [*rows, (f"{CREST_TIME} {count}", time, step)]
     ]
 
 
@@ -248,15 +266,16 @@ def reference_parts(verifying: Verifying) -> list[Part]:
             own if engine.name == OWN else "the reference DEM does not have the engine's scheme"
         )
         untested = not_tested("incline: against the reference DEM", Kind.CROSS_CODE, reason)
-        return [Part(untested.name, lambda: [untested], 1)]
+        return [Part(untested.name, lambda: [untested], (untested.name,))]
     parts = list(_reference_angle_parts(verifying, reference))
     if engine.traits.digits >= ENOUGH_DIGITS:
         parts += _path_parts(verifying, reference)
     if verifying.level.name == "full":
-        rows = any(is_compared(case, SOURCE.name, 1e6) for case in _asked(verifying))
+        compared = any(is_compared(case, SOURCE.name, 1e6) for case in _asked(verifying))
+        rows = (_worth_name(verifying.who),) if compared else ()
         find = partial(_angle_at, verifying.evidence, SOURCE.name, 1e6)
         worth = partial(_worth_of_the_step, verifying.who)
-        parts.append(_held("what the step is worth", int(rows), find, worth))
+        parts.append(_held("what the step is worth", rows, find, worth))
     return parts
 
 
@@ -276,7 +295,7 @@ def _reference_angle_parts(verifying: Verifying, reference: Reference) -> Iterat
             )
             phases = PHASES if contact == PLASTIC.name else level.phases_beside
             find = partial(_angle_at, verifying.evidence, contact, stiffness)
-            yield _held(name, 1, find, partial(_reference_angle, name, reference, phases))
+            yield _held(name, (name,), find, partial(_reference_angle, name, reference, phases))
 
 
 def _path_parts(verifying: Verifying, reference: Reference) -> Iterator[Part]:
@@ -285,18 +304,24 @@ def _path_parts(verifying: Verifying, reference: Reference) -> Iterator[Part]:
         for case in MOTIONS:
             name = f"incline: path at {case.angle:.2f} deg, {who}"
             find = partial(_run_of, evidence.motions, case)
-            yield _held(name, 6, find, partial(motion_rows, name, reference))
+            rows = [f"{name}, {held}" for held in (*HELD_PATH, CREST_ENERGY, CREST_TIME)]
+            yield _held(name, rows, find, partial(motion_rows, name, reference))
     for case in verifying.stated(CASES):
         name = f"{passage_row(case)}, {who}"
         find = partial(_run_of, evidence.passages, case)
-        yield _held(name, 4, find, partial(passage_rows, name, reference))
+        rows = [f"{name}, {held}" for held in HELD_PATH]
+        yield _held(name, rows, find, partial(passage_rows, name, reference))
     if not verifying.refusal(RECURSION_CASE, "steady"):
         name = f"incline: crests at {RECURSION_CASE.angle:g} deg, {who}"
-        yield _held(name, 3, lambda: evidence.recursion, partial(crests_rows, name, reference))
+        rows = [f"{name}, {held}" for held in (CREST_ENERGY, CREST_ENERGY, CREST_TIME)]
+        yield _held(name, rows, lambda: evidence.recursion, partial(crests_rows, name, reference))
 
 
 def _held(
-    name: str, rows: int, find: Callable[[], Found | None], hold: Callable[[Found], list[Check]]
+    name: str,
+    rows: Sequence[str],
+    find: Callable[[], Found | None],
+    hold: Callable[[Found], list[Check]],
 ) -> Part:
     """Return the part that holds what the engine left, nothing where its run died."""
 
@@ -304,7 +329,7 @@ def _held(
         found = find()
         return [] if found is None else hold(found)
 
-    return Part(name, run, rows)
+    return Part(name, run, tuple(rows))
 
 
 def _run_of(runs: Sequence[InclineRun], case: Incline) -> InclineRun | None:
@@ -331,9 +356,13 @@ def _reference_angle(
     return [row]
 
 
+def _worth_name(who: str) -> str:
+    return f"incline: the source's contact at k = 1e6 N/m, {who} against no step at all"
+
+
 def _worth_of_the_step(who: str, found: CriticalAngle) -> list[Check]:
     """Report what the source's step is worth: the same contact without a step."""
-    name = f"incline: the source's contact at k = 1e6 N/m, {who} against no step at all"
+    name = _worth_name(who)
     exact = critical_angle(found.case, engine=Reference("adaptive"), phases=1)
     note = "held against the adaptive reference: 50 steps per contact skip the attractive tail"
     return [finding(name, found.value_deg, exact.value_deg, "deg", note, found.uncertainty_deg)]
@@ -515,6 +544,12 @@ def _recorded_angle(found: RecordedAngle, engine: Reference, angles: list[Engine
 TAILS = (SOURCE_CASE.replace(contact=SOURCE_CLIPPED), SOURCE_CASE)
 """The source's contact at its own step, tail clipped and kept."""
 
+TAIL_NAMES = (
+    "incline: the source's contact at k = 1e6 N/m, 50 steps",
+    "incline: the same with the attractive tail clipped",
+)
+INTERVAL = "incline: the stated uncertainty holds the closed form"
+MOTIONS_NAME = "incline: motion near the critical angle"
 HEADLINE = "critical angle of the frictionless incline"
 
 
@@ -532,43 +567,56 @@ def incline_checks(verifying: Verifying) -> list[Check]:
     return [*rows[0], *rows[1], *rows_of_parts("incline", [_last_part(verifying)], "deg")]
 
 
-def expected_rows(level: LevelName, engine: Engine) -> int:
-    """Return how many rows a level leaves for an engine; one for each run that it refuses."""
+def planned(level: LevelName, engine: Engine) -> list[Planned]:
+    """Return the checks of a level for an engine; one for each run that it refuses."""
     plan = Verifying(engine, Study(level), Findings("incline"), InclineEvidence(engine.title, 0.0))
-    parts = (*_angle_parts(plan), *_other_parts(plan), _last_part(plan))
-    return sum(part.rows for part in parts)
+    return planned_in((*_angle_parts(plan), *_other_parts(plan), _last_part(plan)))
 
 
 def _angle_parts(verifying: Verifying) -> list[Part]:
-    part, beside = verifying.part, verifying.level.beside()
-    plastic = not verifying.refusal(Incline(contact=PLASTIC))
+    part, refusal = verifying.part, verifying.refusal
+    angle = [_extrapolated_name(verifying.who)]
+    if not refusal(Incline(contact=PLASTIC)):
+        angle.append(INTERVAL)
+    refused = [_cell_name(case) for case in verifying.level.beside() if refusal(case)]
     return [
-        part("extrapolation", _extrapolation, 1 + plastic),
-        part("source's and clipped contact", _beside, len(beside) - len(verifying.stated(beside))),
+        part("extrapolation", _extrapolation, angle),
+        part("source's and clipped contact", _beside, refused),
     ]
 
 
 def _other_parts(verifying: Verifying) -> list[Part]:
     part, refusal = verifying.part, verifying.refusal
-    tails, shocks = not any(map(refusal, TAILS)), not refusal(RECURSION_CASE, "steady")
+    tails = [_cell_name(case) for case in TAILS if refusal(case)][:1] or TAIL_NAMES
+    shocks = [SHOCKS] if refusal(RECURSION_CASE, "steady") else [WELLS_PASSED, WORST_SHOCK]
+    motions = [MOTIONS_NAME] if refusal(SOURCE_CASE, "steady") else []
+    refused = [passage_row(case) for case in CASES if refusal(case)]
     return [
-        part("the source's contact and its tail", _tails, 1 + tails),
-        part("two routes", _routes, len(verifying.level.routes)),
-        part("energy after each shock", recursion, 1 + shocks),
-        part("motion near the critical angle", _motions, bool(refusal(SOURCE_CASE, "steady"))),
-        part("scale invariance", scales, 2),
-        part("two ways to run it", two_ways, 1),
-        part("passages at a fixed angle", passages, len(CASES) - len(verifying.stated(CASES))),
+        part("the source's contact and its tail", _tails, tails),
+        part("two routes", _routes, map(_route_name, verifying.level.routes)),
+        part("energy after each shock", recursion, shocks),
+        part("motion near the critical angle", _motions, motions),
+        part("scale invariance", scales, SCALED),
+        part("two ways to run it", two_ways, [WAYS_TO_RUN]),
+        part("passages at a fixed angle", passages, refused),
     ]
 
 
 def _last_part(verifying: Verifying) -> Part:
-    rows = sum(part.rows for part in reference_parts(verifying))
+    rows = [name for part in reference_parts(verifying) for name in part.rows]
     return verifying.part("against the reference DEM", against_the_reference, rows)
 
 
+def _extrapolated_name(who: str) -> str:
+    return f"incline: critical angle, {who} extrapolated"
+
+
+def _route_name(case: Incline) -> str:
+    return f"incline: steady against passage, {case.contact.name} contact"
+
+
 def _extrapolation(verifying: Verifying) -> list[Check]:
-    name = f"incline: critical angle, {verifying.who} extrapolated"
+    name = _extrapolated_name(verifying.who)
     cases = verifying.level.ladder.cases(Incline(contact=PLASTIC))
     untested = verifying.untested(name, cases[0], kind=Kind.ANALYTIC)
     if untested:
@@ -591,7 +639,7 @@ def _extrapolation(verifying: Verifying) -> list[Check]:
     return [
         judge(name, Kind.ANALYTIC, value, expected, EXTRAPOLATED, uncertainty=stated),
         judge(
-            "incline: the stated uncertainty holds the closed form",
+            INTERVAL,
             Kind.ANALYTIC,
             value,
             expected,
@@ -638,7 +686,7 @@ def _tails(verifying: Verifying) -> list[Check]:
     verifying.found.records += [angle_case(angle, in_phases(PHASES)) for angle in (clipped, kept)]
     return [
         finding(
-            "incline: the source's contact at k = 1e6 N/m, 50 steps",
+            TAIL_NAMES[0],
             kept.value_deg,
             verifying.evidence.closed_form_deg,
             "deg",
@@ -646,7 +694,7 @@ def _tails(verifying: Verifying) -> list[Check]:
             kept.uncertainty_deg,
         ),
         finding(
-            "incline: the same with the attractive tail clipped",
+            TAIL_NAMES[1],
             clipped.value_deg,
             kept.value_deg,
             "deg",
@@ -661,7 +709,7 @@ def _routes(verifying: Verifying) -> list[Check]:
     rows = []
     for number, case in enumerate(cases, 1):
         progress("passage against steady", number - 1, len(cases))
-        name = f"incline: steady against passage, {case.contact.name} contact"
+        name = _route_name(case)
         rows += verifying.untested(name, case) or [_route(verifying, name, case)]
         progress("passage against steady", number, len(cases))
     return rows
@@ -690,8 +738,7 @@ def _route(verifying: Verifying, name: str, case: Incline) -> Check:
 
 
 def _motions(verifying: Verifying) -> list[Check]:
-    name = "incline: motion near the critical angle"
-    untested = verifying.untested(name, SOURCE_CASE, "steady", "")
+    untested = verifying.untested(MOTIONS_NAME, SOURCE_CASE, "steady", "")
     if untested:
         return untested
     for run in run_inclines(verifying.engine, MOTIONS, "steady", every=MOTION_EVERY):

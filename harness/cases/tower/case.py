@@ -9,6 +9,8 @@ from collections.abc import Mapping, Sequence
 from functools import lru_cache, partial
 
 from harness.cases.contract import Case, LevelName, Measured, Part, Reference, Study, rows_of_parts
+from harness.cases.tower import engine_checks
+from harness.cases.tower.engine_checks import beside_findings
 from harness.cases.tower.run import MARGIN, NAME, SOLVERS, covering, read, tower
 from harness.cases.tower.system import (
     TEMPLATE,
@@ -18,7 +20,14 @@ from harness.cases.tower.system import (
     job_of,
     timing_of,
 )
-from harness.cases.tower.verification import REGRESSION
+from harness.cases.tower.verification import (
+    REGRESSION,
+    CodeEvidence,
+    engine_findings,
+    own_findings,
+    planned,
+)
+from harness.comparison.plan import Planned
 from harness.comparison.verification import Findings
 from harness.engines.border import engine_seconds
 from harness.engines.contract import Engine, Job, Output
@@ -134,35 +143,24 @@ class TowerCase(Case[TowerRunParameters]):
         )
         return own + tower_seconds(case, "exact", duration=duration)
 
-    def expected_rows(self, level: LevelName, engine: Engine) -> int:
-        """Return how many rows a level leaves."""
-        from harness.cases.tower.verification import expected_rows
-
-        return expected_rows(level, engine)
+    def planned(self, level: LevelName, engine: Engine) -> Sequence[Planned]:
+        """Return the checks of each law, of the tall tower and of the impulse table."""
+        return planned(level, engine)
 
     def verify(self, engine: Engine, study: Study) -> Findings:
         """Hold an engine against the exact propagator, law by law."""
-        from harness.cases.tower.verification import engine_findings
-
         return engine_findings(engine, study)
 
     def verify_own(self, study: Study) -> Findings:
         """Hold RK4 and the exact propagator against each other and closed forms."""
-        from harness.cases.tower.verification import own_findings
-
         return own_findings(study)
 
     def verify_beside(self, engine: Engine, study: Study) -> Findings:
         """Hold the finest towers of an engine, and the order of its error, against exact."""
-        from harness.cases.tower.engine_checks import beside_findings
-
         return beside_findings(engine, study)
 
     def recorded(self, study: Study) -> Mapping[str, Findings]:
         """Return the recorded towers of an engine that is missing."""
-        from harness.cases.tower import engine_checks
-        from harness.cases.tower.verification import CodeEvidence
-
         if engine_checks.MFIX not in study.missing:
             return {}
         evidence = CodeEvidence(engine_checks.RECORDED_NAME)

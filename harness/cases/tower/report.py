@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from harness.cases.contract import Words
 from harness.cases.tower import figures
 from harness.cases.tower.comparison import SeriesComparison
-from harness.cases.tower.figures import peak_error
+from harness.cases.tower.figures import peak_error, tower_error_against_step
 from harness.cases.tower.run import RATIO, of_ratio
 from harness.cases.tower.verification import CodeEvidence, OwnEvidence
 from harness.observables.reference import PEYNEAU_ROUX
@@ -211,8 +211,6 @@ def towers_table(beside: Sequence[CodeEvidence]) -> Table:
 
 def _engines(beside: Sequence[CodeEvidence]) -> Iterator[Drawing]:
     """Yield the figure of engines beside one another."""
-    from harness.cases.tower.figures import tower_error_against_step
-
     convergence = [found for one in beside for found in one.convergence]
     if convergence:
         yield WORDS.drawing("engines-tower-error", lambda: tower_error_against_step(convergence))

@@ -27,7 +27,15 @@ import numpy as np
 import pandas as pd
 from scipy.special import jn_zeros
 
-from harness.cases.contract import LevelName, Part, Study, asked, rows_of_parts, tolerances_of
+from harness.cases.contract import (
+    LevelName,
+    Part,
+    Study,
+    asked,
+    planned_in,
+    rows_of_parts,
+    tolerances_of,
+)
 from harness.cases.grain import whole
 from harness.cases.tower.comparison import (
     SeriesComparison,
@@ -54,6 +62,7 @@ from harness.cases.tower.run import (
     tower_record,
 )
 from harness.cases.tower.system import job_of, timing_of
+from harness.comparison.plan import Planned
 from harness.comparison.series import Comparison
 from harness.comparison.verdicts import (
     Check,
@@ -308,17 +317,50 @@ SHOWN = 2
 """Height whose force series the report shows: three particles, the source's example."""
 
 
+HELD = (
+    "force, largest difference over the peak",
+    "impulse to the turnaround",
+    "contact changes, largest time difference",
+)
+"""What is held against the exact run of a tower."""
+
+
+def _law_name(code: str, law: Law) -> str:
+    return f"tower: {code}, {law} law"
+
+
+def _name(code: str, law: Law, height: int) -> str:
+    return f"{_law_name(code, law)}, n = {height}"
+
+
+def _order_name(code: str, law: Law) -> str:
+    return f"{_law_name(code, law)}: order of the force error in the step, n = {SHOWN + 1}"
+
+
+def _tall_name(code: str) -> str:
+    return f"chain: first-contact impulse ratio of a tall tower, {code}"
+
+
+def _ratio_name(code: str, height: int) -> str:
+    return f"tower: impulse ratio alpha({height}), overlap law, {code}"
+
+
 def against_exact(
-    run: TowerRun, exact: TowerRun, evidence: CodeEvidence, divergences: list[Comparison]
+    run: TowerRun,
+    exact: TowerRun,
+    evidence: CodeEvidence,
+    divergences: list[Comparison],
+    code: str = "",
 ) -> list[Check]:
     """Return the rows of a run against the exact one of the same tower, both with profiles.
 
+    They are of a ``code``, the run's own unless given.
     A force that left its tolerance is added to ``divergences``.
     """
     found = compare(run, exact, least_force=LEAST_FORCE)
     if run.tower.height == SHOWN:
         evidence.same_law.setdefault(run.tower.law, []).append(found)
-    name = f"tower: {run.solver}, {run.tower.law} law, n = {run.tower.height}"
+    name = _name(code or run.solver, run.tower.law, run.tower.height)
     width = FORCE[run.tower.law]
     series = force_comparison(name, found, width.width(0.0))
     triage = ""
@@ -327,7 +369,7 @@ def against_exact(
         triage = of_divergence(series.divergence)
     return [
         judge(
-            f"{name}: force, largest difference over the peak",
+            f"{name}: {HELD[0]}",
             Kind.CROSS_CODE,
             found.force.peak,
             0.0,
@@ -335,7 +377,7 @@ def against_exact(
             triage=triage,
         ),
         judge(
-            f"{name}: impulse to the turnaround",
+            f"{name}: {HELD[1]}",
             Kind.CROSS_CODE,
             impulse(run),
             impulse(exact),
@@ -351,7 +393,7 @@ def _events(name: str, found: SeriesComparison, triage: str) -> Check:
     t0 = found.run.tower.contact_time
     alone = len(found.unmatched)
     return judge(
-        f"{name}: contact changes, largest time difference",
+        f"{name}: {HELD[2]}",
         Kind.CROSS_CODE,
         math.inf if alone else found.largest_event_difference / t0,
         0.0,
@@ -385,7 +427,7 @@ def order(
     evidence.convergence.append(found)
     low, high = found.l2_order.interval
     return judge(
-        f"tower: {code}, {law} law: order of the force error in the step, n = {case.height}",
+        _order_name(code, law),
         Kind.CROSS_CODE,
         found.l2_order.value,
         2.0,
@@ -548,7 +590,7 @@ def bessel(width: Tolerance, engine: Engine | None = None) -> Check:
     leaves = float(jn_zeros(2, 1)[0])
     expected = (1.0 - float(grain_velocity(leaves))) / 2.0
     return judge(
-        f"chain: first-contact impulse ratio of a tall tower, {solver}",
+        _tall_name(solver),
         Kind.ANALYTIC,
         ratio,
         expected,
@@ -568,9 +610,9 @@ def engine_findings(engine: Engine, study: Study) -> Findings:
     return found
 
 
-def expected_rows(level: LevelName, engine: Engine) -> int:
-    """Return how many rows a level leaves for an engine; one for each law that it refuses."""
-    return sum(part.rows for part in _parts(engine, Study(level), Findings(NAME)))
+def planned(level: LevelName, engine: Engine) -> list[Planned]:
+    """Return the checks of a level for an engine; one for each law that it refuses."""
+    return planned_in(_parts(engine, Study(level), Findings(NAME)))
 
 
 def _parts(engine: Engine, study: Study, found: Findings) -> Iterator[Part]:
@@ -578,19 +620,22 @@ def _parts(engine: Engine, study: Study, found: Findings) -> Iterator[Part]:
 
     The overlap law has an impulse ratio for each height too, and the tall tower.
     """
-    heights = len(LEVELS[study.level].heights)
+    heights, code = LEVELS[study.level].heights, engine.name
     reasons = {law: refusal(engine, Tower(height=2, law=law)) for law in LAWS}
     for law in sorted(LAWS, key=lambda law: not reasons[law]):
         reason = reasons[law]
         run = partial(_refused if reason else _engine_under_same_law, law, engine, study, found)
-        yield Part(f"{law} law", run, 1 if reason else 3 * heights + 1)
+        rows = [f"{_name(code, law, n)}: {held}" for n in heights for held in HELD]
+        names = (_law_name(code, law),) if reason else (*rows, _order_name(code, law))
+        yield Part(f"{law} law", run, names)
     if not reasons["overlap"]:
-        yield Part("tall tower", lambda: [bessel(TALL_TOWER, engine)], 1)
-        yield Part("impulse table", partial(_engine_impulses, engine, study, found), heights)
+        tall = partial(_engine_impulses, engine, study, found)
+        yield Part("tall tower", lambda: [bessel(TALL_TOWER, engine)], (_tall_name(code),))
+        yield Part("impulse table", tall, tuple(_ratio_name(code, n) for n in heights))
 
 
 def _refused(law: Law, engine: Engine, _: Study, found: Findings) -> list[Check]:
-    reason, name = refusal(engine, Tower(height=2, law=law)), f"tower: {engine.name}, {law} law"
+    reason, name = refusal(engine, Tower(height=2, law=law)), _law_name(engine.name, law)
     found.untested[f"{engine.name}/*-{law}-*"] = reason
     return [not_tested(name, Kind.CROSS_CODE, reason)]
 
@@ -627,7 +672,7 @@ def _one(case: Tower, run: TowerRun | EngineError, study: Study, found: Findings
     # samples at the same times: nothing needs to be interpolated
     exact = exact_run(case, run.time.size - 1, study)
     found.records.append(tower_record(run))
-    return against_exact(run, exact, found.evidence, found.divergences)
+    return against_exact(run, exact, found.evidence, found.divergences, found.engine)
 
 
 def _engine_impulses(engine: Engine, study: Study, found: Findings) -> list[Check]:
@@ -640,7 +685,7 @@ def _engine_impulses(engine: Engine, study: Study, found: Findings) -> list[Chec
     found.records += ratio_records(ours, engine.identify(), heights)
     return [
         judge(
-            f"tower: impulse ratio alpha({height}), overlap law, {engine.name}",
+            _ratio_name(engine.name, height),
             Kind.CROSS_CODE,
             float(here),
             float(there),
