@@ -221,13 +221,13 @@ class ContactCase(Case[P]):
 
         every = (*self.submodels, *self.beside)
         trials = (*self.trials(level, every), *chosen(self, level))
-        return {name for trial in trials for name in self._names(trial)}
+        return {name for trial in trials for name in self._labels(trial)}
 
     def wanted(self, trials: Iterable[Trial], study: Study) -> Iterator[Trial]:
         """Yield the trials that a study asks for: by their place, or by a row that they leave."""
-        return (trial for trial in trials if study.selects(*self._names(trial)))
+        return (trial for trial in trials if study.selects(*self._labels(trial)))
 
-    def _names(self, trial: Trial) -> Iterator[str]:
+    def _labels(self, trial: Trial) -> Iterator[str]:
         yield from places(self.name, trial.submodel, trial.system)
         for quantity in self.quantities:
             yield quantity.name
