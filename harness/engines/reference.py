@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from importlib.metadata import version
-from typing import Any, NamedTuple, get_args
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,16 +28,11 @@ from harness.observables.provenance import Provenance
 from harness.observables.reference import Trajectory
 from harness.parameters.law import STIFFEST, Spring
 from harness.parameters.plane_scene import STAGES, Scene, Stage
-from harness.solvers.grain import mfix_adams_bashforth, mfix_euler, rk4, trajectory, velocity_verlet
 from harness.solvers.grain.adaptive import Adaptive
 from harness.solvers.grain.columns import OverColumns
 from harness.solvers.grain.row import Grain, Row, row_of
-from harness.solvers.grain.trajectory import (
-    FixedStep,
-    Growth,
-    TrajectoryIntegrator,
-    fewest_steps_per_contact,
-)
+from harness.solvers.grain.schemes import FIXED_STEP, fewest_steps_per_contact
+from harness.solvers.grain.trajectory import FixedStep, TrajectoryIntegrator
 
 COLUMNS = ("step", "time_s", "x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
 
@@ -167,20 +162,6 @@ def grain_of(scene: Scene) -> Grain:
     x0, y0 = origin_of(scene)
     return Grain(x - x0, y - y0, *(float(value) for value in scene.velocity[0]))
 
-
-class Method(NamedTuple):
-    """An integrator in fixed steps: its number in the kernels, and its growth in the well."""
-
-    number: int
-    growth: Growth
-
-
-FIXED_STEP = {
-    "velocity-verlet": Method(trajectory.VELOCITY_VERLET, velocity_verlet.growth),
-    "mfix-euler": Method(trajectory.MFIX_EULER, mfix_euler.growth),
-    "mfix-adams-bashforth": Method(trajectory.MFIX_ADAMS_BASHFORTH, mfix_adams_bashforth.growth),
-    "rk4": Method(trajectory.RK4, rk4.growth),
-}
 
 ADAPTIVE = "adaptive"
 INTEGRATORS = (*FIXED_STEP, ADAPTIVE)

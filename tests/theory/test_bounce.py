@@ -9,7 +9,7 @@ from harness.parameters.law import ContactLaw
 from harness.parameters.scene import Body, ContactScene, Plane
 from harness.solvers.pair.integration import integrate
 from harness.theory import contact
-from tests.pair.scenes import FLOOR, MASS, RADIUS
+from tests.solvers.pair.scenes import FLOOR, MASS, RADIUS
 from tests.theory import closed_forms
 
 G = 9.81

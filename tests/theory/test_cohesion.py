@@ -11,7 +11,7 @@ from harness.parameters.rules import Rules
 from harness.parameters.scene import Body, ContactScene, sphere_mass
 from harness.solvers.pair.integration import integrate
 from harness.theory import contact
-from tests.pair.scenes import FLOOR
+from tests.solvers.pair.scenes import FLOOR
 from tests.theory import closed_forms
 
 GAMMA, MODULUS, R = 0.05, 5e7, 1e-4

@@ -7,7 +7,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from harness.theory import contact
-from tests.pair.scenes import sphere_mass
+from tests.solvers.pair.scenes import sphere_mass
 from tests.theory import closed_forms
 
 

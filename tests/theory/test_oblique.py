@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from harness.parameters.law import ContactLaw
 from harness.solvers.pair.integration import integrate
 from harness.theory import contact
-from tests.pair.scenes import RADIUS, impact
+from tests.solvers.pair.scenes import RADIUS, impact
 from tests.theory import closed_forms
 
 NU = 0.3

@@ -8,7 +8,7 @@ import pytest
 from harness.parameters.scene import Body, ContactScene
 from harness.solvers.pair.integration import integrate
 from harness.theory import contact
-from tests.pair.scenes import FLOOR, LINEAR, MASS, RADIUS, STILL
+from tests.solvers.pair.scenes import FLOOR, LINEAR, MASS, RADIUS, STILL
 from tests.theory import closed_forms
 
 G = 9.81

@@ -17,15 +17,16 @@ import numpy as np
 from scipy.integrate import OdeSolution, solve_ivp
 
 from harness.errors import EngineNaNError
-from harness.solvers.grain.row import Grain, Row
-from harness.solvers.grain.trajectory import (
+from harness.solvers.grain.row import (
+    Grain,
+    Row,
     State,
-    TrajectoryIntegrator,
     energy,
     overlap,
     rate_of_change,
     unclipped_force,
 )
+from harness.solvers.grain.trajectory import TrajectoryIntegrator
 
 RELATIVE, ABSOLUTE = 1e-11, 1e-13
 """Tolerances of a step; the absolute one in units of d, and sqrt(g d) plus the first speed."""

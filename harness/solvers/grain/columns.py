@@ -1,12 +1,8 @@
-"""One grain over columns of particles that move along their axes.
+"""One grain over columns of particles that move along their axes, by velocity Verlet.
 
-One grain over columns of particles that move along their axes: forces and velocity Verlet.
-
-As LAMMPS has it: the dashpots see the velocities of the half step. State of the columns: arrays of
-shape (columns, height), the top first, of y [m], its velocity and acceleration; the last particle
-of each is fixed.
-
-Motion of the grain over columns in fixed steps, and what of it tables tell.
+As LAMMPS has it: the dashpots see the velocities of the half step. The state of the columns is
+arrays of shape (columns, height), the top first, of y [m], its velocity and acceleration; the last
+particle of each is fixed.
 """
 
 from __future__ import annotations
@@ -21,7 +17,8 @@ from harness.compiled import compiled
 from harness.errors import EngineNaNError
 from harness.parameters.plane_scene import Scene
 from harness.solvers.grain.row import ROUNDING, Grain, Row, normal_force
-from harness.solvers.grain.trajectory import WATCH, InFixedSteps
+from harness.solvers.grain.schemes import WATCH
+from harness.solvers.grain.trajectory import InFixedSteps
 
 Floats = NDArray[np.float64]
 

@@ -7,21 +7,25 @@ import pytest
 
 from harness.cases.incline.runs import follow, run_inclines
 from harness.cases.incline.system import Incline, start_in_well
-from harness.engines.reference import FIXED_STEP, INTEGRATORS, Reference
+from harness.engines.reference import INTEGRATORS, Reference
 from harness.errors import RequestError
 from harness.parameters.law import PLASTIC, SOURCE
-from harness.solvers.grain import mfix_adams_bashforth, mfix_euler, rk4, velocity_verlet
 from harness.solvers.grain.row import Grain, Row
-from harness.solvers.grain.trajectory import advance, begin, fewest_steps_per_contact
+from harness.solvers.grain.schemes import (
+    FIXED_STEP,
+    advance,
+    begin,
+    fewest_steps_per_contact,
+)
 
 ZETAS = (0.01, 0.2, 0.7, 0.99768, 5.0)
 
 
-@pytest.mark.parametrize("method", [velocity_verlet, mfix_euler])
+@pytest.mark.parametrize("method", ["velocity-verlet", "mfix-euler"])
 @pytest.mark.parametrize("zeta", [0.0, *ZETAS])
 def test_of_velocity_verlet_and_of_mfix_s_euler_it_is_jury_s(method, zeta):
     largest = 2.0 * (math.sqrt(zeta**2 + 2.0 / 3.0) - zeta)
-    found = fewest_steps_per_contact(method.growth, zeta)
+    found = fewest_steps_per_contact(FIXED_STEP[method].growth, zeta)
     assert found == pytest.approx(math.pi / largest, rel=1e-6)
 
 
@@ -33,14 +37,14 @@ def test_of_adams_bashforth_it_is_jury_s_for_the_cubic(zeta):
         b, c = 0.375 * step**2, 1.5 * zeta * step
         return c < 0.5 and c + (c + 2.0 * b) * (c - b) > 0.0
 
-    largest = math.pi / fewest_steps_per_contact(mfix_adams_bashforth.growth, zeta)
+    largest = math.pi / fewest_steps_per_contact(FIXED_STEP["mfix-adams-bashforth"].growth, zeta)
     assert stable(largest * (1 - 1e-6))
     assert not stable(largest * (1 + 1e-6))
     assert all(stable(largest * part) for part in np.linspace(0.01, 0.99, 99))
 
 
 def test_adams_bashforth_without_damping_is_unstable_at_every_step():
-    assert fewest_steps_per_contact(mfix_adams_bashforth.growth, 0.0) == math.inf
+    assert fewest_steps_per_contact(FIXED_STEP["mfix-adams-bashforth"].growth, 0.0) == math.inf
     with pytest.raises(RequestError, match=r"mfix-adams-bashforth at damping ratio 0: .*damping"):
         run_inclines(
             Reference("mfix-adams-bashforth"),
@@ -50,10 +54,10 @@ def test_adams_bashforth_without_damping_is_unstable_at_every_step():
 
 
 def test_of_rk4_it_is_the_limit_on_the_imaginary_and_on_the_real_axis():
-    imaginary = fewest_steps_per_contact(rk4.growth, 0.0)
+    imaginary = fewest_steps_per_contact(FIXED_STEP["rk4"].growth, 0.0)
     assert imaginary == pytest.approx(math.pi / (2 * math.sqrt(2) / math.sqrt(1.5)), rel=1e-3)
     zeta = 50.0  # the fast rate is all but 3 zeta omega
-    real = fewest_steps_per_contact(rk4.growth, zeta)
+    real = fewest_steps_per_contact(FIXED_STEP["rk4"].growth, zeta)
     assert real == pytest.approx(math.pi * 3 * zeta / 2.785293563, rel=1e-3)
 
 

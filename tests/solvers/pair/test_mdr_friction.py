@@ -17,8 +17,8 @@ from harness.solvers.pair.geometry import levers
 from harness.solvers.pair.integration import integrate
 from harness.solvers.pair.normal import SWELLING, grown, sprung_back
 from harness.solvers.pair.system import system_of
-from tests.pair.scenes import FLOOR, MASS, RADIUS
-from tests.pair.test_plastic import (
+from tests.solvers.pair.scenes import FLOOR, MASS, RADIUS
+from tests.solvers.pair.test_plastic import (
     BULK,
     LAW,
     NU,

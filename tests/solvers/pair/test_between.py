@@ -11,7 +11,7 @@ from harness.solvers.pair import integration, steps
 from harness.solvers.pair.integration import integrate
 from harness.solvers.pair.rates import SLIDERS, endings
 from harness.solvers.pair.steps import first_ending, look, step
-from tests.pair.scenes import ELASTIC, HERTZ, LINEAR, impact
+from tests.solvers.pair.scenes import ELASTIC, HERTZ, LINEAR, impact
 
 PARTS = 40
 PASSED = 1e-8

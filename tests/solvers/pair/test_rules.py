@@ -14,7 +14,17 @@ from harness.solvers.pair.geometry import change, geometry
 from harness.solvers.pair.integration import integrate
 from harness.solvers.pair.system import effective_moduli, system_of
 from harness.theory import contact
-from tests.pair.scenes import ELASTIC, FLOOR, HERTZ, LINEAR, MASS, RADIUS, STILL, guided, impact
+from tests.solvers.pair.scenes import (
+    ELASTIC,
+    FLOOR,
+    HERTZ,
+    LINEAR,
+    MASS,
+    RADIUS,
+    STILL,
+    guided,
+    impact,
+)
 
 PRESSED = 1e-5
 SPEED = 0.01
@@ -346,6 +356,6 @@ def test_the_load_of_the_limit_beside_cohesion():
 
 def test_every_rule_has_a_test():
     text = Path(__file__).read_text(encoding="utf-8")
-    # tests/theory/test_cohesion.py, tests/pair/test_mdr.py, tests/pair/test_mdr_friction.py
+    # in tests/theory/test_cohesion.py, test_mdr.py and test_mdr_friction.py
     other = {"pull_off", "wall_force", "mdr_friction"}
     assert not [name for name in Rules.model_fields if name not in other and name not in text]

@@ -9,7 +9,7 @@ from harness.parameters.rules import Rules
 from harness.parameters.scene import Body, ContactScene, Segment
 from harness.solvers.pair.integration import integrate
 from harness.solvers.pair.system import effective_moduli
-from tests.pair.scenes import ELASTIC, HERTZ, LINEAR, MASS, RADIUS, STILL, guided
+from tests.solvers.pair.scenes import ELASTIC, HERTZ, LINEAR, MASS, RADIUS, STILL, guided
 
 PRESSED = 1e-5
 SPEED = 0.01

@@ -13,7 +13,7 @@ from harness.parameters.rules import Rules
 from harness.parameters.scene import Body, ContactScene
 from harness.solvers.pair.integration import integrate
 from harness.theory import contact
-from tests.pair.scenes import FLOOR, MASS, RADIUS
+from tests.solvers.pair.scenes import FLOOR, MASS, RADIUS
 
 YOUNG, NU = 1e8, 0.3
 LAW = ContactLaw(normal="mdr", youngs_modulus=YOUNG, poisson_ratio=NU)

@@ -7,7 +7,7 @@ import pytest
 
 from harness.parameters.submodels import TANGENTIAL
 from harness.solvers.pair.integration import integrate
-from tests.pair.scenes import HERTZ, LINEAR, collision, impact
+from tests.solvers.pair.scenes import HERTZ, LINEAR, collision, impact
 
 SPINNING = ((1.0, 0.5, -1.0), (30.0, 100.0, 200.0))
 ROLLING = {"rolling": "sds", "rolling_stiffness": 1e5, "rolling_damping": 1.0}

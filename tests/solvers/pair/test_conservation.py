@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from harness.parameters.rules import Rules
 from harness.solvers.pair.integration import integrate
-from tests.pair.scenes import (
+from tests.solvers.pair.scenes import (
     ELASTIC,
     HERTZ,
     LINEAR,

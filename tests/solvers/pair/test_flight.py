@@ -11,7 +11,7 @@ from harness.parameters.scene import Body, ContactScene
 from harness.solvers.pair.geometry import flown, next_contact, normal_and_gap
 from harness.solvers.pair.integration import integrate
 from harness.solvers.pair.system import system_of
-from tests.pair.scenes import FLOOR, STILL
+from tests.solvers.pair.scenes import FLOOR, STILL
 
 SPEED = st.floats(-2.0, 2.0)
 GRAVITY = (0.0, 0.0, -9.81)

@@ -14,7 +14,7 @@ from harness.parameters.scene import Body, ContactScene, Plane
 from harness.solvers.pair.integration import integrate
 from harness.solvers.pair.normal import SWELLING, pressed, sprung_back, swelling
 from harness.solvers.pair.system import system_of
-from tests.pair.scenes import FLOOR, MASS, RADIUS
+from tests.solvers.pair.scenes import FLOOR, MASS, RADIUS
 
 YOUNG, NU, STRESS = 1e8, 0.3, 1e6
 PLANE_STRAIN, SHEAR = YOUNG / (1.0 - NU**2), YOUNG / 2.6

@@ -13,7 +13,7 @@ from harness.solvers.pair.integration import integrate
 from harness.solvers.pair.normal import fold, pressed, sunk
 from harness.solvers.pair.system import system_of
 from harness.theory import contact
-from tests.pair.scenes import FLOOR, MASS, RADIUS, guided
+from tests.solvers.pair.scenes import FLOOR, MASS, RADIUS, guided
 
 YOUNG, NU, GAMMA = 1e8, 0.3, 0.5
 PLANE_STRAIN, BULK = YOUNG / (1.0 - NU**2), YOUNG / 1.2

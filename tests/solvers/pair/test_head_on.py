@@ -12,7 +12,7 @@ from harness.solvers.pair.normal import HERTZ as HERTZ_LAW
 from harness.solvers.pair.normal import JKR, elastic
 from harness.solvers.pair.system import effective_moduli
 from harness.theory import contact
-from tests.pair.scenes import MASS, RADIUS, STILL, impact
+from tests.solvers.pair.scenes import MASS, RADIUS, STILL, impact
 
 LINEAR = ContactLaw(normal_stiffness=1e6, damping="coeff_restitution", restitution=0.4)
 HERTZ = ContactLaw(normal="hertz", youngs_modulus=7e9, damping="coeff_restitution", restitution=0.4)
