@@ -334,7 +334,9 @@ class ScriptSource(Engine):
             if name not in known:
                 return f"template {job.template.name!r} has no value {name!r} ({name} = {value!r})"
         try:
-            return unstated(self._scene(job))
+            scene = self._scene(job)
+            self.scene_values(scene)
+            return unstated(scene)
         except RequestError as error:
             return str(error)
 

@@ -8,7 +8,7 @@ Run it as it stands, or with other parameters, with a Python that has Kratos
 
     python contacts.py
     python contacts.py friction=0.1
-    python contacts.py --cases FILE      a case a line, its parameters separated by spaces
+    python contacts.py FILE              a list of them in JSON
 
 A linear contact is stated by DEM_D_Linear_viscous_Coulomb, where k_t is at least 4/3 k_n by
 DEM_D_Linear_Custom_Constants, one from a material by DEM_D_Hertz_viscous_Coulomb, with attraction
@@ -18,14 +18,12 @@ Lines "RESULT name = value" end each run; the series has 17 digits. SI units.
 Written for Kratos 10.2.3, 10.4.3, 10.4.4, one thread.
 """
 
-from __future__ import annotations
-
+import json
 import math
 import sys
 import time
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import KratosMultiphysics as Kratos
 import KratosMultiphysics.DEMApplication as DEM
@@ -130,18 +128,17 @@ PARAMETERS = {
     "series": "contacts.csv",  # file for the motion; empty: none
     "results": "",  # file for the RESULT lines; empty: they are printed only
 }
-Rows = list[list[float]]
 WALLS = (11, 12)  # numbers of the materials of floor and ceiling
 COLUMNS = "x_m y_m z_m vx_m_per_s vy_m_per_s vz_m_per_s wx_rad_per_s wy_rad_per_s wz_rad_per_s"
 COLUMNS += " fx_N fy_N fz_N tx_N_m ty_N_m tz_N_m"
 
 
-def vector(p: SimpleNamespace, names: str, place: object) -> list[float]:
+def vector(p, names: str, place):
     """Return three parameters."""
     return [float(getattr(p, f"{name}_{place}")) for name in names.split()]
 
 
-def damping_ratio(p: SimpleNamespace) -> float:
+def damping_ratio(p):
     """Return zeta of the restitution of a linear contact without clipping."""
     logarithm = -math.log(p.restitution)
     return logarithm / math.hypot(math.pi, logarithm)
@@ -150,7 +147,7 @@ def damping_ratio(p: SimpleNamespace) -> float:
 class Contact:
     """One run: its spheres, walls and materials in Kratos."""
 
-    def __init__(self, p: SimpleNamespace) -> None:
+    def __init__(self, p):
         self.p, self.places = p, range(1, p.bodies + 1)
         self.masses = [getattr(p, f"mass_{i}") for i in self.places]
         self.radii = [getattr(p, f"radius_{i}") for i in self.places]
@@ -165,10 +162,7 @@ class Contact:
                 ratio = 1.0  # of a material that is not asked for its stiffness
             self.poisson = (2.0 - 2.0 * ratio) / (2.0 - ratio)
         self.model = Kratos.Model()
-        names = ("SpheresPart", "ContactPart", "RigidFacePart", "DEMInletPart", "ClusterPart")
-        self.parts = [self.model.CreateModelPart(name) for name in names]
-        for name in (*NODAL, *TURNING):
-            self.parts[0].AddNodalSolutionStepVariable(variable(name))
+        self.parts = parts_of(self.model, (*NODAL, *TURNING))
         for name in FACES:
             self.parts[2].AddNodalSolutionStepVariable(variable(name))
         self.nodes = [self.sphere(i) for i in self.places]
@@ -176,7 +170,7 @@ class Contact:
             self.wall(number, height)
         self.strategy = self.start()
 
-    def young(self) -> float:
+    def young(self):
         """Return the modulus of the spheres [Pa].
 
         The linear law's stiffness is 1.432 pi 0.31225 E* R* between spheres, pi 0.31225 E* r at a
@@ -190,14 +184,14 @@ class Contact:
             return reduced / self.radii[0]
         return reduced * (1.0 / self.radii[0] + 1.0 / self.radii[1]) / 1.432
 
-    def wall_young(self, radius: float) -> float:
+    def wall_young(self, radius):
         """Return the modulus of a wall [Pa] that gives a sphere the same stiffness on it."""
         if self.hertz:
             return float(self.p.youngs_modulus)
         both = (1.0 - self.poisson**2) * self.p.normal_stiffness / (math.pi * 0.31225 * radius)
         return 1.0 / (1.0 / both - 1.0 / self.young())
 
-    def gamma(self, mass: float, own: float) -> float:
+    def gamma(self, mass, own):
         """Return Kratos's gamma of a contact: its dashpot is 2 gamma sqrt(own * stiffness).
 
         ``mass`` is the effective mass of the law, ``own`` that of Kratos, in which a fixed sphere
@@ -213,14 +207,14 @@ class Contact:
         eta = p.damping_coefficient * (mass if p.damping == "mass_velocity" else 1.0)
         return float(eta / 2.0 / math.sqrt(own * p.normal_stiffness))
 
-    def material(self, number: int, young: float) -> Any:
+    def material(self, number, young):
         """Return a new material."""
         made = self.parts[0].CreateNewProperties(number)
         made[variable("YOUNG_MODULUS")] = young
         made[variable("POISSON_RATIO")] = self.poisson
         return made
 
-    def contact(self, number: int, gamma: float) -> Any:
+    def contact(self, number, gamma):
         """Return the contact with the material of a number."""
         made = Kratos.Properties(number)
         friction = self.p.friction if self.p.tangential != "none" else 0.0
@@ -239,7 +233,7 @@ class Contact:
         getattr(DEM, law)().SetConstitutiveLawInProperties(made, False)
         return made
 
-    def sphere(self, i: int) -> Any:
+    def sphere(self, i):
         """Return the node of a new sphere, with a material of its own."""
         p, mass, radius = self.p, self.masses[i - 1], self.radii[i - 1]
         material = self.material(i, self.young())
@@ -251,18 +245,13 @@ class Contact:
             material.AddSubProperties(self.contact(3 - i, self.gamma(told, own)))
         for number in WALLS[: p.planes]:
             material.AddSubProperties(self.contact(number, self.gamma(mass, mass)))
-        scheme = getattr(DEM, p.scheme.replace("_", "") + "Scheme")()
-        scheme.SetTranslationalIntegrationSchemeInProperties(material, False)
-        scheme.SetRotationalIntegrationSchemeInProperties(material, False)
-        DEM.DEMGlobalDampingNonViscousCstForceDir().SetGlobalDampingModelInProperties(
-            material, False
-        )
+        integrate(material, p.scheme)
         node = self.parts[0].CreateNewNode(i, *vector(p, "x y z", i))
         self.parts[0].CreateNewElement("SphericParticle3D", i, [i], material)
         node.SetSolutionStepValue(variable("RADIUS"), 0, radius)
         return node
 
-    def wall(self, number: int, height: float) -> None:
+    def wall(self, number, height):
         """Add a horizontal wall: a face of four corners."""
         part, far = self.parts[2], self.p.room
         radius = self.radii[min(number, self.p.bodies - 1)]
@@ -274,12 +263,9 @@ class Contact:
             part.CreateNewNode(first + place, x, y, height)
         part.CreateNewCondition("RigidFace3D4N", first, [first + i for i in range(4)], material)
 
-    def start(self) -> Any:
+    def start(self):
         """Return Kratos's strategy after its first look at the spheres."""
-        p, settings = self.p, DEM.ExplicitSolverSettings()
-        settings.r_model_part, settings.contact_model_part = self.parts[:2]
-        settings.fem_model_part, settings.inlet_model_part = self.parts[2:4]
-        settings.cluster_model_part = self.parts[4]
+        p = self.p
         for axis in "XYZ":
             for name in (f"VELOCITY_{axis}", f"ANGULAR_VELOCITY_{axis}"):
                 Kratos.VariableUtils().AddDof(variable(name), self.parts[0])
@@ -295,29 +281,19 @@ class Contact:
         # a search that finds all there is needs no other
         info[variable("SEARCH_RADIUS_INCREMENT")] = p.room
         info[variable("SEARCH_RADIUS_INCREMENT_FOR_WALLS")] = p.room
-        verlet = p.scheme == "Velocity_Verlet"
-        kind = DEM.IterativeSolverStrategy if verlet else DEM.ExplicitSolverStrategy
-        without, having = (f'"do_search_fem_neighbours": {word}' for word in ("false", "true"))
-        told = STRATEGY.replace(without, having)
-        strategy = kind(
-            settings, p.step_size, 1, 1.0, 1, DEM.ParticleCreatorDestructor(), DEM.DEM_FEM_Search(),
-            DEM.OMP_DEMSearch(), Kratos.Parameters(told),
-        )  # fmt: skip
-        strategy.RebuildListOfDiscontinuumSphericParticles()
-        strategy.SetNormalRadiiOnAllParticlesBeforeInitilization(self.parts[0])
-        strategy.SetSearchRadiiOnAllParticles(self.parts[0], p.room, 1.0)
+        strategy = strategy_of(self.parts, p.scheme, p.step_size, p.room, walls=True)
         for i, node in zip(self.places, self.nodes):
             self.move(node, vector(p, "vx vy vz", i), vector(p, "wx wy wz", i))
         strategy.Initialize()
         return strategy
 
-    def move(self, node: Any, velocity: list[float], spin: list[float]) -> None:
+    def move(self, node, velocity, spin):
         """Give a sphere its velocities."""
         for axis, v, w in zip("XYZ", velocity, spin):
             node.SetSolutionStepValue(variable(f"VELOCITY_{axis}"), 0, v)
             node.SetSolutionStepValue(variable(f"ANGULAR_VELOCITY_{axis}"), 0, w)
 
-    def row(self, step: int) -> list[float]:
+    def row(self, step):
         """Return step, places, velocities, forces and torques of the contacts."""
         states = []
         for mass, node in zip(self.masses, self.nodes):
@@ -332,11 +308,11 @@ class Contact:
         return [step, *(state[i] for i in range(len(states[0])) for state in states)]
 
     @property
-    def gravity(self) -> list[float]:
+    def gravity(self):
         """Return gravity [m/s2]."""
         return [self.p.gravity_x, self.p.gravity_y, self.p.gravity_z]
 
-    def run(self) -> Rows:
+    def run(self):
         """Return the rows of all samples."""
         p, info, changes, begin = self.p, self.parts[0].ProcessInfo, {}, 0
         for j in range(1, p.segments + 1):
@@ -358,14 +334,17 @@ class Contact:
 MOVED = ("VELOCITY", "ANGULAR_VELOCITY")
 
 
-def run(p: SimpleNamespace) -> None:
+def run(p):
     """Run the contact and write its samples."""
-    began = time.perf_counter()
-    rows = Contact(p).run()
+    began, results = time.perf_counter(), Results(p.results)
     names = [f"{name}[{i}]" for name in COLUMNS.split() for i in range(1, p.bodies + 1)]
-    write_series(p, ",".join(["step", *names]), rows)
-    seconds = time.perf_counter() - began
-    finish(p, [("seconds", seconds), ("steps", p.steps), ("verdict", "finished")])
+    series = Series(p.series, ["step", *names])
+    for row in Contact(p).run():
+        series.add(*row)
+    series.write()
+    results.add("seconds", time.perf_counter() - began)
+    results.add("steps", p.steps)
+    results.add("verdict", "finished")
 
 
 # of spheres that turn
@@ -379,30 +358,6 @@ FACES = (
     "DEM_NODAL_AREA", "CONTACT_FORCES", "TOTAL_FORCES", "VELOCITY", "DELTA_DISPLACEMENT",
     "DISPLACEMENT", "NON_DIMENSIONAL_VOLUME_WEAR", "IMPACT_WEAR", "ANGULAR_VELOCITY",
 )  # fmt: skip
-
-
-def variable(name: str) -> Any:
-    """Return a variable of Kratos, of its core or of the DEM application."""
-    return getattr(Kratos, name, None) or getattr(DEM, name)
-
-
-TIME_STEPS, VELOCITY_X, VELOCITY_Y = map(variable, ("TIME_STEPS", "VELOCITY_X", "VELOCITY_Y"))
-# all that Kratos's spheres read or write, here or not: what is missing is not checked
-NODAL = (
-    "VELOCITY", "DISPLACEMENT", "DELTA_DISPLACEMENT", "TOTAL_FORCES", "CONTACT_FORCES",
-    "ELASTIC_FORCES", "RIGID_ELEMENT_FORCE", "LOCAL_CONTACT_FORCE", "DAMP_FORCES",
-    "FORCE_REACTION", "MOMENT_REACTION", "EXTERNAL_APPLIED_FORCE", "EXTERNAL_APPLIED_MOMENT",
-    "PARTICLE_MOMENT", "ANGULAR_VELOCITY", "LOCAL_ANGULAR_VELOCITY", "DELTA_ROTATION",
-    "PARTICLE_ROTATION_ANGLE", "ORIENTATION", "ANGULAR_MOMENTUM", "RADIUS", "NODAL_MASS",
-    "REPRESENTATIVE_VOLUME", "NEIGHBOUR_SIZE", "DAMAGE_RATIO", "PARTICLE_MATERIAL",
-    "NORMAL_IMPACT_VELOCITY", "TANGENTIAL_IMPACT_VELOCITY", "FACE_NORMAL_IMPACT_VELOCITY",
-    "FACE_TANGENTIAL_IMPACT_VELOCITY", "LINEAR_IMPULSE",
-)  # fmt: skip
-STRATEGY = """{
-    "strategy": "sphere_strategy", "do_search_dem_neighbours": true,
-    "do_search_fem_neighbours": false, "RemoveBallsInitiallyTouchingWalls": false,
-    "model_import_settings": {}, "material_import_settings": {}
-}"""
 
 
 ALLOWED = {
@@ -428,45 +383,122 @@ def value_of(name, text):
     return value
 
 
-def parameters(words: list[str]) -> SimpleNamespace:
-    """Return the parameters, with those given as NAME=VALUE in place of the defaults."""
-    values: dict[str, Any] = dict(PARAMETERS)
-    for word in words:
-        name, _, text = word.partition("=")
-        values[name] = value_of(name, text)
-    return SimpleNamespace(**values)
+def runs():
+    """Return the parameters of each run: of a JSON file (a list of them), or of NAME=VALUE."""
+    batch, named = [{}], {}
+    for word in sys.argv[1:]:
+        name, equals, value = word.partition("=")
+        if equals:
+            named[name] = value
+        else:
+            batch = json.loads(Path(word).read_text(encoding="utf-8"))
+    return [checked({**one, **named}) for one in batch]
 
 
-def write_series(p: SimpleNamespace, header: str, rows: Rows) -> None:
-    """Write rows of numbers with 17 digits, if a file was asked for."""
-    if p.series:
-        lines = (",".join(f"{value:.17g}" for value in row) for row in rows)
-        Path(p.series).write_text("\n".join([header, *lines]) + "\n", encoding="utf-8")
+def checked(given):
+    """Return all parameters, those given in the place of the defaults."""
+    values = {name: value_of(name, value) for name, value in given.items()}
+    return SimpleNamespace(**{**PARAMETERS, **values})
 
 
-def finish(p: SimpleNamespace, results: list[tuple[str, object]]) -> None:
-    """Print the results, and write them to a file if one was asked for."""
-    lines = [f"RESULT {name} = {show(value)}" for name, value in results]
-    print("\n".join(lines), flush=True)
-    if p.results:
-        Path(p.results).write_text("\n".join(lines) + "\n", encoding="utf-8")
+class Results:
+    """The lines "RESULT name = value": printed, and written to a file when the run is over."""
+
+    def __init__(self, path):
+        self.path, self.lines = path, []
+
+    def add(self, name, *values):
+        """Print a line and keep it; the last one of a run is its verdict."""
+        words = [f"{value:.17g}" if isinstance(value, float) else str(value) for value in values]
+        self.lines.append(f"RESULT {name} = {' '.join(words)}")
+        print(self.lines[-1], flush=True)
+        if self.path and name == "verdict":
+            Path(self.path).write_text("\n".join(self.lines) + "\n", encoding="utf-8")
 
 
-def show(value: object) -> str:
-    """Return a result as text, numbers with 17 digits."""
-    return f"{value:.17g}" if isinstance(value, float) else str(value)
+class Series:
+    """A CSV of numbers with 17 digits, written when the run is over; nothing without a name."""
+
+    def __init__(self, path, columns):
+        self.path, self.lines = path, [",".join(columns)]
+
+    def add(self, *values):
+        """Add a row."""
+        if self.path:
+            self.lines.append(",".join(f"{value:.17g}" for value in values))
+
+    def write(self):
+        """Write the file."""
+        if self.path:
+            Path(self.path).write_text("\n".join(self.lines) + "\n", encoding="utf-8")
 
 
-def main() -> None:
-    """Run the case that the command line names, or every line of a file of cases."""
+def variable(name):
+    """Return a variable of Kratos, of its core or of the DEM application."""
+    return getattr(Kratos, name, None) or getattr(DEM, name)
+
+
+TIME_STEPS, VELOCITY_X, VELOCITY_Y = map(variable, ("TIME_STEPS", "VELOCITY_X", "VELOCITY_Y"))
+# all that Kratos's spheres read or write, here or not: what is missing is not checked
+NODAL = (
+    "VELOCITY", "DISPLACEMENT", "DELTA_DISPLACEMENT", "TOTAL_FORCES", "CONTACT_FORCES",
+    "ELASTIC_FORCES", "RIGID_ELEMENT_FORCE", "LOCAL_CONTACT_FORCE", "DAMP_FORCES",
+    "FORCE_REACTION", "MOMENT_REACTION", "EXTERNAL_APPLIED_FORCE", "EXTERNAL_APPLIED_MOMENT",
+    "PARTICLE_MOMENT", "ANGULAR_VELOCITY", "LOCAL_ANGULAR_VELOCITY", "DELTA_ROTATION",
+    "PARTICLE_ROTATION_ANGLE", "ORIENTATION", "ANGULAR_MOMENTUM", "RADIUS", "NODAL_MASS",
+    "REPRESENTATIVE_VOLUME", "NEIGHBOUR_SIZE", "DAMAGE_RATIO", "PARTICLE_MATERIAL",
+    "NORMAL_IMPACT_VELOCITY", "TANGENTIAL_IMPACT_VELOCITY", "FACE_NORMAL_IMPACT_VELOCITY",
+    "FACE_TANGENTIAL_IMPACT_VELOCITY", "LINEAR_IMPULSE",
+)  # fmt: skip
+STRATEGY = """{
+    "strategy": "sphere_strategy", "do_search_dem_neighbours": true,
+    "do_search_fem_neighbours": %s, "RemoveBallsInitiallyTouchingWalls": false,
+    "model_import_settings": {}, "material_import_settings": {}
+}"""
+
+
+def parts_of(model, nodal):
+    """Return the parts of a new model; its spheres have the variables of these names."""
+    names = ("SpheresPart", "ContactPart", "RigidFacePart", "DEMInletPart", "ClusterPart")
+    parts = [model.CreateModelPart(name) for name in names]
+    for name in nodal:
+        parts[0].AddNodalSolutionStepVariable(variable(name))
+    return parts
+
+
+def integrate(material, scheme):
+    """Let spheres of a material move by a scheme, without a damping of their motion."""
+    made = getattr(DEM, scheme.replace("_", "") + "Scheme")()
+    made.SetTranslationalIntegrationSchemeInProperties(material, False)
+    made.SetRotationalIntegrationSchemeInProperties(material, False)
+    DEM.DEMGlobalDampingNonViscousCstForceDir().SetGlobalDampingModelInProperties(material, False)
+
+
+def strategy_of(parts, scheme, step, reach, walls):
+    """Return Kratos's strategy for the parts of a model, which finds contacts within a reach."""
+    settings = DEM.ExplicitSolverSettings()
+    settings.r_model_part, settings.contact_model_part = parts[:2]
+    settings.fem_model_part, settings.inlet_model_part = parts[2:4]
+    settings.cluster_model_part = parts[4]
+    verlet = scheme == "Velocity_Verlet"
+    kind = DEM.IterativeSolverStrategy if verlet else DEM.ExplicitSolverStrategy
+    # the third number: every step with TIME_STEPS above 0 searches, none with 0
+    strategy = kind(
+        settings, step, 1, 1.0, 1, DEM.ParticleCreatorDestructor(), DEM.DEM_FEM_Search(),
+        DEM.OMP_DEMSearch(), Kratos.Parameters(STRATEGY % ("true" if walls else "false")),
+    )  # fmt: skip
+    strategy.RebuildListOfDiscontinuumSphericParticles()
+    strategy.SetNormalRadiiOnAllParticlesBeforeInitilization(parts[0])
+    strategy.SetSearchRadiiOnAllParticles(parts[0], reach, 1.0)
+    return strategy
+
+
+def main():
+    """Run what the command line names."""
     Kratos.ParallelUtilities.SetNumThreads(1)  # a few spheres: more threads only wait
     Kratos.Logger.GetDefaultOutput().SetSeverity(Kratos.Logger.Severity.WARNING)
-    if len(sys.argv) == 3 and sys.argv[1] == "--cases":
-        cases = Path(sys.argv[2]).read_text(encoding="utf-8").splitlines()
-        for case in cases:
-            run(parameters(case.split()))
-    else:
-        run(parameters(sys.argv[1:]))
+    for p in runs():
+        run(p)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The frictionless incline: a grain slides over a row of fixed, touching spheres.
+"""Equal spheres in the plane without friction: the scene of the case incline.
 
 Made by dem-harness 0.1.0 (`dem-harness inputs` writes it again; edit the template,
 not this file).
@@ -7,274 +7,316 @@ Run it as it stands, or with other parameters, with a Python that has Kratos
 (pip install KratosMultiphysics KratosDEMApplication):
 
     python incline.py
-    python incline.py angle=10.5 stiffness=1e7 steps_per_contact=200
-    python incline.py --cases FILE      a case a line, its parameters separated by spaces
+    python incline.py stiffness=1e7 steps=1000 vx=[1,0]
+    python incline.py FILE              a list of them in JSON
 
-The verdict is moves_on (the grain passes the crests), trapped (it turned back in a
-well, with less energy than the crest asks for) or undecided (the time limit came
-first: this is not trapped). Theory: motion persists from 10.2078 deg on.
+It writes the motion to a file. Kratos's contacts always clip the tail: they never attract.
 Lines "RESULT name = value" end each run; the series has 17 digits. SI units.
 Written for Kratos 10.2.3, 10.4.3, 10.4.4, one thread.
 """
 
-from __future__ import annotations
-
+import json
 import math
 import sys
 import time
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import KratosMultiphysics as Kratos
 import KratosMultiphysics.DEMApplication as DEM
 
 PARAMETERS = {
-    # passage: start behind a crest with just the energy of that crest, pass one well; the energy
-    #          left over the next crest decides, and its root in the angle is the critical angle
-    # steady:  start in a well, fast enough to leave it, and pass well after well
-    "route": "steady",
-    "angle": 10.2,  # tilt of the row, deg (0 to 30)
-    "stiffness": 1000000.0,  # normal stiffness k, N/m
-    "steps_per_contact": 100.0,  # steps per contact time pi sqrt(m/k)
-    "gravity": 9.81,  # m/s2
-    "diameter": 1.0,  # of all spheres, m
-    "density": 1.909859317102744,  # of the grain, kg/m3; this one: 1 kg at 1 m
-    # The dashpot is stated as its coefficient, eta = 2 zeta sqrt(k m_eff), never left to Kratos's
-    # restitution. Kratos never lets a contact attract: the tail is clipped.
-    "damping": "ratio",  # restitution or ratio
-    "restitution": 0.0,  # e = 0: critical damping
-    "damping_ratio": 5.0,  # zeta
-    "effective_mass": "full",  # against a fixed sphere: full (m) or half (m/2)
-    "wells": 10,  # steady: wells to pass before "moves_on"
-    "speed": 0.48,  # steady: first speed, in sqrt(gravity * diameter)
-    "start": 10.0,  # passage: where to start, deg behind the crest
-    "phase": 0.0,  # passage: shift of the start, in steps (0 to 1)
-    "time_limit": 400.0,  # in sqrt(diameter / gravity)
-    "series_every": 50,  # steps between two rows; the last row is where the run ended
+    # spheres, the first of them mobile: places [m], velocities [m/s], 1 for one that is fixed
+    "x": [0.5, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0],
+    "y": [0.8660254037844386, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+    "vx": [1.301986175041809, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+    "vy": [0.7517020686415596, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+    "fixed": [0, 1, 1, 1, 1, 1, 1, 1, 1, 1],
+    "mass": 1.0,  # of each, kg
+    "diameter": 1.0,  # of each, m
+    "period": 9.0,  # of the endless row that the fixed ones are of, m; 0: there is no row
+    "gravity_x": 1.7372013025351123,  # m/s2
+    "gravity_y": -9.654958914178263,
+    "stiffness": 1000000.0,  # k, N/m
+    "damping": 10000.0,  # of each contact, eta, N s/m
+    "step": 3.1415926535897935e-05,  # s
+    "steps": 4065142,  # of the run at most
+    # the run ends when the first sphere, looked at every 50 steps, is beyond the last of
+    # these x [m], or moves back before the next one with less energy [J] than its floor
+    "places": [
+        0.8229169968817193,
+        1.8229169968817192,
+        2.822916996881719,
+        3.822916996881719,
+        4.82291699688172,
+        5.82291699688172,
+        6.82291699688172,
+        7.82291699688172,
+        8.82291699688172,
+        9.82291699688172,
+    ],
+    "floors": [
+        8.072750579414889,
+        6.335549276879776,
+        4.598347974344665,
+        2.8611466718095517,
+        1.1239453692744394,
+        -0.6132559332606711,
+        -2.350457235795785,
+        -4.087658538330897,
+        -5.82485984086601,
+        -7.562061143401122,
+    ],
+    "every": 50,  # steps between samples; 0: none
+    "forces": 0,  # 1: all spheres and their forces along x are sampled, 0: the first
     "scheme": "Velocity_Verlet",  # or Symplectic_Euler
     "search_tolerance": 0.25,  # of the contact search, in diameters
     "search_tolerance_against_walls": 0.25,  # the one that Kratos goes by, see below
     "search_every": 50,  # steps between two searches, fewer where a sphere is fast
-    "series": "incline.csv",  # file for the motion; empty: none
-    "results": "",  # file for the RESULT lines; empty: they are printed only
+    "series": "incline.csv",  # file for the samples
+    "results": "",  # file for the lines RESULT, beside the screen
+}
+LOOK = 50
+
+
+ALLOWED = {
+    "stiffness": (
+        lambda value: not (value <= 0 or value != value),
+        ": must be greater than 0",
+    ),
+    "mass": (
+        lambda value: not (value <= 0 or value != value),
+        ": must be greater than 0",
+    ),
+    "diameter": (
+        lambda value: not (value <= 0 or value != value),
+        ": must be greater than 0",
+    ),
+    "step": (
+        lambda value: not (value <= 0 or value != value),
+        ": must be greater than 0",
+    ),
+    "steps": (
+        lambda value: not (value < 1 or value != value),
+        ": must be a whole number, greater than or equal to 1",
+    ),
+    "damping": (
+        lambda value: not (value < 0 or value != value),
+        ": must be greater than or equal to 0",
+    ),
+    "period": (
+        lambda value: not (value < 0 or value != value),
+        ": must be greater than or equal to 0",
+    ),
+    "every": (
+        lambda value: not (value < 0 or value != value),
+        ": must be a whole number, greater than or equal to 0",
+    ),
+    "scheme": (
+        lambda value: value in ["Velocity_Verlet", "Symplectic_Euler"],
+        ": must be one of Velocity_Verlet, Symplectic_Euler",
+    ),
 }
 
 
-def run(p: SimpleNamespace) -> None:
-    """Let the grain slide until it is decided what becomes of it."""
-    began = time.perf_counter()
-    row = Row(p)
-    spheres = Spheres(p, row.mass, row.damping, row.step, row.gravity, row.centres(), [0])
-    spheres.begin({0: row.start[2:]})
-    grain, behind = spheres.nodes[0], 0.0
-    longest = math.ceil(p.time_limit * math.sqrt(p.diameter / p.gravity) / row.step)
-    count, well, verdict = 0, 1, ""
-    here = row.start
-    rows: Rows = [[0.0, *here]]
-    while not verdict:
-        steps = min(LOOK - count % LOOK, p.series_every - count % p.series_every, longest - count)
-        spheres.advance(steps)
-        count += steps
-        x, *others = spheres.state(grain)
-        here = (x + behind, *others)
-        behind += put_back(spheres, p.diameter)
-        if count % p.series_every == 0:
-            rows.append([count * row.step, *here])
-        if count % LOOK == 0 or count == longest:
-            well, verdict = judge(p, row, well, here)
-        if not verdict and count == longest:
-            verdict = "undecided"
-    if count % p.series_every:
-        rows.append([count * row.step, *here])
-    write_series(p, "time_s,x_m,y_m,vx_m_per_s,vy_m_per_s", rows)
-    results = [
-        ("mass_kg", row.mass),
-        ("damping_coefficient_N_s_per_m", row.damping),
-        ("step_s", row.step),
-        ("crests_passed", well if verdict == "moves_on" else well - 1),
-        ("margin_J", row.margin(well, *here)),
-        ("time_s", count * row.step),
-        ("steps", count),
-        ("seconds", time.perf_counter() - began),
-        ("verdict", verdict),
-    ]
-    finish(p, results)
+def value_of(name, text):
+    """Return a parameter given as text, of the type of its default; end for one not allowed."""
+    if name not in PARAMETERS:
+        sys.exit(f"ERROR: {name}: no such parameter; there are {', '.join(PARAMETERS)}")
+    kind = type(PARAMETERS[name])
+    try:
+        value = json.loads(text) if kind is list and isinstance(text, str) else kind(text)
+    except ValueError:
+        what = {int: "a whole number", list: "a list"}.get(kind, "a number")
+        sys.exit(f"ERROR: {name} = {text}: must be {what}")
+    if name in ALLOWED and not ALLOWED[name][0](value):
+        sys.exit(f"ERROR: {name} = {text}{ALLOWED[name][1]}")
+    return value
 
 
-def judge(p: SimpleNamespace, row: Row, well: int, here: tuple[float, ...]) -> tuple[int, str]:
-    """Return the well that the grain is in and the verdict, empty while there is none.
-
-    Dissipation only lowers the energy: a grain that moves back with less than that of a
-    grain at rest on the crest ahead never gets over.
-    """
-    short = row.margin(well, *here) < 0.0
-    if here[0] > row.end(well):
-        if p.route == "passage":
-            return well, "trapped" if short else "moves_on"
-        return (well, "moves_on") if well == p.wells else (well + 1, "")
-    return well, "trapped" if short and here[2] < 0.0 else ""
+def runs():
+    """Return the parameters of each run: of a JSON file (a list of them), or of NAME=VALUE."""
+    batch, named = [{}], {}
+    for word in sys.argv[1:]:
+        name, equals, value = word.partition("=")
+        if equals:
+            named[name] = value
+        else:
+            batch = json.loads(Path(word).read_text(encoding="utf-8"))
+    return [checked({**one, **named}) for one in batch]
 
 
-def put_back(spheres: Spheres, diameter: float) -> float:
-    """Put a grain that left the two spheres in the middle back by a diameter; return how far.
-
-    The row is endless with four spheres: it looks the same from every well.
-    """
-    way = diameter * math.floor(spheres.mobile[0].X / diameter)
-    if way:
-        spheres.shift(-way)
-    return way
+def checked(given):
+    """Return all parameters, those given in the place of the defaults."""
+    values = {name: value_of(name, value) for name, value in given.items()}
+    return SimpleNamespace(**{**PARAMETERS, **values})
 
 
-class Row:
-    """The row of fixed, touching spheres and the grain on it: start, end, energy."""
+class Results:
+    """The lines "RESULT name = value": printed, and written to a file when the run is over."""
 
-    def __init__(self, p: SimpleNamespace) -> None:
-        self.p = p
-        self.mass = p.density * math.pi * p.diameter**3 / 6.0
-        self.step = math.pi * math.sqrt(self.mass / p.stiffness) / p.steps_per_contact
-        self.damping = dashpot(p, self.mass)
-        refuse_unsound(p, self.mass, self.damping)
-        self.tilt = math.radians(p.angle)
-        self.gravity = p.gravity * math.sin(self.tilt), -p.gravity * math.cos(self.tilt)
-        self.weight = self.mass * p.gravity
-        # a crest is the highest point of the path: there a grain at rest is pressed in by m g / k
-        self.crest = p.diameter - self.weight / p.stiffness
-        self.crest_energy = self.weight * self.crest + 0.5 * self.weight**2 / p.stiffness
-        self.start = self._behind_crest() if p.route == "passage" else self._in_well()
+    def __init__(self, path):
+        self.path, self.lines = path, []
 
-    def centres(self) -> list[tuple[float, float]]:
-        """Return where the grain and four spheres are, the grain between the two in the middle."""
-        return [self.start[:2], *((i * self.p.diameter, 0.0) for i in (-1, 0, 1, 2))]
+    def add(self, name, *values):
+        """Print a line and keep it; the last one of a run is its verdict."""
+        words = [f"{value:.17g}" if isinstance(value, float) else str(value) for value in values]
+        self.lines.append(f"RESULT {name} = {' '.join(words)}")
+        print(self.lines[-1], flush=True)
+        if self.path and name == "verdict":
+            Path(self.path).write_text("\n".join(self.lines) + "\n", encoding="utf-8")
 
-    def _in_well(self) -> tuple[float, float, float, float]:
-        """Return a start that touches two spheres, along the tangent of the one ahead."""
-        d, speed = self.p.diameter, self.p.speed * math.sqrt(self.p.gravity * self.p.diameter)
-        return 0.5 * d, math.sqrt(0.75) * d, speed * math.sqrt(0.75), speed * 0.5
 
-    def _behind_crest(self) -> tuple[float, float, float, float]:
-        """Return a start with the energy of the crest, at the angle phi behind it.
+class Series:
+    """A CSV of numbers with 17 digits, written when the run is over; nothing without a name."""
 
-        The overlap balances the weight less the centrifugal force, m g (3 cos(phi) - 2) / k.
+    def __init__(self, path, columns):
+        self.path, self.lines = path, [",".join(columns)]
+
+    def add(self, *values):
+        """Add a row."""
+        if self.path:
+            self.lines.append(",".join(f"{value:.17g}" for value in values))
+
+    def write(self):
+        """Write the file."""
+        if self.path:
+            Path(self.path).write_text("\n".join(self.lines) + "\n", encoding="utf-8")
+
+
+def columns(p, force):
+    """Return the columns of a series; ``force`` names that of the forces."""
+    if not p.forces:
+        return ["time_s", "x_m", "y_m", "vx_m_per_s", "vy_m_per_s"]
+    count = len(p.x) - (force == "contact_force_N")
+    numbers = [f"[{i}]" for i in range(1, len(p.x) + 1)]
+    named = [name + number for name in ("x_m", "vx_m_per_s") for number in numbers]
+    return ["time_s", *named, *(force + number for number in numbers[:count])]
+
+
+class Watch:
+    """What becomes of the first sphere: a line "stage" of its start, and where each stage ends."""
+
+    def __init__(self, p, results):
+        self.p, self.results, self.stage = p, results, 0
+        self.steps, self.over = p.steps, False
+        unit = math.sqrt(p.mass / p.stiffness)
+        zeta = p.damping / 2 / math.sqrt(p.stiffness * p.mass)
+        # in a well the motion normal to the row feels 3/2 of the spring and of the dashpot
+        longest = 2 * (math.sqrt(zeta * zeta + 2 / 3) - zeta) * unit
+        if p.period and p.step > longest * (1 + 1e-12):
+            sys.exit(f"ERROR: step = {p.step} s: must be less than {longest:.6g} at these values")
+        if p.places:
+            self.tell(0, p.x[0], p.y[0], p.vx[0], p.vy[0])
+
+    def tell(self, steps, *state):
+        """Write where the sphere is."""
+        self.results.add("stage", steps, steps * self.p.step, *map(float, state))
+
+    def look(self, steps, *state):
+        """Return whether the run is over.
+
+        Dissipation only lowers the energy: a sphere that turns back with less than the floor
+        never passes.
         """
-        p, weight, d, k = self.p, self.weight, self.p.diameter, self.p.stiffness
-        behind = math.radians(p.start)
-        rate = math.sqrt(2.0 * p.gravity * (1.0 - math.cos(behind)) / d)
-        phi = behind + p.phase * rate * self.step
-        overlap = weight * (3.0 * math.cos(phi) - 2.0) / k
-        slope = 3.0 * weight * math.sin(phi) / k
-        r = d - overlap
-        kinetic = self.crest_energy - weight * r * math.cos(phi) - 0.5 * k * overlap**2
-        omega = math.sqrt(2.0 * kinetic / self.mass / (r * r + slope * slope))
-        c, s = math.cos(phi - self.tilt), math.sin(phi - self.tilt)
-        return r * s, r * c, omega * (r * c + slope * s), omega * (slope * c - r * s)
+        p, (x, _, vx, _) = self.p, state
+        if not all(map(math.isfinite, state)):
+            self.steps, self.over = steps, True
+            return True
+        passes = x > p.places[self.stage]
+        stops = not passes and vx < 0 and self.energy(*state) < p.floors[self.stage]
+        self.stage += passes
+        self.over = stops or self.stage == len(p.places) or steps >= p.steps
+        self.steps = steps if self.over else p.steps
+        if passes or self.over:
+            self.tell(steps, *state)
+        return self.over
 
-    def end(self, well: int) -> float:
-        """Return the x [m] whose passage ends a well.
+    def energy(self, x, y, vx, vy):
+        """Return motion, height above the centre of a sphere of the row at x = 0, and springs."""
+        p, d = self.p, self.p.diameter
+        behind = p.x[1] + d * math.floor((x - p.x[1]) / d)
+        overlaps = [d - math.hypot(x - behind - away, y - p.y[1]) for away in (0, d)]
+        springs = sum(0.5 * p.stiffness * max(overlap, 0) ** 2 for overlap in overlaps)
+        motion = 0.5 * p.mass * (vx * vx + vy * vy)
+        return motion - p.mass * (p.gravity_x * x + p.gravity_y * y) + springs
 
-        In the passage route where the contact has settled after the shock: the energy stays
-        what it is, and the slow way to the crest need not be walked. Eight times of the
-        slowest rate of x'' + 2 zeta omega x' + omega^2 x, at 0.35 sqrt(g d), are left for that.
-        """
-        p, before = self.p, 0.0
-        if p.route == "passage":
-            zeta = self.damping / 2.0 / math.sqrt(p.stiffness * self.mass)
-            slow = zeta + math.sqrt(zeta * zeta - 1.0) if zeta >= 1.0 else 1.0 / (zeta + 1e-9)
-            swept = 8.0 * slow * math.sqrt(self.mass / p.stiffness) * 0.35
-            swept *= math.sqrt(p.gravity / p.diameter)
-            before = min(max(math.pi / 6.0 - self.tilt - swept, 0.0), math.radians(10.0))
-        return well * p.diameter - self.crest * math.sin(self.tilt + before)
-
-    def margin(self, well: int, x: float, y: float, vx: float, vy: float) -> float:
-        """Return the energy [J] above that of a grain at rest on the crest ahead."""
-        d, behind = self.p.diameter, self.p.diameter * math.floor(x / self.p.diameter)
-        gaps = [math.hypot(x - centre, y) - d for centre in (behind, behind + d)]
-        springs = 0.5 * self.p.stiffness * math.fsum(gap**2 for gap in gaps if gap < 0.0)
-        height = y * math.cos(self.tilt) - (x - well * d) * math.sin(self.tilt)
-        motion = 0.5 * self.mass * (vx * vx + vy * vy)
-        return motion + self.weight * height + springs - self.crest_energy
-
-
-def dashpot(p: SimpleNamespace, mass: float) -> float:
-    """Return eta = 2 zeta sqrt(k m_eff) [N s/m]."""
-    zeta = p.damping_ratio
-    if p.damping == "restitution":
-        zeta = 1.0
-        if p.restitution > 0.0:
-            logarithm = math.log(p.restitution)
-            zeta = -logarithm / math.hypot(math.pi, logarithm)
-    effective = 0.5 * mass if p.effective_mass == "half" else mass
-    return 2.0 * zeta * math.sqrt(p.stiffness * effective)
-
-
-def refuse_unsound(p, mass, eta):
-    """End for a contact that is too soft, or a step that is unstable in a well.
-
-    There the motion normal to the row feels 3/2 of the spring and of the dashpot.
-    """
-    zeta = eta / 2 / math.sqrt(p.stiffness * mass)
-    fewest = math.pi / 2 / (math.sqrt(zeta * zeta + 2 / 3) - zeta)
-    softest = 100 * mass * p.gravity / p.diameter
-    for name, value, least in (
-        ("steps_per_contact", p.steps_per_contact, fewest),
-        ("stiffness", p.stiffness, softest),
-    ):
-        if value < least * (1 - 1e-12):
-            sys.exit(f"ERROR: {name} = {value}: must be greater than {least:.6g} at these values")
+    def finish(self, started, *state):
+        """Write what ends every run; ``started`` is a time of time.perf_counter."""
+        self.results.add("mass_kg", self.p.mass)
+        self.results.add("step_s", self.p.step)
+        self.results.add("steps", self.steps)
+        self.results.add("seconds", time.perf_counter() - started)
+        sound = all(map(math.isfinite, state))
+        self.results.add("verdict", "finished" if sound else "not_a_number")
 
 
 LAW = "DEM_D_Linear_viscous_Coulomb"
-LOOK = 50  # steps between two looks at the motion
-Rows = list[list[float]]
+
+
+def run(p):
+    """Let the spheres move until the run is over."""
+    began = time.perf_counter()
+    watch = Watch(p, Results(p.results))
+    series = Series(p.series if p.every else "", columns(p, "contacts_fx_N"))
+    spheres = Spheres(p)
+    every, forces = p.every or p.steps + 1, variable("CONTACT_FORCES_X")
+    # Symplectic_Euler takes the forces where a step begins: those of a row are known one step
+    # later. Velocity_Verlet takes them where it ends.
+    late = int(bool(p.forces) and p.scheme != "Velocity_Verlet")
+    count, ahead, over = 0, 0, False
+    while True:
+        here = spheres.first(put_back=count > 0)
+        if count % every == 0 and p.forces:
+            states = [spheres.state(node) for node in spheres.nodes]
+            spheres.advance(late)
+            ahead, found = late, [node.GetSolutionStepValue(forces) for node in spheres.nodes]
+            series.add(count * p.step, *(s[0] for s in states), *(s[2] for s in states), *found)
+        elif count % every == 0:
+            series.add(count * p.step, *here)
+        if p.places and count and (count % LOOK == 0 or count == p.steps):
+            over = watch.look(count, *here)
+        if over or count == p.steps:
+            break
+        steps = min(LOOK - count % LOOK, every - count % every, p.steps - count)
+        spheres.advance(steps - ahead)
+        count, ahead = count + steps, 0
+    series.write()
+    watch.finish(began, *here)
 
 
 class Spheres:
     """Equal spheres without friction, some of them fixed: set up in Kratos without files.
 
-    ``damping`` is the dashpot's coefficient [N s/m] of every contact.
+    An endless row has four spheres: it looks the same from every well. A sphere that left the two
+    in the middle is put back by a diameter.
     """
 
-    def __init__(
-        self,
-        p: SimpleNamespace,
-        mass: float,
-        damping: float,
-        step: float,
-        gravity: tuple[float, float],
-        centres: list[tuple[float, float]],
-        mobile: list[int],
-    ) -> None:
-        self.step, self.search_every = step, p.search_every
+    def __init__(self, p):
+        self.p, self.behind = p, 0.0
+        centres, self.fixed = list(zip(p.x, p.y)), p.fixed
+        if p.period:
+            centres = [centres[0], *((p.x[1] + i * p.diameter, p.y[1]) for i in (-1, 0, 1, 2))]
+            self.fixed = [0, 1, 1, 1, 1]
         self.reach = p.search_tolerance * p.diameter
         self.model = Kratos.Model()
-        self.part, settings = self._parts()
-        material = self._material(p, mass, damping)
-        self.nodes = [self._sphere(p, i, x, y, material) for i, (x, y) in enumerate(centres, 1)]
-        self._free(mobile)
-        self.mobile = [self.nodes[i] for i in mobile]
+        parts = parts_of(self.model, NODAL)
+        self.part = parts[0]
+        material = self._material()
+        self.nodes = [self._sphere(i, x, y, material) for i, (x, y) in enumerate(centres, 1)]
+        self._free()
+        self.mobile = [node for node, fixed in zip(self.nodes, self.fixed) if not fixed]
         self.searched = [(node.X, node.Y) for node in self.mobile]
         self.until_search, self.steps_planned = 0, 1
-        self._inform(p, gravity)
-        verlet = p.scheme == "Velocity_Verlet"
-        kind = DEM.IterativeSolverStrategy if verlet else DEM.ExplicitSolverStrategy
-        # the third number: every step with TIME_STEPS above 0 searches, none with 0
-        self.strategy = kind(
-            settings, step, 1, 1.0, 1, DEM.ParticleCreatorDestructor(), DEM.DEM_FEM_Search(),
-            DEM.OMP_DEMSearch(), Kratos.Parameters(STRATEGY),
-        )  # fmt: skip
-        self.strategy.RebuildListOfDiscontinuumSphericParticles()
-        self.strategy.SetNormalRadiiOnAllParticlesBeforeInitilization(self.part)
-        self.strategy.SetSearchRadiiOnAllParticles(self.part, self.reach, 1.0)
+        self._inform()
+        self.strategy = strategy_of(parts, p.scheme, p.step, self.reach, walls=False)
+        for node, vx, vy, fixed in zip(self.nodes, p.vx, p.vy, self.fixed):
+            if not fixed:
+                node.SetSolutionStepValue(VELOCITY_X, 0, vx)
+                node.SetSolutionStepValue(VELOCITY_Y, 0, vy)
+        self.strategy.Initialize()  # Kratos's first look
 
-    def begin(self, speeds: dict[int, tuple[float, float]]) -> None:
-        """Give mobile spheres their velocities [m/s] and let Kratos take its first look."""
-        for i, speed in speeds.items():
-            self.nodes[i].SetSolutionStepValue(variable("VELOCITY_X"), 0, speed[0])
-            self.nodes[i].SetSolutionStepValue(variable("VELOCITY_Y"), 0, speed[1])
-        self.strategy.Initialize()
-
-    def advance(self, steps: int) -> None:
+    def advance(self, steps):
         """Take so many steps, and search for contacts often enough to find every one in time."""
         solve, info = self.strategy.SolveSolutionStep, self.part.ProcessInfo
         while steps > 0:
@@ -291,7 +333,7 @@ class Spheres:
             steps -= taken
             self.until_search -= taken
 
-    def _plan_search(self) -> None:
+    def _plan_search(self):
         """Decide after how many steps the next search but this one comes.
 
         What a search finds is right until a pair that it left out has closed in by the
@@ -302,101 +344,94 @@ class Spheres:
         fastest = max(math.hypot(vx, vy) for _, _, vx, vy in now)
         if not math.isfinite(fastest):
             sys.exit("a velocity is not a number")
-        for (x, y, _, _), (x0, y0) in zip(now, self.searched, strict=True):
+        for (x, y, _, _), (x0, y0) in zip(now, self.searched):
             if self.steps_planned > 1 and math.hypot(x - x0, y - y0) > 0.5 * self.reach:
                 sys.exit("a sphere moved by half the search tolerance between two searches")
         self.searched = [(x, y) for x, y, _, _ in now]
         affordable = 0.125 * self.reach
-        count = self.search_every
-        if fastest * self.step * count > affordable:
-            count = max(1, int(affordable / (fastest * self.step)))
+        count = self.p.search_every
+        if fastest * self.p.step * count > affordable:
+            count = max(1, int(affordable / (fastest * self.p.step)))
         self.until_search = self.steps_planned = count
 
-    def shift(self, way: float) -> None:
-        """Move the one mobile sphere along x by so much [m], and search before the next forces."""
-        node = self.mobile[0]
-        node.X0 += way
-        node.X += way
-        self.searched = [(x + way, y) for x, y in self.searched]
-        self.until_search = 0
+    def first(self, put_back):
+        """Return the state of the first sphere, and put it back into the middle of a row if asked.
 
-    def state(self, node: Any) -> tuple[float, float, float, float]:
+        Contacts are searched for again before the next forces.
+        """
+        node, d = self.mobile[0], self.p.diameter
+        x, *others = self.state(node)
+        here = (x + self.behind, *others)
+        way = d * math.floor((node.X - self.p.x[1]) / d) if self.p.period else 0.0
+        if put_back and way:
+            node.X0 -= way
+            node.X -= way
+            self.searched = [(x - way, y) for x, y in self.searched]
+            self.until_search = 0
+            self.behind += way
+        return here
+
+    def state(self, node):
         """Return position [m] and velocity [m/s] of a sphere."""
         value = node.GetSolutionStepValue
         return node.X, node.Y, value(VELOCITY_X), value(VELOCITY_Y)
 
-    def _parts(self) -> tuple[Any, Any]:
-        """Return the part of the model for the spheres, and the strategy's settings."""
-        names = ("SpheresPart", "ContactPart", "RigidFacePart", "DEMInletPart", "ClusterPart")
-        parts = [self.model.CreateModelPart(name) for name in names]
-        for name in NODAL:
-            parts[0].AddNodalSolutionStepVariable(variable(name))
-        settings = DEM.ExplicitSolverSettings()
-        settings.r_model_part, settings.contact_model_part = parts[0], parts[1]
-        settings.fem_model_part, settings.inlet_model_part = parts[2], parts[3]
-        settings.cluster_model_part = parts[4]
-        return parts[0], settings
-
-    def _material(self, p: SimpleNamespace, mass: float, damping: float) -> Any:
+    def _material(self):
         """Return the material whose contact with itself has stiffness and damping as asked for.
 
         The law's stiffness is 1.432 pi 0.31225 E* R*, with E* = E / 2 for Poisson's ratio
         0 and R* = d / 4; its dashpot 2 gamma sqrt(k m / 2), also against a fixed sphere.
         Set by itself, gamma does not go through Kratos's table of restitutions.
         """
-        material = self.part.CreateNewProperties(1)
+        p, material = self.p, self.part.CreateNewProperties(1)
         young = 8.0 * p.stiffness / (1.432 * math.pi * 0.31225 * p.diameter)
         material[variable("YOUNG_MODULUS")] = young
         material[variable("POISSON_RATIO")] = 0.0
-        material[variable("PARTICLE_DENSITY")] = mass * 6.0 / math.pi / p.diameter**3
+        material[variable("PARTICLE_DENSITY")] = p.mass * 6.0 / math.pi / p.diameter**3
         contact = Kratos.Properties(1)
         for name in ("STATIC_FRICTION", "DYNAMIC_FRICTION", "FRICTION_DECAY", "ROLLING_FRICTION"):
             contact[variable(name)] = 0.0
         contact[variable("COEFFICIENT_OF_RESTITUTION")] = 0.0
-        contact[variable("DAMPING_GAMMA")] = damping / (2.0 * math.sqrt(p.stiffness * mass / 2.0))
+        gamma = p.damping / (2.0 * math.sqrt(p.stiffness * p.mass / 2.0))
+        contact[variable("DAMPING_GAMMA")] = gamma
         getattr(DEM, LAW)().SetConstitutiveLawInProperties(contact, False)
         material.AddSubProperties(contact)
-        scheme = getattr(DEM, p.scheme.replace("_", "") + "Scheme")()
-        scheme.SetTranslationalIntegrationSchemeInProperties(material, False)
-        scheme.SetRotationalIntegrationSchemeInProperties(material, False)
-        DEM.DEMGlobalDampingNonViscousCstForceDir().SetGlobalDampingModelInProperties(
-            material, False
-        )
+        integrate(material, p.scheme)
         return material
 
-    def _free(self, mobile: list[int]) -> None:
+    def _free(self):
         """Let mobile spheres move in the plane, and the others not at all."""
         for axis in "XYZ":
             Kratos.VariableUtils().AddDof(variable(f"VELOCITY_{axis}"), self.part)
             Kratos.VariableUtils().AddDof(variable(f"ANGULAR_VELOCITY_{axis}"), self.part)
-        for i, node in enumerate(self.nodes):
-            for axis in "Z" if i in mobile else "XYZ":
+        for fixed, node in zip(self.fixed, self.nodes):
+            for axis in "XYZ" if fixed else "Z":
                 node.Fix(variable(f"VELOCITY_{axis}"))
 
-    def _inform(self, p: SimpleNamespace, gravity: tuple[float, float]) -> None:
+    def _inform(self):
         """Give Kratos step, gravity and the tolerances of its contact search.
 
         Its first search alone goes by the tolerance for spheres: every later one goes by
         the tolerance against walls, also where there is no wall.
         """
-        info = self.part.ProcessInfo
-        info[variable("GRAVITY")] = Kratos.Array3([*gravity, 0.0])
-        info[variable("DELTA_TIME")] = self.step
+        p, info = self.p, self.part.ProcessInfo
+        info[variable("GRAVITY")] = Kratos.Array3([p.gravity_x, p.gravity_y, 0.0])
+        info[variable("DELTA_TIME")] = p.step
         info[variable("NODAL_MASS_COEFF")] = 1.0
         info[variable("SEARCH_CONTROL")] = 1
         info[variable("SEARCH_RADIUS_INCREMENT")] = self.reach
         against_walls = p.search_tolerance_against_walls * p.diameter
         info[variable("SEARCH_RADIUS_INCREMENT_FOR_WALLS")] = against_walls
 
-    def _sphere(self, p: SimpleNamespace, number: int, x: float, y: float, material: Any) -> Any:
+    def _sphere(self, number, x, y, material):
         """Return the node of a new sphere."""
         node = self.part.CreateNewNode(number, x, y, 0.0)
         self.part.CreateNewElement("SphericParticle3D", number, [number], material)
-        node.SetSolutionStepValue(variable("RADIUS"), 0, 0.5 * p.diameter)
+        node.SetSolutionStepValue(variable("RADIUS"), 0, 0.5 * self.p.diameter)
         return node
 
 
-def variable(name: str) -> Any:
+def variable(name):
     """Return a variable of Kratos, of its core or of the DEM application."""
     return getattr(Kratos, name, None) or getattr(DEM, name)
 
@@ -415,141 +450,53 @@ NODAL = (
 )  # fmt: skip
 STRATEGY = """{
     "strategy": "sphere_strategy", "do_search_dem_neighbours": true,
-    "do_search_fem_neighbours": false, "RemoveBallsInitiallyTouchingWalls": false,
+    "do_search_fem_neighbours": %s, "RemoveBallsInitiallyTouchingWalls": false,
     "model_import_settings": {}, "material_import_settings": {}
 }"""
 
 
-ALLOWED = {
-    "angle": (
-        lambda value: not (value < 0 or value > 30 or value != value),
-        " deg: must be greater than or equal to 0 and less than or equal to 30",
-    ),
-    "stiffness": (
-        lambda value: not (value <= 0 or value != value),
-        " N/m: must be greater than 0",
-    ),
-    "steps_per_contact": (
-        lambda value: not (value <= 0 or value > 100000 or value != value),
-        ": must be greater than 0 and less than or equal to 100000",
-    ),
-    "diameter": (
-        lambda value: not (value <= 0 or value != value),
-        " m: must be greater than 0",
-    ),
-    "density": (
-        lambda value: not (value <= 0 or value != value),
-        " kg/m3: must be greater than 0",
-    ),
-    "gravity": (
-        lambda value: not (value <= 0 or value != value),
-        " m/s2: must be greater than 0",
-    ),
-    "wells": (
-        lambda value: not (value < 1 or value > 10000 or value != value),
-        ": must be a whole number, greater than or equal to 1 and less than or equal to 10000",
-    ),
-    "phase": (
-        lambda value: not (value < 0 or value > 1 or value != value),
-        ": must be greater than or equal to 0 and less than or equal to 1",
-    ),
-    "time_limit": (
-        lambda value: not (value <= 0 or value != value),
-        ": must be greater than 0",
-    ),
-    "damping": (
-        lambda value: value in ["restitution", "ratio"],
-        ": must be one of restitution, ratio",
-    ),
-    "restitution": (
-        lambda value: not (value < 0 or value > 1 or value != value),
-        ": must be greater than or equal to 0 and less than or equal to 1",
-    ),
-    "damping_ratio": (
-        lambda value: not (value < 0 or value > 100 or value != value),
-        ": must be greater than or equal to 0 and less than or equal to 100",
-    ),
-    "effective_mass": (
-        lambda value: value in ["full", "half"],
-        ": must be one of full, half",
-    ),
-    "route": (
-        lambda value: value in ["passage", "steady"],
-        ": must be one of passage, steady",
-    ),
-    "speed": (
-        lambda value: not (value <= 0 or value > 10 or value != value),
-        " sqrt(g d): must be greater than 0 and less than or equal to 10",
-    ),
-    "start": (
-        lambda value: not (value <= 0 or value > 30 or value != value),
-        " deg: must be greater than 0 and less than or equal to 30",
-    ),
-    "series_every": (
-        lambda value: not (value < 1 or value != value),
-        ": must be a whole number, greater than or equal to 1",
-    ),
-    "scheme": (
-        lambda value: value in ["Velocity_Verlet", "Symplectic_Euler"],
-        ": must be one of Velocity_Verlet, Symplectic_Euler",
-    ),
-}
+def parts_of(model, nodal):
+    """Return the parts of a new model; its spheres have the variables of these names."""
+    names = ("SpheresPart", "ContactPart", "RigidFacePart", "DEMInletPart", "ClusterPart")
+    parts = [model.CreateModelPart(name) for name in names]
+    for name in nodal:
+        parts[0].AddNodalSolutionStepVariable(variable(name))
+    return parts
 
 
-def value_of(name, text):
-    """Return a parameter given as text, of the type of its default; end for one not allowed."""
-    if name not in PARAMETERS:
-        sys.exit(f"ERROR: {name}: no such parameter; there are {', '.join(PARAMETERS)}")
-    kind = type(PARAMETERS[name])
-    try:
-        value = kind(text)
-    except ValueError:
-        what = {int: "a whole number", list: "a list"}.get(kind, "a number")
-        sys.exit(f"ERROR: {name} = {text}: must be {what}")
-    if name in ALLOWED and not ALLOWED[name][0](value):
-        sys.exit(f"ERROR: {name} = {text}{ALLOWED[name][1]}")
-    return value
+def integrate(material, scheme):
+    """Let spheres of a material move by a scheme, without a damping of their motion."""
+    made = getattr(DEM, scheme.replace("_", "") + "Scheme")()
+    made.SetTranslationalIntegrationSchemeInProperties(material, False)
+    made.SetRotationalIntegrationSchemeInProperties(material, False)
+    DEM.DEMGlobalDampingNonViscousCstForceDir().SetGlobalDampingModelInProperties(material, False)
 
 
-def parameters(words: list[str]) -> SimpleNamespace:
-    """Return the parameters, with those given as NAME=VALUE in place of the defaults."""
-    values: dict[str, Any] = dict(PARAMETERS)
-    for word in words:
-        name, _, text = word.partition("=")
-        values[name] = value_of(name, text)
-    return SimpleNamespace(**values)
+def strategy_of(parts, scheme, step, reach, walls):
+    """Return Kratos's strategy for the parts of a model, which finds contacts within a reach."""
+    settings = DEM.ExplicitSolverSettings()
+    settings.r_model_part, settings.contact_model_part = parts[:2]
+    settings.fem_model_part, settings.inlet_model_part = parts[2:4]
+    settings.cluster_model_part = parts[4]
+    verlet = scheme == "Velocity_Verlet"
+    kind = DEM.IterativeSolverStrategy if verlet else DEM.ExplicitSolverStrategy
+    # the third number: every step with TIME_STEPS above 0 searches, none with 0
+    strategy = kind(
+        settings, step, 1, 1.0, 1, DEM.ParticleCreatorDestructor(), DEM.DEM_FEM_Search(),
+        DEM.OMP_DEMSearch(), Kratos.Parameters(STRATEGY % ("true" if walls else "false")),
+    )  # fmt: skip
+    strategy.RebuildListOfDiscontinuumSphericParticles()
+    strategy.SetNormalRadiiOnAllParticlesBeforeInitilization(parts[0])
+    strategy.SetSearchRadiiOnAllParticles(parts[0], reach, 1.0)
+    return strategy
 
 
-def write_series(p: SimpleNamespace, header: str, rows: Rows) -> None:
-    """Write rows of numbers with 17 digits, if a file was asked for."""
-    if p.series:
-        lines = (",".join(f"{value:.17g}" for value in row) for row in rows)
-        Path(p.series).write_text("\n".join([header, *lines]) + "\n", encoding="utf-8")
-
-
-def finish(p: SimpleNamespace, results: list[tuple[str, object]]) -> None:
-    """Print the results, and write them to a file if one was asked for."""
-    lines = [f"RESULT {name} = {show(value)}" for name, value in results]
-    print("\n".join(lines), flush=True)
-    if p.results:
-        Path(p.results).write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-
-def show(value: object) -> str:
-    """Return a result as text, numbers with 17 digits."""
-    return f"{value:.17g}" if isinstance(value, float) else str(value)
-
-
-def main() -> None:
-    """Run the case that the command line names, or every line of a file of cases."""
+def main():
+    """Run what the command line names."""
     Kratos.ParallelUtilities.SetNumThreads(1)  # a few spheres: more threads only wait
     Kratos.Logger.GetDefaultOutput().SetSeverity(Kratos.Logger.Severity.WARNING)
-    if len(sys.argv) == 3 and sys.argv[1] == "--cases":
-        cases = Path(sys.argv[2]).read_text(encoding="utf-8").splitlines()
-        for case in cases:
-            run(parameters(case.split()))
-    else:
-        run(parameters(sys.argv[1:]))
+    for p in runs():
+        run(p)
 
 
 if __name__ == "__main__":

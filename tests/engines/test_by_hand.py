@@ -31,7 +31,7 @@ PYTHON = ("yade", "kratos", "esys")
 COMMANDS = {
     "liggghts": (["liggghts", "-in"], ["-var", "angle", "45"]),
     "yade": (["yade", "-n", "-x"], ["step=0"]),
-    "kratos": ([sys.executable], ["angle=45"]),
+    "kratos": ([sys.executable], ["step=0"]),
     "esys": (["esysparticle"], ["angle=45"]),
 }
 

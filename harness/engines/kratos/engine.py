@@ -1,10 +1,7 @@
-"""Kratos as an engine of the harness, and the contacts with friction that it states.
+"""Kratos DEM as an engine of the harness: generated scripts that any Python with Kratos runs.
 
-Contacts with friction in Kratos DEM: laws and rules, read off the source of 10.4.4.
-
-Kratos DEM as an engine of the harness: generated scripts that any Python with Kratos runs.
-
-Kratos is never imported into the harness's own process: it prints, and it may crash.
+Kratos is never imported into the harness's own process: it prints, and it may crash. The contacts
+with friction that it states, their laws and rules, are read off the source of 10.4.4.
 """
 
 from __future__ import annotations
@@ -21,6 +18,7 @@ from harness.engines.process import FAULTS, Ended, Limits, last_words, signal_of
 from harness.engines.programs import (
     ASK_SECONDS,
     OF_PYTHON,
+    RUNS,
     ScriptedEngine,
     ask_program,
     program_files,
@@ -145,8 +143,8 @@ class Kratos(ScriptedEngine):
             "behind positions; Velocity_Verlet does not.",
         ),
     )
-    unused_values = frozenset({"spheres", "interface", "tangential_damping"} | RESISTANCES)
-    """A row without an end has no number of spheres; of contacts what no law of its takes."""
+    unused_values = frozenset({"interface", "tangential_damping"} | RESISTANCES)
+    """Of contacts: what no law of its takes."""
     allowed: ClassVar[Mapping[str, Allowed]] = {
         "scheme": Allowed(words=("Velocity_Verlet", "Symplectic_Euler"))
     }
@@ -213,20 +211,11 @@ class Kratos(ScriptedEngine):
 
     def command(self, folder: Path, tasks: Sequence[Task]) -> list[str]:  # noqa: ARG002
         """Return the words that run a file of runs."""
-        return [self.program, "-u", tasks[0].script.name, "--cases", "runs"]
+        return [self.program, "-u", tasks[0].script.name, RUNS]
 
     def command_line(self, task: Task) -> str:
         """Return the command that runs a task again by hand."""
-        return f"python {task.script.name} {_words(task.values)}"
-
-    def write(self, folder: Path, tasks: Sequence[Task]) -> None:
-        """Write the script and the file of runs, a line each with the files that it writes."""
-        super().write(folder, tasks)
-        lines = [
-            f"{_words(task.values)} series={index}.csv results={index}.txt\n"
-            for index, task in enumerate(tasks)
-        ]
-        (folder / "runs").write_text("".join(lines), encoding="utf-8")
+        return f"python {task.script.name} {self.words(task)}"
 
     def start(self, words: Sequence[str], folder: Path, seconds: float) -> Ended:
         """Run a command in a folder; its last words are those before Kratos's farewell."""
@@ -247,11 +236,6 @@ class Kratos(ScriptedEngine):
             if refusal is not None:
                 return EngineInputError(f"Kratos refused its input: {refusal[1].strip()[:160]}")
         return ended.error(self.title, self.limits.seconds)
-
-
-def _words(values: Values) -> str:
-    """Return values as a script takes them, numbers at full digits."""
-    return " ".join(f"{name}={value}" for name, value in values.items())
 
 
 def _without_farewell(said: str) -> str:

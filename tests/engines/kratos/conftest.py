@@ -9,6 +9,7 @@ from harness.cases.drop.case import Drop
 from harness.cases.incline.system import Incline
 from harness.engines.kratos.engine import Kratos
 from harness.engines.output import Output, read_csv, results_in
+from harness.engines.programs import with_stages
 from harness.observables.provenance import Provenance
 from harness.parameters.law import PLASTIC
 from harness.parameters.tower import Tower
@@ -23,7 +24,7 @@ def recorded():
     def read(name, series=lambda text: text):
         log, table = ((RECORDED / f"{name}.{end}").read_text("utf-8") for end in ("txt", "csv"))
         tables = {"series": read_csv(series(table), Kratos.traits.title)}
-        return Output(results_in(log), Provenance("kratos", "10.4.4"), tables, log)
+        return with_stages(Output(results_in(log), Provenance("kratos", "10.4.4"), tables, log))
 
     return read
 

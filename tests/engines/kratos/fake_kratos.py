@@ -4,8 +4,11 @@ Run as ``python fake_kratos.py MODE RECORDED OPTIONS...``. At the angle 13 it do
 says instead.
 """
 
+import json
+import math
 import mmap
 import os
+import re
 import signal
 import sys
 import time
@@ -28,12 +31,11 @@ def misbehave(mode, log, series):
             sys.exit("MemoryError")
         return log, series + f"{len(hog)} bytes were there"
     elif mode == "nan":
-        head, _, rest = series.split("\n", 2)
-        return log, f"{head}\n0,nan,1,0,0\n{rest}"
+        return re.sub(r"(stage = [1-9]\d* \S+) \S+", r"\1 nan", log), series
     elif mode == "half a series":
         return log, series[: len(series) // 2]
-    elif mode == "short path":
-        return log, "\n".join(series.splitlines()[:20]) + "\n"
+    elif mode == "no end":
+        return re.sub(r"RESULT stage = [1-9].*\n", "", log), series
     elif mode == "half a log":
         return log[: len(log) // 2], series
     elif mode == "exit":
@@ -56,17 +58,17 @@ def main(mode, recorded, options):
         print("Multi-Physics 10.9\nKRATOS 10.9.1\n" + FAREWELL)
         return
     stem = recorded / Path(options[1]).stem
-    for case in Path(options[3]).read_text(encoding="utf-8").splitlines():
-        values = dict(word.partition("=")[::2] for word in case.split())
+    for values in json.loads(Path(options[2]).read_text(encoding="utf-8")):
         log, series = (
             stem.with_suffix(end).read_text(encoding="utf-8") for end in (".txt", ".csv")
         )
-        if values.get("angle") == "13.0":
+        if values["gravity_x"] > 9.81 * math.sin(math.radians(12.0)):
             try:
                 log, series = misbehave(mode, log, series)
             finally:
                 print(FAREWELL, flush=True)
-        Path(values["series"]).write_text(series, encoding="utf-8")
+        if values["series"]:
+            Path(values["series"]).write_text(series, encoding="utf-8")
         Path(values["results"]).write_text(log, encoding="utf-8")
     if mode == "killed after its work":
         os.kill(os.getpid(), signal.SIGKILL)
