@@ -86,7 +86,8 @@ def opening_markdown(found: Verification) -> list[str]:
 
 def table_markdown(table: Table) -> list[str]:
     """Return a table, its caption before it."""
-    return [markdown_text(table.caption), "", *rows_markdown(table, table.rows), ""]
+    shown = table.filled
+    return [markdown_text(table.caption), "", *rows_markdown(shown, shown.rows), ""]
 
 
 def rows_markdown(table: Table, rows: Sequence[Sequence[str]]) -> list[str]:

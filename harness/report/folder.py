@@ -143,13 +143,18 @@ def write_study(
     check_folder(folder)
     drawn = draw_sections(sections, png=True)
     lines = [f"# {markdown_text(page.title)}", "", markdown_text(page.question), ""]
-    lines += [f"- **{markdown_text(sentence)}**" for sentence in page.verdict]
+    first, *rest = page.verdict or ("Nothing was found.",)
+    lines += [f"**{markdown_text(first)}**", "", *(f"- {markdown_text(one)}" for one in rest)]
     lines.append("")
     lines += [line for part in drawn for line in section_markdown(part)]
     lines += ["## Provenance", ""]
     lines += [f"- {name}: {markdown_text(text)}" for name, text in page.facts.items()]
     template = environment().get_template("study.html.j2")
-    html = template.render(page=page, parts_of_page=parts_of(drawn), look=look)
+    parts = parts_of(drawn)
+    opening = next((part for part in parts if part.figures), None)
+    html = template.render(
+        page=page, first=first, rest=rest, opening=opening, parts_of_page=parts, look=look
+    )
     with whole_folder(folder) as aside:
         aside.mkdir()
         write_drawn(drawn, aside)

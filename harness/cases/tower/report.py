@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from harness.cases.contract import Words
 from harness.cases.tower import figures
-from harness.cases.tower.comparison import SeriesComparison
+from harness.cases.tower.comparison import DIVERGENCE, SeriesComparison
 from harness.cases.tower.figures import peak_error
 from harness.cases.tower.run import RATIO, of_ratio
 from harness.cases.tower.verification import CodeEvidence, OwnEvidence
@@ -50,7 +50,9 @@ def _comparisons(main: CodeEvidence | None, own: OwnEvidence) -> Iterator[Drawin
             particles=convergence[0].reference.tower.particles,
         )
     if own.different_law:
-        yield WORDS.drawing("different-law", lambda: figures.different_law(own.different_law))
+        yield WORDS.drawing(
+            "different-law", lambda: figures.different_law(own.different_law), band=DIVERGENCE
+        )
 
 
 def _impulses(own: OwnEvidence) -> Iterator[Drawing]:
