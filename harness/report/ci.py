@@ -17,9 +17,10 @@ from xml.etree import ElementTree as Xml
 
 from harness.comparison.verdicts import Check, Kind, Verdict
 from harness.comparison.verification import Verification
-from harness.report.gallery import Drawn, Picture, titles
+from harness.report.causes import Cause, causes
+from harness.report.gallery import Drawn, Picture, commands, titles
 from harness.report.matrix import cells_markdown, defects_markdown, matrix_markdown, stands_in_cell
-from harness.report.plain import markdown_text
+from harness.report.plain import markdown_text, one_line
 from harness.report.sections import Table
 from harness.report.templating import tail
 from harness.report.text import (
@@ -49,6 +50,9 @@ CHECKS = Table(
 def report_markdown(found: Verification, parts: Sequence[Drawn]) -> str:
     """Return the whole report; all text in it is escaped."""
     lines = ["# DEM verification report", "", *opening_markdown(found), ""]
+    for part in parts:
+        lines += answer_markdown(part)
+    lines += causes_markdown(causes(found, commands(parts)))
     for kind, title in KINDS.items():
         lines += _kind(title, [check for check in found.checks if check.kind is kind])
     lines += matrix_markdown(found.checks, titles(parts))
@@ -56,7 +60,8 @@ def report_markdown(found: Verification, parts: Sequence[Drawn]) -> str:
     lines += defects_markdown(found.defects)
     for part in parts:
         lines += section_markdown(part)
-    untitled = [picture for part in parts if not part.section.title for picture in part.pictures]
+    rest = [part for part in parts if not part.section.title and part.section.opening is None]
+    untitled = [picture for part in rest for picture in part.pictures]
     if untitled:
         lines += ["## Figures", ""]
     for picture in untitled:
@@ -82,6 +87,35 @@ def opening_markdown(found: Verification) -> list[str]:
     """Return the outcome kind by kind, and the headlines as a list."""
     outcome, counts, *told = map(markdown_text, summary(found))
     return [f"**{outcome}**", counts, "", *(f"- {line}" for line in told)]
+
+
+def answer_markdown(part: Drawn) -> Iterator[str]:
+    """Yield what a case answers: its question, the derivation, its figure and its words."""
+    opening = part.section.opening
+    if opening is None:
+        return
+    yield from (f"## {markdown_text(opening.title)}", "")
+    yield from (f"{n}. {markdown_text(step)}" for n, step in enumerate(opening.steps, 1))
+    yield from ("", f"{markdown_text(opening.source)}.", "")
+    for picture in part.pictures:
+        yield from _figure(picture)
+    yield from (f"- {word}: {markdown_text(meaning)}" for word, meaning in opening.terms)
+    yield ""
+
+
+def causes_markdown(found: Sequence[Cause]) -> Iterator[str]:
+    """Yield what does not hold, each cause once, with the commands that run it again."""
+    if found:
+        yield from ("## What does not hold, by cause", "")
+    for cause in found:
+        told = markdown_text(" ".join(cause.sentences))
+        title = f"**{cause.verdict}: {markdown_text(cause.title)}**"
+        yield f"- {title} ({cause.count}). {told}".rstrip()
+        if cause.commands:
+            yield from ("", "  ```sh", *(f"  {one_line(line)}" for line in cause.commands))
+            yield from ("  ```", "")
+    if found:
+        yield ""
 
 
 def table_markdown(table: Table) -> list[str]:

@@ -418,8 +418,16 @@ def titles(drawn: Sequence[Drawn]) -> dict[str, str]:
     return {cell.text.engine: cell.text.who for part in drawn for cell in part.cells}
 
 
-def _filmed(film: Film) -> Reel | str:
+def commands(drawn: Sequence[Drawn]) -> dict[tuple[str, str, str], list[str]]:
+    """Return what runs the first system of each cell again."""
+    return {
+        cell.text.place: [command for _, command in cell.text.commands[:2]]
+        for part in drawn
+        for cell in part.cells
+    }
 
+
+def _filmed(film: Film) -> Reel | str:
     try:
         name = safe_path(film.name).replace("/", "-")
         still = png(film.picture(film.poster))

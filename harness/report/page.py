@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 from harness.comparison.verdicts import Check, Verdict
 from harness.comparison.verification import Verification
 from harness.report import text
-from harness.report.causes import Cause, Place, causes
-from harness.report.gallery import Drawn, Picture, data_uri, size, titles
+from harness.report.causes import Cause, causes
+from harness.report.gallery import Drawn, Picture, commands, data_uri, size, titles
 from harness.report.matrix import matrices
 from harness.report.sections import Opening, Section, Table
 from harness.report.templating import environment, tail
@@ -174,15 +174,6 @@ def html_page(
         provenance=text.provenance(found),
         look=look,
     )
-
-
-def commands(drawn: Sequence[Drawn]) -> dict[Place, list[str]]:
-    """Return what runs the first system of each cell again."""
-    return {
-        cell.text.place: [command for _, command in cell.text.commands[:2]]
-        for part in drawn
-        for cell in part.cells
-    }
 
 
 def rows_in(cause: Cause, rows: Sequence[Row]) -> list[Row]:
