@@ -1,10 +1,7 @@
-"""The report for continuous integration: Markdown, summary, JUnit.
+"""Render a run for those who read no HTML: Markdown in full and in short, and JUnit XML.
 
-Render the report as Markdown: the sections of the HTML page, with links to its figures.
-
-Render the report in short, as Markdown for a pull request or a job's summary.
-
-Render the checks as JUnit XML, for continuous integration.
+The Markdown has the sections of the page, with links to the figures; the short one fits a comment
+on a pull request or the summary of a job.
 """
 
 from __future__ import annotations
@@ -19,6 +16,7 @@ from harness.comparison.verdicts import Check, Kind, Verdict
 from harness.comparison.verification import Verification
 from harness.report.causes import Cause, causes
 from harness.report.gallery import Drawn, Picture, commands, titles
+from harness.report.markdown import table_lines
 from harness.report.matrix import cells_markdown, defects_markdown, matrix_markdown, stands_in_cell
 from harness.report.plain import markdown_text, one_line
 from harness.report.sections import Table
@@ -38,13 +36,7 @@ from harness.report.text import (
 )
 from harness.shown import number
 
-CHECKS = Table(
-    "",
-    "",
-    ("check", "value", "expected", "difference", "uncertainty", "tolerance", "unit", "verdict"),
-    (),
-    frozenset(range(1, 6)),
-)
+CHECKS = ("check", "value", "expected", "difference", "uncertainty", "tolerance", "unit", "verdict")
 
 
 def report_markdown(found: Verification, parts: Sequence[Drawn]) -> str:
@@ -80,7 +72,7 @@ def _kind(title: str, checks: Sequence[Check]) -> Iterator[str]:
     if others:
         yield from (f"{others} rows stand with the cells of the matrix, below.", "")
     if rows:
-        yield from (*rows_markdown(CHECKS, rows), "")
+        yield from (*table_lines(CHECKS, rows, range(1, 6)), "")
 
 
 def opening_markdown(found: Verification) -> list[str]:
@@ -121,15 +113,12 @@ def causes_markdown(found: Sequence[Cause]) -> Iterator[str]:
 def table_markdown(table: Table) -> list[str]:
     """Return a table, its caption before it."""
     shown = table.filled
-    return [markdown_text(table.caption), "", *rows_markdown(shown, shown.rows), ""]
-
-
-def rows_markdown(table: Table, rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return rows under the head of a table; columns of numbers are set to the right."""
-    marks = ["--:" if i in table.numeric else "---" for i in range(len(table.head))]
-    cells = [[markdown_text(cell) for cell in row] for row in (table.head, *rows)]
-    head, *body = (f"| {' | '.join(row)} |" for row in cells)
-    return [head, f"|{'|'.join(marks)}|", *body]
+    return [
+        markdown_text(table.caption),
+        "",
+        *table_lines(shown.head, shown.rows, shown.numeric),
+        "",
+    ]
 
 
 def section_markdown(part: Drawn) -> Iterator[str]:
@@ -171,7 +160,7 @@ LIMIT = 60_000
 """Characters. A comment on GitHub holds 65,536, of which others may want some."""
 
 SEVERE = (Verdict.FAIL, Verdict.KNOWN_DEFECT, Verdict.FIXED, Verdict.NOT_TESTED)
-HEAD = ("| check | value | expected | difference | tolerance | |", "|---|--:|--:|--:|--:|---|")
+HEAD = ("check", "value", "expected", "difference", "tolerance", "")
 
 
 def short_markdown(found: Verification) -> str:
@@ -200,13 +189,14 @@ def _severe(check: Check) -> str:
 
 
 def _folded(kind: Kind, rows: Sequence[Check], room: int) -> list[str]:
-    table = [
-        f"| {markdown_text(c.name)} | {number(c.value)} | {number(c.expected)} "
-        f"| {number(c.difference, 2)} | {number(c.tolerance, 2)} | {markdown_text(c.unit)} |"
+    cells = [
+        (c.name, *map(number, (c.value, c.expected)), number(c.difference, 2),
+         number(c.tolerance, 2), c.unit)
         for c in rows
-    ]
+    ]  # fmt: skip
+    head, rule, *table = table_lines(HEAD, cells, range(1, 5))
     title = f"<details><summary>{KINDS[kind]} ({len(rows)})</summary>"
-    return [title, "", *HEAD, *_within(room, table), "", "</details>", ""]
+    return [title, "", head, rule, *_within(room, table), "", "</details>", ""]
 
 
 def _within(room: int, rows: Sequence[str]) -> list[str]:

@@ -1,16 +1,6 @@
-"""The figures of the tower.
+"""Draw the tower: runs in time, codes and laws against each other, angles against height.
 
-Figures of the tower.
-
-Figures of tower runs in time.
-
-Figures that hold tower runs against each other: codes, laws, steps.
-
-The figure of engines beside one another: the error of their towers against the step.
-
-Figures of impulse and critical angle against height, from tables of ``impulse_angles``.
-
-Error of the largest deformation of two particles: against the step, and against stiffness.
+Pure functions from runs and tables of ``impulse_angles`` to a figure.
 """
 
 from __future__ import annotations

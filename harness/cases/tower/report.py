@@ -1,7 +1,4 @@
-"""What a report says of the tower: the laws, engines beside one another, and the figures.
-
-The figures of a verification of the tower, with what is to be seen in each.
-"""
+"""Say what a report shows of the tower: the laws, engines beside one another, and the figures."""
 
 from __future__ import annotations
 
