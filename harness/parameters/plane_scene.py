@@ -13,13 +13,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
+if TYPE_CHECKING:  # what knows a code's fingerprint loads no numerics
+    import numpy as np
+    from numpy.typing import NDArray
 
-from harness.parameters.law import EffectiveMass, Spring, Tail
+    from harness.parameters.law import EffectiveMass, Spring, Tail
 
-Floats = NDArray[np.float64]
+    Floats = NDArray[np.float64]
+    SceneBuilder = Callable[[Mapping[str, str | int | float], Spring], "Scene"]
+    """Makes the scene of a job from its values, with the spring that the engine has."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +97,3 @@ class Scene:
     forces: bool = False
     columns: Columns | None = None
     decided: Callable[[Mapping[str, Floats]], bool] | None = None
-
-
-SceneBuilder = Callable[[Mapping[str, str | int | float], Spring], Scene]
-"""Makes the scene of a job from its values, with the spring that the engine has."""

@@ -7,6 +7,7 @@ that they stand in; the first row of a group tells its numbers.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -76,6 +77,8 @@ def _key(check: Check) -> tuple[str, ...]:
     """Return what rows of one cause have in common."""
     if defect := defect_of(check):
         return (defect,)
+    if check.verdict is Verdict.NOT_TESTED and check.cell and math.isnan(check.value):
+        return (check.cell.engine,)
     if check.verdict is Verdict.NOT_TESTED:
         return (check.note,)
     cell = check.cell.place[:2] if check.cell else ()
@@ -96,6 +99,8 @@ def _cause(
     sentences: tuple[str, ...] = ()
     if first.verdict is Verdict.NOT_TESTED:
         title = first.note or "no reason was given"
+        if len({row.note for row in rows}) > 1 and first.cell:
+            title = f"What {first.cell.engine} does not state, or left without a value"
     else:
         title = text.triage(first) or str(first.verdict)
         if first.cell:

@@ -1,10 +1,7 @@
-"""The report for continuous integration: Markdown, summary, JUnit.
+"""Render a run for those who read no HTML: Markdown in full and in short, and JUnit XML.
 
-Render the report as Markdown: the sections of the HTML page, with links to its figures.
-
-Render the report in short, as Markdown for a pull request or a job's summary.
-
-Render the checks as JUnit XML, for continuous integration.
+The Markdown has the sections of the page, with links to the figures; the short one fits a comment
+on a pull request or the summary of a job.
 """
 
 from __future__ import annotations
@@ -17,9 +14,11 @@ from xml.etree import ElementTree as Xml
 
 from harness.comparison.verdicts import Check, Kind, Verdict
 from harness.comparison.verification import Verification
-from harness.report.gallery import Drawn, Picture, titles
+from harness.report.causes import Cause, causes
+from harness.report.gallery import Drawn, Picture, commands, titles
+from harness.report.markdown import table_lines
 from harness.report.matrix import cells_markdown, defects_markdown, matrix_markdown, stands_in_cell
-from harness.report.plain import markdown_text
+from harness.report.plain import markdown_text, one_line
 from harness.report.sections import Table
 from harness.report.templating import tail
 from harness.report.text import (
@@ -37,18 +36,15 @@ from harness.report.text import (
 )
 from harness.shown import number
 
-CHECKS = Table(
-    "",
-    "",
-    ("check", "value", "expected", "difference", "uncertainty", "tolerance", "unit", "verdict"),
-    (),
-    frozenset(range(1, 6)),
-)
+CHECKS = ("check", "value", "expected", "difference", "uncertainty", "tolerance", "unit", "verdict")
 
 
 def report_markdown(found: Verification, parts: Sequence[Drawn]) -> str:
     """Return the whole report; all text in it is escaped."""
     lines = ["# DEM verification report", "", *opening_markdown(found), ""]
+    for part in parts:
+        lines += answer_markdown(part)
+    lines += causes_markdown(causes(found, commands(parts)))
     for kind, title in KINDS.items():
         lines += _kind(title, [check for check in found.checks if check.kind is kind])
     lines += matrix_markdown(found.checks, titles(parts))
@@ -56,7 +52,8 @@ def report_markdown(found: Verification, parts: Sequence[Drawn]) -> str:
     lines += defects_markdown(found.defects)
     for part in parts:
         lines += section_markdown(part)
-    untitled = [picture for part in parts if not part.section.title for picture in part.pictures]
+    rest = [part for part in parts if not part.section.title and part.section.opening is None]
+    untitled = [picture for part in rest for picture in part.pictures]
     if untitled:
         lines += ["## Figures", ""]
     for picture in untitled:
@@ -75,7 +72,7 @@ def _kind(title: str, checks: Sequence[Check]) -> Iterator[str]:
     if others:
         yield from (f"{others} rows stand with the cells of the matrix, below.", "")
     if rows:
-        yield from (*rows_markdown(CHECKS, rows), "")
+        yield from (*table_lines(CHECKS, rows, range(1, 6)), "")
 
 
 def opening_markdown(found: Verification) -> list[str]:
@@ -84,17 +81,44 @@ def opening_markdown(found: Verification) -> list[str]:
     return [f"**{outcome}**", counts, "", *(f"- {line}" for line in told)]
 
 
+def answer_markdown(part: Drawn) -> Iterator[str]:
+    """Yield what a case answers: its question, the derivation, its figure and its words."""
+    opening = part.section.opening
+    if opening is None:
+        return
+    yield from (f"## {markdown_text(opening.title)}", "")
+    yield from (f"{n}. {markdown_text(step)}" for n, step in enumerate(opening.steps, 1))
+    yield from ("", f"{markdown_text(opening.source)}.", "")
+    for picture in part.pictures:
+        yield from _figure(picture)
+    yield from (f"- {word}: {markdown_text(meaning)}" for word, meaning in opening.terms)
+    yield ""
+
+
+def causes_markdown(found: Sequence[Cause]) -> Iterator[str]:
+    """Yield what does not hold, each cause once, with the commands that run it again."""
+    if found:
+        yield from ("## What does not hold, by cause", "")
+    for cause in found:
+        told = markdown_text(" ".join(cause.sentences))
+        title = f"**{cause.verdict}: {markdown_text(cause.title)}**"
+        yield f"- {title} ({cause.count}). {told}".rstrip()
+        if cause.commands:
+            yield from ("", "  ```sh", *(f"  {one_line(line)}" for line in cause.commands))
+            yield from ("  ```", "")
+    if found:
+        yield ""
+
+
 def table_markdown(table: Table) -> list[str]:
     """Return a table, its caption before it."""
-    return [markdown_text(table.caption), "", *rows_markdown(table, table.rows), ""]
-
-
-def rows_markdown(table: Table, rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return rows under the head of a table; columns of numbers are set to the right."""
-    marks = ["--:" if i in table.numeric else "---" for i in range(len(table.head))]
-    cells = [[markdown_text(cell) for cell in row] for row in (table.head, *rows)]
-    head, *body = (f"| {' | '.join(row)} |" for row in cells)
-    return [head, f"|{'|'.join(marks)}|", *body]
+    shown = table.filled
+    return [
+        markdown_text(table.caption),
+        "",
+        *table_lines(shown.head, shown.rows, shown.numeric),
+        "",
+    ]
 
 
 def section_markdown(part: Drawn) -> Iterator[str]:
@@ -136,7 +160,7 @@ LIMIT = 60_000
 """Characters. A comment on GitHub holds 65,536, of which others may want some."""
 
 SEVERE = (Verdict.FAIL, Verdict.KNOWN_DEFECT, Verdict.FIXED, Verdict.NOT_TESTED)
-HEAD = ("| check | value | expected | difference | tolerance | |", "|---|--:|--:|--:|--:|---|")
+HEAD = ("check", "value", "expected", "difference", "tolerance", "")
 
 
 def short_markdown(found: Verification) -> str:
@@ -165,13 +189,14 @@ def _severe(check: Check) -> str:
 
 
 def _folded(kind: Kind, rows: Sequence[Check], room: int) -> list[str]:
-    table = [
-        f"| {markdown_text(c.name)} | {number(c.value)} | {number(c.expected)} "
-        f"| {number(c.difference, 2)} | {number(c.tolerance, 2)} | {markdown_text(c.unit)} |"
+    cells = [
+        (c.name, *map(number, (c.value, c.expected)), number(c.difference, 2),
+         number(c.tolerance, 2), c.unit)
         for c in rows
-    ]
+    ]  # fmt: skip
+    head, rule, *table = table_lines(HEAD, cells, range(1, 5))
     title = f"<details><summary>{KINDS[kind]} ({len(rows)})</summary>"
-    return [title, "", *HEAD, *_within(room, table), "", "</details>", ""]
+    return [title, "", head, rule, *_within(room, table), "", "</details>", ""]
 
 
 def _within(room: int, rows: Sequence[str]) -> list[str]:

@@ -1,15 +1,4 @@
-"""Figures of divergences, history, releases and sweeps, from results alone.
-
-Figures: pure functions from results to a matplotlib Figure.
-
-Figure of where two series diverge, and of their difference with its tolerance.
-
-A recorded quantity over the date of its runs, or over the releases of the engine.
-
-Figure of what moved between releases, case by case.
-
-One quantity over one or two parameters of a sweep.
-"""
+"""Draw the figures that need results alone: divergences, history, releases and sweeps."""
 
 from __future__ import annotations
 

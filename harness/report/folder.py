@@ -1,14 +1,7 @@
 """Write reports into folders, complete or not at all: of runs, studies, differences, releases.
 
-Check that a report can be written into a folder; no figure library is imported for it.
-
-Write the report of a verification into a folder, complete or not at all.
-
-Write the report of a study into a folder: HTML, Markdown, the rows behind them, the figures.
-
-Write the comparison of two runs into a folder: an HTML page, its numbers as JSON and CSV.
-
-Write the matrix of releases into a folder: Markdown, CSV, JSON and a figure of the changes.
+A folder is checked before anything is run: it must be new or empty, and writable. Everything is
+written aside and renamed at the end.
 """
 
 from __future__ import annotations
@@ -21,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from harness.comparison.releases import ReleaseChange, ReleaseMatrix, untested
+from harness.comparison.releases import Column, ReleaseChange, ReleaseMatrix, ReleaseRow, untested
 from harness.comparison.run_diff import RowChange, RunDiff
 from harness.comparison.verification import Results, Verification
 from harness.errors import RequestError
@@ -30,6 +23,7 @@ from harness.report.cells import FOLDER, addresses, cell_pages
 from harness.report.ci import junit, report_markdown, section_markdown, short_markdown
 from harness.report.figures import changes as draw_changes
 from harness.report.gallery import Drawn, data_uri, draw_sections, picture, size, write_drawn
+from harness.report.markdown import table_lines
 from harness.report.matrix import defect_scripts
 from harness.report.page import WIDE, Shown, html_page, look, parts_of
 from harness.report.plain import json_text, markdown_text, safe_path, write_csv
@@ -142,13 +136,18 @@ def write_study(
     check_folder(folder)
     drawn = draw_sections(sections, png=True)
     lines = [f"# {markdown_text(page.title)}", "", markdown_text(page.question), ""]
-    lines += [f"- **{markdown_text(sentence)}**" for sentence in page.verdict]
+    first, *rest = page.verdict or ("Nothing was found.",)
+    lines += [f"**{markdown_text(first)}**", "", *(f"- {markdown_text(one)}" for one in rest)]
     lines.append("")
     lines += [line for part in drawn for line in section_markdown(part)]
     lines += ["## Provenance", ""]
     lines += [f"- {name}: {markdown_text(text)}" for name, text in page.facts.items()]
     template = environment().get_template("study.html.j2")
-    html = template.render(page=page, parts_of_page=parts_of(drawn), look=look)
+    parts = parts_of(drawn)
+    opening = next((part for part in parts if part.figures), None)
+    html = template.render(
+        page=page, first=first, rest=rest, opening=opening, parts_of_page=parts, look=look
+    )
     with whole_folder(folder) as aside:
         aside.mkdir()
         write_drawn(drawn, aside)
@@ -318,83 +317,72 @@ def markdown(found: ReleaseMatrix) -> str:
     reference, engine = found.columns[found.reference].release, found.engine
     level = "" if found.level == "default" else f" --{found.level}"
     asked = f" --cases {found.cases}" if found.cases else ""
-    lines = [
-        f"# {engine} releases",
-        "",
-        f"Cases of `verify{level}{asked}`, each release through its own executable, on "
-        f"{found.platform}. Changes are against {reference}.",
-        "",
-        f"| release | {engine} | "
-        + " | ".join(str(c) for c in ReleaseChange if c != "reference")
-        + " |",
-        f"|---|---|{'--:|' * (len(ReleaseChange) - 1)}",
-    ]
-    for i, column in enumerate(found.columns):
-        counts = found.counts(i)
+    classes = [str(change) for change in ReleaseChange if change != "reference"]
+    counted = []
+    for number, column in enumerate(found.columns):
+        counts = found.counts(number)
         who = column.provenance.engine_version if column.provenance else column.error
-        cells = [str(counts.get(str(c), "")) for c in ReleaseChange if c != "reference"]
-        lines.append(f"| {column.release} | {_cell(who)} | {' | '.join(cells)} |")
-    lines += ["", f"![{CHANGES}](changes.svg)", "", *_cells_markdown(found)]
-    lines += ["## Every quantity", ""]
-    head = ["case", "quantity", reference, "tolerance"]
+        counted.append((column.release, who, *(str(counts.get(c, "")) for c in classes)))
+    head = ("release", engine, *classes)
     others = [(i, c) for i, c in enumerate(found.columns) if i != found.reference]
-    head += [column.release for _, column in others]
-    lines += [f"| {' | '.join(head)} |", f"|---|---|--:|--:|{'---|' * len(others)}"]
-    for row in found.rows:
-        value = row.cells[found.reference].value
-        cells = [row.record, row.quantity, "-" if value is None else f"{value:.12g} {row.unit}"]
-        cells += [f"{row.tolerance:.1g}"]
-        for i, column in others:
-            cell = row.cells[i]
-            apart = f" ({cell.difference:+.1e})" if cell.difference else ""
-            # why a release has no such cell is told once, by reason
-            told = "" if cell.note == column.reasons.get(row.record) else cell.note
-            note = f"; {told}" if told else ""
-            cells.append(_cell(f"{SHOWN.get(cell.change, cell.change)}{apart}{note}"))
-        lines.append(f"| {' | '.join(cells)} |")
-    return "\n".join([*lines, ""])
+    names = ("case", "quantity", reference, "tolerance", *(c.release for _, c in others))
+    return "\n".join(
+        (
+            f"# {engine} releases",
+            "",
+            f"Cases of `verify{level}{asked}`, each release through its own executable, on "
+            f"{found.platform}. Changes are against {reference}.",
+            "",
+            *table_lines(head, counted, range(2, len(head))),
+            "",
+            f"![{CHANGES}](changes.svg)",
+            "",
+            *_cells_markdown(found),
+            "## Every quantity",
+            "",
+            *table_lines(names, [_release_row(row, found, others) for row in found.rows], (2, 3)),
+            "",
+        )
+    )
+
+
+def _release_row(
+    row: ReleaseRow, found: ReleaseMatrix, others: Sequence[tuple[int, Column]]
+) -> tuple[str, ...]:
+    """Return a quantity, its value in the reference, and what became of it in the others."""
+    value = row.cells[found.reference].value
+    cells = [row.record, row.quantity, "-" if value is None else f"{value:.12g} {row.unit}"]
+    cells.append(f"{row.tolerance:.1g}")
+    for number, column in others:
+        cell = row.cells[number]
+        apart = f" ({cell.difference:+.1e})" if cell.difference else ""
+        # why a release has no such cell is told once, by reason
+        note = "" if cell.note == column.reasons.get(row.record) else cell.note
+        shown = SHOWN.get(cell.change, str(cell.change))
+        cells.append(f"{shown}{apart}{f'; {note}' if note else ''}")
+    return tuple(cells)
 
 
 def _cells_markdown(found: ReleaseMatrix) -> Iterator[str]:
     """Yield known defects by release, and the cells that do not hold in every release."""
-    releases = " | ".join(column.release for column in found.columns)
-    dashes = "---|" * len(found.columns)
+    releases = tuple(column.release for column in found.columns)
     if found.defects:
+        rows = [(name, *(str(n or "") for n in counts)) for name, counts in found.defects.items()]
         yield from ("## Known defects, cells in which each was found", "")
-        yield from (f"| defect | {releases} |", f"|---|{dashes}")
-        for name, counts in found.defects.items():
-            yield f"| {name} | {' | '.join(str(count or '') for count in counts)} |"
-        yield ""
+        yield from (*table_lines(("defect", *releases), rows), "")
     if found.cells:
+        rows = [
+            (row.case, row.submodel, row.system, *row.verdicts, ", ".join(row.defects))
+            for row in found.cells
+        ]
+        head = ("case", "submodel", "system", *releases, "defect")
         yield from ("## Cells of the matrix that do not hold in every release", "")
-        yield from (
-            f"| case | submodel | system | {releases} | defect |",
-            f"|---|---|---|{dashes}---|",
-        )
-        for row in found.cells:
-            cells = (row.case, row.submodel, row.system, *row.verdicts, ", ".join(row.defects))
-            yield f"| {' | '.join(map(_cell, cells))} |"
-        yield ""
-        yield from _untested_markdown(found)
-
-
-def _untested_markdown(found: ReleaseMatrix) -> Iterator[str]:
-    """Yield why cells were not tested: release, reason, how many, and in which cases."""
-    rows = found.cells
+        yield from (*table_lines(head, rows), "")
     reasons = [
-        (column.release, reason, cells)
+        (column.release, reason, str(len(cells)), ", ".join(sorted({cell.case for cell in cells})))
         for number, column in enumerate(found.columns)
-        for reason, cells in untested(rows, number).items()
+        for reason, cells in untested(found.cells, number).items()
     ]
-    if not reasons:
-        return
-    yield from ("## Why cells were not tested", "")
-    yield from ("| release | reason | cells | cases |", "|---|---|--:|---|")
-    for release, reason, cells in reasons:
-        cases = ", ".join(sorted({cell.case for cell in cells}))
-        yield f"| {_cell(release)} | {_cell(reason)} | {len(cells)} | {cases} |"
-    yield ""
-
-
-def _cell(text: str) -> str:
-    return text.replace("|", "\\|").replace("\n", " ")
+    if reasons:
+        yield from ("## Why cells were not tested", "")
+        yield from (*table_lines(("release", "reason", "cells", "cases"), reasons, (2,)), "")

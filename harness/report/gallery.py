@@ -1,12 +1,8 @@
-"""The figures of a report: drawn, compacted, as films.
+"""Draw what a report shows: figures, small plots and films, the same bytes for the same content.
 
-Draw small plots as SVG from a template, in milliseconds each, without matplotlib.
-
-Compact the SVG of a figure for a page: fewer digits, each style once, as a data URI.
-
-Encode pictures as a looping GIF: one palette for all, no dither, the same bytes each time.
-
-Draw the figures of a report's sections.
+Figures are matplotlib's, over the cores, and their SVG is compacted: fewer digits, each style
+once. The plots of cell pages come from a template, in milliseconds each. A film is a looping GIF
+of one palette without dither.
 """
 
 from __future__ import annotations
@@ -359,6 +355,16 @@ class Reel:
     gif: bytes
     still: bytes
 
+    @property
+    def gif_uri(self) -> str:
+        """Return the film as an address that holds it."""
+        return base64_uri(self.gif, "image/gif")
+
+    @property
+    def still_uri(self) -> str:
+        """Return the poster as an address that holds it."""
+        return base64_uri(self.still, "image/png")
+
 
 @dataclass(frozen=True)
 class Drawn:
@@ -418,8 +424,16 @@ def titles(drawn: Sequence[Drawn]) -> dict[str, str]:
     return {cell.text.engine: cell.text.who for part in drawn for cell in part.cells}
 
 
-def _filmed(film: Film) -> Reel | str:
+def commands(drawn: Sequence[Drawn]) -> dict[tuple[str, str, str], list[str]]:
+    """Return what runs the first system of each cell again."""
+    return {
+        cell.text.place: [command for _, command in cell.text.commands[:2]]
+        for part in drawn
+        for cell in part.cells
+    }
 
+
+def _filmed(film: Film) -> Reel | str:
     try:
         name = safe_path(film.name).replace("/", "-")
         still = png(film.picture(film.poster))

@@ -1,10 +1,6 @@
-"""The matrix of submodels by cases, its tables, the scripts of known defects.
+"""Arrange checks as a matrix of submodels by cases, and write it and its cells as Markdown.
 
-The scripts that show known defects, as files of a report.
-
-Arrange checks as a matrix of submodels by cases; a cell has the worst check of each system.
-
-Write the cells of the matrix as Markdown tables that a terminal shows, one a case and engine.
+A cell has the worst check of each system; the scripts of known defects lie beside the report.
 """
 
 from __future__ import annotations
@@ -16,6 +12,7 @@ from dataclasses import dataclass, replace
 from harness.comparison.known_defects import KnownDefect, defect_of
 from harness.comparison.verdicts import Cell, Check, Kind, Verdict
 from harness.comparison.verification import Verification
+from harness.report.markdown import table_lines
 from harness.report.plain import markdown_text, safe_path
 from harness.report.text import SEVERITY, happened
 from harness.shown import in_words, number
@@ -174,11 +171,12 @@ def matrix_markdown(
     """Yield the lines of all matrices; nothing without cells."""
     for matrix in matrices([(check, "") for check in checks], titles):
         yield from (f"## Cases and submodels, {markdown_text(matrix.title)}", "")
-        yield f"| {matrix.head} | {' | '.join(map(markdown_text, matrix.columns))} |"
-        yield f"|---|{'---|' * len(matrix.columns)}"
-        for name, row in matrix.rows.items():
-            cells = (", ".join(m.text for m in row.get(one, ())) for one in matrix.columns)
-            yield f"| {markdown_text(name)} | {' | '.join(cells)} |"
+        head = (matrix.head, *matrix.columns)
+        rows = [
+            (name, *(", ".join(mark.text for mark in row.get(one, ())) for one in matrix.columns))
+            for name, row in matrix.rows.items()
+        ]
+        yield from table_lines(head, rows)
         yield ""
 
 
@@ -214,7 +212,8 @@ def cells_markdown(checks: Sequence[Check], titles: Mapping[str, str]) -> Iterat
         tables.setdefault((mark.cell.engine, mark.cell.case), []).append(mark)
     for (engine, case), marks in tables.items():
         name = markdown_text(f"{case}, {titles.get(engine, engine)}")
-        yield from (f"### Values of {name}", "", *_table(marks), "")
+        lines = table_lines(HEAD, [*_rows(marks)], NUMERIC, aligned=True)
+        yield from (f"### Values of {name}", "", *lines, "")
 
 
 def defects_markdown(defects: Sequence[tuple[KnownDefect, str]]) -> Iterator[str]:
@@ -227,24 +226,6 @@ def defects_markdown(defects: Sequence[tuple[KnownDefect, str]]) -> Iterator[str
             shown = f"; [script]({address(one)})" if script else ""
             yield f"{told}{upstream}{shown}"
         yield ""
-
-
-def _table(marks: Sequence[Mark]) -> list[str]:
-    """Return a table whose columns are of one width, but for the last one."""
-    rows = [[markdown_text(text) for text in row] for row in _rows(marks)]
-    widths = [max(map(len, column)) for column in zip(HEAD, *rows, strict=True)]
-    widths[-1] = len(HEAD[-1])  # what it says may be long
-    rule = ["-" * (w - 1) + ":" if n in NUMERIC else "-" * w for n, w in enumerate(widths)]
-    lines = [_line(row, widths) for row in (HEAD, rule, *rows)]
-    return [line.rstrip() for line in lines]
-
-
-def _line(row: Sequence[str], widths: Sequence[int]) -> str:
-    *cells, last = [
-        f"{text:>{width}}" if n in NUMERIC else f"{text:<{width}}"
-        for n, (text, width) in enumerate(zip(row, widths, strict=True))
-    ]
-    return f"| {' | '.join(cells)} | {last.rstrip()} |"
 
 
 def _rows(marks: Sequence[Mark]) -> Iterator[tuple[str, ...]]:

@@ -1,7 +1,4 @@
-"""The report as one self-contained HTML page.
-
-Render the report as one self-contained HTML page.
-"""
+"""Render the report as one self-contained HTML page: the answer, the verdicts, causes, all rows."""
 
 from __future__ import annotations
 
@@ -13,11 +10,11 @@ from dataclasses import dataclass, replace
 from harness.comparison.verdicts import Check, Verdict
 from harness.comparison.verification import Verification
 from harness.report import text
-from harness.report.causes import Cause, Place, causes
-from harness.report.gallery import Drawn, Picture, data_uri, size, titles
+from harness.report.causes import Cause, causes
+from harness.report.gallery import Drawn, Picture, Reel, commands, data_uri, size, titles
 from harness.report.matrix import matrices
 from harness.report.sections import Opening, Section, Table
-from harness.report.templating import environment, tail
+from harness.report.templating import environment
 from harness.report.text import SEVERITY, by_severity, headline, summaries
 
 NUMERIC = ("value", "expected", "difference", "uncertainty", "tolerance", "used")
@@ -41,21 +38,6 @@ class Row:
         return SEVERITY.index(self.check.verdict)
 
     @property
-    def triage(self) -> str:
-        """Return the class of the failure."""
-        return text.triage(self.check)
-
-    @property
-    def details(self) -> str:
-        """Return of what kind, where and when."""
-        return text.details(self.check)
-
-    @property
-    def explained(self) -> str:
-        """Return what that class means."""
-        return text.explained(self.check)
-
-    @property
     def used(self) -> float:
         """Return how much of the tolerance the difference takes; 1 is the limit."""
         difference, tolerance = abs(self.check.difference), self.check.tolerance
@@ -74,16 +56,6 @@ class Row:
         """Return the length of the bar [%]."""
         return f"{min(100.0, 100.0 * self.used):.0f}"
 
-    @property
-    def short(self) -> str:
-        """Return what went wrong in a line: the note, or value against expected."""
-        return text.happened(self.check)
-
-    @property
-    def tail(self) -> str:
-        """Return what of the log a page shows."""
-        return tail(self.check.log)
-
 
 @dataclass(frozen=True)
 class Shown:
@@ -98,16 +70,6 @@ class Shown:
 
     look: str = ""
     """Whether it takes both columns, as ``wide`` or, limited in width, as ``tall``."""
-
-
-@dataclass(frozen=True)
-class FilmShown:
-    """A film as a page shows it: addresses of its still and its GIF."""
-
-    title: str
-    caption: str
-    still: str
-    gif: str
 
 
 @dataclass(frozen=True)
@@ -127,7 +89,7 @@ class Part:
     id: str
     figures: tuple[Shown, ...]
     failures: tuple[str, ...]
-    films: tuple[FilmShown, ...] = ()
+    films: tuple[Reel, ...] = ()
 
 
 def rows_of(found: Verification) -> list[Row]:
@@ -176,15 +138,6 @@ def html_page(
     )
 
 
-def commands(drawn: Sequence[Drawn]) -> dict[Place, list[str]]:
-    """Return what runs the first system of each cell again."""
-    return {
-        cell.text.place: [command for _, command in cell.text.commands[:2]]
-        for part in drawn
-        for cell in part.cells
-    }
-
-
 def rows_in(cause: Cause, rows: Sequence[Row]) -> list[Row]:
     """Return the rows of a cause as the page shows them."""
     own = {id(check) for check in cause.rows}
@@ -212,22 +165,8 @@ def parts_of(drawn: Sequence[Drawn]) -> list[Part]:
             again = sum(re.sub(r"-\d+$", "", part.id) == place for part in found)
             place += f"-{again + 1}" if again else ""
             shown = tuple(figures(one.pictures))
-            found.append(Part(one.section, place, shown, one.failures, _films(one)))
+            found.append(Part(one.section, place, shown, one.failures, one.reels))
     return found
-
-
-def _films(drawn: Drawn) -> tuple[FilmShown, ...]:
-    from harness.report.gallery import base64_uri
-
-    return tuple(
-        FilmShown(
-            reel.title,
-            reel.caption,
-            base64_uri(reel.still, "image/png"),
-            base64_uri(reel.gif, "image/gif"),
-        )
-        for reel in drawn.reels
-    )
 
 
 def figures(

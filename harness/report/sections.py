@@ -1,10 +1,7 @@
 """The parts that a report is made of: sections of sentences, tables and figures.
 
-Cases and workflows make them; ``report`` renders the same sections as HTML and as Markdown.
-
-Make the section on engines beside one another: what each declares, and whether it was used.
-
-Make the section on series that left the band about their reference.
+Cases and workflows make them; ``report`` renders the same sections as HTML and as Markdown. Two
+are of no case: engines beside one another, and series that left the band about their reference.
 """
 
 from __future__ import annotations

@@ -8,6 +8,7 @@ from importlib import resources
 from typing import TYPE_CHECKING
 
 from harness.report.plain import printable, safe_path
+from harness.report.text import details, explained, happened, triage
 from harness.shown import in_words
 from harness.shown import number as number
 
@@ -35,6 +36,8 @@ def environment(*packages: str) -> Environment:
         loader=ChoiceLoader([PackageLoader(name) for name in ("harness.report", *packages)]),
     )
     made.filters |= {"number": number, "tail": tail, "safe_path": safe_path, "words": in_words}
+    made.filters |= {"triage": triage, "details": details, "explained": explained}
+    made.filters["happened"] = happened
     made.globals["missing"] = math.nan
     made.globals["file"] = lambda name: Markup(_template(name))
     return made

@@ -1,10 +1,7 @@
-"""The sentences that HTML page, Markdown and terminal share.
+"""Say in sentences what a run found: the words that HTML page, Markdown and terminal share.
 
-Explain the class of a failure to the reader of a report.
-
-Count the verdicts of a run kind by kind: different kinds are never added up.
-
-Write the sentences that HTML page, Markdown and terminal share.
+Verdicts are counted kind by kind, as different kinds are never added up; each class of failure has
+an explanation.
 """
 
 from __future__ import annotations

@@ -673,10 +673,11 @@ def verify_as_typed(
 def sections(found: Verification) -> list[Section]:
     """Return what the cases make of their findings, in the order they were verified.
 
-    A case that raises is a section that says so: the report is written all the same.
+    Those by which engines qualify come first. A case that raises is a section that says so: the
+    report is written all the same.
     """
     made: list[Section] = []
-    for name in found.cases:
+    for name in sorted(found.cases, key=lambda name: not get_case(name).qualifies):
         own = found.own.get(name, Findings(name))
         try:
             made += get_case(name).sections(found.main.get(name), own, found.of_case(name))

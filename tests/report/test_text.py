@@ -13,6 +13,7 @@ def test_kinds_stand_apart_and_rows_are_whole(verification):
     text = report_markdown(verification, [])
     titles = [line for line in text.splitlines() if line.startswith("## ")]
     assert titles == [
+        "## What does not hold, by cause",
         "## Analytic: against a closed form",
         "## Cross-code: against another code or route, same law",
         "## Findings: differences between models, reported and not judged",

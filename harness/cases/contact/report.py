@@ -1,12 +1,7 @@
-"""What a report says of a contact case: formulas, curves, figures, how to run each again.
+"""Say and draw what a report shows of a contact case.
 
-The formulas of a contact law in a line each, as a page of the matrix states them.
-
-Figures of contact cases, a panel for each family of submodels: errors, force over overlap.
-
-Curves of a cell's page: what the law asks for as a line, what an engine gave as points.
-
-What a report says of a contact case: formulas, figures, and how to run each again.
+Formulas of the law in a line each, errors over the step, force over overlap, the curves of a
+cell's page (the law as a line, an engine's samples as points), and how to run each again.
 """
 
 from __future__ import annotations

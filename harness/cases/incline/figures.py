@@ -1,7 +1,4 @@
-"""The figures of the incline.
-
-Figure of the critical angles of engines beside one another, with theory.
-"""
+"""Draw the incline: angles over step and stiffness, paths, shocks, engines beside theory."""
 
 from __future__ import annotations
 

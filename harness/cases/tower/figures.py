@@ -1,16 +1,6 @@
-"""The figures of the tower.
+"""Draw the tower: runs in time, codes and laws against each other, angles against height.
 
-Figures of the tower.
-
-Figures of tower runs in time.
-
-Figures that hold tower runs against each other: codes, laws, steps.
-
-The figure of engines beside one another: the error of their towers against the step.
-
-Figures of impulse and critical angle against height, from tables of ``impulse_angles``.
-
-Error of the largest deformation of two particles: against the step, and against stiffness.
+Pure functions from runs and tables of ``impulse_angles`` to a figure.
 """
 
 from __future__ import annotations
@@ -26,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, MaxNLocator
 from numpy.typing import ArrayLike, NDArray
 
-from harness.cases.tower.comparison import DIVERGENCE, Order, SeriesComparison, StepConvergence
+from harness.cases.tower.comparison import Order, SeriesComparison, StepConvergence
 from harness.comparison.convergence import slope_order
 from harness.observables.reference import ReferencePoints
 from harness.observables.row import Row
@@ -200,11 +190,9 @@ def different_law(comparisons: Sequence[SeriesComparison]) -> Figure:
             look: dict[str, Any] = {"color": style.COLOURS[1 + i], "linestyle": style.STYLES[i]}
             _force(force, run, found.force.scale, **look)
             contacts.step(run.time_over_t0, significant_contacts(run), where="post", **look)
-        parted = "never part" if found.divergence_time is None else _parted(found)
         last = row == len(comparisons) - 1
-        title = f"{found.run.tower.particles} particles, L2 difference {found.force.l2:.2g}, "
         name = f"force over the peak\n({found.reference.tower.law} law)"
-        style.label(force, TIME if last else "", name, title + parted)
+        style.label(force, TIME if last else "", name, _parted(found))
         style.label(contacts, TIME if last else "", FELT)
         contacts.yaxis.set_major_locator(MaxNLocator(nbins=5, integer=True))
     style.legend_below(figure)
@@ -260,7 +248,9 @@ def _errors(axes: Axes, found: StepConvergence, errors: Floats, order: Order, i:
 
 
 def _order(order: Order) -> str:
-    if not order.interval[0] > 0.0:
+    if not np.isfinite(order.value):
+        return "no order"
+    if order.interval[0] <= 0.0:
         return "does not converge"
     return f"order {order.value:.2f} ({order.interval[0]:.2f} to {order.interval[1]:.2f})"
 
@@ -273,9 +263,12 @@ def _code(run: TowerRun) -> str:
 
 
 def _parted(found: SeriesComparison) -> str:
-    assert found.divergence_time is not None
+    """Return when two forces part, and how far they are apart on the mean."""
+    particles = f"{found.run.tower.particles} particles"
+    if found.divergence_time is None:
+        return f"{particles}: both laws give the same force"
     at = found.divergence_time / found.reference.tower.contact_time
-    return f"parted by {DIVERGENCE:g} at {at:.2g} t0"
+    return f"{particles}: forces part at {at:.2g} t0, by {found.force.l2:.2g} of the peak (L2)"
 
 
 def tower_error_against_step(convergences: Sequence[StepConvergence]) -> Figure:

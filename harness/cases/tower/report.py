@@ -1,7 +1,4 @@
-"""What a report says of the tower: the laws, engines beside one another, and the figures.
-
-The figures of a verification of the tower, with what is to be seen in each.
-"""
+"""Say what a report shows of the tower: the laws, engines beside one another, and the figures."""
 
 from __future__ import annotations
 
@@ -12,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from harness.cases.contract import Words
 from harness.cases.tower import figures
-from harness.cases.tower.comparison import SeriesComparison
+from harness.cases.tower.comparison import DIVERGENCE, SeriesComparison
 from harness.cases.tower.figures import peak_error, tower_error_against_step
 from harness.cases.tower.run import RATIO, of_ratio
 from harness.cases.tower.verification import CodeEvidence, OwnEvidence
@@ -50,7 +47,9 @@ def _comparisons(main: CodeEvidence | None, own: OwnEvidence) -> Iterator[Drawin
             particles=convergence[0].reference.tower.particles,
         )
     if own.different_law:
-        yield WORDS.drawing("different-law", lambda: figures.different_law(own.different_law))
+        yield WORDS.drawing(
+            "different-law", lambda: figures.different_law(own.different_law), band=DIVERGENCE
+        )
 
 
 def _impulses(own: OwnEvidence) -> Iterator[Drawing]:
