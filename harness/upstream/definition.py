@@ -46,7 +46,8 @@ class UpstreamTest:
     """One test: commands, segments in steps, and what was recorded.
 
     ``recorded`` maps ``run_pos`` and the like to rows (segment, atom, x, y, z). ``tolerance`` is
-    that of the closed form ``model``, looked at after segment ``at``; NaN without one.
+    that of the closed form ``model``, looked at after segment ``at``; NaN without one. ``folder``
+    holds further files that it reads.
     """
 
     name: str
@@ -62,6 +63,7 @@ class UpstreamTest:
     model: str = ""
     tolerance: float = float("nan")
     at: int = -1
+    folder: Path = Path()
 
     @property
     def judged_segment(self) -> int:
@@ -70,7 +72,7 @@ class UpstreamTest:
 
     def script(self, newton: str = "off", finer: int = 1) -> str:
         """Return the LAMMPS input that runs the test, with its step divided by ``finer``."""
-        lines = [f"newton {newton}", "variable input_dir index ."]
+        lines = [f"newton {newton}", f"variable input_dir index {self.folder.resolve()}"]
         lines += [f"variable {name} index {value}" for name, value in self.variables]
         lines += [*self.before_pair, f"pair_style {self.pair_style}"]
         lines += [f"pair_coeff {text}" for text in self.pair_coeff]
@@ -181,6 +183,7 @@ def read_test(file: Path) -> UpstreamTest:
         model=values.get("analytic_model", "").strip() if judged else "",
         tolerance=_number(values, "analytic_tol", file, np.nan) if judged else np.nan,
         at=int(_number(values, "analytic_segment", file, -1.0)),
+        folder=file.parent,
     )
 
 

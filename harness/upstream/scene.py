@@ -45,22 +45,10 @@ def scene_of(log: str, state: Mapping[str, Floats], steps: int, timestep: float)
 
     Raise NotReadError for a command, or a contact law, that a scene does not describe.
     """
-    commands = [line.split("#")[0].split() for line in log.splitlines()]
-    styles: dict[str, list[str]] = {}
-    coefficients: dict[tuple[str, ...], list[str]] = {}
-    pair: list[str] = []
-    for words in commands:
-        if not words:
-            continue
-        if words[0] == "fix" and len(words) > 3:
-            styles[words[1]] = words[2:]  # as typed, then filled in: the last one stands
-        elif words[0] == "pair_style":
-            pair = words[1:]
-        elif words[0] == "pair_coeff":
-            coefficients[tuple(words[1:3])] = words[3:]
-        elif words[0] in CHANGES:
-            raise NotReadError(f"{words[0]}: the system changes as it runs")
+    styles, pair, coefficients = _commands(log)
     bodies = _bodies(state)
+    if not bodies:
+        raise NotReadError("it has no sphere at the start")
     planes, laws = [], []
     gravity: Vector = (0.0, 0.0, 0.0)
     for group, style, *rest in styles.values():
@@ -86,6 +74,28 @@ def scene_of(log: str, state: Mapping[str, Floats], steps: int, timestep: float)
         else (Segment(steps, tuple(b.velocity for b in bodies), tuple(b.omega for b in bodies)),)
     )
     return ContactScene(bodies, tuple(planes), laws[0], timestep, steps, steps, gravity, held)
+
+
+def _commands(log: str) -> tuple[dict[str, Words], Words, dict[tuple[str, ...], Words]]:
+    """Return the fixes by name, the pair style, and coefficients by pair of types.
+
+    Each stands in the log as typed, then with its variables filled in: the last one counts.
+    """
+    styles: dict[str, Words] = {}
+    coefficients: dict[tuple[str, ...], Words] = {}
+    pair: Words = ()
+    for line in log.splitlines():
+        words = line.split("#")[0].split()
+        command = words[0] if words else ""
+        if command == "fix" and len(words) > 3:
+            styles[words[1]] = words[2:]
+        elif command == "pair_style":
+            pair = words[1:]
+        elif command == "pair_coeff":
+            coefficients[tuple(words[1:3])] = words[3:]
+        elif command in CHANGES:
+            raise NotReadError(f"{command}: the system changes as it runs")
+    return styles, pair, coefficients
 
 
 def _bodies(state: Mapping[str, Floats]) -> tuple[Body, ...]:
