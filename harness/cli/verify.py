@@ -223,7 +223,9 @@ class VerifyOptions:
     no_baseline: bool = False
     """Leave the comparison with a baseline out."""
     tolerances: File = None
-    """Named overrides of the regression tolerances, TOML. [default: inputs/tolerances.toml]"""
+    """Named overrides of the regression tolerances beside those of inputs/tolerances.toml, TOML."""
+    known_defects: File = None
+    """Known defects beside the committed ones, TOML as in inputs/known-defects.toml."""
     strict: bool = False
     """Exit status 1 also where a check was not tested."""
     verbose: bool = False
@@ -241,6 +243,7 @@ class VerifyOptions:
         if self.baseline is not None and self.no_baseline:
             raise RequestError("--baseline and --no-baseline: give one of them only")
         check_source(self.tolerances, "--tolerances")
+        check_source(self.known_defects, "--known-defects")
         check_source(self.baseline, "--baseline", folder=True)
 
 
@@ -312,18 +315,22 @@ def _record(
 def _key(asked: VerifyOptions, engine: EngineOptions) -> str | None:
     """Return the key of a verification; None with other engines, not all of which have a digest."""
     from harness.store.baseline import digest
-    from harness.store.entries import verification_key
+    from harness.store.entries import digest_of_files, verification_key
+    from harness.store.known_defects import with_further
     from harness.workflows.verification import Selection, checked_level
 
     if asked.engines is not None:
         return None
+    further = asked.known_defects
+    with_further(further)  # a bad file is refused, whatever is kept
     cases = Selection(asked.cases, asked.only).chosen(checked_level(asked.level))
     against = {} if asked.no_baseline else digest(asked.baseline, asked.tolerances)
     return verification_key(
         asked.level,
         cases=[case.name for case in cases],
         engine=engine.engine,
-        beside={"baseline": against, "strict": asked.strict, "only": asked.only},
+        beside={"baseline": against, "strict": asked.strict, "only": asked.only}
+        | {"further_defects": further and digest_of_files([further], further.parent)},
         **engine.opening(engine.engine, engine.integrator),
     )
 
@@ -361,7 +368,7 @@ def _measured(
             opened.identify()  # a program that was named and is another ends the command at once
         found = verify_with(
             asked.level,
-            cases=Selection(asked.cases, asked.only),
+            cases=Selection(asked.cases, asked.only, defects=asked.known_defects),
             engine=opened,
             engines=asked.engines or (),
             open_one=engine.without_launcher().open,
