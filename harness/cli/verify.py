@@ -8,6 +8,7 @@ Tell a verification in a terminal: what failed, findings, counts, and the headli
 from __future__ import annotations
 
 import math
+import shlex
 import sys
 import textwrap
 from collections import Counter
@@ -32,6 +33,9 @@ if TYPE_CHECKING:
 
 MOST_FAILED, MOST_UNTESTED, MOST_FINDINGS = 40, 8, 5
 """Rows of each sort that are printed without --verbose."""
+
+MOST_EARLIER = 50
+"""Runs of the history that are looked through for the cost of one like it."""
 
 WIDEST = 120
 COLOURS = {
@@ -306,10 +310,44 @@ def _record(
     key = _key(asked, engine) if entries else None
     record = None if engine.fresh else _kept(entries, key, folder)
     if record is None:
+        _say_cost(asked, engine.fresh)
         record = _measured(asked, engine, folder, progress)
         if entries is not None and key is not None and not record["engine_errors"]:
             entries.put(key, pack_verification(folder, record))
     return record
+
+
+def _say_cost(asked: VerifyOptions, fresh: bool) -> None:
+    """Say on stderr which cases are run, and what the same request took when it was last run."""
+    from harness.cli.recording import given_words
+    from harness.store.entries import tell_stderr
+    from harness.workflows import history
+    from harness.workflows.verification import Selection, checked_level
+
+    cases = Selection(asked.cases, asked.only).chosen(checked_level(asked.level))
+    same = _what_counts(given_words("verify"))
+    took = [
+        row["seconds"]
+        for row in history(command="verify", limit=MOST_EARLIER).rows
+        if row["seconds"] is not None
+        and not row["cached"]
+        and row["status"] in ("0", "1", 0, 1)
+        and _what_counts(shlex.split(row["options"])) == same
+    ]
+    known = f"took {took[0]:.0f} s when last run" if took else "no earlier run tells what it takes"
+    kept = "" if fresh else "; runs that are kept are not made again"
+    names = ", ".join(case.name for case in cases)
+    tell_stderr(f"verify, level {asked.level}, {len(cases)} cases ({names}): {known}{kept}")
+
+
+def _what_counts(words: Sequence[str]) -> list[str]:
+    """Return the words of a command but for where its report goes and how it is printed."""
+    left = list(words)
+    while "--output" in left:
+        place = left.index("--output")
+        del left[place : place + 2]
+    return [one for one in left if one not in ("--json", "--verbose", "--fresh")
+            and not one.startswith("--output=")]  # fmt: skip
 
 
 def _key(asked: VerifyOptions, engine: EngineOptions) -> str | None:
