@@ -335,6 +335,10 @@ class Case(ABC, Generic[P]):
         """Return the study that the case declares, None for one without."""
         return None
 
+    def source_of(self, preset: str) -> str:
+        """Return where the values of a preset were published; empty for those of this package."""
+        return "the source paper, arXiv 2409.13633" if preset == "source" else ""
+
     @property
     def default(self) -> P:
         """Return the parameters of a run for which none are given: the first preset."""

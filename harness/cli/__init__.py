@@ -77,7 +77,7 @@ def _status() -> int:
     from cyclopts import CycloptsError
 
     from harness.cli.app import app
-    from harness.cli.command import usage_message
+    from harness.cli.command import usage_message, with_options
     from harness.errors import HarnessError
 
     words = sys.argv[1:]
@@ -89,7 +89,7 @@ def _status() -> int:
             return 0 if any(word.startswith("-") for word in words) else 2
         return int(status)
     except HarnessError as error:
-        return _told(str(error), error.exit_status)
+        return _told(with_options(str(error), words), error.exit_status)
     except BrokenPipeError:
         return 0  # the reader of our output has seen enough
     except KeyboardInterrupt:

@@ -56,7 +56,7 @@ class CompareOptions(BaselineOptions):
     """As those of both commands, and how far a quantity may move."""
 
     tolerances: File = None
-    """Named overrides of the regression tolerances, TOML. [default: inputs/tolerances.toml]"""
+    """Named overrides of the regression tolerances beside those of inputs/tolerances.toml, TOML."""
 
 
 @options()

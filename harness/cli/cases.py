@@ -2,32 +2,87 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from typing import Any
+
 from harness.cli.command import Json
-from harness.cli.files import print_json, print_wrapped
+from harness.cli.files import print_columns, print_json, print_wrapped
 
 
-def cases(*, json: Json = False) -> int:
+def cases(name: str | None = None, /, *, json: Json = False) -> int:
     """List the cases: what each simulates, its quantities, and the engines that state it.
+
+    Of one case: its parameters with unit, default and what is allowed, presets with their source,
+    quantities with their meaning, and why an engine cannot run it.
 
     For example:
 
         dem-harness cases
+        dem-harness cases oblique
         dem-harness cases --json
+
+    Parameters
+    ----------
+    name
+        A case that is shown in full.
     """
     from harness.cases.registry import faults
     from harness.store.entries import tell_stderr
+    from harness.workflows import case_details
     from harness.workflows import cases as ask
 
     for fault in faults():
         tell_stderr(fault)
-    found = [case.record() for case in ask()]
+    found = [case.record() for case in (ask() if name is None else [case_details(name)])]
     if json:
         print_json({"cases": found})
         return 0
     for case in found:
         print_wrapped(f"{case['name']} ({case['group']}): {case['summary']}")
+        if name is not None:
+            _print_details(case)
+            continue
         quantities = (f"{name} ({unit or '-'})" for name, unit in case["quantities"].items())
         print_wrapped(f"quantities: {', '.join(quantities)}", indent=4)
         print_wrapped(f"parameters: {', '.join(case['parameters'])}", indent=4)
         print_wrapped(f"engines: {', '.join(case['engines']) or 'none'}", indent=4)
     return 0
+
+
+def _print_details(case: Mapping[str, Any]) -> None:
+    """Print parameters, presets, quantities and engines of a case, a table each."""
+    tables: dict[str, list[tuple[str, ...]]] = {
+        "parameters, by --set NAME=VALUE": [("name", "default", "unit", "allowed", "meaning")],
+        "presets, by --set preset=NAME": [("name", "source", "values")],
+        "quantities": [("name", "unit", "meaning")],
+        "engines": [("name", "", "")],
+    }
+    parameters, presets, quantities, engines = tables.values()
+    for name, one in case["parameters"].items():
+        default = "-" if one["default"] is None else _short(one["default"])
+        parameters.append((name, default, one["unit"], one["allowed"], one["description"]))
+    for name, one in case["preset_details"].items():
+        values = ", ".join(f"{key}={_short(value)}" for key, value in one["values"].items())
+        presets.append((name, one["source"] or "this package", values or "the defaults"))
+    quantities += [(n, unit, case["meanings"][n]) for n, unit in case["quantities"].items()]
+    engines += _engines(case)
+    for title, lines in tables.items():
+        if len(lines) > 1:
+            print(f"\n{title}")
+            print_columns(lines)
+
+
+def _engines(case: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
+    """Yield who runs a case, and why the others cannot."""
+    for name in case["engines"]:
+        reason = case["refused_by"].get(name, "")
+        yield name, "not by default" if reason else "runs it", reason
+    for name in case["solvers"]:
+        yield name, "runs it", "a solver of this package"
+    for name, reason in case["refused_by"].items():
+        if name not in case["engines"]:
+            yield name, "cannot", reason
+
+
+def _short(value: Any) -> str:
+    return "none" if value is None else f"{value:.8g}" if isinstance(value, float) else str(value)

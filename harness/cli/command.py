@@ -94,6 +94,14 @@ def _check_path(path: Path, option: str | None) -> None:
         raise RequestError(f"{option or ''} {path}: {reason}".strip()) from None
 
 
+def with_options(message: str, words: Sequence[str]) -> str:
+    """Return an error of a parameter with the option's name, where that is on the command line."""
+    name, equals, rest = message.partition(" = ")
+    option = f"--{name.replace('_', '-')}"
+    given = any(word.partition("=")[0] == option for word in words)
+    return f"{option} {rest}" if equals and given else message
+
+
 def usage_message(error: CycloptsError) -> str:
     """Return an error of parsing in two lines: option, value and what is allowed; the help."""
     error.verbose = False

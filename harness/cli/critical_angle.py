@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
 from harness.cli.command import ContactName, Json, options, panel
 from harness.cli.engine_options import CostOptions, EngineOptions, answer, completed
-from harness.cli.files import print_record
+from harness.cli.files import print_record, print_wrapped
 from harness.errors import RequestError
 
 if TYPE_CHECKING:
@@ -58,7 +59,11 @@ class RouteOptions(CostOptions):
         from harness.cases.incline.levels import Ladder
 
         if self.method == "passage":
-            check_passage(*(Ladder().cases(case) if self.extrapolate else [case]))
+            try:
+                check_passage(*(Ladder().cases(case) if self.extrapolate else [case]))
+            except RequestError as error:
+                text = str(error).replace("method = 'passage'", "--method passage")
+                raise RequestError(text.replace("method 'steady'", "--method steady")) from None
 
     def check_cost(self, case: Incline, engine: Engine) -> None:
         """State what a search costs; raise RequestError for one too long, unless it is forced."""
@@ -200,4 +205,17 @@ def critical_angle(
         found = route.measure(case, opened, told.progress)
         record = completed({**angles_beside(touching), **found}, opened, told)
         told.quantities = angle_quantities(record)
-    return answer(record, engine.engine, json, print_record)
+    return answer(record, engine.engine, json, _print)
+
+
+def _print(record: Mapping[str, Any]) -> None:
+    """Print the angle, who measured it and what is expected; then all that belongs to it."""
+    print_wrapped(
+        f"critical angle: {record['critical_angle_deg']:.7g} +- {record['uncertainty_deg']:.2g} deg"
+        f" ({record['engine']} {record['engine_version']}, {record['method']})"
+    )
+    expected = record.get("closed_form_deg")
+    if expected is not None:
+        apart = record["critical_angle_deg"] - expected
+        print_wrapped(f"closed form: {expected:.7g} deg, {apart:+.2g} deg apart")
+    print_record(record)

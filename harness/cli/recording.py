@@ -211,7 +211,7 @@ def _begin(command: str) -> Iterator[Finish]:
 
     place = history_place()
     system = f"{platform.system()} {platform.machine()}, Python {platform.python_version()}"
-    start = Start(command, _given(command), __version__, commit(), system)
+    start = Start(command, given_words(command), __version__, commit(), system)
     with contextlib.ExitStack() as stack:
         try:
             history = stack.enter_context(History(place.path))
@@ -246,7 +246,7 @@ def _finish(history: History, run: int, told: Recording, seconds: float, note: s
         tell_stderr(f"history {history.path} cannot be written ({error}); the run has no end there")
 
 
-def _given(command: str) -> list[str]:
+def given_words(command: str) -> list[str]:
     """Return the words after the command as text, as the shell handed them over."""
     words = sys.argv[1:]
     given = words[words.index(command) + 1 :] if command in words else []

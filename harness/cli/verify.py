@@ -8,6 +8,7 @@ Tell a verification in a terminal: what failed, findings, counts, and the headli
 from __future__ import annotations
 
 import math
+import shlex
 import sys
 import textwrap
 from collections import Counter
@@ -32,6 +33,9 @@ if TYPE_CHECKING:
 
 MOST_FAILED, MOST_UNTESTED, MOST_FINDINGS = 40, 8, 5
 """Rows of each sort that are printed without --verbose."""
+
+MOST_EARLIER = 50
+"""Runs of the history that are looked through for the cost of one like it."""
 
 WIDEST = 120
 COLOURS = {
@@ -223,7 +227,9 @@ class VerifyOptions:
     no_baseline: bool = False
     """Leave the comparison with a baseline out."""
     tolerances: File = None
-    """Named overrides of the regression tolerances, TOML. [default: inputs/tolerances.toml]"""
+    """Named overrides of the regression tolerances beside those of inputs/tolerances.toml, TOML."""
+    known_defects: File = None
+    """Known defects beside the committed ones, TOML as in inputs/known-defects.toml."""
     strict: bool = False
     """Exit status 1 also where a check was not tested."""
     png: bool = False
@@ -243,6 +249,7 @@ class VerifyOptions:
         if self.baseline is not None and self.no_baseline:
             raise RequestError("--baseline and --no-baseline: give one of them only")
         check_source(self.tolerances, "--tolerances")
+        check_source(self.known_defects, "--known-defects")
         check_source(self.baseline, "--baseline", folder=True)
 
 
@@ -305,20 +312,57 @@ def _record(
     key = _key(asked, engine) if entries else None
     record = None if engine.fresh else _kept(entries, key, folder)
     if record is None:
+        _say_cost(asked, engine.fresh)
         record = _measured(asked, engine, folder, progress)
         if entries is not None and key is not None and not record["engine_errors"]:
             entries.put(key, pack_verification(folder, record))
     return record
 
 
+def _say_cost(asked: VerifyOptions, fresh: bool) -> None:
+    """Say on stderr which cases are run, and what the same request took when it was last run."""
+    from harness.cli.recording import given_words
+    from harness.store.entries import tell_stderr
+    from harness.workflows import history
+    from harness.workflows.verification import Selection, checked_level
+
+    cases = Selection(asked.cases, asked.only).chosen(checked_level(asked.level))
+    same = _what_counts(given_words("verify"))
+    took = [
+        row["seconds"]
+        for row in history(command="verify", limit=MOST_EARLIER).rows
+        if row["seconds"] is not None
+        and not row["cached"]
+        and row["status"] in ("0", "1", 0, 1)
+        and _what_counts(shlex.split(row["options"])) == same
+    ]
+    known = f"took {took[0]:.0f} s when last run" if took else "no earlier run tells what it takes"
+    kept = "" if fresh else "; runs that are kept are not made again"
+    names = ", ".join(case.name for case in cases)
+    tell_stderr(f"verify, level {asked.level}, {len(cases)} cases ({names}): {known}{kept}")
+
+
+def _what_counts(words: Sequence[str]) -> list[str]:
+    """Return the words of a command but for where its report goes and how it is printed."""
+    left = list(words)
+    while "--output" in left:
+        place = left.index("--output")
+        del left[place : place + 2]
+    return [one for one in left if one not in ("--json", "--verbose", "--fresh")
+            and not one.startswith("--output=")]  # fmt: skip
+
+
 def _key(asked: VerifyOptions, engine: EngineOptions) -> str | None:
     """Return the key of a verification; None with other engines, not all of which have a digest."""
     from harness.store.baseline import digest
-    from harness.store.entries import verification_key
+    from harness.store.entries import digest_of_files, verification_key
+    from harness.store.known_defects import with_further
     from harness.workflows.verification import Selection, checked_level
 
     if asked.engines is not None:
         return None
+    further = asked.known_defects
+    with_further(further)  # a bad file is refused, whatever is kept
     cases = Selection(asked.cases, asked.only).chosen(checked_level(asked.level))
     against = {} if asked.no_baseline else digest(asked.baseline, asked.tolerances)
     return verification_key(
@@ -330,6 +374,7 @@ def _key(asked: VerifyOptions, engine: EngineOptions) -> str | None:
             "strict": asked.strict,
             "png": asked.png,
             "only": asked.only,
+            "further_defects": further and digest_of_files([further], further.parent),
         },
         **engine.opening(engine.engine, engine.integrator),
     )
@@ -368,7 +413,7 @@ def _measured(
             opened.identify()  # a program that was named and is another ends the command at once
         found = verify_with(
             asked.level,
-            cases=Selection(asked.cases, asked.only),
+            cases=Selection(asked.cases, asked.only, defects=asked.known_defects),
             engine=opened,
             engines=asked.engines or (),
             open_one=engine.without_launcher().open,

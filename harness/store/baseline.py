@@ -442,30 +442,33 @@ def digest_of(folder: Path) -> str:
 def digest(folder: Path | None, tolerances: Path | None) -> dict[str, str | None]:
     """Return the digests of a baseline, of its overrides and of the known defects.
 
-    The committed ones unless given, None where there is none. They stand for all that a
+    The committed baseline unless given; overrides of a file stand beside the committed ones. None
+    where there is none. They stand for all that a
     comparison depends on besides the runs. Raise RequestError for a file that cannot be read.
     """
-    where, overrides = folder or committed(), tolerances or committed_tolerances()
-    if overrides:
-        read_overrides(overrides)
+    where = folder or committed()
+    overrides = [path for path in (committed_tolerances(), tolerances) if path is not None]
+    for path in overrides:
+        read_overrides(path)
     defects = committed_file(KNOWN_DEFECTS)
     return {
         "folder": digest_of(where) if where else None,
-        "tolerances": digest_of_files([overrides], overrides.parent) if overrides else None,
+        "tolerances": " ".join(digest_of_files([path], path.parent) for path in overrides) or None,
         "known_defects": digest_of_files([defects], defects.parent) if defects else None,
     }
 
 
 def read_baseline(folder: Path, tolerances: Path | None = None) -> Baseline:
-    """Return the baseline of a folder, with the overrides of a file (the committed one's).
+    """Return the baseline of a folder, with the committed overrides and those of a file.
 
     Raise RequestError, naming file and line, for a folder that is not there and a
     file that is damaged.
     """
     if not folder.is_dir():
         raise RequestError(f"--baseline {folder}: no such folder")
-    chosen = tolerances or committed_tolerances()
-    overrides = read_overrides(chosen) if chosen else ()
+    # the last one that matches wins: a file that is given decides
+    files = [path for path in (committed_tolerances(), tolerances) if path is not None]
+    overrides = tuple(override for path in files for override in read_overrides(path))
     records: dict[str, BaselineRecord] = {}
     for table in tables_in(folder):
         records |= {record.name: record for record in read_tables(table)}

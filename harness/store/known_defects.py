@@ -53,3 +53,17 @@ def known_defects(path: Path | None = None) -> tuple[KnownDefect, ...]:
         except RequestError as error:
             raise RequestError(f"known defects {path}, [defect.{name}]: {error}") from None
     return tuple(found)
+
+
+def with_further(path: Path | None) -> tuple[KnownDefect, ...]:
+    """Return the committed defects and those of a file; RequestError for a name of both."""
+    known = known_defects()
+    if path is None:
+        return known
+    further, names = known_defects(path), {one.name for one in known}
+    for one in further:
+        if one.name in names:
+            raise RequestError(
+                f"--known-defects {path}, [defect.{one.name}]: is known already; take another name"
+            )
+    return (*known, *further)

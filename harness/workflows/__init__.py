@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 _HOMES = {
     "accept_baseline": "harness.workflows.baseline",
+    "case_details": "harness.workflows.case_runs",
     "cases": "harness.workflows.case_runs",
     "compare_with_baseline": "harness.workflows.baseline",
     "critical_angle": "harness.cases.incline.angle",
@@ -68,6 +69,7 @@ if TYPE_CHECKING:
     from harness.workflows.baseline import accept_baseline as accept_baseline
     from harness.workflows.baseline import compare_with_baseline as compare_with_baseline
     from harness.workflows.baseline import diff as diff
+    from harness.workflows.case_runs import case_details as case_details
     from harness.workflows.case_runs import cases as cases
     from harness.workflows.case_runs import run as run
     from harness.workflows.engine_status import engines as engines

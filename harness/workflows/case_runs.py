@@ -26,7 +26,7 @@ from harness.engines.registry import DEFAULT, engine_class, engine_names, open_e
 from harness.engines.traits import Traits
 from harness.errors import RequestError
 from harness.observables.row import Row
-from harness.parameters.allowed import unit_in
+from harness.parameters.allowed import allowed_in, unit_in
 from harness.parameters.base import Parameters, nested
 from harness.shown import Listing, Shown
 from harness.workflows.progress import Progress, silent
@@ -88,6 +88,86 @@ def _info(case: Case[Any]) -> CaseInfo:
         presets=tuple(case.presets),
         by_default=case.by_default,
     )
+
+
+@dataclass(frozen=True)
+class ParameterDetails(ParameterInfo):
+    """As :class:`ParameterInfo`, and what is ``allowed``: words, or bounds in words."""
+
+    allowed: str = ""
+
+
+@dataclass(frozen=True)
+class PresetDetails:
+    """Where the values of a preset come from, empty for this package, and what it changes."""
+
+    source: str
+    values: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class CaseDetails(CaseInfo):
+    """One case in full, as :class:`CaseInfo`.
+
+    ``meanings`` are those of the quantities, ``preset_details`` by the names of ``presets``;
+    ``refused_by`` says why an engine cannot run the case as it is by default.
+    """
+
+    parameters: Mapping[str, ParameterDetails]
+    meanings: Mapping[str, str] = field(default_factory=dict)
+    preset_details: Mapping[str, PresetDetails] = field(default_factory=dict)
+    refused_by: Mapping[str, str] = field(default_factory=dict)
+
+
+def case_details(name: str) -> CaseDetails:
+    """Return all that is known of a case; raise RequestError for a name that is not known."""
+    case = get_case(name)
+    info, allowed = _info(case), dict(_allowed(case.parameters, ""))
+    usual = {key: one.default for key, one in info.parameters.items()}
+    changed = {
+        preset: {
+            key: one.default for key, one in parameters_in(values) if one.default != usual.get(key)
+        }
+        for preset, values in case.presets.items()
+    }
+    refused = {engine: _why_not(engine, case) for engine in engine_names()}
+    return CaseDetails(
+        **{
+            **vars(info),
+            "parameters": {
+                key: ParameterDetails(**vars(one), allowed=allowed.get(key, ""))
+                for key, one in info.parameters.items()
+            },
+        },
+        meanings={one.name: one.meaning for one in case.quantities},
+        preset_details={
+            preset: PresetDetails(case.source_of(preset), values)
+            for preset, values in changed.items()
+        },
+        refused_by={engine: reason for engine, reason in refused.items() if reason},
+    )
+
+
+def _allowed(kind: type[Parameters], prefix: str) -> Iterator[tuple[str, str]]:
+    """Yield what the fields of a class of parameters, and of those in it, allow."""
+    for name, one in allowed_in(kind).items():
+        yield prefix + name, ", ".join(one.words) or one.range
+    for name, declared in kind.model_fields.items():
+        inner = declared.annotation
+        if isinstance(inner, type) and issubclass(inner, Parameters):
+            yield from _allowed(inner, f"{prefix}{name}.")
+
+
+def _why_not(engine: str, case: Case[Any]) -> str:
+    """Return why an engine cannot run a case by default, or nothing where it can."""
+    try:
+        kind = engine_class(engine)
+        if not kind.states(case.template):
+            scene = "does not take its scene" if case.template.scene else "the case has no scene"
+            return f"it has no script for the case, and {scene}"
+        return kind.traits.refuses(case.job(case.default).values)
+    except RequestError as error:
+        return str(error)
 
 
 def _states(engine: str, case: Case[Any]) -> bool:

@@ -9,8 +9,10 @@ Any function of a stage's name, the parts done and the parts in all will do in p
 
 from __future__ import annotations
 
+import math
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -24,13 +26,40 @@ if TYPE_CHECKING:
 DELAY = 1.0
 """[s] What is done by then shows no bars."""
 
+LOG_DELAY = 5.0
+"""[s] What is done by then leaves no line in a log."""
+
+LOG_PAUSE = 30.0
+"""[s] Between two lines of a stage that goes on."""
+
+
+class LogLines:
+    """Says on stderr, a line each, which stages are over and how far the others are."""
+
+    def __init__(self, title: str) -> None:
+        self._title, self._begun = title, time.monotonic()
+        self._told: dict[str, float] = {}
+        self._lock = threading.Lock()
+
+    def __call__(self, stage: str, done: int, total: int) -> None:
+        """Print a line where a stage ends, and now and then while it goes on."""
+        seconds = time.monotonic() - self._begun
+        with self._lock:
+            last = self._told.setdefault(stage, seconds)
+            over = done >= total and last < math.inf
+            if seconds < LOG_DELAY or not (over or seconds - last >= LOG_PAUSE):
+                return
+            self._told[stage] = math.inf if over else seconds
+        print(f"{self._title}: {stage}, {done} of {total}, {seconds:.0f} s", file=sys.stderr)
+
 
 @contextmanager
 def progress_bars(title: str, *, quiet: bool = False) -> Iterator[Progress]:
     """Yield a function that draws a bar for each stage on stderr, below a line with ``title``.
 
     The line counts the seconds, and says so while kernels are compiled. Nothing is drawn before
-    the first second has passed, nowhere but in a terminal or a notebook, and not when ``quiet``.
+    the first second has passed, and not when ``quiet``. Where stderr is neither a terminal nor a
+    notebook, as in a log, stages are lines instead, those of the first seconds left out.
     """
     from rich.console import Console
     from rich.progress import BarColumn, ProgressColumn, TimeElapsedColumn
@@ -39,7 +68,7 @@ def progress_bars(title: str, *, quiet: bool = False) -> Iterator[Progress]:
 
     console = Console(stderr=True)
     if quiet or not (console.is_terminal or console.is_jupyter):
-        yield silent
+        yield silent if quiet else LogLines(title)
         return
 
     class Description(ProgressColumn):

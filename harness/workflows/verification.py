@@ -56,7 +56,7 @@ from harness.observables.provenance import Provenance
 from harness.report.sections import Section
 from harness.store.baseline import committed, read_baseline
 from harness.store.entries import tell_stderr
-from harness.store.known_defects import known_defects, script_of
+from harness.store.known_defects import script_of, with_further
 from harness.workflows.engine_status import (
     NO_TRAITS,
     EngineSelection,
@@ -89,11 +89,13 @@ class Selection:
 
     ``only`` is a shell-style pattern of a case, submodel, system or check. ``keyword`` is a word by
     which rows are chosen later, as by ``pytest -k``: a pattern where that leaves no other row out.
+    ``defects`` is a file of known defects beside the committed ones.
     """
 
     cases: str | None = None
     only: str = ""
     keyword: str = ""
+    defects: Path | None = None
 
     def pattern(self, level: LevelName) -> str:
         """Return the pattern of what is run; empty for everything."""
@@ -542,6 +544,7 @@ def verify(
     chosen, only, asked = wanted.chosen(checked), wanted.pattern(checked), asked_engines(engines)
     study = Study(checked, progress, open_one, cases=tuple(chosen), only=only)
     known = None if baseline is False else chosen_baseline(baseline)
+    defects = with_further(wanted.defects)
     begun, clock = datetime.now(UTC).isoformat(timespec="seconds"), time.monotonic()
     with ExitStack() as own:
         run = MainRun(chosen, study)
@@ -552,7 +555,7 @@ def verify(
     measured = Measured(study.level, run.who, chosen, run.findings, run.broken)
     if only and not run.checks and not beside.checks:
         raise nothing_matches(only, {row.name for one in run.findings for row in one.checks})
-    checks, regression = _told(measured, known, beside, run)
+    checks, regression = _told(measured, known, beside, run, defects)
     return Verification(
         level=study.level,
         cases=tuple(case.name for case in chosen),
@@ -575,19 +578,23 @@ def verify(
         baseline_sha256=known.digest if known else "",
         logs=logs,
         strict=strict,
-        defects=_found(known_defects(), checks),
+        defects=_found(defects, checks),
     )
 
 
 def _told(
-    measured: Measured, known: Baseline | None, beside: Beside, run: MainRun
+    measured: Measured,
+    known: Baseline | None,
+    beside: Beside,
+    run: MainRun,
+    defects: Sequence[KnownDefect],
 ) -> tuple[tuple[Check, ...], Regression]:
     """Return the checks, and the rows against the baseline, with known defects told apart.
 
     What the checks of a cell explain, or the defects of one release predict, is no failure.
     """
     raw, versions = (*run.checks, *beside.checks), _versions(run, beside)
-    checks = told_apart(raw, known_defects(), versions)
+    checks = told_apart(raw, defects, versions)
     if known is None:
         return checks, Regression()
     if run.study.only:  # what was left out is no row that is missing
@@ -596,7 +603,7 @@ def _told(
         known = replace(known, records=records)
     found = baseline_rows(measured, known, beside.records)
     rows = explained_by_cells(found.checks, checks)
-    moved = moved_by_defects(rows, raw, known.records, known_defects(), versions)
+    moved = moved_by_defects(rows, raw, known.records, defects, versions)
     return checks, replace(found, checks=moved)
 
 

@@ -40,3 +40,24 @@ def test_an_option_that_is_given_twice_counts_as_the_last(command):
 def test_without_a_command_the_help_is_shown_and_the_request_was_wrong(command, words):
     assert "Usage: dem-harness" in command(*words, status=2).out
     assert command(*words, "-h").out == command(*words, "--help").out
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("critical-angle --stiffness -5", "--stiffness -5.0 N/m: must be greater than 0"),
+        ("critical-angle --restitution 0.9", "use --method steady"),
+        ("theory --shock=2", "--shock 2.0 is not allowed: must be from 0 to 1"),
+        ("tower --height 0", "--height 0"),
+        ("verify --known-defects nowhere.toml", "--known-defects nowhere.toml: No such file"),
+    ],
+)
+def test_an_error_names_the_option_and_not_the_argument_of_a_function(command, line, said):
+    assert said in command(*line.split(), status=2).err
+
+
+def test_the_critical_angle_is_the_first_thing_that_is_printed(command):
+    first, second, *_ = command(*["critical-angle", "--engine", "reference"]).out.splitlines()
+    assert first.startswith("critical angle: 10.")
+    assert "+-" in first
+    assert second.startswith("closed form: 10.20782 deg")

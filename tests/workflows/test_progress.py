@@ -127,3 +127,21 @@ def test_bars_that_end_at_once_end_cleanly(monkeypatch):
         told("stage", 2, 2)
     with pytest.raises(KeyboardInterrupt), module.progress_bars("verb"):
         raise KeyboardInterrupt
+
+
+def test_a_log_says_which_stages_are_over_and_how_far_others_are(monkeypatch, capsys):
+    now = [0.0]
+    monkeypatch.setattr(module.time, "monotonic", lambda: now[0])
+    with module.progress_bars("verify") as told:
+        told("drop", 1, 1)  # over at once: no line
+        for seconds, done in ((1.0, 0), (10.0, 1), (20.0, 2), (45.0, 3), (50.0, 4), (51.0, 4)):
+            now[0] = seconds
+            told("oblique", done, 4)
+    assert capsys.readouterr().err.splitlines() == [
+        "verify: oblique, 3 of 4, 45 s",
+        "verify: oblique, 4 of 4, 50 s",
+    ]
+    with module.progress_bars("verify", quiet=True) as told:
+        now[0] = 1000.0
+        told("oblique", 4, 4)
+    assert capsys.readouterr().err == ""

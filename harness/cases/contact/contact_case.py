@@ -39,6 +39,7 @@ from harness.cases.contact.parameters import (
 from harness.cases.contact.submodels import (
     OLD_TANGENTIAL,
     PLAIN,
+    SOURCES,
     SYSTEMS,
     TANGENTIAL,
     TANGENTIAL_BESIDE,
@@ -122,6 +123,10 @@ class ContactCase(Case[P]):
     def presets(self) -> Mapping[str, P]:
         """Return the usual parameters, and sets of the literature."""
         return {name: self.parameters(**told) for name, told in self.sets.items()}  # type: ignore[misc]
+
+    def source_of(self, preset: str) -> str:
+        """Return where the values of a preset were published; empty for those of this package."""
+        return next((text for name, text in SOURCES.items() if preset.startswith(name)), "")
 
     @abstractmethod
     def scene(self, parameters: P) -> ContactScene:

@@ -61,6 +61,13 @@ _ALLOY = _solid(70e9, 0.33, 2700.0, 0.1)  # CO 6 to 8: PySPH, tests 6 and 8
 _SLIDES = {"tangential": "mindlin_rescale", "tangential_damping": 0.0}
 _MFIX_GRAVITY = 9.80665  # MFiX: the default of SI units
 
+SOURCES = {
+    "chung-ooi": "Chung and Ooi, Granular Matter 13, 643 (2011), the test of this number",
+    "kharaz": "Kharaz, Gorham and Salman, Powder Technology 120, 281 (2001)",
+    "mfix-dem": "MFiX-DEM's verification, the test of this number",
+}
+"""Where presets were published, by the start of their names."""
+
 HEAD_ON: Told = {
     # CO 1: Kratos, Materials1.json; each sphere at 10 m/s
     "chung-ooi-1": {**_solid(48e9, 0.2, 2800.0, 0.01), **_SPHERE, "speed": 20.0},
