@@ -223,6 +223,8 @@ P = TypeVar("P", bound=Parameters)
 LevelName = Literal["quick", "default", "full"]
 LEVELS: tuple[LevelName, ...] = ("quick", "default", "full")
 
+Role = Literal["main", "other"]
+
 ReferenceKind = Literal["closed form", "integrated", "none"]
 
 
@@ -257,6 +259,7 @@ class Plan(Generic[P]):
 class Study:
     """How a verification is to be done: how much of it, and how to open another engine by name.
 
+    ``role`` is that of the engine: ``main``, or ``other`` for one that is compared with it.
     ``missing`` are the names of engines that were asked for and could not be run, ``cases`` are
     verified. ``once`` makes what several parts share; a case keys its entries by its parameters.
     ``only`` is a shell-style pattern: trials and rows that it does not match are left out.
@@ -269,6 +272,7 @@ class Study:
     cases: tuple[Case[Any], ...] = ()
     once: Once = field(default_factory=Once, compare=False, repr=False)
     only: str = ""
+    role: Role = "main"
 
     def selects(self, *names: str) -> bool:
         """Return whether :attr:`only` matches one of the names; True where there is no pattern."""
@@ -395,7 +399,11 @@ class Case(ABC, Generic[P]):
         ]
 
     def verify(self, engine: Engine, study: Study) -> Findings:
-        """Run the plans of a level in an engine and judge each quantity against its reference."""
+        """Run the plans of a level in an engine and judge each quantity against its reference.
+
+        The role of the engine is that of the study: a case may have less to do, or something else,
+        for an engine beside the main one.
+        """
         plans = self.plans(study.level, engine.traits)
         findings, runnable = Findings(self.name, engine.name), []
         for plan in plans:
@@ -417,10 +425,6 @@ class Case(ABC, Generic[P]):
     def verify_own(self, study: Study) -> Findings:
         """Judge what needs no engine: closed forms and solvers of this package."""
         return Findings(self.name)
-
-    def verify_beside(self, engine: Engine, study: Study) -> Findings:
-        """Judge an engine beside the main one; as :meth:`verify` unless there is less to do."""
-        return self.verify(engine, study)
 
     def recorded(self, study: Study) -> Mapping[str, Findings]:
         """Return what was recorded with engines of ``study.missing``, by the name to show."""

@@ -1,10 +1,7 @@
-"""One grain on fixed spheres: what the incline, columns and the tower have in common.
+"""One grain on fixed spheres of its size: what the incline, columns and the tower have in common.
 
-One grain on fixed spheres of its size: what such cases have in common.
-
-Run the jobs of a case in an engine, and read what comes back.
-
-What the source expects of a column of n deformable particles: its critical angle, twice.
+Its parameters and contact time, the runs of its jobs in an engine and what comes back, and what the
+source expects of a column of n deformable particles: its critical angle, twice.
 """
 
 from __future__ import annotations
@@ -23,7 +20,7 @@ from harness.engines.output import Table
 from harness.errors import EngineError
 from harness.observables.reference import Trajectory
 from harness.parameters.base import Parameters
-from harness.parameters.law import SOURCE, Hertz, NamedContact, hertz
+from harness.parameters.law import SOURCE, Contact, Hertz, NamedContact, hertz
 from harness.parameters.plane_scene import Scene
 
 COLUMNS = ("time_s", "x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
@@ -112,6 +109,15 @@ class Grain(Parameters):
             hertz_speed=self.hertz_speed,
             **more,
         )
+
+
+def steps_of_factor(factor: float, contact: Contact) -> float:
+    """Return the steps per pi sqrt(m/k) of a run recorded with so many steps in its own contact.
+
+    That of MFiX lasts pi / sqrt(k/m_eff - (eta / (2 m_eff))^2) with m_eff = m/2, which is
+    pi sqrt(m/k) / sqrt(2 (1 - zeta^2)): its ``DTSOLID_FACTOR`` is a ``factor`` of it.
+    """
+    return factor * math.sqrt(2.0 * (1.0 - contact.zeta**2))
 
 
 def path_in(table: Table) -> Trajectory:

@@ -106,7 +106,7 @@ def mfix_table() -> pd.DataFrame:
     Columns for each integrator: value and uncertainty in deg, NaN where its step is
     unstable; and the angle that was recorded with MFiX itself, NaN where none was.
     """
-    recorded = {(a.stiffness, a.factor): a.value_deg for a in recorded_angles()}
+    recorded = {at: angle.value for at, angle in recorded_angles().items()}
     with Reference(EULER) as euler, Reference(ADAMS_BASHFORTH) as adams:
         rows = [
             {

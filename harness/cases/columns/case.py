@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
@@ -55,6 +55,7 @@ from harness.engines.process import cores, parallel_map
 from harness.engines.reference import Reference as ReferenceDEM
 from harness.engines.traits import Traits
 from harness.errors import EngineOutputError
+from harness.observables.row import Row
 from harness.parameters.law import CONTACTS, PLASTIC, SOURCE
 from harness.parameters.tower import LAWS, Law
 from harness.report.sections import Section, Table
@@ -83,8 +84,8 @@ FIRST_ORDER = _TOLD["FIRST_ORDER"]
 STEPS = 200.0
 
 
-@dataclass(frozen=True)
-class Angle:
+@dataclass(frozen=True, kw_only=True)
+class Angle(Row):
     """A critical angle [deg] over columns, beside the source's in both readings [deg].
 
     The uncertainty of elastic columns is half the range in which moving and trapped angles mix.
@@ -94,8 +95,6 @@ class Angle:
     law: Law
     inside: Inside
     stiffness: float  # [N/m]
-    value_deg: float
-    uncertainty_deg: float
 
     @property
     def source_deg(self) -> dict[Reading, float]:
@@ -117,7 +116,9 @@ class Angles:
         """Return the angles as flat JSON-ready mappings."""
         return [
             {
-                **asdict(angle),
+                **{name: getattr(angle, name) for name in ("n", "law", "inside", "stiffness")},
+                "value_deg": angle.value,
+                "uncertainty_deg": angle.uncertainty,
                 **{f"source_{reading}_deg": v for reading, v in angle.source_deg.items()},
             }
             for angle in self.found
@@ -182,7 +183,8 @@ def elastic_angles(level: LevelName, engine: Engine) -> Iterator[Angle]:
 
 
 def _angle(case: Columns, value: float, uncertainty: float) -> Angle:
-    return Angle(case.n, case.law, case.inside, case.stiffness, value, uncertainty)
+    of = {name: getattr(case, name) for name in ("n", "law", "inside", "stiffness")}
+    return Angle("critical angle", value, uncertainty, "deg", **of)
 
 
 EVERY = 50
@@ -288,11 +290,11 @@ def _angles(level: LevelName, angles: Angles) -> Iterator[Check]:
             for reading, words in READINGS.items():
                 yield finding(
                     f"columns: n = {top.n}, {law} law, {inside}, against the source ({words})",
-                    top.value_deg,
+                    top.value,
                     top.source_deg[reading],
                     "deg",
                     f"critical angle at k = {top.stiffness:g} N/m in the reference DEM",
-                    top.uncertainty_deg,
+                    top.uncertainty,
                 )
 
 
@@ -342,23 +344,23 @@ def finding_in_words(angles: Angles) -> list[str]:
         high = [a for a in angles.of(law=law, inside="damped") if a.n > 1]
         if not high:
             continue
-        least = min(high, key=lambda a: a.value_deg)
+        least = min(high, key=lambda a: a.value)
         stiffest = max(a.stiffness for a in high)
-        off = max(abs(a.value_deg - closed_form()) for a in high if a.stiffness == stiffest)
+        off = max(abs(a.value - closed_form()) for a in high if a.stiffness == stiffest)
         lost = min(a.source_deg["lost"] for a in high)
         words = (
             f"{law.capitalize()} law: the lowest angle over damped columns is "
-            f"{least.value_deg:.3f} deg (n = {least.n}, k = {power(least.stiffness)} N/m), "
+            f"{least.value:.3f} deg (n = {least.n}, k = {power(least.stiffness)} N/m), "
             f"where the source expects {least.source_deg['lost']:.2f} deg; at k = "
             f"{power(stiffest)} N/m all are within {off:.2g} deg of the {closed_form():.4f} deg of "
             f"one sphere. "
         )
         elastic = angles.of(law=law, inside="elastic")
         if elastic:
-            low, top = (f(a.value_deg for a in elastic) for f in (min, max))
+            low, top = (f(a.value for a in elastic) for f in (min, max))
             words += f"Over elastic columns the angle is {low:.2f} to {top:.2f} deg. "
         every = [*high, *elastic]
-        falls = any(a.value_deg - a.uncertainty_deg <= 0.5 * (lost + closed_form()) for a in every)
+        falls = any(a.value - a.uncertainty <= 0.5 * (lost + closed_form()) for a in every)
         told.append(
             words
             + (
@@ -396,8 +398,8 @@ def _table(angles: Angles) -> Table:
 
 
 def _value(angle: Angle) -> str:
-    digits = max(1, 1 - math.floor(math.log10(max(angle.uncertainty_deg, 1e-9))))
-    return f"{angle.value_deg:.{digits}f} ± {angle.uncertainty_deg:.1g}"
+    digits = max(1, 1 - math.floor(math.log10(max(angle.uncertainty, 1e-9))))
+    return f"{angle.value:.{digits}f} ± {angle.uncertainty:.1g}"
 
 
 def figure(angles: Angles) -> Figure:
@@ -410,8 +412,8 @@ def figure(angles: Angles) -> Figure:
             group = angles.of(law=law, inside=inside, stiffness=k)
             axes.errorbar(
                 [a.n for a in group],
-                [a.value_deg for a in group],
-                [a.uncertainty_deg for a in group],
+                [a.value for a in group],
+                [a.uncertainty for a in group],
                 color=COLOURS[1 + i % 6],
                 marker=MARKERS[i % 6],
                 linestyle="none" if inside == "elastic" else "-",

@@ -248,36 +248,41 @@ class ContactCase(Case[P]):
         return [*values, *(Planned(name, invariance=True) for name in moved)]
 
     def verify(self, engine: Engine, study: Study) -> Findings:
-        """Judge each trial in the limit of a small step, and that nothing else changes it."""
-        from harness.cases.contact.invariance import invariances
-        from harness.cases.contact.verification import verify_trials
+        """Judge each trial in the limit of a small step, and that nothing else changes it.
 
-        def run() -> Findings:
-            trials = self.wanted(self.trials(study.level, self.stated(engine)), study)
-            found = verify_trials(self, engine, study, trials)
-            found.checks += invariances(self, engine, study, contact_cases(study))
-            return found
-
-        return study.once((self.name, engine.name), run)
-
-    def verify_beside(self, engine: Engine, study: Study) -> Findings:
-        """Run the trials and those ``beside`` them, but none that :meth:`verify` ran."""
-        from harness.cases.contact.invariance import invariances
+        An engine beside the main one goes through the trials of submodels ``beside``, too, but
+        through none that it ran as the main one.
+        """
         from harness.cases.contact.limits import Evidence
         from harness.cases.contact.verification import verify_trials
 
-        done: Findings | None = study.once((self.name, engine.name), lambda: None)
-        ran = self.stated(engine) if done else ()
+        key, stated = (self.name, engine.name), self.stated(engine)
+        if study.role == "main":
+            return study.once(key, lambda: self._with_invariances(engine, study, stated))
+        done: Findings | None = study.once(key, lambda: None)
+        ran = stated if done else ()
         submodels = [one for one in (*self.submodels, *self.beside) if one not in ran]
-        trials = self.wanted(self.trials(study.level, submodels), study)
-        found = verify_trials(self, engine, study, trials)
         if not done and study.level == "full":
-            found.checks += invariances(self, engine, study, contact_cases(study))
+            found = self._with_invariances(engine, study, submodels)
+        else:
+            trials = self.wanted(self.trials(study.level, submodels), study)
+            found = verify_trials(self, engine, study, trials)
         first: Evidence = done.evidence if done and done.evidence else Evidence(engine.title, ())
         climbed = (*first.climbed, *found.evidence.climbed)
         failed = (*first.failed, *found.evidence.failed)
         scans = measured_scan(self, engine)
         found.evidence = Evidence(engine.title, climbed, scans, failed=failed)
+        return found
+
+    def _with_invariances(
+        self, engine: Engine, study: Study, submodels: Sequence[Submodel]
+    ) -> Findings:
+        from harness.cases.contact.invariance import invariances
+        from harness.cases.contact.verification import verify_trials
+
+        trials = self.wanted(self.trials(study.level, submodels), study)
+        found = verify_trials(self, engine, study, trials)
+        found.checks += invariances(self, engine, study, contact_cases(study))
         return found
 
     def drawings(self, evidence: Evidence) -> Sequence[Drawing]:

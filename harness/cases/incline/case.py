@@ -81,7 +81,12 @@ class InclineCase(Case[Incline]):
         return planned(level, engine)
 
     def verify(self, engine: Engine, study: Study) -> Findings:
-        """Hold an engine against the closed form, the reference DEM and itself."""
+        """Hold an engine against the closed form, the reference DEM and itself.
+
+        Of an engine beside the main one the critical angles, against theory and the reference DEM.
+        """
+        if study.role == "other":
+            return self._angles(engine, study)
         from harness.cases.incline.checks import InclineEvidence, Verifying
         from harness.cases.incline.verification import incline_checks
         from harness.theory.incline import critical_angle
@@ -117,8 +122,7 @@ class InclineCase(Case[Incline]):
             parts.append(Part("rigid spheres", lambda: list(rigid_checks(stiffening))))
         return Findings(self.name, checks=rows_of_parts("theory", parts), evidence=stiffening)
 
-    def verify_beside(self, engine: Engine, study: Study) -> Findings:
-        """Hold the critical angles of an engine against theory and the reference DEM."""
+    def _angles(self, engine: Engine, study: Study) -> Findings:
         from harness.cases.incline.engine_checks import angle_checks
 
         angles: list[EngineAngle] = []

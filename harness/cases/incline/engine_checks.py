@@ -40,6 +40,7 @@ from harness.engines.contract import Engine
 from harness.engines.reference import Reference
 from harness.engines.traits import Traits
 from harness.errors import EngineError
+from harness.observables.row import Row
 from harness.parameters.law import PLASTIC, SOURCE, Contact
 from harness.theory.chain import SHOCK_WITHOUT_REBOUND
 from harness.theory.incline import critical_angle as closed_form
@@ -113,9 +114,11 @@ def reference_for(traits: Traits) -> Reference | None:
     return Reference(traits.integrator, spring=traits.spring)
 
 
-@dataclass(frozen=True)
-class EngineAngle:
-    """A critical angle [deg] of an engine, beside theory and the reference DEM under its rules.
+@dataclass(frozen=True, kw_only=True)
+class EngineAngle(Row):
+    """A critical angle [deg] of an engine (``who``), beside theory and the reference DEM.
+
+    The closed form is ``expected``, and the reference DEM has the engine's rules.
 
     ``role`` is the contact that ``contact`` stands for in the engine, ``plastic`` or ``source``.
     ``reference_deg`` is NaN where the reference DEM has no such rules;
@@ -123,15 +126,11 @@ class EngineAngle:
     engine that it grew out of. A ``recorded`` angle was measured elsewhere.
     """
 
-    engine: str
     role: str
     contact: str
     rules: Rules
     stiffness: float  # [N/m]
     steps_per_contact: float
-    value_deg: float
-    uncertainty_deg: float
-    closed_form_deg: float
     integrator: str
     reference_deg: float = math.nan
     microseconds_per_step: float = math.nan
@@ -139,35 +138,30 @@ class EngineAngle:
     recorded: bool = False
 
     @property
-    def off_theory_deg(self) -> float:
-        """Return the difference from the closed form [deg]."""
-        return self.value_deg - self.closed_form_deg
-
-    @property
     def off_reference_deg(self) -> float:
         """Return the difference from the reference DEM under the same rules [deg]."""
-        return self.value_deg - self.reference_deg
+        return self.value - self.reference_deg
 
     @property
     def evidence(self) -> str:
         """Return what kind of evidence the value is."""
         if self.recorded:
             return "recorded"
-        if self.engine == OWN:
+        if self.who == OWN:
             return "the harness's own"
         return "regression partner" if self.lineage else "independent"
 
     def record(self) -> dict[str, Any]:
         """Return the angle as a flat JSON-ready mapping."""
         return {
-            "engine": self.engine,
+            "engine": self.who,
             "contact": self.contact,
             **asdict(self.rules),
             "stiffness_N_per_m": self.stiffness,
             "steps_per_contact": self.steps_per_contact,
-            "critical_angle_deg": self.value_deg,
-            "uncertainty_deg": self.uncertainty_deg,
-            "off_theory_deg": self.off_theory_deg,
+            "critical_angle_deg": self.value,
+            "uncertainty_deg": self.uncertainty,
+            "off_theory_deg": self.difference,
             "reference_deg": self.reference_deg,
             "off_reference_deg": self.off_reference_deg,
             "integrator": self.integrator,
@@ -182,8 +176,8 @@ def across_engines(angles: Sequence[EngineAngle]) -> list[Check]:
     Those of the first engine's class are judged; other classes are findings beside it.
     """
     rows: list[Check] = []
-    live = [a for a in angles if not a.recorded and a.engine != OWN]
-    base = live[0].engine if live else ""
+    live = [a for a in angles if not a.recorded and a.who != OWN]
+    base = live[0].who if live else ""
     for role in (PLASTIC_ROLE, SOURCE_ROLE):
         stated = [
             a for a in live if a.role == role and (a.stiffness, a.steps_per_contact) == STATED
@@ -191,7 +185,7 @@ def across_engines(angles: Sequence[EngineAngle]) -> list[Check]:
         for one, other in combinations(stated, 2):
             if _one_class(one, other) and one.rules.tail == "attractive":
                 rows.append(_agree(one, other))
-            elif one.engine == base and one.rules != other.rules:
+            elif one.who == base and one.rules != other.rules:
                 rows.append(_apart(other, one))
     return rows
 
@@ -201,27 +195,27 @@ def _one_class(one: EngineAngle, other: EngineAngle) -> bool:
 
 
 def _agree(one: EngineAngle, other: EngineAngle) -> Check:
-    partners = {one.lineage.lower(), other.lineage.lower()} & {one.engine, other.engine}
+    partners = {one.lineage.lower(), other.lineage.lower()} & {one.who, other.who}
     return judge(
-        f"engines: {other.engine} against {one.engine}, {other.contact} contact, unclamped",
+        f"engines: {other.who} against {one.who}, {other.contact} contact, unclamped",
         Kind.CROSS_CODE,
-        other.value_deg,
-        one.value_deg,
+        other.value,
+        one.value,
         ENGINES_OF_ONE_CLASS,
-        uncertainty=one.uncertainty_deg + other.uncertainty_deg,
+        uncertainty=one.uncertainty + other.uncertainty,
         note="one grew out of the other: a regression partner" if partners else "",
     )
 
 
 def _apart(beside: EngineAngle, base: EngineAngle) -> Check:
     return finding(
-        f"engines: {beside.engine}, {beside.contact} contact, less {base.engine}, {base.contact}",
-        beside.value_deg - base.value_deg,
+        f"engines: {beside.who}, {beside.contact} contact, less {base.who}, {base.contact}",
+        beside.value - base.value,
         beside.reference_deg - base.reference_deg,
         "deg",
         f"two classes ({beside.rules.text} against {base.rules.text}); expected is what the "
         "reference DEM makes of the two rules",
-        beside.uncertainty_deg + base.uncertainty_deg,
+        beside.uncertainty + base.uncertainty,
     )
 
 
@@ -276,15 +270,17 @@ def _cell(
         untested = not_tested(beside, Kind.CROSS_CODE, "the engine's own run died", "deg")
         return [failed_run(name, Kind.ANALYTIC, found, "deg"), untested]
     shown = EngineAngle(
-        engine=engine.name,
+        "critical angle",
+        found.value_deg,
+        found.uncertainty_deg,
+        "deg",
+        closed_form(),
+        engine.name,
         role=stated.role,
         contact=case.contact.name,
         rules=stated.rules(traits),
         stiffness=case.stiffness,
         steps_per_contact=case.steps_per_contact,
-        value_deg=found.value_deg,
-        uncertainty_deg=found.uncertainty_deg,
-        closed_form_deg=closed_form(),
         integrator=traits.integrator,
         microseconds_per_step=microseconds_per_step(found, engine) if at == STATED else math.nan,
         lineage=traits.lineage,
@@ -295,7 +291,7 @@ def _cell(
     angles.append(shown)
     rows = [_against_theory(name, stated, shown, found.phases_note, traits)]
     if engine.name != OWN:
-        rows.append(_against_reference(beside, found, own, traits, shown.closed_form_deg))
+        rows.append(_against_reference(beside, found, own, traits, shown.expected))
     return rows
 
 
@@ -307,17 +303,17 @@ def _against_theory(
         return judge(
             name,
             Kind.ANALYTIC,
-            shown.value_deg,
-            shown.closed_form_deg,
+            shown.value,
+            shown.expected,
             ENGINES_PLASTIC,
-            uncertainty=shown.uncertainty_deg,
+            uncertainty=shown.uncertainty,
             note="; ".join(filter(None, (phases, lineage_note(traits)))),
         )
     own = "not the limit of the closed form, but a class of its own"
     soft = f"below {STIFF:g} N/m the bias of the stiffness is not small"
     why = f"{shown.rules.text}; {soft if of_theory else own}"
     note = "; ".join(filter(None, (why, phases, lineage_note(traits))))
-    return finding(name, shown.value_deg, shown.closed_form_deg, "deg", note, shown.uncertainty_deg)
+    return finding(name, shown.value, shown.expected, "deg", note, shown.uncertainty)
 
 
 def _against_reference(

@@ -312,9 +312,9 @@ def _rows(axes: Axes, angles: Sequence[EngineAngle]) -> None:
                 label="reference DEM, same rules",
             )
         axes.errorbar(
-            angle.value_deg,
+            angle.value,
             row,
-            xerr=angle.uncertainty_deg,
+            xerr=angle.uncertainty,
             fmt=marker,
             color=colour,
             ms=5,
@@ -327,7 +327,7 @@ def _rows(axes: Axes, angles: Sequence[EngineAngle]) -> None:
 def _beyond(axes: Axes, angles: Sequence[EngineAngle], closed_form: float, span: float) -> None:
     """Say at the edge where an angle is that the narrow panel does not hold."""
     for row, angle in enumerate(angles):
-        off = angle.value_deg - closed_form
+        off = angle.value - closed_form
         if abs(off) > span:
             right = off > 0
             axes.annotate(
@@ -342,4 +342,4 @@ def _beyond(axes: Axes, angles: Sequence[EngineAngle], closed_form: float, span:
 
 def _row_name(angle: EngineAngle) -> str:
     steps = f", {angle.steps_per_contact:.3g} steps" if angle.recorded else ""
-    return f"{angle.engine}: {angle.contact}{steps}"
+    return f"{angle.who}: {angle.contact}{steps}"

@@ -46,7 +46,7 @@ def contact_sections(evidence: InclineEvidence) -> Iterator[Section]:
 def engine_sections(angles: Sequence[EngineAngle]) -> Iterator[Section]:
     """Yield the section on engines beside one another; none without an angle."""
     if angles:
-        closed = angles[0].closed_form_deg
+        closed = angles[0].expected
         yield WORDS.section(
             "engines",
             tables=(engine_table(angles),),
@@ -105,20 +105,20 @@ def engine_table(angles: Sequence[EngineAngle]) -> Table:
     """Return the angles of engines, less theory and less the reference DEM."""
     rows = [
         (
-            angle.engine,
+            angle.who,
             angle.contact,
             f"{angle.stiffness:.3g}",
             f"{angle.steps_per_contact:.3g}",
-            f"{angle.value_deg:.5f} ± {angle.uncertainty_deg:.1g}",
-            _signed(angle.off_theory_deg),
-            "" if angle.engine == OWN else _signed(angle.off_reference_deg),
+            f"{angle.value:.5f} ± {angle.uncertainty:.1g}",
+            _signed(angle.difference),
+            "" if angle.who == OWN else _signed(angle.off_reference_deg),
             _number(angle.microseconds_per_step, ".2g"),
             angle.rules.short,
             angle.evidence,
         )
         for angle in angles
     ]
-    closed = angles[0].closed_form_deg
+    closed = angles[0].expected
     return WORDS.table("Critical angles", rows, range(2, 8), closed=closed)
 
 

@@ -20,14 +20,14 @@ import csv
 import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import TypeVar
 
 import numpy as np
 
 from harness.cases.contract import LevelName, Part, Study, failed_part, planned_in, rows_of_parts
-from harness.cases.grain import COLUMNS, complete, recorded_text, whole
+from harness.cases.grain import COLUMNS, complete, recorded_text, steps_of_factor, whole
 from harness.cases.incline import levels
 from harness.cases.incline.angle import (
     PHASES,
@@ -90,7 +90,6 @@ from harness.comparison.verdicts import (
 )
 from harness.comparison.verification import Findings
 from harness.engines.contract import Engine
-from harness.engines.mfix.system import steps_per_contact
 from harness.engines.process import parallel_map
 from harness.engines.reference import Reference
 from harness.errors import EngineError, EngineOutputError, RequestError
@@ -402,28 +401,13 @@ PATHS = ((50, 10.20), (500, 10.20), (500, 10.22))
 """``DTSOLID_FACTOR`` and angle [deg] of the recorded paths."""
 
 
-@dataclass(frozen=True)
-class RecordedAngle:
-    """A critical angle [deg] that was found by bisecting MFiX runs, to ``uncertainty_deg``."""
-
-    stiffness: float  # [N/m]
-    factor: int
-    value_deg: float
-    uncertainty_deg: float
-
-    @property
-    def case(self) -> Incline:
-        """Return the incline at this angle, as MFiX ran it."""
-        return case_at(self.value_deg, self.stiffness, self.factor)
-
-
 def case_at(angle: float, stiffness: float, factor: float) -> Incline:
     """Return the incline (1 m, 1 kg) as MFiX ran it at an angle [deg], k [N/m] and factor."""
     return Incline(
         angle=angle,
         stiffness=stiffness,
         contact=CONTACT,
-        steps_per_contact=steps_per_contact(factor, CONTACT),
+        steps_per_contact=steps_of_factor(factor, CONTACT),
         spheres=10,
     )
 
@@ -445,18 +429,19 @@ def recorded_path(factor: int, angle: float) -> Trajectory:
     return Trajectory(t, x - FIRST_CENTRE, y, vx, vy)
 
 
-def recorded_angles() -> list[RecordedAngle]:
-    """Return the recorded critical angles, by stiffness and factor."""
+def recorded_angles() -> dict[tuple[float, int], Row]:
+    """Return the critical angles that bisecting MFiX runs left, by stiffness [N/m] and factor."""
     rows = csv.DictReader(recorded_text(MFIX, "critical_angles_euler.csv").splitlines())
-    return [
-        RecordedAngle(
-            float(row["stiffness_N_per_m"]),
-            int(row["dtsolid_factor"]),
+    return {
+        (float(row["stiffness_N_per_m"]), int(row["dtsolid_factor"])): Row(
+            "critical angle",
             float(row["critical_angle_deg"]),
             float(row["uncertainty_deg"]),
+            "deg",
+            who=RECORDED_NAME,
         )
         for row in rows
-    ]
+    }
 
 
 SHOWN: dict[LevelName, tuple[tuple[float, int], ...]] = {
@@ -471,9 +456,9 @@ def recorded_checks(level: LevelName, angles: list[EngineAngle]) -> list[Check]:
     chosen = SHOWN.get(level)
     with Reference(EULER) as engine:
         return [
-            _recorded_angle(found, engine, angles)
-            for found in recorded_angles()
-            if chosen is None or (found.stiffness, found.factor) in chosen
+            _recorded_angle(*at, found, engine, angles)
+            for at, found in recorded_angles().items()
+            if chosen is None or at in chosen
         ]
 
 
@@ -498,45 +483,44 @@ def angle_in_scheme(stiffness: float, factor: int, engine: Reference) -> Critica
         return None
 
 
-def _recorded_angle(found: RecordedAngle, engine: Reference, angles: list[EngineAngle]) -> Check:
+def _recorded_angle(
+    stiffness: float, factor: int, found: Row, engine: Reference, angles: list[EngineAngle]
+) -> Check:
     """Hold a recorded angle against the reference DEM, by the same route from the same start."""
-    case = found.case
+    case = case_at(found.value, stiffness, factor)
     name = (
-        f"{RECORDED_NAME}: critical angle against the reference DEM, k = {found.stiffness:g} N/m, "
+        f"{RECORDED_NAME}: critical angle against the reference DEM, k = {stiffness:g} N/m, "
         f"{case.steps_per_contact:.3g} steps"
     )
     try:
-        own = angle_in_scheme(found.stiffness, found.factor, engine)
+        own = angle_in_scheme(stiffness, factor, engine)
     except EngineError as error:
         return failed_part(name, error, "deg")
     if own is None:
         return not_tested(name, Kind.CROSS_CODE, "the step is unstable in the scheme", "deg")
     angles.append(
         EngineAngle(
-            engine=RECORDED_NAME,
+            **{**vars(found), "expected": closed_form()},
             role=SOURCE_ROLE,
             contact="source, m_eff m/2",
             rules=Rules(case.contact.tail, case.contact.effective_mass, "linear"),
-            stiffness=found.stiffness,
+            stiffness=stiffness,
             steps_per_contact=case.steps_per_contact,
-            value_deg=found.value_deg,
-            uncertainty_deg=found.uncertainty_deg,
-            closed_form_deg=closed_form(),
             integrator=EULER,
             reference_deg=own.value_deg,
             recorded=True,
         )
     )
-    if found.factor == COARSE:
+    if factor == COARSE:
         note = "4.8 steps per contact: how long one waits decides on what lasts"
-        return finding(name, found.value_deg, own.value_deg, "deg", note)
+        return finding(name, found.value, own.value_deg, "deg", note)
     return judge(
         name,
         Kind.CROSS_CODE,
-        found.value_deg,
+        found.value,
         own.value_deg,
         RECORDED,
-        uncertainty=found.uncertainty_deg,
+        uncertainty=found.uncertainty,
         note=f"MFiX 21.3.2; reference DEM: {EULER}",
     )
 

@@ -148,16 +148,15 @@ class TowerCase(Case[TowerRunParameters]):
         return planned(level, engine)
 
     def verify(self, engine: Engine, study: Study) -> Findings:
-        """Hold an engine against the exact propagator, law by law."""
-        return engine_findings(engine, study)
+        """Hold an engine against the exact propagator, law by law.
+
+        Of an engine beside the main one its finest towers, and the order of its error.
+        """
+        return (engine_findings if study.role == "main" else beside_findings)(engine, study)
 
     def verify_own(self, study: Study) -> Findings:
         """Hold RK4 and the exact propagator against each other and closed forms."""
         return own_findings(study)
-
-    def verify_beside(self, engine: Engine, study: Study) -> Findings:
-        """Hold the finest towers of an engine, and the order of its error, against exact."""
-        return beside_findings(engine, study)
 
     def recorded(self, study: Study) -> Mapping[str, Findings]:
         """Return the recorded towers of an engine that is missing."""

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from harness.cases.contract import Part, Study, asked, rows_of_parts
-from harness.cases.grain import recorded_text, whole
+from harness.cases.grain import recorded_text, steps_of_factor, whole
 from harness.cases.tower import verification
 from harness.cases.tower.comparison import step_convergence
 from harness.cases.tower.run import MARGIN, NAME, covering, run_towers, tower
@@ -33,7 +33,6 @@ from harness.cases.tower.verification import (
 from harness.comparison.verdicts import Check, Kind, Tolerance, finding, judge, not_tested
 from harness.comparison.verification import Findings
 from harness.engines.contract import Engine
-from harness.engines.mfix.system import steps_per_contact
 from harness.errors import EngineError, RequestError
 from harness.observables.tower import TowerRun
 from harness.observables.windows import SEARCH, impulse, peak_force, window_end
@@ -71,7 +70,7 @@ def recorded_checks(towers: list[EngineTower]) -> list[Check]:
     What was found is added to ``towers``.
     """
     factor, rows = FACTORS[-1], []
-    table, steps = recorded_tower(factor), steps_per_contact(factor, UNDAMPED)
+    table, steps = recorded_tower(factor), steps_of_factor(factor, UNDAMPED)
     for column in (table.dtype.names or ())[1:]:
         case = RECORDED_CASE.replace(height=int(column.removeprefix("F_top_N")) - 1)
         peak, exact = float(table[column].max()), _exact_peak(case, table["t_s"])

@@ -289,8 +289,8 @@ def _upper_contact(angle_deg: float) -> float:
 def angles_by_step() -> dict[float, dict[int, float]]:
     """Return MFiX's recorded critical angles [deg] by stiffness [N/m] and steps per contact."""
     found: dict[float, dict[int, float]] = {}
-    for angle in recorded_angles():
-        found.setdefault(angle.stiffness, {})[angle.factor] = angle.value_deg
+    for (stiffness, factor), angle in recorded_angles().items():
+        found.setdefault(stiffness, {})[factor] = angle.value
     return found
 
 

@@ -153,7 +153,12 @@ def test_the_sources_angles_are_those_of_its_impulse_ratio():
 
 @pytest.mark.parametrize(("value", "words"), [(10.1, "does not lower"), (6.0, "falls as far as")])
 def test_the_finding_is_told_by_its_numbers(value, words):
-    angles = Angles([Angle(4, law, "damped", 1e6, value, 0.001) for law in LAWS])
+    angles = Angles(
+        [
+            Angle("angle", value, 0.001, "deg", n=4, law=law, inside="damped", stiffness=1e6)
+            for law in LAWS
+        ]
+    )
     told = finding_in_words(angles)
     assert len(told) == 2
     assert all(words in one and f"{value:.3f} deg" in one for one in told)

@@ -80,7 +80,7 @@ def compared(declared, rules, submodels, engine=Code):
     case.beside, case.invariant, case.scan = (), (), replace(kind.scan, families=())
     case.systems = {"wall": kind.systems["wall"]}
     code = engine(declared, Rules(**rules), scenes)
-    return case, code, case.verify_beside(code, Study("quick"))
+    return case, code, case.verify(code, Study("quick", role="other"))
 
 
 def test_a_code_holds_under_its_own_rules_and_differs_from_others_as_predicted():
@@ -121,7 +121,7 @@ def test_what_was_run_as_the_main_engine_is_not_run_again():
     study, before = Study("quick"), len(code.jobs)
     case.beside = [one for one in type(case).submodels if one.name == "linear_history_classic"]
     main = case.verify(code, study)
-    beside = case.verify_beside(code, study)
+    beside = case.verify(code, replace(study, role="other"))
     # each submodel once more, in as many runs as the first took to be decided
     assert len(code.jobs) == before + 2 * before
     assert {c.cell.submodel for c in beside.checks if c.cell} == {"linear_history_classic"}
@@ -142,7 +142,7 @@ def test_any_other_main_engine_goes_through_all_submodels_at_once():
     assert missing_from(found.checks, case.planned("quick", code)) == []
     assert len(case.planned("quick", code)) == 2
     before = len(code.jobs)
-    assert case.verify_beside(code, study).checks == []
+    assert case.verify(code, replace(study, role="other")).checks == []
     assert len(code.jobs) == before
 
 

@@ -160,9 +160,9 @@ def angle(engine, tail, value, **others):
     known = {"role": "plastic", "reference_deg": value - 1e-4, "microseconds_per_step": 4.9}
     fields = {**known, **others}
     return EngineAngle(
-        engine=engine, contact="plastic", rules=Rules(tail, "full", "linear"), stiffness=1e6,
-        steps_per_contact=100.0, value_deg=value, uncertainty_deg=3e-4, closed_form_deg=10.2,
-        integrator="velocity-verlet", **fields,
+        "critical angle", value, 3e-4, "deg", 10.2, engine, contact="plastic",
+        rules=Rules(tail, "full", "linear"), stiffness=1e6,
+        steps_per_contact=100.0, integrator="velocity-verlet", **fields,
     )  # fmt: skip
 
 
@@ -178,7 +178,7 @@ def angles():
 
 def test_each_engine_has_its_row(angles):
     table = engine_table(angles)
-    assert [row[0] for row in table.rows] == [a.engine for a in angles]
+    assert [row[0] for row in table.rows] == [a.who for a in angles]
     row = dict(zip(table.head, table.rows[0], strict=True))
     assert row["angle (deg)"] == "10.20030 ± 0.0003"
     assert row["less theory"] == "+0.0003"
@@ -207,7 +207,7 @@ def test_the_figure_of_angles_has_a_row_for_each_and_tells_contacts_apart(angles
 def test_the_figure_of_angles_keeps_to_one_stiffness_and_step(angles):
     from dataclasses import replace
 
-    beside = [replace(angles[0], stiffness=1e5), replace(angles[0], engine="x")]
+    beside = [replace(angles[0], stiffness=1e5), replace(angles[0], who="x")]
     figure = angles_of_engines([*angles, *beside], 10.2)
     assert len(figure.axes[0].get_yticklabels()) == 5
 

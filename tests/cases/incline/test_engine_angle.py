@@ -9,15 +9,17 @@ RULES = Rules("clipped", "half", "linear")
 
 def angle(**changes):
     values = {
-        "engine": "yade",
+        "name": "critical angle",
+        "unit": "deg",
+        "who": "yade",
         "role": "plastic",
         "contact": "plastic",
         "rules": RULES,
         "stiffness": 1e6,
         "steps_per_contact": 100.0,
-        "value_deg": 10.25,
-        "uncertainty_deg": 0.001,
-        "closed_form_deg": 10.2,
+        "value": 10.25,
+        "uncertainty": 0.001,
+        "expected": 10.2,
         "integrator": "velocity-verlet",
     }
     return EngineAngle(**{**values, **changes})
@@ -29,7 +31,7 @@ def test_a_class_is_said_in_words():
 
 
 def test_differences_are_in_full_and_missing_ones_are_nan():
-    assert angle().off_theory_deg == pytest.approx(0.05)
+    assert angle().difference == pytest.approx(0.05)
     assert math.isnan(angle().off_reference_deg)
     assert angle(reference_deg=10.24).off_reference_deg == pytest.approx(0.01)
 
@@ -40,7 +42,7 @@ def test_differences_are_in_full_and_missing_ones_are_nan():
         ({}, "independent"),
         ({"lineage": "LAMMPS"}, "regression partner"),
         ({"recorded": True}, "recorded"),
-        ({"engine": "reference"}, "the harness's own"),
+        ({"who": "reference"}, "the harness's own"),
     ],
 )
 def test_what_kind_of_evidence_it_is(changes, said):

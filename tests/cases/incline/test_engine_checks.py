@@ -27,7 +27,7 @@ from tests.engine_doubles import TRAITS, Clamped, Crashing, Half, Twin
 def found():
     study = Study("quick")
     engines = (Reference(), Twin(), Clamped(), Half(), Crashing())
-    return {engine.name: CASE.verify_beside(engine, study) for engine in engines}
+    return {engine.name: CASE.verify(engine, replace(study, role="other")) for engine in engines}
 
 
 def row(found, *words):
@@ -65,7 +65,9 @@ def test_an_engine_in_another_scheme_than_it_declares_is_off_the_curve():
             super().__init__()
             self.integrator = "velocity-verlet"
 
-    off = row({"": CASE.verify_beside(Other(), Study("quick"))}, "against", "source, clipped")
+    off = row(
+        {"": CASE.verify(Other(), Study("quick", role="other"))}, "against", "source, clipped"
+    )
     assert off.verdict is Verdict.FAIL
     assert not off.engine_died
 
@@ -104,7 +106,7 @@ def test_engines_of_one_class_agree_and_classes_are_findings_beside_the_first(fo
         name = "other"
         traits = replace(TRAITS, lineage="")
 
-    beside = {"other": CASE.verify_beside(Other(), Study("quick")), **found}
+    beside = {"other": CASE.verify(Other(), Study("quick", role="other")), **found}
     rows = {check.name: check for check in CASE.across(beside)}
     agree = rows["engines: twin against other, source contact, unclamped"]
     assert (agree.kind, agree.tolerance, agree.verdict) == (Kind.CROSS_CODE, 0.002, Verdict.PASS)
@@ -121,7 +123,7 @@ def test_an_engine_that_grew_out_of_the_other_is_a_regression_partner(found):
         name = "lammps"
         traits = TRAITS
 
-    beside = {"lammps": CASE.verify_beside(Lammps(), Study("quick")), "twin": found["twin"]}
+    beside = {"lammps": CASE.verify(Lammps(), Study("quick", role="other")), "twin": found["twin"]}
     (agree,) = CASE.across(beside)
     assert "regression partner" in agree.note
 
@@ -136,9 +138,9 @@ def test_the_reference_is_run_once_for_engines_of_the_same_rules(monkeypatch):
 
     monkeypatch.setattr(Reference, "run_scenes", counted)
     study = Study("quick")
-    CASE.verify_beside(Twin(), study)
+    CASE.verify(Twin(), replace(study, role="other"))
     first = asked.count("Reference")
-    CASE.verify_beside(Twin(), study)
+    CASE.verify(Twin(), replace(study, role="other"))
     assert asked.count("Reference") == first > 0
 
 
@@ -176,7 +178,7 @@ def test_the_reference_dem_follows_the_scheme_and_there_is_none_for_one_without(
     class Own(Twin):
         traits = replace(TRAITS, integrator="", tails=("clipped",))
 
-    found = {"twin": CASE.verify_beside(Own(), Study("quick"))}
+    found = {"twin": CASE.verify(Own(), Study("quick", role="other"))}
     assert row(found, "critical angle against", "plastic").verdict is Verdict.NOT_TESTED
     assert all(math.isnan(angle.reference_deg) for angle in found["twin"].evidence)
 

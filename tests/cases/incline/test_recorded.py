@@ -83,28 +83,28 @@ def test_another_scheme_does_not_give_the_recorded_path():
 
 def critical_angle(recorded, wells):
     engine = Reference("mfix-euler")
-    case = case_at(10.2, recorded.stiffness, recorded.factor).replace(
-        wells=wells, time_limit=100.0 * wells
-    )
+    (stiffness, factor), angle = recorded
+    case = case_at(10.2, stiffness, factor).replace(wells=wells, time_limit=100.0 * wells)
     start = start_in_well(case, START_SPEED)
-    window = (recorded.value_deg - 0.06, recorded.value_deg + 0.06)
+    window = (angle.value - 0.06, angle.value + 0.06)
     return critical_angle_by_steady_motion(
         lambda cases: steady_runs(engine, cases, start), case, tolerance_deg=2e-4, window=window
     )
 
 
 def cost(recorded):
-    slow = recorded.factor == 5000 and recorded.stiffness > 1e5
+    (stiffness, factor), _ = recorded
+    slow = factor == 5000 and stiffness > 1e5
     return pytest.param(recorded, marks=[pytest.mark.slow] if slow else [])
 
 
 @pytest.mark.parametrize(
     "recorded",
-    [cost(r) for r in recorded_angles() if (r.stiffness, r.factor) not in JITTERED],
-    ids=lambda r: f"k={r.stiffness:g}-f={r.factor}",
+    [cost((at, angle)) for at, angle in recorded_angles().items() if at not in JITTERED],
+    ids=lambda recorded: "k={:g}-f={}".format(*recorded[0]),
 )
 def test_the_recorded_critical_angle(recorded):
-    assert critical_angle(recorded, WELLS).value_deg == pytest.approx(recorded.value_deg, abs=3e-3)
+    assert critical_angle(recorded, WELLS).value_deg == pytest.approx(recorded[1].value, abs=3e-3)
 
 
 @pytest.mark.parametrize(("stiffness", "factor"), JITTERED)
@@ -116,8 +116,8 @@ def test_where_the_fate_is_a_matter_of_how_long_one_waits_the_recorded_angle_is_
     Some angles last 20 wells and are trapped later: at k = 1e5 N/m from 10.162 to 10.172 deg,
     at 1e6 from 10.192 to 10.197 deg.
     """
-    (recorded,) = [r for r in recorded_angles() if (r.stiffness, r.factor) == (stiffness, factor)]
-    angles = recorded.value_deg + np.arange(-0.012, 0.012, 4e-4)
+    recorded = recorded_angles()[stiffness, factor]
+    angles = recorded.value + np.arange(-0.012, 0.012, 4e-4)
     case = case_at(10.2, stiffness, factor).replace(wells=150, time_limit=15_000.0)
     runs = steady_runs(
         Reference("mfix-euler"),
@@ -126,7 +126,7 @@ def test_where_the_fate_is_a_matter_of_how_long_one_waits_the_recorded_angle_is_
     )
     lasting = min(a for a, r in zip(angles, runs, strict=True) if len(r.crests.time_s) >= WELLS)
     trapped = max(a for a, r in zip(angles, runs, strict=True) if r.motion is Motion.TRAPPED)
-    assert angles[0] < lasting < recorded.value_deg < trapped < angles[-1]
+    assert angles[0] < lasting < recorded.value < trapped < angles[-1]
 
 
 def test_what_was_not_recorded_is_refused():
@@ -136,8 +136,7 @@ def test_what_was_not_recorded_is_refused():
 
 
 def test_angles_come_with_their_cases():
-    for angle in recorded_angles():
-        assert angle.case.angle == angle.value_deg
-        assert angle.case.contact == CONTACT
-        assert angle.case.stiffness == angle.stiffness
-        assert angle.uncertainty_deg == 0.002
+    for (stiffness, factor), angle in recorded_angles().items():
+        case = case_at(angle.value, stiffness, factor)
+        assert (case.contact, case.stiffness) == (CONTACT, stiffness)
+        assert angle.uncertainty == 0.002

@@ -14,7 +14,7 @@ from tests.cases.tower.row_engine import Half, RowEngine
 
 
 def checks_of(engine, level="quick"):
-    found = CASE.verify_beside(engine, Study(level=level))
+    found = CASE.verify(engine, Study(level=level, role="other"))
     return found.checks, found.evidence
 
 

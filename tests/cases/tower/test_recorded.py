@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from harness.cases.grain import steps_of_factor
 from harness.cases.tower.engine_checks import RECORDED_CASE, UNDAMPED, recorded_tower
-from harness.engines.mfix.system import steps_per_contact
 from harness.errors import RequestError
 
 
@@ -12,7 +12,7 @@ from harness.errors import RequestError
 def test_towers_come_with_the_steps_of_their_factor(factor, between):
     table = recorded_tower(factor)
     assert table.dtype.names == ("t_s", "F_top_N2", "F_top_N3", "F_top_N5", "F_top_N10")
-    step = RECORDED_CASE.contact_period / steps_per_contact(factor, UNDAMPED)
+    step = RECORDED_CASE.contact_period / steps_of_factor(factor, UNDAMPED)
     assert np.diff(table["t_s"]) == pytest.approx(between * step, abs=1e-8)
 
 

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from harness.cases.grain import steps_of_factor
 from harness.engines.mfix.contacts import CONTACT
 from harness.engines.mfix.system import LEAST_FACTOR, factor, steps_per_contact
 from harness.errors import RequestError
@@ -45,6 +46,8 @@ def test_steps_that_mfix_cannot_take_are_refused(steps, contact, said):
 
 def test_without_damping_the_contact_time_is_that_of_half_the_mass():
     undamped = CONTACT.replace(restitution=1.0)
+    assert steps_per_contact(50, undamped) == steps_of_factor(50, undamped)
+    assert steps_per_contact(50, CONTACT) == steps_of_factor(50, CONTACT)
     assert steps_per_contact(50, undamped) == pytest.approx(50 * math.sqrt(2))
 
 
