@@ -40,10 +40,10 @@ _CHOOSING = threading.Lock()
 @cache
 def _stamp(folder: Path) -> str:
     """Return a digest of the Python files of a folder, constants of kernels among them."""
-    found = hashlib.sha256()
+    digest = hashlib.sha256()
     for path in sorted(folder.glob("*.py")):
-        found.update(path.name.encode() + b"\0" + path.read_bytes())
-    return found.hexdigest()[:16]
+        digest.update(path.name.encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()[:16]
 
 
 @cache

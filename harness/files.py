@@ -1,24 +1,8 @@
-"""End a worker process with the one that started it, however that one ended.
+"""Places where things are kept, whole folders, and what a process that died leaves behind.
 
-Shared memory of MPI libraries: how much room there is, and what dead processes left in it.
-
-MPICH unlinks its segment of ``/dev/shm`` in MPI_Finalize only. What is started for the harness
-carries the name of its folder in the environment, by which its segments are known; they are
-written down in that folder while it runs, and unlinked when it is gone.
-
-Where things are kept: the cache, and the history of runs.
-
-In the cache are results, environments of engines' releases (``releases``) and compiled kernels
-(``numba``). Both are found in this order: the option ``--cache`` (the cache only), the
-environment variable ``DEM_HARNESS_HOME`` (``cache`` and ``history.sqlite``
-under that folder), else the places of the XDG base directory specification.
-
-A folder that is there whole or not at all, and temporary folders, also after kill -9.
-
-It is filled in a folder aside, which is locked, and renamed; one that is replaced is exchanged
-with it in one step where the system can. The kernel releases the lock of a process that died, so
-that the next one may remove what it left, after putting back what it had moved out of the way.
-Folders aside are opened without following links, and only those of this user are touched.
+A folder is filled aside and renamed, so that it is there whole or not at all, also after kill -9;
+the shared memory of MPI libraries is cleared with the same care, and a worker process ends with the
+one that started it.
 """
 
 from __future__ import annotations
@@ -39,6 +23,8 @@ from pathlib import Path
 
 from harness.errors import RequestError
 
+# ---- a worker process ends with the one that started it, however that one ended
+
 LOOK_SECONDS = 1.0
 """Between two looks at the parent."""
 
@@ -58,6 +44,12 @@ def end_with(parent: int, clear: Callable[[], object] = lambda: None) -> None:
 
     threading.Thread(target=watch, daemon=True).start()
 
+
+# ---- shared memory of MPI libraries
+#
+# MPICH unlinks its segment of /dev/shm in MPI_Finalize only. What is started for the harness
+# carries the name of its folder in the environment, by which its segments are known; they are
+# written down in that folder while it runs, and unlinked when it is gone.
 
 SHARED = Path("/dev/shm")
 MARK = "DEM_HARNESS_FOLDER"
@@ -135,13 +127,20 @@ def _recorded(folder: Path) -> set[str]:
 
 def _mapped(names: set[str], mark: bytes = b"") -> set[str]:
     """Return those of the names that some process has mapped, one with the mark if given."""
-    found: set[str] = set()
+    in_use: set[str] = set()
     for process in Path("/proc").glob("[0-9]*") if names else ():
         with contextlib.suppress(OSError):  # another user's, or gone by now
             if not mark or mark in (process / "environ").read_bytes().split(b"\0"):
-                found |= names & set(_NAME.findall((process / "maps").read_text("utf-8")))
-    return found
+                in_use |= names & set(_NAME.findall((process / "maps").read_text("utf-8")))
+    return in_use
 
+
+# ---- where things are kept: the cache, and the history of runs
+#
+# In the cache are results, environments of engines' releases (releases) and compiled kernels
+# (numba). Both are found in this order: the option --cache (the cache only), the environment
+# variable DEM_HARNESS_HOME (cache and history.sqlite under that folder), else the places of the
+# XDG base directory specification.
 
 VARIABLE = "DEM_HARNESS_HOME"
 NAME = "dem-harness"
@@ -225,6 +224,13 @@ def lock_file(path: Path) -> Iterator[int]:
         os.close(handle)
 
 
+# ---- folders that are there whole or not at all, and temporary ones
+#
+# A folder is filled in one aside, which is locked, and renamed; one that is replaced is exchanged
+# with it in one step where the system can. The kernel releases the lock of a process that died, so
+# that the next one may remove what it left, after putting back what it had moved out of the way.
+# Folders aside are opened without following links, and only those of this user are touched.
+
 PREFIX = ".dem-harness-"
 WHOLE, OLD = "whole", "old"
 
@@ -277,13 +283,13 @@ def _replace(target: Path, aside: Path) -> None:
     whole.rename(target)
 
 
-def _exchange(one: Path, other: Path) -> bool:
+def _exchange(folder: Path, other: Path) -> bool:
     """Exchange two folders in one step; return whether system and file system can."""
     try:
         renameat2 = ctypes.CDLL(None, use_errno=True).renameat2
     except (OSError, AttributeError):
         return False
-    names = (os.fsencode(one), os.fsencode(other))
+    names = (os.fsencode(folder), os.fsencode(other))
     return bool(renameat2(_AT_FDCWD, names[0], _AT_FDCWD, names[1], _RENAME_EXCHANGE) == 0)
 
 

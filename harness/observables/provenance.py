@@ -1,11 +1,4 @@
-"""What a value is: its name and unit, who computed it, of which release.
-
-The order of an engine's releases, by the version that it gives of itself.
-
-Declaration of an observable: name, unit and shape.
-
-Provenance of a result: engine, version, how it was run, script.
-"""
+"""Observables with name, unit and shape, and provenance: the code, its release, how it was run."""
 
 from __future__ import annotations
 
@@ -49,10 +42,10 @@ class Observable:
 
 def numbers(**meanings: str) -> tuple[Observable, ...]:
     """Return quantities of one number each, declared as ``name="[unit] meaning"``; [-] is 1."""
-    told = {name: text.removeprefix("[").partition("] ") for name, text in meanings.items()}
+    declared = {name: text.removeprefix("[").partition("] ") for name, text in meanings.items()}
     return tuple(
         Observable(name, "1" if unit == "-" else unit, "", meaning)
-        for name, (unit, _, meaning) in told.items()
+        for name, (unit, _, meaning) in declared.items()
     )
 
 

@@ -1,17 +1,4 @@
-"""Reference points that users bring, and whether the samples of a run agree with one another.
-
-The path of a grain in the plane.
-
-Points of others for comparison: a user's table, and a published critical angle.
-
-Whether samples of a motion belong together: positions, velocities, accelerations.
-
-Over an interval h a value y changes by h/2 (y'_1 + y'_2), to within h^3/12 y'''. What is left is
-held against second differences of the rate, h |D2 y'|, and against third differences of the value
-itself, |D3 y|, of the intervals around: each bounds it, also where a rate jumps (by J within the
-interval: at most h J/2 is left, the differences are h J, and h J/2 at least). A wrong sample opens
-its own bound and not the other's, so the smaller of the two is what a motion must keep.
-"""
+"""Points that users bring, and whether the samples of a run agree with one another."""
 
 from __future__ import annotations
 
@@ -179,6 +166,16 @@ AROUND = 3
 
 FEWEST = 5
 """Samples that differences need."""
+
+
+# ---- whether samples belong together: positions, velocities, accelerations
+#
+# Over an interval h a value y changes by h/2 (y'_1 + y'_2), to within h^3/12 y'''. What is left is
+# held against second differences of the rate, h |D2 y'|, and against third differences of the
+# value itself, |D3 y|, of the intervals around: each bounds it, also where a rate jumps (by J
+# within the interval: at most h J/2 is left, the differences are h J, and h J/2 at least). A wrong
+# sample opens its own bound and not the other's, so the smaller of the two is what a motion must
+# keep.
 
 
 def contradiction(

@@ -1,18 +1,8 @@
-"""The impulse on the grain of a tower: windows, contacts that count, the summary of a run.
+"""The impulse on the grain of a tower: windows of time, contacts that count, the summary of a run.
 
-Interpolate the motion of the grain between samples.
-
-The contacts of the grain's chain whose force is above rounding.
-
-How long the impulse on the grain is summed up: three windows.
-
-They need the series of a run alone, so they are the same for a solver and an
-engine. Times count from the start of the run; where the grain has a gap to
-cross first, a window is measured from its touch.
-
-The impulse of the contact force on the grain.
-
-Summary of a tower run in a few numbers.
+A window says how long the impulse is summed up; there are three. They need the series of a run
+alone, so they are the same for a solver and an engine. Times count from the start of the run; where
+the grain has a gap to cross first, a window is measured from its touch.
 """
 
 from __future__ import annotations
@@ -24,6 +14,8 @@ import numpy as np
 
 from harness.errors import RequestError
 from harness.observables.tower import Floats, TowerRun
+
+# ---- the motion of the grain between samples
 
 
 def hermite(time: Floats, value: Floats, rate: Floats, at: float) -> float:
@@ -71,6 +63,9 @@ WINDOWS: tuple[Window, ...] = ("turnaround", "structure", "first-contact")
 SEARCH = 3.0  # [t0] within which the largest compression is looked for, the source's bound
 
 _EQUAL = 1e-5  # of a peak: what 1000 samples per t0 may miss of its height, and some more
+
+
+# ---- the ends of windows
 
 
 def window_end(run: TowerRun, window: Window) -> float:
@@ -228,6 +223,9 @@ def _falls_through_zero(time: Floats, value: Floats, rate: Floats, i: int) -> fl
 def _too_short(run: TowerRun, why: str) -> RequestError:
     reached = run.time[-1] / run.tower.contact_time
     return RequestError(f"duration = {reached:.6g} t0: too short, {why}")
+
+
+# ---- what a run is summed up in
 
 
 def impulse_until(run: TowerRun, time: float) -> float:

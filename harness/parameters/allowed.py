@@ -68,16 +68,16 @@ COUNT = Allowed(whole=True, bounds={"minimum": 1})
 
 def allowed_in(kind: type[BaseModel]) -> dict[str, Allowed]:
     """Return what the fields of a class of parameters allow, of those with a range or words."""
-    found = {}
+    result = {}
     for name, schema in kind.model_json_schema()["properties"].items():
-        one = {**schema, **schema.get("anyOf", [{}])[0]}
-        bounds = {key: one[key] for key in _BOUNDS if key in one}
-        words = tuple(one.get("enum", ()))
+        limits = {**schema, **schema.get("anyOf", [{}])[0]}
+        bounds = {key: limits[key] for key in _BOUNDS if key in limits}
+        words = tuple(limits.get("enum", ()))
         if bounds or words:
-            whole = one.get("type") == "integer"
-            unit = "" if whole else unit_in(one.get("description", ""))
-            found[name] = Allowed(words, whole, bounds, unit)
-    return found
+            whole = limits.get("type") == "integer"
+            unit = "" if whole else unit_in(limits.get("description", ""))
+            result[name] = Allowed(words, whole, bounds, unit)
+    return result
 
 
 def unit_in(description: str) -> str:

@@ -1,9 +1,4 @@
-"""Frozen parameter objects, validated when they are made.
-
-What every parameter object is: frozen, validated when made, in SI units.
-
-Nested parameters by names that are joined by dots, as in ``contact.tail``.
-"""
+"""Frozen parameter objects in SI units, validated when they are made."""
 
 from __future__ import annotations
 
@@ -40,9 +35,11 @@ class Parameters(BaseModel):
 
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
-        """Let ``help`` tell every field with its unit."""
+        """Add every field with its unit to the docstring."""
         super().__pydantic_init_subclass__(**kwargs)
-        fields = "\n".join(f"{name}: {one.description}" for name, one in cls.model_fields.items())
+        fields = "\n".join(
+            f"{name}: {field.description}" for name, field in cls.model_fields.items()
+        )
         cls.__doc__ = f"{cleandoc(cls.__doc__ or '')}\n\nFields, with their units:\n\n{fields}"
 
     def replace(self, **changes: Any) -> Self:
@@ -51,7 +48,7 @@ class Parameters(BaseModel):
 
 
 def _one_line(kind: type[BaseModel], error: ValidationError) -> str:
-    """Say the first thing that is wrong with a field, in one line."""
+    """Return the first error of a field in one line: name, value, what is allowed."""
     first = error.errors(include_url=False)[0]
     message = str(first["msg"]).removeprefix("Value error, ")
     if not first["loc"]:
@@ -65,7 +62,8 @@ def _one_line(kind: type[BaseModel], error: ValidationError) -> str:
     message = message[0].lower() + message[1:]
     if first["type"] in _OUT_OF_RANGE:
         finite = ["a finite number"] if first["type"] == "finite_number" else []
-        ranges = [one.range] if (one := allowed_in(kind).get(name)) and one.range else []
+        limits = allowed_in(kind).get(name)
+        ranges = [limits.range] if limits and limits.range else []
         allowed = ", ".join([*finite, *ranges])
         message = f"must be {allowed}" if allowed else message
     field = kind.model_fields.get(name)
@@ -83,7 +81,7 @@ _OUT_OF_RANGE = {
 
 
 def nested(named: Iterable[tuple[str, Any]]) -> dict[str, Any]:
-    """Return values by name, nested ones in mappings of their own.
+    """Return values by name, those of dotted names (``contact.tail``) in mappings of their own.
 
     Raise ValueError, naming the part, where a name comes twice or is both a value and a mapping.
     """

@@ -370,11 +370,15 @@ class ContactLaw(Parameters):
         model = getattr(self, part)
         row = rows.get(model, Submodel(""))
         own = (*row.takes, *row.may_take)
-        everybody = {name for one in rows.values() for name in (*one.takes, *one.may_take)}
-        for name in sorted(everybody.difference(own)):
+        known = {
+            name for submodel in rows.values() for name in (*submodel.takes, *submodel.may_take)
+        }
+        for name in sorted(known.difference(own)):
             if getattr(self, name) is not None:
                 allowed = ", ".join(
-                    other for other, one in rows.items() if name in (*one.takes, *one.may_take)
+                    other
+                    for other, submodel in rows.items()
+                    if name in (*submodel.takes, *submodel.may_take)
                 )
                 raise ValueError(
                     f"{name} = {getattr(self, name)!r}: {part} = {model!r} takes none "

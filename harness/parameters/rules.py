@@ -1,4 +1,4 @@
-"""Rules in which codes differ that state one and the same contact law; each moves the results.
+"""Rules in which codes that state one contact law differ; each of them moves the results.
 
 Whether Mindlin's spring is total or incremental, and what becomes of it when the overlap shrinks,
 is in the name of the law (``mindlin``, ``mindlin/force``, ``mindlin_rescale``, ...). Turning the

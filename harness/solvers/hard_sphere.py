@@ -1,21 +1,9 @@
-"""The grain over rigid spheres from event to event, and its critical angle.
+"""The grain over rigid spheres with restitution, from event to event, and its critical angle.
 
-The first root of a polynomial: what tells when a parabola meets a circle.
-
-Flight, collision and sliding of the grain, in units of diameter, gravity and mass.
-
-The row's spheres have their centres at (j, 0), the grain's centre stays at a distance of 1 or more
-from each. Gravity is (sin theta, -cos theta). On a sphere the grain stands at an angle beta from
-the vertical, positive ahead, where its potential energy over the centre is cos beta.
-
-The grain from event to event: hops that die out into sliding, sliding that ends in a shock.
-
-The critical angle of rigid spheres with restitution, by events.
-
-The grain comes over a crest at rest and slides into the well, as in the passage of a DEM: the
-smallest angle at which it passes the next crest, once its hops in the well have died out. Up to a
-restitution of 0.7 that is also the smallest angle of steady motion, from whatever start; above,
-the grain is in flight at the crest, and fates of different starts differ.
+In units of diameter, gravity and mass. The row's spheres have their centres at (j, 0), the grain's
+centre stays at a distance of 1 or more from each. Gravity is (sin theta, -cos theta). On a sphere
+the grain stands at an angle beta from the vertical, positive ahead, where its potential energy over
+the centre is cos beta. Hops die out into sliding, sliding ends in a shock.
 """
 
 from __future__ import annotations
@@ -35,13 +23,16 @@ MOST_STEPS = 200
 """Of one root; bisection alone takes half as many."""
 
 
+# ---- the first root of a polynomial: when a parabola meets a circle
+
+
 @compiled
 def value(coefficients: NDArray[np.float64], t: float) -> float:
     """Return a polynomial at t; coefficients from the constant on, shape (degree + 1,)."""
-    found = 0.0
+    result = 0.0
     for k in range(coefficients.size - 1, -1, -1):
-        found = found * t + coefficients[k]
-    return found
+        result = result * t + coefficients[k]
+    return result
 
 
 @compiled
@@ -109,6 +100,9 @@ WELL = math.pi / 6.0
 
 LEAVES, SHOCK, TURNS = 0, 1, 2
 """How sliding ends: the normal force vanishes, another sphere is met, the grain comes to rest."""
+
+
+# ---- flight, collision and sliding
 
 
 @compiled
@@ -238,6 +232,14 @@ RESOLUTION_DEG = 1e-10
 
 STEADY_SPEED = 0.48
 """[sqrt(g d)] of a start in the well, along the sphere ahead: more than it takes to the crest."""
+
+
+# ---- the critical angle
+#
+# The grain comes over a crest at rest and slides into the well, as in the passage of a DEM: the
+# smallest angle at which it passes the next crest, once its hops in the well have died out. Up to
+# a restitution of 0.7 that is also the smallest angle of steady motion, from whatever start;
+# above, the grain is in flight at the crest, and fates of different starts differ.
 
 
 def passage(angle_deg: float, restitution: float) -> tuple[int, float, int, bool, float]:

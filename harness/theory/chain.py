@@ -1,37 +1,7 @@
-"""Closed forms of chains of particles: free rows, towers, the shock of a base.
+"""Closed forms of chains of particles: two spheres, a grain on a free or endless row, on a tower.
 
-A linear elastic contact of two spheres, in closed form.
-
-The source calls this case without analytical solution; it is a half-wave.
-
-A grain that hits a free row of equal, just touching particles, without gravity.
-
-Velocities after all contacts have opened, as parts of the grain's speed. They
-do not depend on mass or stiffness. A mode expansion holds while the contacts
-stay as they are; the first contact that opens ends it, and what is left of the
-row goes on with modes of its own.
-
-A grain that hits a row without end, overlap law, no gravity: Bessel functions.
-
-Schroedinger's chain: ``u_j'' = omega^2 (u_(j-1) - 2 u_j + u_(j+1))`` with a free
-end gives ``v1 = 2 J1(tau)/tau`` for ``tau = 2 omega t``. No contact opens before
-the grain's own, so this holds until the grain leaves, at the first zero of J2.
-A finite tower obeys it until the echo from its base is back.
-
-The shock in the well: the part of the kinetic energy that is left after it.
-
-In the well the velocity must turn by 60 deg: cos 60 = 1/2 of it is tangential
-to the new contact and survives, sin 60 = sqrt(3)/2 is normal to it and comes
-back times the restitution e. The source prints two formulas that disagree;
-both readings are kept, named for what they are:
-
-``kept``
-    the shock is the energy after over the energy before;
-``lost``
-    the shock is built from the velocity lost, ((v' - v)/v')^2, as the source's
-    equations for the shock print it. It agrees with ``kept`` at v = v'/2 only.
-
-A tower of equal particles on a fixed base: at rest, its modes, its stiffness.
+A contact is a linear elastic spring. A grain falls on a row of equal, just touching particles; the
+*shock* is what is left of the kinetic energy of a grain that enters a well of the incline.
 """
 
 from __future__ import annotations
@@ -46,6 +16,10 @@ from scipy.optimize import brentq
 from scipy.special import jn_zeros, jv
 
 from harness.errors import RequestError
+
+# ---- the contact of two spheres
+#
+# The source calls this case without analytical solution; it is a half-wave.
 
 
 def contact_time(mass: float, stiffness: float) -> float:
@@ -78,6 +52,12 @@ def peak_force_on_fixed(mass: float, stiffness: float, speed: float, gravity: fl
     weight = mass * gravity
     return weight + math.sqrt(weight**2 + stiffness * mass * speed**2)
 
+
+# ---- a grain that hits a free row, without gravity
+#
+# Velocities after all contacts have opened are parts of the grain's speed. They do not depend on
+# mass or stiffness. A mode expansion holds while the contacts stay as they are; the first contact
+# that opens ends it, and what is left of the row goes on with modes of its own.
 
 Floats = NDArray[np.float64]
 
@@ -177,6 +157,13 @@ def _root(sense: Floats, u: Floats, v: Floats, closed: NDArray[np.bool_], law: F
     return float(brentq(value, 0.0, _STEP, xtol=1e-15, rtol=1e-15)) if value(0.0) > 0 else 0.0
 
 
+# ---- a grain that hits a row without end, overlap law, no gravity: Bessel functions
+#
+# Schroedinger's chain: u_j'' = omega^2 (u_(j-1) - 2 u_j + u_(j+1)) with a free end gives v1 = 2
+# J1(tau)/tau for tau = 2 omega t. No contact opens before the grain's own, so this holds until the
+# grain leaves, at the first zero of J2. A finite tower obeys it until the echo from its base is
+# back.
+
 DETACHMENT_TAU = float(jn_zeros(2, 1)[0])  # 5.135622
 DETACHMENT_VELOCITY = float(2 * jv(1, DETACHMENT_TAU) / DETACHMENT_TAU)  # -0.1322795
 
@@ -199,6 +186,16 @@ def _ratio(
     np.divide(factor * jv(order, tau), tau, out=result, where=tau != 0)
     return result
 
+
+# ---- the shock in the well: the part of the kinetic energy that is left after it
+#
+# In the well the velocity must turn by 60 deg: cos 60 = 1/2 of it is tangential to the new contact
+# and survives, sin 60 = sqrt(3)/2 is normal to it and comes back times the restitution e. The
+# source prints two formulas that disagree; both readings are kept, named for what they are:
+#
+#     kept: the shock is the energy after over the energy before;
+#     lost: the shock is built from the velocity lost, ((v' - v)/v')^2, as the source's equations
+#     for the shock print it. It agrees with kept at v = v'/2 only.
 
 Reading = Literal["kept", "lost"]
 
@@ -239,6 +236,9 @@ def _shock(velocity_ratio: float, reading: Reading) -> float:
     if reading == "lost":
         return (1.0 - velocity_ratio) ** 2
     raise RequestError(f"reading = {reading!r} is not allowed: must be 'kept' or 'lost'")
+
+
+# ---- a tower of equal particles on a fixed base: at rest, its modes, its stiffness
 
 
 def static_forces(contacts: int, mass: float, gravity: float) -> Floats:

@@ -1,70 +1,7 @@
 """Closed forms of contacts: impacts, rebound, adhesion, friction, rolling.
 
-The linear spring-dashpot contact in closed form: its restitution and its duration.
-
-m x'' + 2 zeta omega m x' + omega^2 m x = 0 from x = 0 at speed 1. With the
-attractive tail kept the contact ends when x returns to 0; clipped, it ends
-when the force k x + eta x' does (Schwager and Poeschel, Granular Matter 9,
-465 (2007)).
-
-The head-on impact with Hertz's spring and a viscous dashpot, integrated for its restitution.
-
-In units of the largest overlap without damping, (5 m v^2 / 4 K)^(2/5), and of the speed v,
-
-    x'' = -5/4 (x^(3/2) + a sqrt(x) x'),   x(0) = 0,   x'(0) = 1,
-
-with the one parameter a = A v / overlap. (The viscous law: Brilliantov et al., Phys. Rev. E 53,
-5382 (1996).) Its limits have closed forms. For a -> 0 the loss of first order is
-1 - e = a B(3/5, 3/2), with Euler's beta function. For a -> infinity the dashpot alone stops the
-grain, x' = 1 - 5/6 a x^(3/2), at x = (6 / 5a)^(2/3). Clipped, it leaves at x' = -x/a where
-the force vanishes, hence e = (6/5)^(2/3) a^(-5/3). Unclipped it creeps, x' = -x/a, until its
-damping ratio (about a x^(1/4)) is no longer large, at x of order a^-4: e falls as a^-5.
-
-The head-on impact of elastic spheres under Hertz's law, and the loss of a viscous dashpot.
-
-m* x'' = -K x^(3/2) with K = 4/3 E* sqrt(R*) (Johnson, Contact Mechanics (1985), section 11.4).
-
-A sphere that bounces under gravity on a linear spring and dashpot, piece by piece.
-
-Flight: a parabola. Contact: x'' = g - 2 zeta omega x' - omega^2 x from x = 0 at speed v until
-x = 0 again (tail attractive). MFiX's verification case DEM02 holds the apexes against it.
-
-Adhesion of elastic spheres: forces and overlaps of pull-off, and what an impact loses by it.
-
-gamma is the surface energy of each body, 2 gamma the work of adhesion. Derjaguin, Muller and
-Toporov, J. Colloid Interface Sci. 53, 314 (1975); Johnson, Kendall and Roberts, Proc. R. Soc. A
-324, 301 (1971): with c^2 = pi gamma / E* and the contact radius a
-
-    F = E* (4 a^3 / (3 R*) - 4 c a^(3/2)),   overlap = a^2 / R* - 2 c sqrt(a),
-
-and a^3 = s c^2 R*^2 with s = 9 without load, 4 where contact forms (overlap 0), 9/4 at the largest
-tension, 1/4 at the fold beyond which no area is left.
-
-The oblique impact of spheres with friction: where it slides throughout, and where it sticks.
-
-u is the tangential velocity at the contact, v the normal speed; a tangential impulse J changes u
-by 7/2 J / m* of solid spheres, of any two masses and of a sphere on a wall alike.
-
-Oblique elastic impact with partial slip: Maw, Barber and Fawcett, Wear 38, 101 (1976).
-
-A solid elastic sphere on a half-space of the same material: the contact circle sticks inside and
-slips outside. Computed by springs that do not know each other, which is the same problem (Lyashenko
-and Popov, Scientific Reports 5, 8479 (2015)): one at x is pressed by delta - x^2 / R, moves with
-the body while it sticks, and carries at most mu times its normal force.
-
-Dimensionless, the incidence and the one parameter of a solid sphere are
-
-    psi = kappa / mu * u / v,    kappa = 2 (1 - nu) / (2 - nu),    chi = 7/4 kappa
-
-with u and v the tangential and normal velocity at the contact. Sliding throughout, from psi =
-4 chi - 1 on, the rebound is psi - 4 chi.
-
-A solid sphere that slides, rolls or turns on a plane under its weight: I = 2/5 m r^2.
-
-A spring and a dashpot in parallel under a constant limit, in one direction: in closed form.
-
-The force against the motion is k q + c u, at most the limit in size: beyond it the spring is cut
-back so that both together hold the limit (Luding, Granular Matter 10, 235 (2008), section 4.2).
+Each section states its equation of motion and its source. Symbols: m* effective mass, R* effective
+radius, E* effective modulus, e restitution, zeta damping ratio, omega = sqrt(k / m*), mu friction.
 """
 
 from __future__ import annotations
@@ -79,6 +16,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from harness.errors import RequestError
+
+# ---- the linear spring-dashpot contact: its restitution and its duration
+#
+# m x'' + 2 zeta omega m x' + omega^2 m x = 0 from x = 0 at speed 1. With the attractive tail kept
+# the contact ends when x returns to 0; clipped, it ends when the force k x + eta x' does (Schwager
+# and Poeschel, Granular Matter 9, 465 (2007)).
 
 PHASES = 400
 """Places within a step at which a contact is taken to begin."""
@@ -168,6 +111,19 @@ def restitution_in_steps(zeta: float, steps: float, *, clipped: bool) -> float:
     return max(exact, float(-v[~touching].min(initial=0.0)))
 
 
+# ---- the head-on impact with Hertz's spring and a viscous dashpot, integrated
+#
+# In units of the largest overlap without damping, (5 m v^2 / 4 K)^(2/5), and of the speed v,
+#
+#     x'' = -5/4 (x^(3/2) + a sqrt(x) x'),   x(0) = 0,   x'(0) = 1,
+#
+# with the one parameter a = A v / overlap. (The viscous law: Brilliantov et al., Phys. Rev. E 53,
+# 5382 (1996).) Its limits have closed forms. For a -> 0 the loss of first order is 1 - e = a
+# B(3/5, 3/2), with Euler's beta function. For a -> infinity the dashpot alone stops the grain, x'
+# = 1 - 5/6 a x^(3/2), at x = (6 / 5a)^(2/3). Clipped, it leaves at x' = -x/a where the force
+# vanishes, hence e = (6/5)^(2/3) a^(-5/3). Unclipped it creeps, x' = -x/a, until its damping ratio
+# (about a x^(1/4)) is no longer large, at x of order a^-4: e falls as a^-5.
+
 MOST_DAMPING = 1000.0
 """The largest a: creeping takes 4 a ln(a) units of time."""
 
@@ -224,6 +180,11 @@ def first_order_loss() -> float:
     return float(beta(0.6, 1.5))
 
 
+# ---- the head-on impact of elastic spheres under Hertz's law
+#
+# m* x'' = -K x^(3/2) with K = 4/3 E* sqrt(R*) (Johnson, Contact Mechanics (1985), section 11.4).
+
+
 def stiffness(modulus: float, radius: float) -> float:
     """Return K = 4/3 E* sqrt(R*) [N/m^(3/2)] of the effective modulus [Pa] and radius [m]."""
     return 4.0 / 3.0 * modulus * math.sqrt(radius)
@@ -253,6 +214,12 @@ def relaxation(damping_coefficient: float, mass: float, radius: float, coefficie
     ``harness.theory.contact.impact`` takes A v / overlap and returns the restitution.
     """
     return damping_coefficient * mass * math.sqrt(radius) / coefficient
+
+
+# ---- a sphere that bounces under gravity on a linear spring and dashpot
+#
+# Flight: a parabola. Contact: x'' = g - 2 zeta omega x' - omega^2 x from x = 0 at speed v until x
+# = 0 again (tail attractive). MFiX's verification case DEM02 holds the apexes against it.
 
 
 class Rebound(NamedTuple):
@@ -290,6 +257,17 @@ def rebound(omega: float, zeta: float, gravity: float, speed: float) -> Rebound 
     end = float(brentq(overlap, peak, trough, xtol=1e-16 * trough, rtol=1e-15))
     return Rebound(end, -velocity(end), overlap(peak))
 
+
+# ---- adhesion of elastic spheres: forces and overlaps of pull-off
+#
+# gamma is the surface energy of each body, 2 gamma the work of adhesion. Derjaguin, Muller and
+# Toporov, J. Colloid Interface Sci. 53, 314 (1975); Johnson, Kendall and Roberts, Proc. R. Soc. A
+# 324, 301 (1971): with c^2 = pi gamma / E* and the contact radius a
+#
+#     F = E* (4 a^3 / (3 R*) - 4 c a^(3/2)),   overlap = a^2 / R* - 2 c sqrt(a),
+#
+# and a^3 = s c^2 R*^2 with s = 9 without load, 4 where contact forms (overlap 0), 9/4 at the
+# largest tension, 1/4 at the fold beyond which no area is left.
 
 State = Literal["without load", "contact forms", "largest tension", "fold"]
 SIZES: dict[State, float] = {
@@ -367,6 +345,12 @@ def _root(excess: Callable[[float], float], low: float, high: float) -> float:
     return high
 
 
+# ---- the oblique impact of spheres with friction: where it slides, where it sticks
+#
+# u is the tangential velocity at the contact, v the normal speed; a tangential impulse J changes u
+# by 7/2 J / m* of solid spheres, of any two masses and of a sphere on a wall alike.
+
+
 def sliding_impulse(friction: float, restitution: float, speed: float) -> float:
     """Return the tangential impulse over m* [m/s] of an impact that slides: mu (1 + e) v.
 
@@ -414,6 +398,21 @@ def two_branches(incidence: float, friction: float, restitution: float, sticking
     """
     return max(sticking, 1.0 - slides_throughout(friction, restitution) / incidence)
 
+
+# ---- oblique elastic impact with partial slip
+#
+# Maw, Barber and Fawcett, Wear 38, 101 (1976): a solid elastic sphere on a half-space of the same
+# material, the contact circle of which sticks inside and slips outside. Computed by springs that
+# do not know each other, which is the same problem (Lyashenko and Popov, Scientific Reports 5,
+# 8479 (2015)): one at x is pressed by delta - x^2 / R, moves with the body while it sticks, and
+# carries at most mu times its normal force.
+#
+# Dimensionless, the incidence and the one parameter of a solid sphere are
+#
+#     psi = kappa / mu * u / v,    kappa = 2 (1 - nu) / (2 - nu),    chi = 7/4 kappa
+#
+# with u and v the tangential and normal velocity at the contact. Sliding throughout, from psi = 4
+# chi - 1 on, the rebound is psi - 4 chi.
 
 Array = NDArray[np.float64]
 
@@ -490,6 +489,11 @@ def _normal_motion(steps: int) -> tuple[Array, Array]:
     return time, np.maximum(found.sol(time)[0], 0.0)
 
 
+# ---- a solid sphere that slides, rolls or turns on a plane under its weight
+#
+# I = 2/5 m r^2.
+
+
 class Incline(NamedTuple):
     """Whether a sphere rolls down an incline, its acceleration and r times its angular one."""
 
@@ -517,6 +521,12 @@ def twisting_deceleration(twisting_friction: float, radius: float, gravity: floa
     radius (of a pressure that is constant over the contact).
     """
     return 2.5 * twisting_friction * gravity / radius**2
+
+
+# ---- a spring and a dashpot in parallel under a constant limit, in one direction
+#
+# The force against the motion is k q + c u, at most the limit in size: beyond it the spring is cut
+# back so that both together hold the limit (Luding, Granular Matter 10, 235 (2008), section 4.2).
 
 
 def limited_forces(

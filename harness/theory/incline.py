@@ -1,27 +1,9 @@
 """Closed forms of the incline: geometry, energy from shock to shock, critical angle.
 
-The grain's energy from shock to shock, in units of m g d.
-
-The source's section on the Quartier model. Energies are kinetic, just after the
-shock in the well; angles in degrees.
-
-Positions and directions of the incline, in two dimensions and units of the diameter.
-
-Every vector has the components (along the row, downhill; normal to the row),
-unless :func:`turned` has tilted it. Nothing but two conditions goes in: fixed
-spheres touch their neighbours, and the grain touches what it stands on. Wells,
-crests and turns follow, and the closed forms of ``energy_map`` are held against
-them.
-
-The angles of the frictionless incline in closed form, in degrees.
-
-The energy argument of the source's discussion: alpha = 1/sqrt(n).
-
-Under one force F, n equal springs in series store n times the energy of one,
-``U_n = F^2 n / (2 k)``, and so take up a velocity ``v = sqrt(2 U_n / m)`` that grows
-as sqrt(n) (source, eq. of the energy scaling). The velocity that the grain loses
-to a row of n is taken to fall as its inverse. The springs are k each: k/n is
-exact under the overlap law, not under the source's own.
+Lengths are in diameters d, energies in m g d, angles in degrees. The energy map is the source's
+section on the Quartier model (Harper, Dufek and Breard). Positions and directions follow from two
+conditions alone, that fixed spheres touch their neighbours and that the grain touches what it
+stands on; the closed forms of the map are held against them.
 """
 
 from __future__ import annotations
@@ -34,6 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from harness.errors import RequestError
 from harness.theory.chain import SHOCK_WITHOUT_REBOUND
+
+# ---- the energy map: kinetic energies just after the shock in the well
 
 
 def well_depth(angle_deg: float) -> float:
@@ -91,6 +75,12 @@ def passage_margin_slope(angle_deg: float, shock: float) -> float:
 
 
 Points = NDArray[np.float64]
+
+
+# ---- geometry in two dimensions
+#
+# Every vector has the components (along the row, downhill; normal to the row), unless turned() has
+# tilted it. Wells, crests and turns follow.
 
 
 def row(count: int) -> Points:
@@ -228,6 +218,8 @@ def straight_chain(grain: ArrayLike, spheres: Points, sphere: ArrayLike) -> Poin
     return np.array(found)
 
 
+# ---- critical angle
+
 STATIC_ANGLE_DEG = 30.0
 """The tilt at which a grain at rest in a well stands on the crest and leaves it."""
 
@@ -261,6 +253,13 @@ def no_flight_bound(shock: float = SHOCK_WITHOUT_REBOUND) -> float:
     ratio = 2.0 / (1.0 - shock)
     return math.degrees(math.atan(math.cos(math.pi / 6.0) / (ratio + math.sin(math.pi / 6.0))))
 
+
+# ---- the energy argument of the source's discussion: alpha = 1/sqrt(n)
+#
+# Under one force F, n equal springs in series store n times the energy of one, U_n = F^2 n / (2
+# k), and so take up a velocity v = sqrt(2 U_n / m) that grows as sqrt(n) (source, eq. of the
+# energy scaling). The velocity that the grain loses to a row of n is taken to fall as its inverse.
+# The springs are k each: k/n is exact under the overlap law, not under the source's own.
 
 LARGEST_HEIGHT = 10
 """Particles beyond which the source sees no longer contacts, and the scaling ends."""

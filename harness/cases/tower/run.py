@@ -406,7 +406,7 @@ def _rk4(
     from harness.solvers.chain import rk4
 
     return rk4.run(
-        case, seconds, steps_per_contact=steps, samples=samples, profiles=profiles, told=told
+        case, seconds, steps_per_contact=steps, samples=samples, profiles=profiles, progress=told
     )
 
 
@@ -418,7 +418,7 @@ def _exact(
 
     if steps is not None:
         raise RequestError(f"steps_per_contact = {steps}: the exact solver has no step")
-    return exact.run(case, seconds, samples=samples, profiles=profiles, told=told)
+    return exact.run(case, seconds, samples=samples, profiles=profiles, progress=told)
 
 
 SOLVERS: dict[str, Solver] = {"rk4": _rk4, "exact": _exact}

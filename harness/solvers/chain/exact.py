@@ -1,29 +1,9 @@
 """The exact propagator of a chain: modes between changes of contact, which are located.
 
-Modes of a chain whose contacts stay as they are: its motion in closed form.
-
-Each run of closed contacts swings by itself, ``M u'' = M g - K u``. With the
-eigenvectors of ``M^(-1/2) K M^(-1/2)`` every coordinate is a harmonic about its
-equilibrium; the one rigid mode of a run without the fixed base falls.
-
-Find the first change of contacts as the first root of polynomials.
-
-Within a time of about ``1 / highest frequency`` the Taylor series of every contact
-force and every gap is exact to rounding. In the Bernstein basis a polynomial
-without a sign change among its coefficients has no root in the interval
-(Descartes); halving the interval until that is so, always looking at the
-earlier half first, cannot miss the first root, be it simple, double or one of a
-close pair (Lane and Riesenfeld 1981).
-
-Arrays that the exact solver works on.
-
-The exact propagator: modes between changes of contact, root finding for the changes.
-
-No step and no error of one: what remains is rounding. The cost is that of an
-eigenvalue problem for each change of contacts, O(L^3) in the runs of L touching
-particles, and O(L^2) for each sample; a few hundred particles are the
-practical limit. RK4 is the one for long chains. Each change of contacts magnifies the
-rounding of what came before it, as in any chain of collisions.
+No step and no error of one: what remains is rounding. The cost is that of an eigenvalue problem for
+each change of contacts, O(L^3) in the runs of L touching particles, and O(L^2) for each sample; a
+few hundred particles are the practical limit. RK4 is the one for long chains. Each change of
+contacts magnifies the rounding of what came before it, as in any chain of collisions.
 """
 
 from __future__ import annotations
@@ -42,8 +22,8 @@ from harness.solvers.chain.motion import (
     Chain,
     Counts,
     Floats,
+    Progress,
     Record,
-    Told,
     as_run,
     assemble,
     blank_record,
@@ -52,6 +32,12 @@ from harness.solvers.chain.motion import (
     with_room,
     write_sample,
 )
+
+# ---- modes: the motion of a chain whose contacts stay, in closed form
+#
+# Each run of closed contacts swings by itself, M u'' = M g - K u. With the eigenvectors of
+# M^(-1/2) K M^(-1/2) every coordinate is a harmonic about its equilibrium; the one rigid mode of a
+# run without the fixed base falls.
 
 
 @compiled
@@ -204,6 +190,15 @@ REACH = 1.5  # of a segment, in 1 / highest frequency: 1.5^23/23! = 4e-19
 _HALVINGS = 60
 
 
+# ---- the first change of contacts: the first root of polynomials
+#
+# Within a time of about 1 / highest frequency the Taylor series of every contact force and every
+# gap is exact to rounding. In the Bernstein basis a polynomial without a sign change among its
+# coefficients has no root in the interval (Descartes); halving the interval until that is so,
+# always looking at the earlier half first, cannot miss the first root, be it simple, double or one
+# of a close pair (Lane and Riesenfeld 1981).
+
+
 @compiled
 def taylor_of_contacts(
     chain: Chain, closed: Flags, factor: Floats, u: Floats, v: Floats, reach: float,
@@ -308,6 +303,9 @@ def _halve(now: Floats, left: Floats) -> None:
             now[k] = 0.5 * (now[k] + now[k + 1])
 
 
+# ---- the propagator, from change to change
+
+
 class Motion(NamedTuple):
     """Arrays of the motion between two changes: the contact set, its forces and its modes."""
 
@@ -361,12 +359,12 @@ def run(
     *,
     samples: int | None = None,
     profiles: bool = False,
-    told: Told = lambda *_: None,
+    progress: Progress = lambda *_: None,
 ) -> TowerRun:
     """Run ``tower`` for ``duration`` [s] and return its samples.
 
     There are ``samples`` at equal distances (1000 per t0 if not given), one at
-    each change of contacts and one whenever the distance of grain and base turns. ``told`` is
+    each change of contacts and one whenever the distance of grain and base turns. ``progress`` is
     called with the samples done and all of them. Raise RequestError for a duration or a number of
     particles that cannot be, and where it cannot be told which contacts touch.
     """
@@ -379,7 +377,7 @@ def run(
     wanted = wanted_samples(samples, duration / tower.contact_time)
     chain = assemble(tower)
     blank = blank_record(wanted + 64, tower.particles, profiles)
-    record, rows = propagate(chain, blank, duration, wanted, told)
+    record, rows = propagate(chain, blank, duration, wanted, progress)
     if rows < 0:
         raise RequestError(
             f"duration = {duration:.6g} s: which contacts of {tower.particles} particles touch "
@@ -391,7 +389,11 @@ def run(
 
 
 def propagate(
-    chain: Chain, record: Record, duration: float, samples: int, told: Told = lambda *_: None
+    chain: Chain,
+    record: Record,
+    duration: float,
+    samples: int,
+    progress: Progress = lambda *_: None,
 ) -> tuple[Record, int]:
     """Advance ``chain`` in place; return the record and its rows, -1 if contacts do not settle."""
     u, v = chain.displacement, chain.velocity
@@ -399,10 +401,10 @@ def propagate(
     changes, changed = math.ceil(CUBES / particles**3), 0
     while changed >= 0:
         record, changed = shielded(_advance, chain, motion, record, duration, samples, changes)
-        told(int(motion.counts[1]), samples)
+        progress(int(motion.counts[1]), samples)
     if changed == _UNSETTLED:
         return record, -1
-    told(samples, samples)
+    progress(samples, samples)
     return _sampled(chain, motion, record, duration, u, v), int(motion.counts[0])
 
 
@@ -516,9 +518,9 @@ def _next_change(chain: Chain, motion: Motion, reach: float, slack: float) -> tu
     taylor_of_contacts(chain, motion.closed, motion.factor, motion.x, motion.w, reach, series)
     changed, root = -1, 1.0
     for i in range(motion.closed.size):
-        found = first_root(series[i], slack, root)
-        if found < root:
-            changed, root = i, found
+        place = first_root(series[i], slack, root)
+        if place < root:
+            changed, root = i, place
     return changed, root
 
 

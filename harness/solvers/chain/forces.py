@@ -1,54 +1,14 @@
 """Contact forces of a chain under the deformable law: which particles touch, and how hard.
 
-Find the chains of touching particles by sweeps that start at the closest pair.
+With the overlaps given, the forces f of the contacts solve a linear complementarity problem,
 
-The readable way, for equal spheres (Harper, Dufek and Breard, Appendix A, "Identifying
-chains"); :mod:`harness.solvers.chain.forces` is the fast one and shares no
-code with this.
+    w = A f - overlap >= 0,   f >= 0,   f w = 0,
 
-The source closes a contact once it is *guaranteed*: closed even if the unknown
-contacts beyond press as hard as they can. How hard that is follows from its
-inequality ``c <= d - (x[i+1] - x[i])`` (corrected), and gets sharper in every
-sweep as chains become known. Merging neighbouring chains merely because their
-boundaries overlap at the moment is not enough: overlaps of 0.9, 0.6 and 1 would
-first join contacts 3 and 2 and then 1, though 1 and 3 push 2 open. So every
-undecided contact here carries both its bounds, and the sweeps close in on the
-one solution from both sides.
-
-The contact set of a chain by one elimination from the left, without iteration.
-
-Minimise ``f A f / 2 - overlap f`` over ``f >= 0`` with tridiagonal A, contact by
-contact (Bellman). Given the force y on the next contact, the best force on
-contact i is ``g_i(y)``: piecewise linear, falling, and 0 beyond some y. From
-``a_i f + b_(i-1) g_(i-1)(f) = overlap_i - b_i y`` each break point (f, g) of
-``g_(i-1)`` moves to ``((overlap_i - a_i f - b_(i-1) g)/b_i, f)`` of ``g_i``; at
-most one is added and all beyond ``f = g_i(0)`` are dropped. The last force is
-``g_n(0)``, and the others follow backwards. Cost O(N) times the break points
-alive, which are two or three; never more than N.
-
-Contact forces of a chain as a linear complementarity problem, in O(N) from a warm start.
-
-    w = A f - overlap >= 0,   f >= 0,   f w = 0
-
-with A symmetric positive definite and tridiagonal (see
-:class:`harness.solvers.chain.motion.Chain`): one solution, whatever the positions. Its
-entries beside the diagonal are positive, so A is no M-matrix and the usual
-one-sided methods for tridiagonal problems do not apply.
-
-Given a contact set, forces and gaps follow from one factorisation (Thomas) of
-each run of closed contacts. Block principal pivoting (Judice and Pires 1994)
-flips all contacts with the wrong sign at once; from the set of the last step
-none or one pass is needed. Flipping all at once can cycle, so when the number
-at fault has not fallen for ten passes, :mod:`harness.solvers.chain.forces`, which
-does not iterate, takes over.
-
-The compliance of a contact set factorised from both ends to the middle.
-
-A substitution waits for each result and not for the arithmetic; from both ends
-there are two recurrences to wait for at a time.
-
-The contacts are those of a block of the row, n of them from ``low`` on, as in
-:mod:`harness.solvers.chain.rk4_deformable`.
+with A symmetric positive definite and tridiagonal (:class:`harness.solvers.chain.motion.Chain`):
+one solution, whatever the positions. There are three routes to it: :func:`chains` finds the chains
+by sweeps from the centres alone, for equal spheres, as the source describes it; :func:`solve` goes
+on from the contact set of the step before, in O(N); :func:`closed_contacts` takes one elimination
+without iteration, where that cycles. The sweeps share no code with the other two.
 """
 
 from __future__ import annotations
@@ -67,6 +27,16 @@ from harness.solvers.chain.motion import (
     compliance,
     partial_compressions,
 )
+
+# ---- sweeps from the closest pair on
+#
+# For equal spheres (Harper, Dufek and Breard, Appendix A, "Identifying chains"). The source closes
+# a contact once it is *guaranteed*: closed even if the unknown contacts beyond press as hard as
+# they can. How hard that is follows from its inequality c <= d - (x[i+1] - x[i]) (corrected), and
+# gets sharper in every sweep as chains become known. Merging neighbouring chains merely because
+# their boundaries overlap at the moment is not enough: overlaps of 0.9, 0.6 and 1 would first join
+# contacts 3 and 2 and then 1, though 1 and 3 push 2 open. So every undecided contact here carries
+# both its bounds, and the sweeps close in on the one solution from both sides.
 
 _SWEEPS = 10_000
 
@@ -175,6 +145,16 @@ class _Sweep:
         return runs
 
 
+# ---- one elimination from the left, without iteration
+#
+# Minimise f A f / 2 - overlap f over f >= 0 with tridiagonal A, contact by contact (Bellman).
+# Given the force y on the next contact, the best force on contact i is g_i(y): piecewise linear,
+# falling, and 0 beyond some y. From a_i f + b_(i-1) g_(i-1)(f) = overlap_i - b_i y each break
+# point (f, g) of g_(i-1) moves to ((overlap_i - a_i f - b_(i-1) g)/b_i, f) of g_i; at most one is
+# added and all beyond f = g_i(0) are dropped. The last force is g_n(0), and the others follow
+# backwards. Cost O(N) times the break points alive, which are two or three; never more than N.
+
+
 @compiled
 def closed_contacts(
     overlap: Floats, diagonal: Floats, beside: Floats, closed: NDArray[np.bool_]
@@ -244,6 +224,16 @@ def _evaluate(y: Floats, f: Floats, begin: int, end: int, at: float) -> float:
 Flags = NDArray[np.bool_]
 
 _PATIENCE = 10
+
+
+# ---- block principal pivoting, in O(N) from a warm start
+#
+# The entries of A beside the diagonal are positive, so A is no M-matrix and the usual one-sided
+# methods for tridiagonal problems do not apply. Given a contact set, forces and gaps follow from
+# one factorisation (Thomas) of each run of closed contacts. Block principal pivoting (Judice and
+# Pires 1994) flips all contacts with the wrong sign at once; from the set of the last step none or
+# one pass is needed. Flipping all at once can cycle, so when the number at fault has not fallen
+# for ten passes, closed_contacts(), which does not iterate, takes over.
 
 
 @compiled
@@ -369,6 +359,13 @@ def forces_of_overlaps(overlap: Floats, diagonal: Floats, beside: Floats) -> Flo
     if solve(overlap, diagonal, beside, closed, factor, force, tolerance) < 0:
         raise RequestError(f"overlaps = {overlap.tolist()} m: no contact set fits them")
     return np.maximum(force, 0.0)
+
+
+# ---- the factorisation of a block, from both ends to the middle
+#
+# A substitution waits for each result and not for the arithmetic; from both ends there are two
+# recurrences to wait for at a time. The contacts are those of a block of the row, n of them from
+# low on, as in rk4_deformable.
 
 
 @compiled

@@ -1,26 +1,8 @@
-"""A row of particles as arrays: boundaries, stable step, the record of a run.
+"""A row of particles as arrays, what limits a step, and the record of a run.
 
-How the kernels of the chain are compiled.
-
-A tower as the arrays that the kernels work on.
-
-Boundaries of the deformed particles of one chain, from its centres alone.
-
-Equal spheres, all of them touching their neighbours (Harper, Dufek and Breard,
-Appendix A). Each particle keeps its centre in the middle, so the boundaries
-follow from the first by ``b[i] = 2 x[i] - b[i-1]``; Newton's third law makes the
-alternating sum of the deformations vanish, which gives the first.
-
-Validate positions and properties for the contact solvers.
-
-Largest stable step of RK4, and the step that is chosen.
-
-Record of a run: one row of numbers for each sample, and whole profiles if asked.
-
-Run compiled loops a slice at a time: an interrupt is heard, and progress told, in between.
-
-The state between two slices is that between two steps: a run in slices is the same to the last
-bit. How long a slice takes, and a run, follows from what a step costs.
+What the solvers of the chain share that is no force law of a contact: the tower as arrays
+(:class:`Chain`), the boundaries of deformed particles, the largest stable step of RK4, samples, and
+the loop that does a run in slices.
 """
 
 from __future__ import annotations
@@ -151,6 +133,14 @@ def _alike(chain: Chain, i: int) -> bool:
     return bool(same)
 
 
+# ---- boundaries of the deformed particles of one chain, from its centres alone
+#
+# Equal spheres, all of them touching their neighbours (Harper, Dufek and Breard, Appendix A). Each
+# particle keeps its centre in the middle, so the boundaries follow from the first by b[i] = 2 x[i]
+# - b[i-1]; Newton's third law makes the alternating sum of the deformations vanish, which gives
+# the first.
+
+
 def first_boundary(positions: Floats, radius: float) -> float:
     """Return the outer boundary of the first particle of a chain [m].
 
@@ -196,6 +186,9 @@ def partial_compressions(positions: Floats, radius: float) -> Floats:
     return result
 
 
+# ---- positions and properties that users give
+
+
 def checked_positions(positions: ArrayLike, reach: Floats | float) -> Floats:
     """Return ``positions`` [m] as an array (N,).
 
@@ -236,6 +229,9 @@ def checked_positive(name: str, unit: str, value: ArrayLike, size: int) -> Float
 
 RK4_IMAGINARY_LIMIT = 2 * math.sqrt(2)
 DEFAULT_STEPS_PER_CONTACT = 4000.0
+
+
+# ---- the largest stable step of RK4, and the one that is taken
 
 
 def highest_frequency(tower: Tower, longest_chain: int | None = None) -> float:
@@ -306,6 +302,9 @@ Counts = NDArray[np.int64]
 
 _WIDTH = len(COLUMNS)
 _SAMPLES_PER_CONTACT = 1000
+
+
+# ---- the record of a run: a row of numbers for each sample, and whole profiles if asked for
 
 
 class Record(NamedTuple):
@@ -430,6 +429,13 @@ FRONT = 2 * math.pi
 """[particles per t0] A shock passes one in 1/omega, and t0 is at most 2 pi/omega."""
 
 
+# ---- compiled loops in slices
+#
+# An interrupt is heard, and progress reported, between two slices. The state between them is that
+# between two steps: a run in slices is the same to the last bit. How long a slice takes, and a
+# run, follows from what a step costs.
+
+
 class Plan(NamedTuple):
     """The steps of a run: their size [s], number, those between samples, the longest chain."""
 
@@ -442,12 +448,12 @@ class Plan(NamedTuple):
 Advance = Callable[[Record, int, int], tuple[Record, int]]
 """Does the steps from one to before another; returns the record and its rows, or a failure."""
 
-Told = Callable[[int, int], None]
+Progress = Callable[[int, int], None]
 """Called with the steps done and the steps in all."""
 
 
 def in_slices(
-    advance: Advance, record: Record, plan: Plan, seconds: float, told: Told
+    advance: Advance, record: Record, plan: Plan, seconds: float, progress: Progress
 ) -> tuple[Record, int]:
     """Do all steps, each of about ``seconds``; return the record and its rows, or a failure."""
     many, done, rows = max(1, int(SLICE_SECONDS / seconds)), 0, 0
@@ -455,7 +461,7 @@ def in_slices(
         last = min(done + many, plan.steps + 1)
         record, rows = shielded(advance, record, done, last)
         done = last
-        told(min(done, plan.steps), plan.steps)
+        progress(min(done, plan.steps), plan.steps)
     return record, rows
 
 

@@ -1,19 +1,10 @@
-"""The classic Runge-Kutta method with a fixed step (Kutta 1901), and the overlap law in it.
+"""The classic Runge-Kutta method of fourth order with a fixed step (Kutta 1901), in either law.
 
-The overlap law of DEM codes: the force of a contact depends on its own overlap only.
-
-RK4 under the overlap law, block by block: a force acts on neighbours only.
-
-A block takes four particles more on each side, one for each stage, and its
-stages stay in the cache: the cost of a particle does not depend on how many
-there are.
-
-The classic Runge-Kutta method of fourth order with a fixed step (Kutta 1901).
-
-Forces depend on positions alone, so the four stages reduce to four force
-evaluations at displacements ``u + c v + b a``, with a the acceleration of the
-stage before. Order 4 while the contacts stay; at a change of contacts the force
-has a kink, and the error of the step that meets it is of lower order.
+Forces depend on positions alone, so the four stages reduce to four force evaluations at
+displacements ``u + c v + b a``, with a the acceleration of the stage before. Order 4 while the
+contacts stay; at a change of contacts the force has a kink, and the error of the step that meets it
+is of lower order. :func:`run` takes a tower of either law; the steps of the deformable law are in
+:mod:`harness.solvers.chain.rk4_deformable`.
 """
 
 from __future__ import annotations
@@ -32,8 +23,8 @@ from harness.solvers.chain.motion import (
     Counts,
     Floats,
     Plan,
+    Progress,
     Record,
-    Told,
     as_run,
     assemble,
     blank_record,
@@ -47,6 +38,11 @@ from harness.solvers.chain.motion import (
     write_sample,
 )
 from harness.solvers.chain.rk4_deformable import BLOCK
+
+# ---- the overlap law of DEM codes: the force of a contact depends on its own overlap only
+#
+# The steps go block by block. A block takes four particles more on each side, one for each stage,
+# and its stages stay in the cache: the cost of a particle does not depend on how many there are.
 
 
 @compiled
@@ -185,7 +181,7 @@ def run(
     samples: int | None = None,
     profiles: bool = False,
     longest_chain: int | None = None,
-    told: Told = lambda *_: None,
+    progress: Progress = lambda *_: None,
 ) -> TowerRun:
     """Run ``tower`` for ``duration`` [s] and return about ``samples`` samples.
 
@@ -194,8 +190,8 @@ def run(
     divide the duration. By default 1000 samples per t0, or every step. A
     ``longest_chain`` says how many contacts will touch in a row at most, which
     allows a larger step for long deformable chains; the run stops if it is not
-    true. ``told`` is called with the steps done and all of them. Raise RequestError for a step or
-    duration that cannot be.
+    true. ``progress`` is called with the steps done and all of them. Raise RequestError for a step
+    or duration that cannot be.
     """
     if longest_chain is not None and longest_chain < 1:
         raise RequestError(f"longest_chain = {longest_chain}: must be at least 1")
@@ -206,7 +202,7 @@ def run(
     chain = assemble(tower)
     record = blank_record(steps // every + 2, tower.particles, profiles)
     limit = tower.height if longest_chain is None else longest_chain
-    record, rows = integrate(chain, record, Plan(h, steps, every, limit), told)
+    record, rows = integrate(chain, record, Plan(h, steps, every, limit), progress)
     if rows < 0:
         raise _stopped(-rows, limit, h)
     return as_run(tower, "rk4", h, record, rows, chain)
@@ -221,18 +217,18 @@ def step_count(duration: float, h: float) -> int:
     return max(1, math.ceil(duration / h * (1 - 1e-12)))
 
 
-def _stopped(found: int, limit: int, step: float) -> RequestError:
+def _stopped(touching: int, limit: int, step: float) -> RequestError:
     """Return why a run stopped: a chain beyond the limit, or contacts that cannot be found."""
-    if found > limit:
+    if touching > limit:
         return RequestError(
-            f"longest_chain = {limit}: {found} contacts touch in a row, "
+            f"longest_chain = {limit}: {touching} contacts touch in a row, "
             f"for which a step of {step:.6g} s may be unstable"
         )
     return RequestError(f"step = {step:.6g} s: the contacts could not be found, values overflow")
 
 
 def integrate(
-    chain: Chain, record: Record, plan: Plan, told: Told = lambda *_: None
+    chain: Chain, record: Record, plan: Plan, progress: Progress = lambda *_: None
 ) -> tuple[Record, int]:
     """Advance ``chain`` in place under its law; return the record and its rows.
 
@@ -245,4 +241,4 @@ def integrate(
         long = chain.mass.size >= 2 * BLOCK
         kernel = rk4_deformable.begin if long else rk4_deformable.begin_deformable
     seconds = rk4_step_seconds(law, chain.mass.size)
-    return in_slices(kernel(chain, plan), record, plan, seconds, told)
+    return in_slices(kernel(chain, plan), record, plan, seconds, progress)

@@ -1,36 +1,8 @@
-"""RK4 under the deformable law: a force acts all along a touching chain at once.
+"""Steps of RK4 under the deformable law, where a force acts all along a touching chain at once.
 
-Stages of RK4 under the deformable law.
-
-They work on a block of a row: n contacts from ``low`` on and the n + 1 particles
-that they join, or the whole row. Arrays of the row are read from ``low`` on, its
-constant properties from ``at`` on, where equal particles have the same; overlaps,
-forces and accelerations are arrays of the block, from 0 on. Forces stand between
-two zeros, that of contact i of the block at ``i + 1``.
-
-Each function works on slices that begin at 0: an index that is known not to be
-negative is what lets the compiler take several particles at a time.
-
-Partition of a row into blocks that a step can do one after the other.
-
-Blocks end at an open contact: what touches on one side is not felt on the
-other. One is looked for near every multiple of BLOCK particles; where there is
-none, two blocks are one.
-
-RK4 under the deformable law, where a force acts all along a touching chain at once.
-
-Each stage solves the contact set of the stage before, factorised once and kept,
-and checks it; only when it is wrong the contact set is looked for anew. This
-kernel takes the row as a whole: with the least to do about a step, it is the one
-for short rows. :mod:`harness.solvers.chain.rk4_deformable` is the one for long rows.
-
-RK4 under the deformable law in a long row, block by block.
-
-The stages of a block stay in the cache, and a change of contacts is looked for
-among few: the cost of a particle hardly depends on how many there are. Blocks in
-which nothing touches fall freely, and need neither stages nor factors. Blocks
-part at open contacts (:mod:`harness.solvers.chain.rk4_deformable`). When one of these closes in a
-stage after all, the step is done again with the whole row as one block.
+Each stage solves the contact set of the stage before, factorised once and kept, and checks it; only
+when it is wrong the contact set is looked for anew. A short row is taken as a whole, with the least
+to do about a step; a long one block by block (:func:`begin_deformable`, :func:`begin`).
 """
 
 from __future__ import annotations
@@ -61,6 +33,16 @@ from harness.solvers.chain.motion import (
 )
 
 STAGES = 4
+
+
+# ---- stages of a block
+#
+# A block has n contacts from low on and the n + 1 particles that they join, or is the whole row.
+# Arrays of the row are read from low on, its constant properties from at on, where equal particles
+# have the same; overlaps, forces and accelerations are arrays of the block, from 0 on. Forces
+# stand between two zeros, that of contact i of the block at i + 1. Each function works on slices
+# that begin at 0: an index that is known not to be negative is what lets the compiler take several
+# particles at a time.
 
 
 class ContactSet(NamedTuple):
@@ -141,14 +123,14 @@ def update_contact_set(
     Return as :func:`harness.solvers.chain.forces.solve` does.
     """
     row = slice(low, low + n)
-    found = solve(
+    longest = solve(
         overlap[:n], chain.diagonal[row], chain.beside[row], contacts.closed[row], factor[:, :n],
         force[1 : n + 1], tolerance,
     )  # fmt: skip
     factorise_from_both_ends(
         contacts.closed, chain.diagonal, chain.beside, low, n, contacts.pivot, contacts.carry
     )
-    return found
+    return longest
 
 
 @compiled
@@ -183,6 +165,12 @@ def kick(w: Floats, after: Floats, a: Floats, b: Floats, c: Floats, d: Floats, s
 Cuts = NDArray[np.int64]
 
 BLOCK = 512  # particles: its stages fit the cache, and the work about a block is small beside it
+
+
+# ---- blocks that a step can do one after the other
+#
+# Blocks end at an open contact: what touches on one side is not felt on the other. It is looked
+# for near every multiple of BLOCK particles; where there is none, two blocks are one.
 
 
 def no_cuts(particles: int) -> Cuts:
@@ -256,6 +244,9 @@ def stays_open(
     return True
 
 
+# ---- short rows, as a whole
+
+
 def begin_deformable(chain: Chain, plan: Plan) -> Advance:
     """Return what advances ``chain`` in place, from one step to another.
 
@@ -265,20 +256,20 @@ def begin_deformable(chain: Chain, plan: Plan) -> Advance:
     where no contact set fits.
     """
     n = chain.diagonal.size
-    found = ContactSet(np.zeros(n, np.bool_), np.zeros(n), np.zeros(n))
+    contacts = ContactSet(np.zeros(n, np.bool_), np.zeros(n), np.zeros(n))
     # all open: the first stage finds the set, and holds a preloaded row to its longest chain
-    factorise_from_both_ends(found.closed, chain.diagonal, chain.beside, 0, n, *found[1:])
+    factorise_from_both_ends(contacts.closed, chain.diagonal, chain.beside, 0, n, *contacts[1:])
     counts = np.array([0, -1])
 
     def advance(record: Record, first: int, last: int) -> tuple[Record, int]:
-        return _advance_deformable(chain, found, counts, record, plan, first, last)
+        return _advance_deformable(chain, contacts, counts, record, plan, first, last)
 
     return advance
 
 
 @compiled
 def _advance_deformable(
-    chain: Chain, found: ContactSet, counts: Counts, record: Record, plan: Plan,
+    chain: Chain, contact_set: ContactSet, counts: Counts, record: Record, plan: Plan,
     first: int, last: int,
 ) -> tuple[Record, int]:  # fmt: skip
     """Do the steps from ``first`` to before ``last``.
@@ -291,7 +282,7 @@ def _advance_deformable(
     n = diagonal.size
     a, b, c, d = np.zeros(n + 1), np.zeros(n + 1), np.zeros(n + 1), np.zeros(n + 1)
     overlap, force, factor = np.zeros(n), np.zeros(n + 2), np.zeros((3, n))
-    pivot, carry = found.pivot, found.carry
+    pivot, carry = contact_set.pivot, contact_set.carry
     rows, contacts = counts
     for count in range(first, last):
         for stage in range(4):
@@ -300,7 +291,9 @@ def _advance_deformable(
             set_overlaps(u, v, a if stage < 3 else b, 0, n, shift, lift, overlap)
             substitute_from_both_ends(overlap, pivot, carry, 0, n, force)
             if count_wrong(overlap, beside, pivot, 0, 0, n, force, tolerance):
-                most = update_contact_set(chain, found, 0, n, overlap, factor, force, tolerance)
+                most = update_contact_set(
+                    chain, contact_set, 0, n, overlap, factor, force, tolerance
+                )
                 if most < 0 or most > plan.longest:
                     return record, -abs(most)
             if stage == 0:
@@ -320,6 +313,14 @@ def _advance_deformable(
         kick(v, v, a, b, c, d, step)
     counts[0], counts[1] = rows, contacts
     return record, rows
+
+
+# ---- long rows, block by block
+#
+# The stages of a block stay in the cache, and a change of contacts is looked for among few: the
+# cost of a particle hardly depends on how many there are. Blocks in which nothing touches fall
+# freely, and need neither stages nor factors. When an open contact between two blocks closes in a
+# stage after all, the step is done again with the whole row as one block.
 
 
 class _Row(NamedTuple):
@@ -449,14 +450,14 @@ def _advance_row(
                 row.contacts.pivot, row.contacts.carry,
             )  # fmt: skip
         renewed = moved
-        found = _advance_block(chain, row, room, limits, low, n, stages)
-        if found < 0:
-            return found
+        reached = _advance_block(chain, row, room, limits, low, n, stages)
+        if reached < 0:
+            return reached
         if stages == 1:
             row.overlap[low : high - 1] = room.overlap[:n]
             row.force[low : high - 1] = room.force[1 : n + 1]
         if low == 0:
-            touching = found
+            touching = reached
         elif stages == 1:
             row.overlap[low - 1], row.force[low - 1] = row.u[low - 1] - row.u[low], 0.0
         elif not stays_open(
@@ -493,11 +494,11 @@ def _advance_block(
         set_overlaps(row.u, row.v, a, low, n, shift, lift, room.overlap)
         substitute_from_both_ends(room.overlap, contacts.pivot, contacts.carry, low, n, force)
         if count_wrong(room.overlap, beside, contacts.pivot, at, low, n, force, limits.tolerance):
-            found = update_contact_set(
+            longest = update_contact_set(
                 chain, contacts, low, n, room.overlap, room.factor, force, limits.tolerance
             )  # fmt: skip
-            if found < 0 or found > limits.longest:
-                return -abs(found)
+            if longest < 0 or longest > limits.longest:
+                return -abs(longest)
         room.first[stage], room.last[stage] = force[1], force[n]
         if stage == 0:
             touching = chain_of_grain(force[1 : n + 1])

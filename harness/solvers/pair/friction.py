@@ -1,8 +1,7 @@
-"""The three kinds of friction of a contact as sliders: tangential, rolling, twisting.
+"""The three kinds of friction of a contact, tangential, rolling and twisting, as sliders.
 
-A spring and a dashpot in parallel under Coulomb's limit: what all three kinds of friction are.
-
-With a velocity u and a displacement q (vectors in the frame that turns with the contact)
+A slider is a spring and a dashpot in parallel under Coulomb's limit. With a velocity u and a
+displacement q (vectors in the frame that turns with the contact)
 
     T = -kappa q,   q' = gain u + rescale q,   f = T - eta u,   |f| <= cap.
 
@@ -12,23 +11,9 @@ f = cap e, T = cap e + eta u, and the direction turns as
     cap e' = the part across e of (T' - (eta u)'),   T' = -kappa' q - kappa q',
 
 T' the rate of the spring if it stuck. Sliding ends when that rate no longer reaches the limit,
-e . (T' - (eta u)') < cap'. While a slider slides, its state holds e instead of q.
-
-Where the dashpot is limited until it slides only, T = cap e from then on: the spring jumps. It
-slides as long as |cap e - eta u| > cap, whatever way it moves.
-
-tangential: linear, kappa = k_t; Mindlin, kappa = 8 G* a (Mindlin 1949; Johnson 1985, section 7.2),
-a that of the contact; beside mdr G* is twice as large at a wall, which is rigid; or, by a rule,
-both are Hertz's: a^2 = R* overlap, of radii as they have grown, and a wall of the same material. It
-holds for the total displacement (``mindlin``) or for its increments (``mindlin/force``,
-whose state is the integral of a u). The rescaled ones shrink the state with a while the contact
-opens (Thornton, Cummins and Cleary 2013). eta_t = x_t eta_n.
-
-rolling (sds): u = R* (omega_i - omega_j) x n (Wang, Alonso-Marroquin and Guo, Particuology 23, 49
-(2015)), the torque on i is R* n x f.
-
-twisting: u = (omega_i - omega_j) . n along n, the torque on i is f. marshall (Marshall 2009,
-section 2.6): kappa = K a^2 / 2, eta = eta_t a^2 / 2, friction 2/3 a mu, K the tangential stiffness.
+e . (T' - (eta u)') < cap'. While a slider slides, its state holds e instead of q. Where the dashpot
+is limited until it slides only, T = cap e from then on: the spring jumps. It slides as long as
+|cap e - eta u| > cap, whatever way it moves.
 """
 
 from __future__ import annotations
@@ -210,6 +195,23 @@ def beyond(
     return cap[0] - length(limited(slider, q, damping))
 
 
+# ---- the sliders of a contact
+#
+# tangential: linear, kappa = k_t; Mindlin, kappa = 8 G* a (Mindlin 1949; Johnson 1985, section
+# 7.2), a that of the contact; beside mdr G* is twice as large at a wall, which is rigid; or, by a
+# rule, both are Hertz's: a^2 = R* overlap, of radii as they have grown, and a wall of the same
+# material. It holds for the total displacement (mindlin) or for its increments (mindlin/force,
+# whose state is the integral of a u). The rescaled ones shrink the state with a while the contact
+# opens (Thornton, Cummins and Cleary 2013). eta_t = x_t eta_n.
+#
+# rolling (sds): u = R* (omega_i - omega_j) x n (Wang, Alonso-Marroquin and Guo, Particuology 23,
+# 49 (2015)), the torque on i is R* n x f.
+#
+# twisting: u = (omega_i - omega_j) . n along n, the torque on i is f. marshall (Marshall 2009,
+# section 2.6): kappa = K a^2 / 2, eta = eta_t a^2 / 2, friction 2/3 a mu, K the tangential
+# stiffness.
+
+
 class Normal(NamedTuple):
     """The normal force of a contact [N] with dashpot, what loads friction, and their parts."""
 
@@ -305,12 +307,12 @@ def contact_radius(
     g: Geometry, normal: Normal, system: System, contact: int
 ) -> tuple[float, float]:
     """Return the contact radius that friction takes [m], and d(ln a)/dt [1/s]."""
-    one = system.contacts[contact]
+    record = system.contacts[contact]
     if not system.law.hertzian or g.overlap <= 0.0:
         return normal.elastic.radius, normal.growth
-    flats = 1.0 if one.second < 0 else 2.0
-    more, rate = grown(system.law, one, g.overlap)
-    curvature, overlap = one.curvature + more / flats, g.overlap + flats * more
+    flats = 1.0 if record.second < 0 else 2.0
+    more, rate = grown(system.law, record, g.overlap)
+    curvature, overlap = record.curvature + more / flats, g.overlap + flats * more
     growth = 0.5 * (rate / flats / curvature + (1.0 + flats * rate) / overlap)
     return math.sqrt(curvature * overlap), growth * g.closing
 

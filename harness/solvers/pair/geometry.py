@@ -1,10 +1,7 @@
-"""Where two bodies touch and how they move there; when bodies in flight meet.
+"""Where two bodies touch and how they move there; in free flight, when they touch next.
 
-How far from a sphere's centre a contact takes place: the lever of its force, and of omega.
-
-Where two bodies touch and how they move against each other there.
-
-When bodies in free flight meet next, in closed form: the first root of a polynomial.
+The contact point is at a *lever* from the centre of a sphere, which codes choose differently
+(``torque_lever``, ``velocity_lever``, ``wall_lever`` of :class:`~harness.parameters.rules.Rules`).
 """
 
 from __future__ import annotations
@@ -29,6 +26,8 @@ from harness.solvers.pair.records import (
     plus,
     scaled,
 )
+
+# ---- levers: of the force of a contact, and of omega in the velocity there
 
 RADIUS, CONTACT_POINT, SHARE, CIRCLE, HEIGHT = range(5)
 
@@ -65,19 +64,19 @@ def lever(kind: int, overlap: float, radius: float, other: float) -> tuple[float
 
 @compiled
 def raised(
-    found: tuple[float, float], kind: int, grown: tuple[float, float], spheres: float
+    before: tuple[float, float], kind: int, grown: tuple[float, float], spheres: float
 ) -> tuple[float, float]:
     """Return a lever and its slope where each of one or two ``spheres`` has grown by as much [m].
 
-    ``found`` is that of radius and overlap as they were, ``grown`` has its slope with that overlap,
-    too. Both grow, the place of the contact and the centres stay.
+    ``before`` is that of radius and overlap as they were, ``grown`` has its slope with that
+    overlap, too. Both grow, the place of the contact and the centres stay.
     """
     share = 0.0
     if kind == RADIUS:
         share = 1.0
     elif kind == CONTACT_POINT:
         share = 1.0 - 0.5 * spheres
-    return found[0] + share * grown[0], found[1] + share * grown[1]
+    return before[0] + share * grown[0], before[1] + share * grown[1]
 
 
 @compiled
@@ -88,6 +87,9 @@ def levered(overlap: float, radius: float) -> tuple[float, float]:
     """
     height = radius - overlap
     return (radius - 0.5 * overlap) / height, 0.5 * radius / height**2
+
+
+# ---- a contact at an instant
 
 
 class Geometry(NamedTuple):
@@ -182,8 +184,8 @@ def levers(
     more = grown(system.law, system.contacts[contact], overlap)
     if j < 0:
         wall = system.law.wall_lever
-        found = lever(wall, overlap, system.bodies[i].radius, 0.0)
-        return raised(found, wall, more, 1.0), (0.0, 0.0)
+        before = lever(wall, overlap, system.bodies[i].radius, 0.0)
+        return raised(before, wall, more, 1.0), (0.0, 0.0)
     first, second = system.bodies[i].radius, system.bodies[j].radius
     return (
         raised(lever(kind, overlap, first, second), kind, more, 2.0),
@@ -239,6 +241,8 @@ def _part(values: Floats, row: int, at: int) -> Vector:
     return (values[row, at], values[row, at + 1], values[row, at + 2])
 
 
+# ---- free flight, in closed form: the first root of a polynomial
+
 NEVER = 1e300
 """[s] or a power of it."""
 
@@ -248,8 +252,8 @@ def next_contact(y: Floats, system: System) -> tuple[float, int]:
 
     A contact that overlaps and closes begins at once.
     """
-    found = [(_time_to(y, system, c), c) for c in range(len(system.contacts))]
-    return min(found, default=(math.inf, -1))
+    times = [(_time_to(y, system, c), c) for c in range(len(system.contacts))]
+    return min(times, default=(math.inf, -1))
 
 
 def flown(y: Floats, system: System, time: float) -> Floats:

@@ -1,17 +1,10 @@
-"""The reference integration of a scene: smooth pieces between events that are located.
+"""The reference integration of a scene: smooth pieces of motion between events that are located.
 
-What the reference integration of a contact system gives back.
-
-How a system of contacts goes from one smooth piece of its motion to the next.
-
-A system of contacts on its way: smooth pieces of motion between events that are located.
-
-Free flight is a parabola, its end the root of a polynomial. In contact, an extrapolation step of
-order 12 with error control goes on until an ending (:func:`harness.solvers.pair.rates.endings`)
-turns positive, at the end of the step or between (:mod:`harness.solvers.pair.steps`); the ending
-is located by taking the same step shorter, to round-off (:mod:`harness.solvers.pair.steps`).
-
-The reference integration of a scene: its motion sampled, and what happened in it.
+:func:`integrate` returns the sampled motion and its events. Free flight is a parabola, its end the
+root of a polynomial. In contact, an extrapolation step of order 12 with error control goes on until
+an ending (:func:`harness.solvers.pair.rates.endings`) turns positive, at the end of the step or
+between; the ending is located by taking the same step shorter, to round-off
+(:mod:`harness.solvers.pair.steps`).
 """
 
 from __future__ import annotations
@@ -149,6 +142,8 @@ class ContactPath:
         return tuple(lasted)
 
 
+# ---- from one smooth piece of the motion to the next
+
 CLOSE_TO_LIMIT = 1e-9
 """[limit] below which a probe, not the force itself, tells whether a slider slides."""
 
@@ -183,13 +178,15 @@ def turn(y: Floats, system: System, modes: Integers, c: int) -> None:
     g = geometry(y, system, c)
     opens = g.closing < 0.0
     modes[c, OPENING] = opens
-    one = system.contacts[c]
-    if opens and system.law["normal"] == MDR and g.overlap > one["largest"]:
-        one["largest"] = g.overlap
-        if one["stage"] != ELASTIC:
-            flats = 1.0 if one["second"] < 0 else 2.0
-            radius = system.bodies[one["first"]]["radius"]
-            one["last"] = flats * sprung_back(system.law, one, g.overlap / flats, radius).left
+    contact = system.contacts[c]
+    if opens and system.law["normal"] == MDR and g.overlap > contact["largest"]:
+        contact["largest"] = g.overlap
+        if contact["stage"] != ELASTIC:
+            flats = 1.0 if contact["second"] < 0 else 2.0
+            radius = system.bodies[contact["first"]]["radius"]
+            contact["last"] = (
+                flats * sprung_back(system.law, contact, g.overlap / flats, radius).left
+            )
 
 
 def switch(y: Floats, system: System, modes: Integers, where: tuple[int, int]) -> EventKind:
@@ -224,15 +221,15 @@ def _next_stage(system: System, c: int) -> EventKind:
 
     One that does not yield is loaded on from where it opened before.
     """
-    one = system.contacts[c]
+    contact = system.contacts[c]
     if not system.law["yields"]:
-        one["largest"] = 0.0
+        contact["largest"] = 0.0
         return "reloads"
-    if one["stage"] == ELASTIC and one["onset"] < one["swells"]:
-        one["stage"] = PLASTIC
+    if contact["stage"] == ELASTIC and contact["onset"] < contact["swells"]:
+        contact["stage"] = PLASTIC
         return "yields"
-    first = one["stage"] == ELASTIC
-    one["stage"] = SWELLING
+    first = contact["stage"] == ELASTIC
+    contact["stage"] = SWELLING
     return "yields" if first else "swells"
 
 
@@ -343,6 +340,8 @@ def _set(y: Floats, system: System, c: int, kind: int, value: tuple[float, float
     y[at : at + 3] = value
 
 
+# ---- the motion, piece by piece
+
 MOST_EVENTS_AT_ONCE = 50
 START = 1e-12
 """[overlap / speed] for which springs stick as a contact begins: force and limit are 0 at first."""
@@ -435,8 +434,8 @@ class Motion:
 
     def _sliding(self) -> list[tuple[int, int]]:
         """Return contact and kind of every slider that slides."""
-        found = np.argwhere(self.modes[:, SLIDERS : SLIDERS + 3] == SLIDE)
-        return [(int(c), int(kind)) for c, kind in found]
+        places = np.argwhere(self.modes[:, SLIDERS : SLIDERS + 3] == SLIDE)
+        return [(int(c), int(kind)) for c, kind in places]
 
     def _settle(self, slid: Sequence[tuple[int, int]] = ()) -> None:
         """Decide which sliders slide, and note what changed against those that ``slid``."""
@@ -518,8 +517,8 @@ class Motion:
 
     def name(self, c: int) -> tuple[int, int]:
         """Return the bodies of a contact, or its body and plane."""
-        one = self.system.contacts[c]
-        return int(one["first"]), int(one["second"])
+        contact = self.system.contacts[c]
+        return int(contact["first"]), int(contact["second"])
 
 
 TOLERANCE = 1e-15

@@ -1,87 +1,9 @@
-"""The normal force of a contact: springs, dashpots, mdr's plastic and adhesive branches.
+"""The normal force of a contact over its overlap: springs, dashpots, mdr's yield and adhesion.
 
-The elastic normal force of two spheres, or of a sphere and a plane, over their overlap.
-
-hooke: k delta. hertz: 4/3 E* a delta with a^2 = R* delta (Hertz 1882; Johnson 1985, section 4.2).
-dmt: Hertz less 4 pi gamma R* (Derjaguin, Muller and Toporov 1975). jkr (Johnson, Kendall and
-Roberts 1971; Johnson 1985, section 5.5), with the work of adhesion 2 gamma:
-
-    F = 4 E* a^3 / (3 R*) - 4 sqrt(pi gamma E* a^3),   delta = a^2 / R* - 2 sqrt(pi gamma a / E*).
-
-mdr (Zunker and Kamrin 2024, elastic): each of two equal spheres of radius R meets a rigid flat at
-half the overlap. There, by the method of dimensionality reduction, an ellipse of the half axes R
-and 2 R sinks into independent springs, E / (1 - nu^2) = 2 E* for each length: with
-
-    cos theta = 1 - delta / (4 R),   a = R sin theta,   F = 4 E* R^2 (theta - sin theta cos theta),
-
-Hertz's force to the first order in delta / R. A wall is a rigid flat: as half of two spheres. Of
-two sizes, R_1 and R_2, the flat lies where the surfaces cross at the largest overlap delta_m,
-
-    d_1 = delta (2 R_2 - delta_m) / (2 (R_1 + R_2 - delta_m)),   d_2 = delta - d_1,
-
-and the force is the mean of that on either side: they differ (to the first order by R_2 / R_1), and
-what is loaded at delta_m = delta comes back along another curve.
-
-The normal dashpot eta_n [kg/s] of a contact, and how it grows with the overlap.
-
-velocity: eta_0. mass_velocity: eta_0 m*. viscoelastic: eta_0 m* a (Brilliantov et al. 1996).
-secant: c sqrt(m* F/delta) with the elastic force F; the restitution depends on c alone. c = 2 zeta
-for a linear spring, sqrt(5) zeta for Hertz's (Antypov and Elliott, EPL 94, 50004 (2011)), with
-zeta = -ln e / sqrt(pi^2 + ln^2 e). Tsuji, Tanaka and Ishida, Powder Technol. 71, 239 (1992), fit
-the second one: alpha(e) sqrt(m F/delta) with the mass m = 2 m* of one of two equal spheres.
-stiffness (mdr's): c sqrt(m* k) with k = 2 E_eff a, the manual of LAMMPS says: the slope of the
-elastic force of two equal spheres, E_eff = E*, and of one on a rigid wall, E_eff = 2 E*.
-
-mdr's yield of a sphere on a rigid flat: how it is pressed in, swells and springs back.
-
-Zunker and Kamrin, J. Mech. Phys. Solids 183, 105492 (2024). With the flat at the distance d from
-the centre, the depth delta = R - d and the yield stress Y, the mean pressure is at most
-
-    p = Y (1 + 1.75 exp(-4.4 delta / R)),
-
-which Hertz's, 4 E' / (3 pi) sqrt(delta / R), reaches at delta_Y. From there on F = p pi a^2 with
-a^2 = 2 R delta - delta^2 - delta_Y (R_0 - delta_Y), which begins with Hertz's a^2 = R_0 delta_Y.
-
-Plastic flow keeps the volume: the apparent radius R swells by what the flat displaces,
-
-    4/3 pi R^3 - pi/3 delta^2 (3 R - delta) - V_0 e = constant,   e (1 + e) = -F d / (3 K V_0),
-
-V_0 = 4/3 pi R_0^3, where e is the mean elastic strain of the volume; it does not shrink, so that
-at first, while e falls faster, it is R_0. Both are functions of d alone as long as d falls.
-
-It springs back elastically by A/2 - u: A/2 = 2 p a / E' is how far a uniform pressure p on the
-circle of radius a moves the surface in its middle, u by how much it moves the centre of the sphere,
-z = R - delta + A/2 below (Boussinesq),
-
-    u = p / (2 G s) (2 (1 - nu) a^2 - (1 - 2 nu) z (s - z)),   s^2 = a^2 + z^2:
-
-as an ellipse of the axes A and B = 2 a, which is at A/2 at the largest depth and comes to 0 there.
-
-A sphere that has swollen is that large: friction has its radius as the lever, and it turns with the
-moment of inertia 2/5 m R^2 (:func:`grown`).
-
-A sphere on a rigid flat by mdr, in the branches that are not elastic alone.
-
-Two equal spheres meet a flat between them, each at half the overlap; a wall is one. Zunker and
-Kamrin, J. Mech. Phys. Solids 183, 105492 and 105493 (2024), with E' = E / (1 - nu^2), the depth
-delta of the flat, and by the method of dimensionality reduction an ellipse of the half axes A/2
-along the motion and B/2 across that sinks into springs, E' for each length:
-
-    cos theta = 1 - 2 delta_e / A,   a = B/2 sin theta,
-    F = E' A B / 4 (theta - sin theta cos theta)
-
-elastic: A = 4 R, B = 2 R, delta_e = delta. Yield: :mod:`harness.solvers.pair.normal`. Adhesion, of
-the energy gamma of sphere and flat: as the contact opens, springs hold on until they are longer by
-l(a) = sqrt(2 pi a gamma / E'), those at the edge first: with the depth g(a) = A/2 (1 - cos theta)
-
-    F = E' A B / 4 (theta - sin theta cos theta) - 2 E' a l(a),   delta = g(a) - l(a),
-
-which is JKR for small a / R, down to the a below which delta grows again; before, a stays that of
-the largest depth. Bulk response, of one contact: the mean displacement of its surface is delta, so
-that nothing is left to the ellipse; a pressure of the bulk modulus K times the volume
-displaced, A_c delta, over that of the sphere without its cap acts on the area A_c = pi R delta:
-
-    F = K A_c^2 delta / (4/3 pi R^3 - pi/3 delta^2 (3 R - delta)).
+Forces of two spheres, or of a sphere and a plane, with the slopes that the location of events
+needs. mdr is the law of Zunker and Kamrin, J. Mech. Phys. Solids 183, 105492 and 105493 (2024): in
+it each of two equal spheres meets a rigid flat at half the overlap, and a wall is such a flat. The
+formulas stand at the head of each section.
 """
 
 from __future__ import annotations
@@ -92,6 +14,29 @@ from typing import NamedTuple
 from harness.parameters.law import ContactLaw
 from harness.parameters.rules import Rules
 from harness.solvers.pair.records import Records, compiled
+
+# ---- elastic forces
+#
+# hooke: k delta. hertz: 4/3 E* a delta with a^2 = R* delta (Hertz 1882; Johnson 1985, section
+# 4.2). dmt: Hertz less 4 pi gamma R* (Derjaguin, Muller and Toporov 1975). jkr (Johnson, Kendall
+# and Roberts 1971; Johnson 1985, section 5.5), with the work of adhesion 2 gamma:
+#
+#     F = 4 E* a^3 / (3 R*) - 4 sqrt(pi gamma E* a^3),   delta = a^2 / R* - 2 sqrt(pi gamma a / E*).
+#
+# mdr (elastic): each of two equal spheres of radius R meets a rigid flat at half the overlap.
+# There, by the method of dimensionality reduction, an ellipse of the half axes R and 2 R sinks
+# into independent springs, E / (1 - nu^2) = 2 E* for each length: with
+#
+#     cos theta = 1 - delta / (4 R),   a = R sin theta,
+#     F = 4 E* R^2 (theta - sin theta cos theta),
+#
+# Hertz's force to the first order in delta / R. A wall is a rigid flat: as half of two spheres. Of
+# two sizes, R_1 and R_2, the flat lies where the surfaces cross at the largest overlap delta_m,
+#
+#     d_1 = delta (2 R_2 - delta_m) / (2 (R_1 + R_2 - delta_m)),   d_2 = delta - d_1,
+#
+# and the force is the mean of that on either side: they differ (to the first order by R_2 / R_1),
+# and what is loaded at delta_m = delta comes back along another curve.
 
 HOOKE, HERTZ, DMT, JKR, MDR = range(5)
 
@@ -159,13 +104,13 @@ def between(modulus: float, radii: tuple[float, float], overlap: float, largest:
     """
     if overlap <= 0.0:
         return Elastic(0.0, 0.0, 0.0, 0.0)
-    one, other = radii
+    radius, partner = radii
     most = largest if largest > 0.0 else overlap
-    reach = one + other - most
-    share = 0.5 * (2.0 * other - most) / reach
-    drift = 0.5 * (other - one) / reach**2 if largest == 0.0 else 0.0  # d(share)/d(most)
-    first = at_flat(modulus, one, share * overlap, False)
-    second = at_flat(modulus, other, (1.0 - share) * overlap, False)
+    reach = radius + partner - most
+    share = 0.5 * (2.0 * partner - most) / reach
+    drift = 0.5 * (partner - radius) / reach**2 if largest == 0.0 else 0.0  # d(share)/d(most)
+    first = at_flat(modulus, radius, share * overlap, False)
+    second = at_flat(modulus, partner, (1.0 - share) * overlap, False)
     slope = (share + drift * overlap) * first.slope + (1.0 - share - drift * overlap) * second.slope
     growth = (share + drift * overlap) * first.growth
     return Elastic(0.5 * (first.force + second.force), 0.5 * slope, first.radius, growth)
@@ -236,6 +181,19 @@ def _jkr_radius(modulus: float, surface: float, curvature: float, overlap: float
     return s * s
 
 
+# ---- dashpots: eta_n [kg/s], and how it grows with the overlap
+#
+# velocity: eta_0. mass_velocity: eta_0 m*. viscoelastic: eta_0 m* a (Brilliantov et al. 1996).
+#
+# secant: c sqrt(m* F/delta) with the elastic force F; the restitution depends on c alone. c = 2
+# zeta for a linear spring, sqrt(5) zeta for Hertz's (Antypov and Elliott, EPL 94, 50004 (2011)),
+# with zeta = -ln e / sqrt(pi^2 + ln^2 e). Tsuji, Tanaka and Ishida, Powder Technol. 71, 239
+# (1992), fit the second one: alpha(e) sqrt(m F/delta) with the mass m = 2 m* of one of two equal
+# spheres.
+#
+# stiffness (mdr's): c sqrt(m* k) with k = 2 E_eff a, the manual of LAMMPS says: the slope of the
+# elastic force of two equal spheres, E_eff = E*, and of one on a rigid wall, E_eff = 2 E*.
+
 NONE, VELOCITY, MASS_VELOCITY, VISCOELASTIC, SECANT, STIFFNESS = range(6)
 
 KINDS = {
@@ -295,6 +253,35 @@ def dashpot(
     return 0.0, 0.0
 
 
+# ---- mdr: yield of a sphere on a rigid flat
+#
+# With the flat at the distance d from the centre, the depth delta = R - d and the yield stress Y,
+# the mean pressure is at most
+#
+#     p = Y (1 + 1.75 exp(-4.4 delta / R)),
+#
+# which Hertz's, 4 E' / (3 pi) sqrt(delta / R), reaches at delta_Y. From there on F = p pi a^2 with
+# a^2 = 2 R delta - delta^2 - delta_Y (R_0 - delta_Y), which begins with Hertz's a^2 = R_0 delta_Y.
+#
+# Plastic flow keeps the volume: the apparent radius R swells by what the flat displaces,
+#
+#     4/3 pi R^3 - pi/3 delta^2 (3 R - delta) - V_0 e = constant,   e (1 + e) = -F d / (3 K V_0),
+#
+# V_0 = 4/3 pi R_0^3, where e is the mean elastic strain of the volume; it does not shrink, so that
+# at first, while e falls faster, it is R_0. Both are functions of d alone as long as d falls.
+#
+# It springs back elastically by A/2 - u: A/2 = 2 p a / E' is how far a uniform pressure p on the
+# circle of radius a moves the surface in its middle, u by how much it moves the centre of the
+# sphere, z = R - delta + A/2 below (Boussinesq),
+#
+#     u = p / (2 G s) (2 (1 - nu) a^2 - (1 - 2 nu) z (s - z)),   s^2 = a^2 + z^2:
+#
+# as an ellipse of the axes A and B = 2 a, which is at A/2 at the largest depth and comes to 0
+# there.
+#
+# A sphere that has swollen is that large: friction has its radius as the lever, and it turns with
+# the moment of inertia 2/5 m R^2 (grown).
+
 ELASTIC, PLASTIC, SWELLING = range(3)
 """Stages of a contact that is pressed in."""
 
@@ -344,15 +331,17 @@ def _kept(
     """
     now, away = radius + swelling, radius - depth
     real = depth + swelling
-    one = _pressed(law.yield_stress, onset, radius, real, now)
+    load = _pressed(law.yield_stress, onset, radius, real, now)
     sphere = 4.0 / 3.0 * math.pi * radius**3
     share = 1.0 / (3.0 * law.bulk_modulus)
-    root = math.sqrt(1.0 - 4.0 * share * one.force * away / sphere)
-    strained = -2.0 * share * one.force * away / (1.0 + root)  # V_0 e
+    root = math.sqrt(1.0 - 4.0 * share * load.force * away / sphere)
+    strained = -2.0 * share * load.force * away / (1.0 + root)  # V_0 e
     more = 4.0 / 3.0 * math.pi * swelling * (3.0 * radius * (radius + swelling) + swelling**2)
     cap = math.pi / 3.0 * real**2 * (3.0 * now - real)
-    by_way = -math.pi * (now - away) * (now + away) + share * (one.slope * away - one.force) / root
-    by_swelling = 2.0 * math.pi * now * (2.0 * now - real) + share * one.by_radius * away / root
+    by_way = (
+        -math.pi * (now - away) * (now + away) + share * (load.slope * away - load.force) / root
+    )
+    by_swelling = 2.0 * math.pi * now * (2.0 * now - real) + share * load.by_radius * away / root
     return more - cap - strained, by_way, by_swelling
 
 
@@ -421,11 +410,11 @@ def loaded(law: Records, contact: Records, depth: float, radius: float) -> Elast
     grown, rate = swelling(law, contact, depth, radius)
     if contact.stage < SWELLING:
         grown, rate = 0.0, 0.0
-    one = _pressed(law.yield_stress, contact.onset, radius, depth + grown, radius + grown)
-    slope = one.slope + rate * one.by_radius
+    load = _pressed(law.yield_stress, contact.onset, radius, depth + grown, radius + grown)
+    slope = load.slope + rate * load.by_radius
     flat = radius - depth  # of the flat from the centre, which stays as the radius grows
-    widens = (flat * (1.0 + rate) + (depth + grown) * rate) / one.square  # d(ln a)/d(depth)
-    return Elastic(one.force, slope, math.sqrt(one.square), widens)
+    widens = (flat * (1.0 + rate) + (depth + grown) * rate) / load.square  # d(ln a)/d(depth)
+    return Elastic(load.force, slope, math.sqrt(load.square), widens)
 
 
 @compiled
@@ -447,8 +436,8 @@ def sprung_back(law: Records, contact: Records, largest: float, radius: float) -
     """Return how a contact springs back from its largest depth in the sphere as it was."""
     grown, _ = swelling(law, contact, largest, radius)
     now, depth = radius + grown, largest + grown
-    one = _pressed(law.yield_stress, contact.onset, radius, depth, now)
-    a2, a, p = one.square, math.sqrt(one.square), one.pressure
+    load = _pressed(law.yield_stress, contact.onset, radius, depth, now)
+    a2, a, p = load.square, math.sqrt(load.square), load.pressure
     middle = p * a / law.stiffness  # 2 p a / E'
     z = now - depth + middle
     s = math.sqrt(a2 + z * z)
@@ -462,6 +451,32 @@ def remembers(law: Records, contact: Records) -> bool:
     """Return whether a contact that does not yield opens along another curve than it closed."""
     uneven = contact.first_radius != contact.second_radius
     return bool(law.normal == MDR and (uneven or law.surface > 0.0))
+
+
+# ---- mdr: the branches that are not elastic alone
+#
+# Two equal spheres meet a flat between them, each at half the overlap; a wall is one. With E' = E
+# / (1 - nu^2), the depth delta of the flat, and by the method of dimensionality reduction an
+# ellipse of the half axes A/2 along the motion and B/2 across that sinks into springs, E' for each
+# length:
+#
+#     cos theta = 1 - 2 delta_e / A,   a = B/2 sin theta,
+#     F = E' A B / 4 (theta - sin theta cos theta)
+#
+# elastic: A = 4 R, B = 2 R, delta_e = delta. Yield: as above. Adhesion, of the energy gamma of
+# sphere and flat: as the contact opens, springs hold on until they are longer by l(a) = sqrt(2 pi
+# a gamma / E'), those at the edge first: with the depth g(a) = A/2 (1 - cos theta)
+#
+#     F = E' A B / 4 (theta - sin theta cos theta) - 2 E' a l(a),   delta = g(a) - l(a),
+#
+# which is JKR for small a / R, down to the a below which delta grows again; before, a stays that
+# of the largest depth.
+#
+# Bulk response, of one contact: the mean displacement of its surface is delta, so that nothing is
+# left to the ellipse; a pressure of the bulk modulus K times the volume displaced, A_c delta, over
+# that of the sphere without its cap acts on the area A_c = pi R delta:
+#
+#     F = K A_c^2 delta / (4/3 pi R^3 - pi/3 delta^2 (3 R - delta)).
 
 
 @compiled

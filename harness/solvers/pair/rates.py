@@ -1,10 +1,8 @@
-"""Rates of the state of a system of contacts, its scales, its samples.
+"""Rates of the state of a system of contacts: forces, what ends a smooth piece, scales, samples.
 
-Rates of the state of a system of contacts, and what ends a smooth piece of its motion.
-
-What is small in a contact system: the units in which its errors are measured.
-
-What is sampled of the state of a system of contacts.
+The state is a vector: position, velocity and angular velocity of each body, overlap and springs of
+each contact. ``modes`` (contacts, columns) say whether a contact is open, and what each of its
+sliders does; while they stay the motion is smooth. The arguments of all functions are those.
 """
 
 from __future__ import annotations
@@ -166,22 +164,22 @@ def _slower(y: Floats, system: System, radius: float) -> float:
 @compiled
 def rates(y: Floats, system: System, modes: Integers, result: Floats) -> None:
     """Set ``result`` to the rate of the state."""
-    found = accelerations(y, system, modes)
+    accelerated = accelerations(y, system, modes)
     for b in range(len(system.bodies)):
         for k in range(3):
             result[BODY * b + k] = y[BODY * b + 3 + k]
-            result[BODY * b + 3 + k] = found[b, k]
-            result[BODY * b + 6 + k] = found[b, 3 + k]
+            result[BODY * b + 3 + k] = accelerated[b, k]
+            result[BODY * b + 6 + k] = accelerated[b, 3 + k]
     for c in range(len(system.contacts)):
         at = place_of(system, c)
         result[at : at + CONTACT] = 0.0
         if modes[c, STATE] != OPEN:
-            _contact_rates(y, system, modes, found, c, result)
+            _contact_rates(y, system, modes, accelerated, c, result)
 
 
 @compiled
 def _contact_rates(
-    y: Floats, system: System, modes: Integers, found: Floats, c: int, result: Floats
+    y: Floats, system: System, modes: Integers, accelerated: Floats, c: int, result: Floats
 ) -> None:
     at = place_of(system, c)
     g = geometry(y, system, c)
@@ -189,7 +187,7 @@ def _contact_rates(
     if modes[c, STATE] == CLIPPED:
         return
     normal = normal_force(g, system, c, modes[c, SIGN])
-    rate = change(g, y, system, c, found)
+    rate = change(g, y, system, c, accelerated)
     for kind in range(3):
         mode = modes[c, SLIDERS + kind]
         if mode == OFF:
@@ -209,14 +207,14 @@ def _contact_rates(
 @compiled
 def endings(y: Floats, system: System, modes: Integers) -> Floats:
     """Return (contacts, 6) numbers that turn positive where a piece of the motion ends."""
-    found = accelerations(y, system, modes)
+    accelerated = accelerations(y, system, modes)
     result = np.full((len(system.contacts), KINDS), -1.0)
     for c in range(len(system.contacts)):
         if modes[c, STATE] == OPEN:
             _, overlap, _ = normal_and_gap(y, system, c)
             result[c, TOUCH] = _touch(overlap, geometry(y, system, c).closing, system, c)
         else:
-            _contact_endings(y, system, modes, found, c, result[c])
+            _contact_endings(y, system, modes, accelerated, c, result[c])
     return result
 
 
@@ -231,7 +229,7 @@ def _touch(size: float, rate: float, system: System, c: int) -> float:
 
 @compiled
 def _contact_endings(
-    y: Floats, system: System, modes: Integers, found: Floats, c: int, result: Floats
+    y: Floats, system: System, modes: Integers, accelerated: Floats, c: int, result: Floats
 ) -> None:
     law = system.law
     g = geometry(y, system, c)
@@ -254,7 +252,7 @@ def _contact_endings(
     elif modes[c, OPENING] == 0 and remembers(law, system.contacts[c]):
         largest = system.contacts[c].largest
         result[STAGE] = g.overlap - largest if largest > 0.0 else -1.0
-    rate = change(g, y, system, c, found)
+    rate = change(g, y, system, c, accelerated)
     grows = load_rate(normal, g, rate.closing, law, modes[c, SIGN])
     for kind in range(3):
         mode = modes[c, SLIDERS + kind]
@@ -266,6 +264,9 @@ def _contact_endings(
         q = vector(y, place_of(system, c) + 1 + 3 * kind)
         swing = velocity_rate(kind, rate, g, system, c)
         result[SLIDERS + kind] = beyond(slider, q, mode, (cap, cap_rate), limits(kind, law), swing)
+
+
+# ---- units in which the errors of a step are measured
 
 
 @compiled
@@ -333,6 +334,9 @@ def _contact_scales(y: Floats, system: System, modes: Integers, c: int, result: 
             # a direction counts by the force that it has
             place = at + 1 + 3 * kind
             result[place : place + 3] = min(1e8, max(1.0, size / max(load, 1e-300)))
+
+
+# ---- what a run keeps of a state
 
 
 @compiled

@@ -1,8 +1,6 @@
-"""Records in which compiled code reads bodies, planes and contacts; vectors as tuples.
+"""Records in which compiled code reads bodies, planes, contacts and their law, and its vectors.
 
-Vectors of three numbers for compiled code: tuples, so that nothing is allocated.
-
-Records in which compiled code reads bodies, planes, contacts and the law between them.
+A vector is a tuple of three numbers, so that nothing is allocated.
 """
 
 from __future__ import annotations
@@ -75,6 +73,8 @@ def direction(a: Vector) -> Vector:
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+
+# ---- records
 
 BODY = 9
 """Numbers of a body in the state: position, velocity, angular velocity."""

@@ -223,8 +223,10 @@ class _Run:
         if self.departures.again == "restitution_from_coefficient":
             law = self.scene.law
             assert law.restitution is not None
-            told = law.replace(restitution=tsuji(law.restitution))
-            self.system = system_of(replace(self.scene, planes=self.at_rest, law=told), self.rules)
+            changed = law.replace(restitution=tsuji(law.restitution))
+            self.system = system_of(
+                replace(self.scene, planes=self.at_rest, law=changed), self.rules
+            )
 
     def set_up(self) -> None:
         seen = self.wall if self.departures.setup == "wall_at_rest" else np.zeros(3)
@@ -301,9 +303,9 @@ def contacts(
         _, overlap, _ = normal_and_gap(y, system, c)
         last = 0.0
         if radii[c] > 0.0 and not modes[4]:
-            one = system.contacts[c]
+            record = system.contacts[c]
             law = system.law
-            last = last_overlap(law.normal, law.stiffness, law.surface, one.curvature, law.fold)
+            last = last_overlap(law.normal, law.stiffness, law.surface, record.curvature, law.fold)
         if overlap < last or (overlap == last and not modes[3]):
             y[at : at + CONTACT] = 0.0
             radii[c] = 0.0

@@ -1,19 +1,9 @@
-"""Steps of smooth motion with error control, and the one in which a piece ends.
+"""Steps of smooth motion with error control, and the time in a step at which a piece ends.
 
-One step of high order: Gragg's modified midpoint rule, extrapolated (Bulirsch and Stoer).
-
-Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, section II.9. Increments
-are extrapolated instead of states, so that small overlaps of bodies far from the origin do not
-drown in round-off. Six columns give order 12; the last two of them estimate the error.
-
-What may end a piece of the motion within a step and no longer does at its end.
-
-An ending is looked at where the cubic that has the states and rates of both ends of the step
-leads: it is off by h^4 / 384 of the fourth derivative at most, enough to tell where to look closer.
-
-When a step first ends a smooth piece of the motion, by taking the same step shorter.
-
-Smooth motion in contact: steps with error control, up to one in which a piece may end.
+A step is Gragg's modified midpoint rule, extrapolated (Bulirsch and Stoer; Hairer, Norsett and
+Wanner, Solving Ordinary Differential Equations I, section II.9). Increments are extrapolated
+instead of states, so that small overlaps of bodies far from the origin do not drown in round-off.
+Six columns give order 12; the last two of them estimate the error.
 """
 
 from __future__ import annotations
@@ -77,6 +67,12 @@ def step(
     return y + table[COLUMNS - 1], error
 
 
+# ---- where to look for an ending
+#
+# What may end a piece within a step and no longer does at its end is looked for where the cubic
+# leads that has the states and rates of both ends of the step: it is off by h^4 / 384 of the
+# fourth derivative at most, enough to tell where to look closer.
+
 PLACES = 4
 """Parts of a step at whose ends endings are looked at."""
 
@@ -130,6 +126,8 @@ def _peak(values: Floats) -> float:
 Ending = tuple[int, int]
 """Contact and column of what ends a piece."""
 
+# ---- when a step first ends a piece, by taking the same step shorter
+
 ROUND_OFF_OF_EVENT = 1e-10
 """[size of an ending in a step] up to which it is not positive between the ends of the step."""
 
@@ -158,15 +156,15 @@ def first_ending(
         return lambda part: float(after(part)[where])
 
     last, near = look(start, end, h, system, modes)
-    found = [(_located(of(where), h, least), where) for where in _positive(last)]
-    if found:
-        h = min(found)[0]
+    endings_in_step = [(_located(of(where), h, least), where) for where in _positive(last)]
+    if endings_in_step:
+        h = min(endings_in_step)[0]
         _, near = look(start, taken(h), h, system, modes)
     for where in _positive(near):
         highest = _highest(of(where), h, float(near[where]))
         if highest > 0.0:
-            found.append((_located(of(where), highest, least), where))
-    return min(found, default=None)
+            endings_in_step.append((_located(of(where), highest, least), where))
+    return min(endings_in_step, default=None)
 
 
 def _positive(values: Floats) -> list[Ending]:
@@ -175,13 +173,13 @@ def _positive(values: Floats) -> list[Ending]:
 
 def _highest(ending: Callable[[float], float], h: float, near: float) -> float:
     """Return when an ending is highest about a time within a step, 0 if not positive there."""
-    found = minimize_scalar(
+    minimum = minimize_scalar(
         lambda part: -ending(part),
         bounds=(max(0.0, near - h / PLACES), min(h, near + h / PLACES)),
         options={"xatol": 1e-5 * h},
     )
     least = ROUND_OFF_OF_EVENT * max(abs(ending(0.0)), abs(ending(h)))
-    return float(found.x) if -found.fun > least else 0.0
+    return float(minimum.x) if -minimum.fun > least else 0.0
 
 
 def _located(ending: Callable[[float], float], h: float, least: float) -> float:
@@ -192,6 +190,8 @@ def _located(ending: Callable[[float], float], h: float, least: float) -> float:
             return float(brentq(ending, early, h, xtol=least, rtol=1e-15))
     return 0.0
 
+
+# ---- steps with error control, up to one in which a piece may end
 
 GROWTH = 4.0
 """Of a step against the one before it, at most."""

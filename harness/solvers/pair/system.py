@@ -1,4 +1,4 @@
-"""A scene as arrays and plain numbers, for compiled code."""
+"""A scene as records of bodies, planes, contacts and law, for compiled code."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def law_of(law: ContactLaw, rules: Rules) -> Records:
     mindlin = "mindlin" in law.tangential
     factor = 2.0 / 3.0 if rules.mindlin_factor == "2/3" else 1.0
     turning = bool(law.rolling_friction) or _twisting(law) != TWIST_NONE
-    found = {
+    values = {
         "normal": kinds[law.normal] if sticky or law.normal in ("hooke", "mdr") else normal.HERTZ,
         "stiffness": law.normal_stiffness or modulus,
         "surface": law.surface_energy or 0.0,
@@ -160,9 +160,9 @@ def law_of(law: ContactLaw, rules: Rules) -> Records:
         "mean_spin": rules.spring_spin == "mean",
         "turns": rules.spring_frame == "contact",
     }
-    if not (found["tangential"] or found["rolling"] or found["twisting"]):
-        found |= dict.fromkeys(OF_FRICTION, 0)
-    return _records(LAW, [tuple(found[name] for name in LAW.names or ())])[0]
+    if not (values["tangential"] or values["rolling"] or values["twisting"]):
+        values |= dict.fromkeys(OF_FRICTION, 0)
+    return _records(LAW, [tuple(values[name] for name in LAW.names or ())])[0]
 
 
 def _branches(law: ContactLaw) -> dict[str, float | bool]:

@@ -24,7 +24,7 @@ def test_a_run_in_slices_is_the_same_to_the_last_bit(monkeypatch, name):
     whole, told = RUNS[name](), []
     monkeypatch.setattr(motion, "SLICE_SECONDS", 1e-6)
     monkeypatch.setattr(exact, "CUBES", 1.0)
-    cut = RUNS[name](told=lambda done, total: told.append((done, total)))
+    cut = RUNS[name](progress=lambda done, total: told.append((done, total)))
     assert len(told) > 3
     assert told == sorted(told)
     assert told[-1][0] == told[-1][1]
@@ -43,7 +43,7 @@ def test_an_interrupt_between_two_slices_ends_the_run(monkeypatch, name):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        RUNS[name](told=interrupted)
+        RUNS[name](progress=interrupted)
 
 
 def test_what_the_exact_solver_cannot_do_is_said_in_a_line():
