@@ -122,7 +122,11 @@ def _linear(low: float, high: float, start: float, end: float) -> Axis:
     else:
         margin = 0.04 * (high - low)
     low, high = low - margin, high + margin
-    ticks = [t for t in MaxNLocator(6).tick_values(low, high) if low <= t <= high]
+    ticks = [
+        t
+        for t in MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high)
+        if low <= t <= high
+    ]
     apart = ticks[1] - ticks[0] if len(ticks) > 1 else 1.0
 
     def place(value: float) -> float:

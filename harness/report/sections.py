@@ -36,8 +36,8 @@ class Table:
 
     @property
     def filled(self) -> Table:
-        """Return the table without the columns that have no value in any row."""
-        kept = [n for n in range(len(self.head)) if any(row[n] for row in self.rows)]
+        """Return the table without the columns that are empty, or a dash, in every row."""
+        kept = [n for n in range(len(self.head)) if any(row[n].strip("-") for row in self.rows)]
         if len(kept) == len(self.head) or not self.rows:
             return self
         place = {n: new for new, n in enumerate(kept)}

@@ -112,7 +112,7 @@ def test_nothing_that_holds_is_a_cause(verification):
 
 
 def test_a_column_without_values_is_not_drawn():
-    rows = (("a", "", "1"), ("b", "", ""))
+    rows = (("a", "", "1"), ("b", "-", ""))
     table = Table("T", "c", ("name", "none", "some"), rows, frozenset({1, 2}), frozenset({0}))
     assert table.filled.head == ("name", "some")
     assert table.filled.rows == (("a", "1"), ("b", ""))

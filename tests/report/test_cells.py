@@ -102,7 +102,9 @@ def test_the_verdict_stands_beside_the_system_where_no_window_cuts_it(folder):
     (path,) = (folder / "cells").glob("*slide-spring-force.html")
     page = path.read_text()
     assert re.findall(r'<th scope="col">(.*?)</th>', page)[:3] == ["system", "verdict", "quantity"]
-    rows = re.findall(r"<tr><td>[^<]+</td><td><span class=\"badge", page)
+    rows = re.findall(
+        r"<tr><td data-n=\"system\">[^<]+</td><td data-n=\"verdict\"><span class=\"badge", page
+    )
     assert len(rows) == page.count('href="../report.html#') - page.count("#matrix")
 
 
@@ -120,7 +122,7 @@ def test_an_invariance_is_held_against_the_same_run(found):
     rows = [replace(ROWS[2], kind=kind) for kind in kinds]
     drawn = draw_sections([Section("All", cells=CELLS[1:2])])
     ((_, page),) = cell_pages(replace(found, checks=tuple(rows)), drawn)
-    told = re.findall(r'<td class="soft">([^<]*)</td>', page)
+    told = re.findall(r'<td class="soft" data-n="by">([^<]*)</td>', page)
     assert sorted(told) == ["closed form", "integration", "the same run"]
 
 
@@ -162,7 +164,7 @@ def test_plots_stand_under_their_systems_in_order_each_with_its_caption(found):
     assert re.findall(r"</b> *([^<]*)</figcaption>", page) == ["A line of a law."] * 2
     assert "Errors: nothing above zero to draw." in page
     # the rows of the table in the order of the figures
-    rows = re.findall(r"<tr><td>([^<]+)</td>", page)
+    rows = re.findall(r'<tr><td data-n="system">([^<]+)</td>', page)
     assert rows[:2] == ["wall", "two spheres"]
 
 
@@ -272,6 +274,16 @@ def test_axe_finds_nothing_on_the_matrix_and_the_pages_of_cells(
         assert barriers(page) == [], file.name
         assert page.evaluate("document.documentElement.scrollWidth") == width, file.name
     context.close()
+
+
+@pytest.mark.parametrize("width", [1400, 390])
+def test_no_cell_of_a_table_lies_beyond_its_frame(browser, folder, width):
+    page = browser.new_page(viewport={"width": width, "height": 800})
+    for file in sorted((folder / "cells").glob("*.html")):
+        page.goto(file.as_uri())
+        for frame in page.locator(".table").all():
+            assert frame.evaluate("node => node.scrollWidth - node.clientWidth") <= 0, file.name
+    page.close()
 
 
 @pytest.mark.parametrize("width", [1280, 390])
