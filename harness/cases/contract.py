@@ -1,26 +1,18 @@
 """The contract of a case: what is simulated, how an output is read, and how it is judged.
 
-Results that several threads or engines share, each computed once.
-
-The parts of a verification: each leaves rows, whatever becomes of the others.
-
-What ``case.toml`` beside a case's module says: quantities, formula, tolerances, prose.
-
-A case is one object and one folder: ``parameters.py`` (frozen, validated, SI), ``case.toml`` (its
-quantities, as ``name = "[unit] meaning"``, tolerances with their reasons, the prose of its
-report), ``template.py`` (the values that scripts are told, the same system as a scene), reading,
-``checks.py``, ``sections.py`` with figures. It names no engine: every engine that has a template
-for it, or takes scenes, and whose declared rules accept the values, runs it.
+A case is one object and one folder or module. It names no engine: every engine that has a template
+for it, or takes scenes, and whose declared rules accept the values, runs it. Its quantities,
+formula, tolerances (each with its reason) and prose lie in ``case.toml`` beside its module.
 
 To add a case, subclass :class:`Case` in ``cases/<name>/case.py`` as ``CASE = MyCase()``, or in a
 package of your own under the entry point ``dem_harness.cases``. ``quantities``, ``template``,
-``job``, ``read`` and ``references`` are enough for ``run`` and for a verification with ``plans``;
-override ``verify`` for studies of another shape.
+``job``, ``read`` and ``references`` are enough for ``run``, and with ``plans`` for a verification;
+override ``verify`` for one of another shape, and name in ``planned`` the checks that it must leave:
+one that is missing is a failed row of its name. A part of a verification (:class:`Part`) leaves
+rows whatever becomes of the others.
 
-A study: a question that one case answers with many runs, from the runs to a verdict in words.
-
-A case declares it as an object (:meth:`harness.cases.contract.Case.study`); a workflow that knows
-no case makes the runs with what sweeps are made with, and hands the rows back.
+A study (:class:`CaseStudy`) is a question that one case answers with many runs, from the runs to a
+verdict in words. A workflow that knows no case makes the runs and hands the rows back.
 """
 
 from __future__ import annotations
