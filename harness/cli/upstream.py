@@ -43,6 +43,7 @@ def upstream(
     from harness.engines.lammps.releases import executable_of
     from harness.files import whole_folder
     from harness.report.folder import check_folder
+    from harness.report.plain import write_csv
     from harness.upstream.definition import read_tests
     from harness.upstream.report import report
     from harness.upstream.runs import run_upstream, wheel_lmp
@@ -57,7 +58,7 @@ def upstream(
     if output is not None:
         with whole_folder(output) as aside:
             aside.mkdir()
-            runs.frame().to_csv(aside / "rows.csv", index=False)
+            write_csv(runs.frame(), aside / "rows.csv")
             (aside / "report.md").write_text(report(runs), encoding="utf-8")
     if json:
         print_json(runs.record())

@@ -17,6 +17,7 @@ LINES = {
     "tower": "tower --height 4",
     "impulse": "impulse --heights 1-3 --window all",
     "cases": "cases",
+    "defect": "defect",
     "run": "run incline --engine reference",
     "sweep": "sweep incline --over angle=9:11:3 --engines reference --output swept",
     "engines": f"engines --program mfix={sys.executable}",
@@ -29,8 +30,9 @@ LINES = {
 """By command; what `verify` prints, and `baseline compare` as it does, is in
 test_terminal_layout.py."""
 
-ELSEWHERE = {"verify", "reproduce", "study", "releases"}
-"""Commands that take minutes: what they print is in test_long_commands.py."""
+ELSEWHERE = {"verify", "reproduce", "study", "releases", "upstream"}
+"""Commands that take minutes: what they print is in test_long_commands.py; upstream has a test of
+its own, with a file to run."""
 
 
 @pytest.fixture

@@ -99,7 +99,9 @@ def test_the_command_that_repeats_a_case_names_the_code():
     case, _, found = compared(OWN, OWN, {"linear_history"})
     (section,) = case.sections(found, Findings("oblique"), {})
     (cell,) = section.cells
-    assert cell.commands[0][1].startswith("dem-harness run oblique --engine code --set ")
+    (only, run) = (text for _, text in cell.commands[:2])
+    assert only == "dem-harness verify --only oblique/linear_history/wall --engine code"
+    assert run.startswith("dem-harness run oblique --engine code --set ")
     assert section.tables == ()
 
 
