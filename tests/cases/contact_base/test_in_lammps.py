@@ -1,8 +1,8 @@
 """Contact cases in LAMMPS: limits that hold, defects that are found, releases that lack a model."""
 
 import math
-import subprocess
 import shlex
+import subprocess
 from dataclasses import replace
 from pathlib import Path
 
