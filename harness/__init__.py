@@ -4,4 +4,4 @@ The verbs of the command line are functions in :mod:`harness.workflows`, what th
 run is described by :mod:`harness.parameters`.
 """
 
-__version__ = "0.1.0"
+__version__ = "1.0.0"

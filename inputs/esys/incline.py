@@ -1,6 +1,6 @@
 # The frictionless incline: a grain slides over a row of fixed, touching spheres.
 #
-# Made by dem-harness 0.1.0 (`dem-harness inputs` writes it again; edit the template, not this file).
+# Made by dem-harness 1.0.0 (`dem-harness inputs` writes it again; edit the template, not this file).
 #
 # Run it as it stands, or with other parameters, on one master and one worker:
 #

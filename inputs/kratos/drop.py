@@ -1,6 +1,6 @@
 """Equal spheres in the plane without friction: the scene of the case drop.
 
-Made by dem-harness 0.1.0 (`dem-harness inputs` writes it again; edit the template,
+Made by dem-harness 1.0.0 (`dem-harness inputs` writes it again; edit the template,
 not this file).
 
 Run it as it stands, or with other parameters, with a Python that has Kratos

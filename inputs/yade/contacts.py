@@ -1,6 +1,6 @@
 """A contact with friction: one or two spheres and horizontal walls, moved by forces or as told.
 
-Made by dem-harness 0.1.0 (`dem-harness inputs` writes it again; edit the template).
+Made by dem-harness 1.0.0 (`dem-harness inputs` writes it again; edit the template).
 
 Run it as it stands (an oblique impact on a wall), with other parameters, or for a list of them in
 a JSON file:

@@ -1,6 +1,6 @@
 """Equal spheres in the plane without friction, in Yade: the scene of the case tower.
 
-Made by dem-harness 0.1.0 (`dem-harness inputs` writes it again; edit the template).
+Made by dem-harness 1.0.0 (`dem-harness inputs` writes it again; edit the template).
 
 Run it as it stands, with other parameters, or for a list of them in a JSON file:
 
