@@ -18,6 +18,7 @@ from harness.engines.process import Limits
 from harness.engines.programs import fresh_folder
 from harness.errors import RequestError
 from harness.parameters.rules import Rules
+from harness.solvers.pair.stepping import advance
 from harness.store.known_defects import known_defects, script_of
 from harness.upstream.definition import UpstreamTest
 from harness.upstream.runs import run_script, run_test
@@ -61,8 +62,6 @@ def defect_as_test(name: str, lmp: str) -> UpstreamTest:
     test = test_of_script(name, script, runs_of(script, lmp))
     run = run_test(test, lmp)
     scene = scene_of(run.log, run.states[0], sum(test.segments), run.timestep)
-    from harness.solvers.pair.stepping import advance  # compiles
-
     recorded: dict[str, list[list[float]]] = {}
     for segment, steps in enumerate(accumulate(test.segments)):
         stops = tuple(accumulate(test.segments[:segment]))

@@ -25,53 +25,79 @@ integration of the contact law.
 def report(runs: UpstreamRuns) -> str:
     """Return the page of runs as Markdown."""
     counts = [f"- **{release}**: {text}." for release, text in runs.told().items()]
-    wrong = [o for o in runs.outcomes if "pass" not in (_recorded(o), _law(o)) or _fails(o)]
+    wrong = [_wrong(outcome) for outcome in runs.outcomes if _fails(outcome)]
     parts = [
         HEAD,
         "\n".join(counts),
         "## What fails, and why",
-        _table([_row(o) for o in wrong]) if wrong else "Nothing fails.",
-        "## All tests",
-        _table([_row(o) for o in runs.outcomes]),
+        _table(WRONG, wrong) if wrong else "Nothing fails.",
+        "## All tests, by release",
+        "Recorded / law; `-` where the release does not have what the test asks for, or where no "
+        "scene of spheres and flat walls is read.",
+        _matrix(runs),
+        "## Not tested, and why",
+        _untested(runs),
     ]
     return "\n\n".join(part.strip() for part in parts) + "\n"
 
 
-def _recorded(outcome: Outcome) -> str:
-    return str(outcome.record()["recorded"])
-
-
-def _law(outcome: Outcome) -> str:
-    return str(outcome.record()["law"])
+WRONG = ("test", "release", "recorded", "law", "difference", "step", "upstream allows", "why")
 
 
 def _fails(outcome: Outcome) -> bool:
-    return bool({_recorded(outcome), _law(outcome)} & {"fail", "known defect"})
+    record = outcome.record()
+    return bool({record["recorded"], record["law"]} & {"fail", "known defect"})
 
 
-COLUMNS = ("test", "release", "recorded", "law", "difference", "step", "upstream allows", "why")
-
-
-def _row(outcome: Outcome) -> tuple[str, ...]:
+def _wrong(outcome: Outcome) -> tuple[str, ...]:
     record = outcome.record()
     hidden = ", **hidden**" if record["hidden_by_tolerance"] else ""
-    why = outcome.defect or ("" if not _fails(outcome) and _law(outcome) == "pass" else outcome.why)
+    failed = [check.note for check in outcome.checks if check.verdict == "fail"]
     return (
         outcome.test,
         outcome.release,
-        _recorded(outcome),
-        _law(outcome) + hidden,
+        str(record["recorded"]),
+        f"{record['law']}{hidden}",
         _number(outcome.law_difference),
         _number(outcome.step_error),
         _number(outcome.tolerance),
-        why or ("" if _law(outcome) == "pass" else str(record["why"])),
+        outcome.defect or "; ".join(dict.fromkeys(failed)),
     )
+
+
+def _matrix(runs: UpstreamRuns) -> str:
+    releases = list(dict.fromkeys(outcome.release for outcome in runs.outcomes))
+    cells = {(o.test, o.release): _short(o) for o in runs.outcomes}
+    tests = dict.fromkeys(outcome.test for outcome in runs.outcomes)
+    rows = [(test, *(cells.get((test, release), "-") for release in releases)) for test in tests]
+    return _table(("test", *releases), rows)
+
+
+def _short(outcome: Outcome) -> str:
+    record = outcome.record()
+    words = {"not tested": "-", "none": "-"}
+    return " / ".join(
+        words.get(str(record[name]), str(record[name])) for name in ("recorded", "law")
+    )
+
+
+def _untested(runs: UpstreamRuns) -> str:
+    reasons: dict[tuple[str, str], list[str]] = {}
+    for outcome in runs.outcomes:
+        for check in outcome.checks:
+            if check.verdict == "not tested":
+                why = check.note.partition(" (src")[0].partition("undecided: ")
+                text = "undecided: its step is too coarse" if why[1] else why[0]
+                tests = reasons.setdefault((outcome.release, text), [])
+                tests += [outcome.test] if outcome.test not in tests else []
+    rows = [(release, why, str(len(tests))) for (release, why), tests in reasons.items()]
+    return _table(("release", "why", "tests"), rows) if rows else "All are tested."
 
 
 def _number(value: float) -> str:
     return f"{value:.2g}" if value == value else "-"
 
 
-def _table(rows: Sequence[Iterable[str]]) -> str:
-    lines = [COLUMNS, ("---",) * 4 + ("--:",) * 3 + ("---",), *rows]
+def _table(head: Sequence[str], rows: Iterable[Iterable[str]]) -> str:
+    lines = [head, ["---"] * len(head), *rows]
     return "\n".join(f"| {' | '.join(cell.replace('|', '/') for cell in row)} |" for row in lines)

@@ -46,6 +46,8 @@ def scene_of(log: str, state: Mapping[str, Floats], steps: int, timestep: float)
     Raise NotReadError for a command, or a contact law, that a scene does not describe.
     """
     styles, pair, coefficients = _commands(log)
+    if not steps:
+        raise NotReadError("it takes no step, and moves nothing")
     bodies = _bodies(state)
     if not bodies:
         raise NotReadError("it has no sphere at the start")

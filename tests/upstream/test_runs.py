@@ -106,3 +106,27 @@ def test_the_table_has_a_row_for_each_test_and_release(impact, lmp):
     frame = run_upstream([impact], {"a": lmp, "b": lmp}).frame()
     assert list(frame["release"]) == ["a", "b"]
     assert list(frame["law"]) == ["pass", "pass"]
+
+
+def test_an_error_of_the_harness_is_a_row_and_the_others_go_on(impact, lmp, monkeypatch):
+    held = runs.recorded_check
+
+    def raises(name, test, run):
+        if test.name == "broken":
+            raise ZeroDivisionError("on purpose")
+        return held(name, test, run)
+
+    monkeypatch.setattr(runs, "recorded_check", raises)
+    result = run_upstream([replace(impact, name="broken"), impact], {"here": lmp})
+    first, second = result.outcomes
+    assert [check.triage for check in first.checks] == ["harness error"]
+    assert {check.verdict for check in second.checks} == {Verdict.PASS}
+    assert result.status == 1
+
+
+def test_a_rule_that_moves_nothing_explains_nothing(impact, lmp):
+    rows = impact.recorded["run_vel"].copy()
+    rows[:, 4] *= 1.1
+    found = outcome(replace(impact, recorded={"run_vel": rows}), lmp)
+    assert found.defect == ""
+    assert found.checks[0].verdict is Verdict.FAIL
