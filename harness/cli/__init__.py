@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 try:
+    import atexit
     import contextlib
     import os
     import signal
@@ -50,6 +51,9 @@ def main() -> None:
         # all is cleared away by now; threads that go on with what nobody waits for
         # would keep the process until they are done
         os._exit(status)
+    # what is left is the interpreter's end: a signal then must not change the status
+    for number in (signal.SIGINT, signal.SIGTERM):
+        atexit.register(signal.signal, number, signal.SIG_IGN)
     sys.exit(status)
 
 

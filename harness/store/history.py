@@ -196,8 +196,14 @@ class History:
         return list(self.each(query, values))
 
     def each(self, query: str, values: Iterable[Any] = ()) -> Iterator[dict[str, Any]]:
-        """Yield the rows of a query, columns by name, each read when it is asked for."""
-        cursor = self._db.execute(query, tuple(values))
+        """Yield the rows of a query, columns by name, each read when it is asked for.
+
+        Raise RequestError for a value that is no text.
+        """
+        try:
+            cursor = self._db.execute(query, tuple(values))
+        except UnicodeEncodeError as error:
+            raise RequestError(f"{error.object!r}: must be UTF-8 text") from None
         names = [column[0] for column in cursor.description or ()]
         for row in cursor:
             yield dict(zip(names, row, strict=True))

@@ -194,3 +194,8 @@ def test_writers_killed_at_random_moments_lose_no_run_that_they_reported(path):
         assert len(finished) >= reported
         rows = list(history_query.quantities(history, HistoryQuery(quantity="*")))
         assert len(rows) == 20 * len(finished)
+
+
+def test_a_value_that_is_no_text_is_refused(tmp_path):
+    with History(tmp_path / "h.sqlite") as history, pytest.raises(RequestError, match="UTF-8"):
+        history.rows("SELECT id FROM run WHERE engine = ?", ["\udcff"])

@@ -422,7 +422,7 @@ def test_ranks_change_no_bit_of_any_case_and_submodel_but_for_known_defects(lmp)
         version = engine.identify().engine_version
         if not release_of("29 Aug 2024") <= release_of(version) <= release_of("22 Jul 2025 - 9"):
             pytest.skip(f"LAMMPS {version} may have other defects")
-        found = invariance._all_over_ranks(cases, engine, "full")
+        found = invariance._all_over_ranks(cases, engine, Study("full"))
     told = told_apart(found, known_defects(), {"lammps": version})
     unexpected = (Verdict.FAIL, Verdict.FIXED)
     assert [(row.name, row.verdict) for row in told if row.verdict in unexpected] == []
