@@ -5,6 +5,7 @@ import pytest
 from harness.cases.contact.motion import TEMPLATE as CONTACT
 from harness.cases.drop.case import TEMPLATE as DROP
 from harness.cases.incline.system import TEMPLATE as INCLINE
+from harness.cases.penetration import TEMPLATE as PENETRATION
 from harness.cases.tower.system import TEMPLATE as TOWER
 from harness.cases.tower.system import job_of, timing_of
 from harness.engines.contract import finished
@@ -14,7 +15,7 @@ from harness.errors import RequestError
 from harness.parameters.law import CONTACTS
 from harness.parameters.tower import Tower
 
-FILES = Liggghts.inputs([INCLINE, TOWER, DROP, CONTACT])
+FILES = Liggghts.inputs([INCLINE, TOWER, DROP, CONTACT, PENETRATION])
 SCRIPTS = [Liggghts.script(t, v) for t in (INCLINE, TOWER, DROP) for v in t.variants]
 BY_NAME = pytest.mark.parametrize("script", SCRIPTS, ids=lambda s: s.name)
 

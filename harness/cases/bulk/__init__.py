@@ -1,0 +1,1 @@
+"""What the bulk cases share: statistics over seeds."""

@@ -1,0 +1,212 @@
+"""Penetration: what is refused, what is read, faults that turn each check, small runs."""
+
+import math
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from harness.cases.contract import Study
+from harness.cases.penetration import (
+    CASE,
+    JUDGED,
+    Impacts,
+    Penetration,
+    compared,
+    judged,
+    largest_elastic_energy,
+    values_of,
+)
+from harness.comparison.verdicts import Verdict
+from harness.engines.contract import Job
+from harness.engines.lammps.engine import Lammps
+from harness.engines.output import Output
+from harness.errors import EngineLostAtomsError, EngineOutputError, RequestError
+from harness.observables.provenance import Provenance
+
+TINY = Penetration(
+    along=6, across=5, layers=3, start_height=0.0115, settle_time=0.06, duration=0.05
+)
+TRAITS = Lammps.traits
+
+WRONG = [
+    ({"scatter": 0.3}, "scatter = 0.3: grains overlap at the start; must be at most spacing - 1"),
+    ({"start_height": 0.02}, "start_height = 0.02 m: the sphere overlaps the grains at the start"),
+    ({"steel_radius": 0.013, "start_height": 0.1}, "steel_radius = 0.013 m: must be at most 0.012"),
+    ({"step_size": 1e-5}, "step_size = 1e-05 s: must be at most 7.929e-06"),
+    ({"restitution": 0.0}, "restitution = 0.0: must be greater than 0.05"),
+]
+
+
+@pytest.mark.parametrize(("changes", "words"), WRONG)
+def test_what_cannot_be_simulated_is_refused_in_one_line(changes, words):
+    with pytest.raises(RequestError) as refused:
+        Penetration(**changes)
+    assert words in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_the_longest_step_is_by_rayleigh_waves_of_steel_or_by_an_impact():
+    # 0.2 pi r sqrt(rho/G)/(0.1631 nu + 0.8766), the sphere's
+    wave = math.pi * 4e-3 * math.sqrt(7200 * 2.4 / 2.1e9) / (0.1631 * 0.2 + 0.8766)
+    assert Penetration().longest_step == pytest.approx(0.2 * wave)
+    # a fast sphere: Hertz's contact time of a grain on steel, by its two moduli
+    p = Penetration(speed=100.0, step_size=1e-6)
+    modulus = 1 / ((1 - 0.04) / 1e7 + (1 - 0.04) / 2.1e9)
+    speed = math.hypot(100.0, math.sqrt(2 * 9.81 * 0.026))
+    deepest = (15 * p.mass * speed**2 / (16 * math.sqrt(p.radius) * modulus)) ** 0.4
+    assert p.longest_step == pytest.approx(2.9432 * deepest / speed / 20, rel=1e-3)
+
+
+def test_the_elastic_energy_of_a_column_is_below_its_bound():
+    """One column of grains, the k-th contact from above bears k grains."""
+    p = Penetration()
+    modulus, reduced = 1e7 / (2 * (1 - 0.04)), p.radius / 2
+    weights = p.mass * p.gravity * np.arange(1, p.layers + 1)
+    overlaps = (weights / (4 / 3 * modulus * math.sqrt(reduced))) ** (2 / 3)
+    columns = p.along * p.across
+    assert columns * (0.4 * weights * overlaps).sum() < largest_elastic_energy(p)
+    one_layer = p.replace(layers=1, along=4, across=4)
+    assert largest_elastic_energy(one_layer) == pytest.approx(
+        3 * 16 * 0.4 * weights[0] * overlaps[0]
+    )
+
+
+def series(p, gained=0.0):
+    """Return a sphere that falls, is stopped at 10 mm within 20 ms and stays there."""
+    t = np.arange(1, 601) * p.duration / 600
+    v = np.minimum(-p.speed * (1 - t / 0.02), 0.0)
+    z = p.start_height + np.cumsum(v) * (t[1] - t[0])
+    kinetic = 0.5 * p.steel_mass * v**2
+    return {"time_s": t, "z_m": z, "vz_m_per_s": v, "kinetic_J": kinetic,
+            "potential_J": np.full(600, 1e-4 + gained)}  # fmt: skip
+
+
+def output(p, table, **changes):
+    results = {
+        "bed_kinetic_J": 0.0, "release_potential_J": 1e-4, "coordination": 4.2,
+        "mean_height_m": 0.006, "grains": p.grains, "outside": 0,
+        "steps": p.settle_steps + p.steps, "verdict": "finished",
+    }  # fmt: skip
+    told = tuple((name, str(value)) for name, value in {**results, **changes}.items())
+    return Output(told, Provenance("lammps", "1"), {"series": table}, seconds=4.752)
+
+
+def test_quantities_follow_from_the_series_and_the_state_of_the_bed():
+    p = Penetration()
+    found = CASE.read(p, output(p, series(p)), TRAITS)
+    last = series(p)["z_m"][-1]
+    assert found["final_height_m"] == pytest.approx(last)
+    assert found["final_depth_m"] == pytest.approx(0.012 + 0.004 - last)
+    assert found["peak_deceleration_m_per_s2"] == pytest.approx(p.speed / 0.02)
+    assert found["slowed_time_s"] == pytest.approx(0.018, abs=2 * p.duration / 600)
+    assert found["energy_gain_ratio"] == 0.0
+    assert found["dissipated_ratio"] == pytest.approx(1.0)
+    # one grain in a cell of the lattice, which shrank from 9 * 2.4 mm to 12 mm
+    assert found["bed_solid_fraction"] == pytest.approx(math.pi / 6 / 1.2**3 * 21.6 / 12)
+    assert found["microseconds_per_particle_step"] == pytest.approx(0.1, rel=1e-2)
+
+
+def test_a_row_of_the_release_changes_nothing():
+    p = Penetration()
+    table = series(p)
+    longer = {name: np.concatenate([[9.0], column]) for name, column in table.items()}
+    longer["time_s"][0] = 0.0
+    with_row, without = (CASE.read(p, output(p, one), TRAITS) for one in (longer, table))
+    assert with_row == without
+
+
+def test_a_particle_beyond_a_wall_is_an_error_and_no_result():
+    p = Penetration()
+    with pytest.raises(EngineLostAtomsError, match="a particle passed a wall at step_size = 5e-06"):
+        CASE.read(p, output(p, series(p), outside=1), TRAITS)
+
+
+def test_another_number_of_grains_and_a_sphere_that_still_falls_are_errors():
+    p = Penetration()
+    with pytest.raises(EngineOutputError, match="grains = 1079"):
+        CASE.read(p, output(p, series(p), grains=1079), TRAITS)
+    falling = {**series(p), "vz_m_per_s": np.full(600, -0.3)}
+    with pytest.raises(EngineOutputError, match="still falls at a tenth"):
+        CASE.read(p, output(p, falling), TRAITS)
+
+
+def impacts(engine="LAMMPS", **changes):
+    p = Penetration()
+    row = dict(CASE.read(p, output(p, series(p)), TRAITS))
+    rows = tuple({**row, **changes, "seed": seed} for seed in range(5))
+    return Impacts(engine, rows, ())
+
+
+@pytest.mark.parametrize(
+    ("fault", "verdicts"),
+    [
+        ({}, [Verdict.PASS, Verdict.PASS]),
+        ({"energy_gain_ratio": 0.06}, [Verdict.FAIL, Verdict.PASS]),
+        ({"energy_gain_ratio": math.nan}, [Verdict.FAIL, Verdict.PASS]),
+        ({"bed_kinetic_ratio": 0.02}, [Verdict.PASS, Verdict.FAIL]),
+    ],
+)
+def test_a_planted_fault_turns_its_check(fault, verdicts):
+    rows = judged(JUDGED, impacts(**fault), Penetration())
+    assert [row.verdict for row in rows] == verdicts
+
+
+def test_the_worst_seed_decides():
+    one = impacts()
+    rows = (*one.rows[:4], {**one.rows[4], "energy_gain_ratio": 0.06})
+    assert judged(JUDGED, replace(one, rows=rows), Penetration())[0].verdict is Verdict.FAIL
+
+
+def test_codes_that_part_fail_in_the_quantity_that_parts():
+    same = impacts()
+    other = impacts("LIGGGHTS", final_depth_m=1.1 * same.rows[0]["final_depth_m"])
+    found = {row.name.rpartition(": ")[2]: row.verdict for row in compared([same, other])}
+    assert found.pop("final_depth_m") is Verdict.FAIL
+    assert set(found.values()) == {Verdict.PASS}
+    few = replace(other, rows=other.rows[:3])
+    assert {row.verdict for row in compared([same, few])} == {Verdict.NOT_TESTED}
+
+
+@pytest.fixture(scope="module")
+def lammps():
+    with Lammps() as engine:
+        yield engine
+
+
+def test_a_small_bed_in_lammps_is_the_same_between_planes_and_in_a_region(lammps):
+    """A block of planes or a region: round-off of places in the box, which the motion magnifies."""
+    short = TINY.replace(settle_time=0.02, duration=0.005)
+    jobs = [
+        Job(CASE.template, {**values_of(short), **changes}, sampled=True)
+        for changes in ({}, {"walls_as": "region"}, {"steel_friction": 0.5, "seed": 2})
+    ]
+    planes, region, other = lammps.run(jobs)
+    assert region.number("mean_height_m") == pytest.approx(planes.number("mean_height_m"), rel=1e-8)
+    assert other.number("mean_height_m") != pytest.approx(planes.number("mean_height_m"), rel=1e-5)
+
+
+def test_a_small_impact_in_lammps_loses_energy_and_comes_to_rest(lammps):
+    found = CASE.measure(TINY, lammps).values
+    assert found["energy_gain_ratio"] == 0.0
+    assert found["dissipated_ratio"] > 0.5
+    assert 0.4 < found["bed_solid_fraction"] < 0.7
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("liggghts") is None, reason="liggghts is not installed")
+def test_liggghts_starts_from_the_same_bed_and_settles_to_the_same_height(lammps):
+    from harness.engines.liggghts.engine import Liggghts
+
+    with Liggghts() as other:
+        one, two = (CASE.measure(TINY, engine).values for engine in (lammps, other))
+    assert two["bed_solid_fraction"] == pytest.approx(one["bed_solid_fraction"], rel=0.05)
+
+
+@pytest.mark.slow
+def test_level_quick_leaves_the_rows_that_it_names(lammps):
+    found = CASE.verify(lammps, Study("quick"))
+    assert [row.name for row in found.checks] == [
+        planned.name for planned in CASE.planned("quick", lammps)
+    ]
