@@ -118,7 +118,10 @@ def test_every_known_defect_has_a_page_with_cause_size_script_and_how_to_run_it(
         for word in ("size predicted", "last release", "upstream", "Run it", "Expected", "ound"):
             assert word in text, f"{defect.name}: {word}"
         assert (built.folder / defect.script).is_file()
+        test = built.folder / folder / "test.yaml"
+        assert test.is_file() == ("As a test of LAMMPS" in text)
         assert ("lmp -in in.lmp" in text) == (defect.engine == "lammps")
+    assert len([*(built.folder / "reports" / "defects").glob("*/test.yaml")]) == 11
 
 
 def run_folder(folder, value, day):
