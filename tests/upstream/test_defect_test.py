@@ -9,7 +9,6 @@ from harness.upstream.defect_test import defect_as_test, defect_named
 from harness.upstream.definition import read_test
 from harness.upstream.runs import recorded_check, run_test
 
-
 COMMITTED = sorted(Path(__file__).parents[2].glob("reports/defects/*/test.yaml"))
 FAST = ("tsuji-restitution", "wall-tsuji-again")
 
