@@ -25,6 +25,9 @@ GROUP = "dem_harness.cases"
 
 ALL = "all"
 
+MAIN = ("incline", "tower")
+"""Cases that ``verify`` runs unless others are named."""
+
 
 @cache
 def built_in() -> tuple[str, ...]:
@@ -86,15 +89,15 @@ def faults() -> tuple[str, ...]:
 def cases_named(text: str = "") -> dict[str, Case[Any]]:
     """Return the cases of a text such as ``incline,tower``: names, groups, or ``all``.
 
-    Without a text, those that ``verify`` runs by default. Raise RequestError for a word that is
+    Without a text, :data:`MAIN`. Raise RequestError for a word that is
     neither a name nor a group, for no word at all, and for a named case that cannot be used.
     """
-    words = [word.strip() for word in text.split(",") if word.strip()]
-    if text and not words:
+    words = [word.strip() for word in text.split(",") if word.strip()] if text else list(MAIN)
+    if not words:
         raise RequestError(f"--cases {text!r}: names no case")
     unknown = [word for word in words if word != ALL and word not in case_names()]
     chosen = [word for word in words if word not in (ALL, *unknown)]
-    if len(chosen) == len(words) and words:
+    if len(chosen) == len(words):
         return {name: get_case(name) for name in dict.fromkeys(chosen)}
     usable = all_cases()
     groups = {case.group for case in usable.values()}
@@ -108,8 +111,7 @@ def cases_named(text: str = "") -> dict[str, Case[Any]]:
     return {
         name: case
         for name, case in (usable | wanted).items()
-        if name in wanted
-        or (case.by_default if not words else ALL in words or case.group in unknown)
+        if name in wanted or ALL in words or case.group in unknown
     }
 
 

@@ -19,9 +19,8 @@ import numpy as np
 import pandas as pd
 
 from harness.errors import RequestError
-from harness.files import whole_folder
+from harness.files import check_writable, whole_folder
 from harness.observables.windows import WINDOWS
-from harness.report.folder import check_writable
 from harness.report.gallery import Picture, base64_uri, picture
 from harness.report.page import figures
 from harness.report.plain import write_csv
