@@ -31,7 +31,7 @@ from typing import Any, Literal
 from harness import __version__
 from harness.cases.contract import LEVELS, Case, LevelName, Study, failed_part
 from harness.cases.qualification import announce, qualify
-from harness.cases.registry import MAIN, all_cases, cases_named, get_case, names_in
+from harness.cases.registry import all_cases, cases_named, get_case, names_in
 from harness.comparison.known_defects import KnownDefect, defect_of, told_apart
 from harness.comparison.moved_by_defects import moved_by_defects
 from harness.comparison.plan import judge_plan
@@ -78,7 +78,7 @@ def checked_level(name: str) -> LevelName:
 
 def chosen_cases(wanted: str | Iterable[str] | None) -> list[Case[Any]]:
     """Return the cases of names, groups or ``all``; the main ones for None."""
-    text = wanted if isinstance(wanted, str) else ",".join(wanted or MAIN)
+    text = wanted if isinstance(wanted, str) else ",".join(wanted or ())
     return list(cases_named(text).values())
 
 
