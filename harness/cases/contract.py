@@ -54,6 +54,8 @@ from harness.report.sections import Drawing, Opening, Section, Table
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from harness.report.film import Film
+
 
 Value = TypeVar("Value")
 
@@ -429,6 +431,14 @@ class Case(ABC, Generic[P]):
     ) -> Sequence[Section]:
         """Return the parts of the report: of the main engine, own solvers, engines beside it."""
         return ()
+
+    def film(self, engine: Engine, parameters: P | None = None, frames: int = 120) -> Film | None:
+        """Return the film of one run; None for a case that has none.
+
+        Of the system that shows the case best where no parameters are given. Raise EngineError
+        for a run that failed.
+        """
+        return None
 
     def measured(self, parameters: P, output: Output, traits: Traits) -> Measured:
         """Return the quantities of an output; raise EngineError for one that is not declared."""

@@ -232,6 +232,8 @@ class VerifyOptions:
     """Exit status 1 also where a check was not tested."""
     png: bool = False
     """Write every figure as PNG too, beside SVG."""
+    film: bool = False
+    """Show films of the incline and of the tower in the page, by the engine's own motions."""
     verbose: bool = False
     """Print every check, not only those that failed."""
 
@@ -371,6 +373,7 @@ def _key(asked: VerifyOptions, engine: EngineOptions) -> str | None:
             "baseline": against,
             "strict": asked.strict,
             "png": asked.png,
+            **({"film": True} if asked.film else {}),
             "only": asked.only,
             "further_defects": further and digest_of_files([further], further.parent),
         },
@@ -401,7 +404,7 @@ def _measured(
     """Verify, write the report and return the record."""
     from harness.cli.engine_options import runs_made
     from harness.report.folder import write
-    from harness.workflows import sections
+    from harness.workflows import film_section, sections
     from harness.workflows import verify as verify_with
     from harness.workflows.verification import Selection, chosen_baseline
 
@@ -421,6 +424,7 @@ def _measured(
         )
         progress("figures and report", 0, 1)
         record = found.record()
-        write(found, folder, sections(found), png=asked.png)
+        films = [film_section(found.cases, opened)] if asked.film else []
+        write(found, folder, [*sections(found), *films], png=asked.png)
         progress("figures and report", 1, 1)
         return {**record, "cached": False, **runs_made(opened)}

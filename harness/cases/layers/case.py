@@ -26,12 +26,13 @@ from harness.engines.contract import Engine, Job, Output
 from harness.engines.traits import Traits
 from harness.errors import EngineError
 from harness.parameters.law import PLASTIC
-from harness.report.sections import Drawing, Film, Section
+from harness.report.sections import Drawing, Section
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from harness.cases.layers.system import Profile
+    from harness.report.film import Film
 
 
 TITLE = "Frictionless layers"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import lru_cache, partial
+from typing import TYPE_CHECKING
 
 from harness.cases.contract import Case, LevelName, Measured, Part, Reference, Study, rows_of_parts
 from harness.cases.tower import engine_checks
@@ -43,6 +44,9 @@ from harness.observables.windows import (
 from harness.parameters.tower import Tower
 from harness.report.sections import Section
 from harness.theory import chain
+
+if TYPE_CHECKING:
+    from harness.report.film import Film
 
 SAMPLES_PER_T0 = 1000
 
@@ -178,6 +182,22 @@ class TowerCase(Case[TowerRunParameters]):
             own.evidence,
             [found.evidence for found in beside.values()],
         )
+
+    def film(
+        self, engine: Engine, parameters: TowerRunParameters | None = None, frames: int = 120
+    ) -> Film | None:
+        """Return the film of a run, by default of an impulse through ten particles."""
+        from harness.cases.tower.film import tower_film
+
+        shown = parameters or TowerRunParameters(height=9, duration=6.0)
+        run = tower(
+            shown.tower,
+            duration=shown.duration,
+            steps_per_contact=shown.steps_per_contact,
+            profiles=True,
+            engine=engine,
+        )
+        return tower_film(run, frames)
 
 
 @lru_cache(maxsize=64)
