@@ -30,7 +30,7 @@ TEMPLATES = (INCLINE, TOWER, DROP)
 DECLARED = {"incline": (Incline, Contact), "tower": (Tower, Contact), "drop": (Drop, Contact)}
 PYTHON = ("yade", "kratos", "esys")
 COMMANDS = {
-    "liggghts": (["liggghts", "-in"], ["-var", "angle", "45"]),
+    "liggghts": (["liggghts", "-in"], ["-var", "step", "0"]),
     "yade": (["yade", "-n", "-x"], ["step=0"]),
     "kratos": ([sys.executable], ["step=0"]),
     "esys": (["esysparticle"], ["step=0"]),
