@@ -292,8 +292,6 @@ class Case(ABC, Generic[P]):
     group: ClassVar[str]
     summary: ClassVar[str]
     """The first line of the class's docstring, unless it says something else."""
-    by_default: ClassVar[bool] = False
-    """Whether ``verify`` runs it when no case is named."""
     lists_rows: ClassVar[bool] = False
     """Whether :meth:`selectable` names what each row is of."""
     qualifies: ClassVar[bool] = False

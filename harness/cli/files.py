@@ -194,7 +194,7 @@ def output_folder(given: Path | None, kind: str = "") -> Iterator[Path]:
     removed again where nothing is written into it. Raise RequestError for one that holds
     something or cannot be made.
     """
-    from harness.report.folder import check_folder
+    from harness.files import check_folder
 
     if given is not None:
         check_folder(given)

@@ -328,7 +328,7 @@ def _say_cost(asked: VerifyOptions, fresh: bool) -> None:
     from harness.workflows import history
     from harness.workflows.verification import Selection, checked_level
 
-    cases = Selection(asked.cases, asked.only).chosen(checked_level(asked.level))
+    cases = Selection(asked.cases, asked.only).names(checked_level(asked.level))
     same = _what_counts(given_words("verify"))
     took = [
         row["seconds"]
@@ -340,8 +340,8 @@ def _say_cost(asked: VerifyOptions, fresh: bool) -> None:
     ]
     known = f"took {took[0]:.0f} s when last run" if took else "no earlier run tells what it takes"
     kept = "" if fresh else "; runs that are kept are not made again"
-    names = ", ".join(case.name for case in cases)
-    tell_stderr(f"verify, level {asked.level}, {len(cases)} cases ({names}): {known}{kept}")
+    what = f"level {asked.level}, {len(cases)} cases ({', '.join(cases)})"
+    tell_stderr(f"verify, {what}: {known}{kept}")
 
 
 def _what_counts(words: Sequence[str]) -> list[str]:
@@ -365,11 +365,11 @@ def _key(asked: VerifyOptions, engine: EngineOptions) -> str | None:
         return None
     further = asked.known_defects
     with_further(further)  # a bad file is refused, whatever is kept
-    cases = Selection(asked.cases, asked.only).chosen(checked_level(asked.level))
+    names = Selection(asked.cases, asked.only).names(checked_level(asked.level))
     against = {} if asked.no_baseline else digest(asked.baseline, asked.tolerances)
     return verification_key(
         asked.level,
-        cases=[case.name for case in cases],
+        cases=names,
         engine=engine.engine,
         beside={
             "baseline": against,

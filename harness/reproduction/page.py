@@ -19,10 +19,9 @@ import numpy as np
 import pandas as pd
 
 from harness.errors import RequestError
-from harness.files import whole_folder
+from harness.files import check_writable, whole_folder
 from harness.observables.windows import WINDOWS
 from harness.report.film import base64_uri
-from harness.report.folder import check_writable
 from harness.report.gallery import Picture, picture
 from harness.report.page import figures
 from harness.report.plain import write_csv

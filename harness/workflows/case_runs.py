@@ -19,7 +19,7 @@ from pydantic_core import PydanticUndefined
 
 from harness import __version__
 from harness.cases.contract import Case, Measured, Reference
-from harness.cases.registry import all_cases, get_case
+from harness.cases.registry import MAIN, all_cases, get_case
 from harness.comparison.verdicts import published
 from harness.engines.border import refuse_endless
 from harness.engines.contract import Engine
@@ -89,7 +89,7 @@ def _info(case: Case[Any]) -> CaseInfo:
         engines=tuple(name for name in engine_names() if _states(name, case)),
         solvers=case.solvers,
         presets=tuple(case.presets),
-        by_default=case.by_default,
+        by_default=case.name in MAIN,
     )
 
 

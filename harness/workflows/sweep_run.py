@@ -29,10 +29,9 @@ from harness.errors import (
     HarnessError,
     RequestError,
 )
-from harness.files import cache_place, held_folder, lock_file
+from harness.files import cache_place, check_writable, held_folder, lock_file
 from harness.observables.provenance import Observable, Provenance
 from harness.parameters.base import Parameters
-from harness.report.folder import check_writable
 from harness.shown import Shown
 from harness.store.cache import CachedEngine
 from harness.store.entries import (

@@ -31,7 +31,7 @@ from typing import Any, Literal
 from harness import __version__
 from harness.cases.contract import LEVELS, Case, LevelName, Study, failed_part
 from harness.cases.qualification import announce, qualify
-from harness.cases.registry import all_cases, cases_named, get_case
+from harness.cases.registry import all_cases, cases_named, get_case, names_in
 from harness.comparison.known_defects import KnownDefect, defect_of, told_apart
 from harness.comparison.moved_by_defects import moved_by_defects
 from harness.comparison.plan import judge_plan
@@ -77,10 +77,9 @@ def checked_level(name: str) -> LevelName:
 
 
 def chosen_cases(wanted: str | Iterable[str] | None) -> list[Case[Any]]:
-    """Return the cases of names, groups or ``all``; those that run by default for None."""
-    if wanted is None:
-        return list(cases_named().values())
-    return list(cases_named(wanted if isinstance(wanted, str) else ",".join(wanted)).values())
+    """Return the cases of names, groups or ``all``; the main ones for None."""
+    text = wanted if isinstance(wanted, str) else ",".join(wanted or ())
+    return list(cases_named(text).values())
 
 
 @dataclass(frozen=True)
@@ -124,6 +123,12 @@ class Selection:
     @property
     def _searched(self) -> list[Case[Any]]:
         return chosen_cases(self.cases or "all")
+
+    def names(self, level: LevelName) -> tuple[str, ...]:
+        """Return the names of :meth:`chosen`, which import no case unless a pattern asks for it."""
+        if self.only or self.keyword:
+            return tuple(case.name for case in self.chosen(level))
+        return names_in(self.cases or "")
 
     def _matching(self, only: str, level: LevelName) -> list[Case[Any]]:
         study = Study(level, only=only)

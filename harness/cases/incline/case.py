@@ -31,7 +31,6 @@ class InclineCase(Case[Incline]):
 
     name = NAME
     group = "incline"
-    by_default = True
     template = TEMPLATE
     solvers = ("hard-sphere",)
     regression = REGRESSION

@@ -86,7 +86,6 @@ class TowerCase(Case[TowerRunParameters]):
 
     name = NAME
     group = "chains"
-    by_default = True
     template = TEMPLATE
     solvers = ("exact", "rk4")
     regression = REGRESSION
