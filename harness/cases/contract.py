@@ -54,6 +54,8 @@ from harness.report.sections import Drawing, Opening, Section, Table
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from harness.report.film import Film
+
 
 Value = TypeVar("Value")
 
@@ -290,8 +292,6 @@ class Case(ABC, Generic[P]):
     group: ClassVar[str]
     summary: ClassVar[str]
     """The first line of the class's docstring, unless it says something else."""
-    by_default: ClassVar[bool] = False
-    """Whether ``verify`` runs it when no case is named."""
     lists_rows: ClassVar[bool] = False
     """Whether :meth:`selectable` names what each row is of."""
     qualifies: ClassVar[bool] = False
@@ -431,6 +431,14 @@ class Case(ABC, Generic[P]):
     ) -> Sequence[Section]:
         """Return the parts of the report: of the main engine, own solvers, engines beside it."""
         return ()
+
+    def film(self, engine: Engine, parameters: P | None = None, frames: int = 120) -> Film | None:
+        """Return the film of one run; None for a case that has none.
+
+        Of the system that shows the case best where no parameters are given. Raise EngineError
+        for a run that failed.
+        """
+        return None
 
     def measured(self, parameters: P, output: Output, traits: Traits) -> Measured:
         """Return the quantities of an output; raise EngineError for one that is not declared."""

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from harness.comparison.verdicts import Verdict
 from harness.errors import RequestError
-from harness.files import whole_folder
-from harness.report.folder import check_writable
+from harness.files import check_writable, whole_folder
 from harness.report.plain import json_text, safe_path
 from harness.report.site import START, STYLE, Site
 from harness.report.text import headline

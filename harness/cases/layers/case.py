@@ -1,7 +1,4 @@
-"""Layers of frictionless spheres on a tilted rough base, as a case.
-
-What a report says of a flow of layers: its profile.
-"""
+"""The case ``layers``: frictionless spheres in layers on a tilted rough base."""
 
 from __future__ import annotations
 
@@ -29,12 +26,13 @@ from harness.engines.contract import Engine, Job, Output
 from harness.engines.traits import Traits
 from harness.errors import EngineError
 from harness.parameters.law import PLASTIC
-from harness.report.sections import Drawing, Film, Section
+from harness.report.sections import Drawing, Section
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from harness.cases.layers.system import Profile
+    from harness.report.film import Film
 
 
 TITLE = "Frictionless layers"
