@@ -441,8 +441,8 @@ class Case(ABC, Generic[P]):
         """Return a run's profile as columns of one length; {} for a case without one."""
         return {}
 
-    def figures(self, rows: pd.DataFrame) -> Mapping[str, Figure]:
-        """Return figures of the rows of a sweep that were measured, by the names of their files."""
+    def figures(self, rows: pd.DataFrame) -> Mapping[str, Callable[[], Figure]]:
+        """Return what draws figures of a sweep's rows, those that are done, by names of files."""
         return {}
 
     def film(self, engine: Engine, parameters: P | None = None, frames: int = 120) -> Film | None:

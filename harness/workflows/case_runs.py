@@ -10,7 +10,7 @@ Run any case once: parameters in, quantities with their references out.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -293,6 +293,7 @@ class RunResult(Shown):
     """One run of a case: who ran it, with which parameters, and what was measured.
 
     A quantity is expected to be what its reference is, whose kind is the row's ``note``.
+    ``profile`` are columns of one length, of a case that has a profile.
     """
 
     case: str
@@ -300,11 +301,13 @@ class RunResult(Shown):
     engine_version: str
     parameters: Mapping[str, Any]
     quantities: Mapping[str, Row]
+    profile: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
     def record(self) -> dict[str, Any]:
-        """Return it as a JSON-ready mapping."""
+        """Return it as a JSON-ready mapping; the profile, where there is one, by its columns."""
         rows = {name: _record(row) for name, row in self.quantities.items()}
-        return {**vars(self), "parameters": dict(self.parameters), "quantities": rows}
+        found = {**vars(self), "parameters": dict(self.parameters), "quantities": rows}
+        return found if self.profile else {k: v for k, v in found.items() if k != "profile"}
 
     def frame(self) -> pd.DataFrame:
         """Return the quantities as a table, one row each."""
@@ -461,6 +464,7 @@ def _result(
             for name, unit in units.items()
             if name in measured.values
         },
+        profile=measured.profile,
     )
 
 
