@@ -1,9 +1,8 @@
 """The cases that the harness knows: by folder, and by entry points of other packages.
 
-A folder of this package with a module ``case`` is a case of the folder's name, with hyphens for
-underscores. Another package
-names its cases under the entry point ``dem_harness.cases``, each by its name. A case is imported
-when it is asked for, not to list names.
+A folder of this package with a module ``case``, or a module with a TOML file beside it, is a case
+of its name, with hyphens for underscores. Another package names its cases under the entry point
+``dem_harness.cases``. A case is imported when it is used, not to list names.
 """
 
 from __future__ import annotations

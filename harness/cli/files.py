@@ -1,9 +1,4 @@
-"""What a command reads, writes and prints.
-
-What a command prints on stdout.
-
-Files that a command reads and writes.
-"""
+"""What a command reads, writes and prints: checked paths, whole files, aligned text, JSON."""
 
 from __future__ import annotations
 

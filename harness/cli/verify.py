@@ -1,8 +1,6 @@
-"""``dem-harness verify``, and how its verdicts are told in a terminal.
+"""``dem-harness verify``: its options, the kept or new verification, its verdicts in a terminal.
 
-Tell a verification in a terminal: what failed, findings, counts, and the headlines last.
-
-``dem-harness verify``.
+What failed stands first, findings and counts next, the headlines last.
 """
 
 from __future__ import annotations

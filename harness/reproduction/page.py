@@ -23,6 +23,7 @@ from harness.files import check_writable, whole_folder
 from harness.observables.windows import WINDOWS
 from harness.report.film import base64_uri
 from harness.report.gallery import Picture, picture
+from harness.report.markdown import document
 from harness.report.page import figures
 from harness.report.plain import write_csv
 from harness.report.templating import environment
@@ -128,13 +129,11 @@ def html_page(
 
     ``root`` is the repository, seen from the report's folder.
     """
-    from markdown_it import MarkdownIt
     from markupsafe import Markup
 
-    to_html = MarkdownIt("commonmark", {"html": False}).enable("table").render
     context = _context(found, root)
     # our own text, rendered without raw HTML
-    context["findings"] = Markup(to_html(context["findings"]))
+    context["findings"] = Markup(document(context["findings"]).body)
     shown = figures(pictures, lambda picture: f"figures/{picture.name}.svg")
     page = templates().get_template("reproduction.html.j2")
     return page.render(**context, pictures=shown, films=films)

@@ -33,6 +33,7 @@ _HOMES = {
     "releases": "harness.workflows.release_runs",
     "run": "harness.workflows.case_runs",
     "sections": "harness.workflows.verification",
+    "site": "harness.workflows.static_site",
     "study": "harness.workflows.study_run",
     "sweep": "harness.workflows.sweep_run",
     "theory": "harness.cases.incline.closed_forms",
@@ -83,6 +84,7 @@ if TYPE_CHECKING:
     from harness.workflows.history_search import history as history
     from harness.workflows.progress import progress_bars as progress_bars
     from harness.workflows.release_runs import releases as releases
+    from harness.workflows.static_site import site as site
     from harness.workflows.study_run import study as study
     from harness.workflows.sweep_run import sweep as sweep
     from harness.workflows.verification import sections as sections

@@ -1,10 +1,6 @@
-"""Cases: listed, given settings, run once.
+"""The cases as a command sees them: listed, given settings as text, run once.
 
-The cases: what each is given, what it measures in which unit, and which engines run it.
-
-Settings of a case as the command line gives them: texts by name, read by its parameters.
-
-Run any case once: parameters in, quantities with their references out.
+A run puts quantities beside their references.
 """
 
 from __future__ import annotations

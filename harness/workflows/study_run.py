@@ -1,6 +1,7 @@
 """Run the study of a case: its arms as sweeps are run, then what the case concludes from them.
 
-Runs of an earlier study, of this machine or another, from its runs.csv: not made again.
+Runs of an earlier study, of this machine or another, are read from its runs.csv and not made
+again.
 """
 
 from __future__ import annotations

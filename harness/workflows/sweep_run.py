@@ -1,8 +1,7 @@
 """Sweep a case over its parameters and over engines: one tidy row a run.
 
-The folder of a sweep: held by one process at a time, taken up again by the same sweep.
-
-The runs of a sweep on this machine: in the engine's own workers, or in a solver of the case.
+The folder of a sweep is held by one process at a time, and the same sweep takes it up again. On
+this machine runs are made in the engine's own workers, or in a solver of the case.
 """
 
 from __future__ import annotations

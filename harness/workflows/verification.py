@@ -1,16 +1,9 @@
-"""Run a verification, from the cases that are asked for to verdicts.
+"""Run a verification: from level, cases and engines to verdicts, records and sections.
 
-What a verification is asked for: level, cases and baseline, checked before anything runs.
-
-The records of a verification, and its rows against the baseline.
-
-Engines beside the main one: each is identified, qualifies, and is held against theory.
-
-The cases of a verification in the main engine and in the harness's own solvers.
-
-A verification of options as they are typed, for those who read options of their own.
-
-The sections of a report: those of all cases of a verification, case by case.
+All that was given is checked before anything runs. The main engine goes through the cases, then the
+harness's own solvers; other engines are identified, qualify, and go through the same cases under
+their own rules. Records are held against the baseline; sections of the report are made case by
+case.
 """
 
 from __future__ import annotations

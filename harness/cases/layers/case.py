@@ -1,7 +1,4 @@
-"""Layers of frictionless spheres on a tilted rough base, as a case.
-
-What a report says of a flow of layers: its profile.
-"""
+"""The case ``layers``: frictionless spheres in layers on a tilted rough base."""
 
 from __future__ import annotations
 

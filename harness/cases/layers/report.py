@@ -1,11 +1,4 @@
-"""The report of the study of layers: figures, tables, a film.
-
-The figure of the study: angle of stop against thickness, with what others expect.
-
-The report of the study: the figure over the thickness, tables of softness and of changes.
-
-A film of a small flow of layers, from all its particles: seen from the side, until it stops.
-"""
+"""The report of the study of layers: angles over thickness, softness, changes, and a film."""
 
 from __future__ import annotations
 

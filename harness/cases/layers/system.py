@@ -1,13 +1,8 @@
-"""Layers on a tilted rough base: parameters, values for scripts, what a descent left.
-
-Layers of frictionless spheres on a rough base that is tilted, in the scales of a grain.
+"""Layers of frictionless spheres on a rough base that is tilted, in the scales of a grain.
 
 Lengths are in diameters d, masses in m, times in sqrt(d/g): the stiffness is in weights over
-diameters, k d / (m g).
-
-Read what a descent left: angles, the flow before them, and the rest after.
-
-What engines are asked to simulate: the values of a descent.
+diameters, k d / (m g). Parameters, the values that a script takes, and what is read of a descent:
+angles, the flow before them, and the rest after.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""What a run of a tower is expected to take.
-
-The tower as a case: one run of it, its verification, its parts of the report.
-"""
+"""The case ``tower``: one run of it, its cost, its verification, its parts of the report."""
 
 from __future__ import annotations
 

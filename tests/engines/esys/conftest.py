@@ -8,6 +8,7 @@ import pytest
 from harness.engines.esys.engine import Esys
 from harness.engines.output import Output, read_csv, results_in
 from harness.engines.process import Limits
+from harness.engines.programs import with_stages
 from harness.errors import EngineMissingError
 from harness.observables.provenance import Provenance
 
@@ -17,11 +18,12 @@ LAUNCHER = 'shift 2\nexec "$@"\n'
 """Takes ``-np 2`` off and runs the rest, once."""
 
 FAKE = """#!{python}
-import os, signal, sys, time
-script, words = sys.argv[1], dict(word.split("=", 1) for word in sys.argv[2:])
-if script == "version.py":
+import json, os, signal, sys, time
+if sys.argv[1] == "version.py":
     print("RESULT version = {version}")
     sys.exit()
+with open(sys.argv[2]) as file:
+    runs = json.load(file)
 {body}
 """
 
@@ -51,7 +53,7 @@ def output(recorded):
     def read(name, series=lambda text: text):
         said, table = recorded(f"{name}.txt"), series(recorded(f"{name}.csv"))
         tables = {"series": read_csv(table, Esys.traits.title)}
-        return Output(results_in(said), Provenance("esys", "2.3.4"), tables, said)
+        return with_stages(Output(results_in(said), Provenance("esys", "2.3.4"), tables, said))
 
     return read
 

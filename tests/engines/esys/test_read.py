@@ -11,7 +11,7 @@ from harness.cases.incline import runs as inclines
 from harness.cases.incline.system import Incline
 from harness.cases.tower import run as towers
 from harness.cases.tower.system import timing_of
-from harness.engines.esys.engine import Esys, apart
+from harness.engines.esys.engine import Esys
 from harness.engines.process import Ended, Limits
 from harness.engines.reference import Reference
 from harness.errors import (
@@ -42,36 +42,32 @@ def result(said, name):
     return float(re.search(rf"^RESULT {re.escape(name)} = (.*)$", said, re.MULTILINE).group(1))
 
 
-def test_grains_side_by_side_go_where_the_reference_goes(output):
-    cases = [INCLINE, INCLINE.replace(phase=0.5)]
+def test_a_grain_goes_where_the_reference_goes(output):
     engine = Reference("mfix-euler", spring="Hertz")
-    runs = inclines.run_inclines(engine, cases, "passage", every=50)
-    both = output("incline")
-    for case, own, expected in zip(cases, apart(both, 2), runs, strict=True):
-        run = inclines.read(case, "passage", own, "Hertz", 50)
-        assert (run.motion, run.steps) == (expected.motion, expected.steps)
-        assert run.margin_J == pytest.approx(expected.margin_J, abs=1e-11)
-        assert run.margin_J == pytest.approx(own.number("margin_J"), rel=1e-12)
-        assert own.rows("margin_J", 1).shape == (1, 1)
-        assert own.number("mass_kg") == 1.0
-        for name in ("x_m", "y_m", "vx_m_per_s", "vy_m_per_s"):
-            a, b = getattr(run.trajectory, name), getattr(expected.trajectory, name)
-            assert np.abs(a - b).max() < 1e-11
-    with pytest.raises(EngineOutputError, match="columns of 2 systems in one model of 3"):
-        apart(both, 3)
+    (expected,) = inclines.run_inclines(engine, [INCLINE], "passage", every=50)
+    run = inclines.read(INCLINE, "passage", output("incline"), "Hertz", 50)
+    assert (run.motion, run.steps) == (expected.motion, expected.steps)
+    assert run.margin_J == pytest.approx(expected.margin_J, abs=1e-11)
+    for name in ("x_m", "y_m", "vx_m_per_s", "vy_m_per_s"):
+        a, b = getattr(run.trajectory, name), getattr(expected.trajectory, name)
+        assert np.abs(a - b).max() < 1e-11
 
 
 @pytest.mark.parametrize(
-    ("name", "law"),
+    ("job", "law"),
     [
-        ("incline", hertz(INCLINE.contact, INCLINE.stiffness, INCLINE.mass, np.sqrt(9.81))),
-        ("drop", hertz(DROP.contact, DROP.stiffness, DROP.mass, DROP.speed)),
+        (
+            inclines.job_of(INCLINE, "passage"),
+            hertz(INCLINE.contact, INCLINE.stiffness, INCLINE.mass, np.sqrt(9.81)),
+        ),
+        (drops.job_of(DROP), hertz(DROP.contact, DROP.stiffness, DROP.mass, DROP.speed)),
     ],
+    ids=["incline", "drop"],
 )
-def test_a_script_translates_the_contact_as_the_harness_does(recorded, name, law):
-    said = recorded(f"{name}.txt")
-    assert result(said, "hertz_coefficient_N_per_m1.5") == pytest.approx(law.coefficient, rel=1e-14)
-    assert result(said, "relaxation_s") == pytest.approx(law.relaxation, rel=1e-14)
+def test_the_engine_translates_the_contact_as_the_harness_does(job, law):
+    told = Esys.__new__(Esys).task(job).values
+    assert told["coefficient"] == pytest.approx(law.coefficient, rel=1e-14)
+    assert told["relaxation"] == pytest.approx(law.relaxation, rel=1e-14)
 
 
 def test_a_drop_is_read_and_follows_the_reference(output):

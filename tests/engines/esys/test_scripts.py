@@ -1,4 +1,5 @@
 import ast
+import json
 import re
 
 import pytest
@@ -13,6 +14,7 @@ from harness.cases.tower.system import timing_of
 from harness.engines.contract import Job, Template
 from harness.engines.esys.engine import Esys
 from harness.parameters.law import PLASTIC, Contact
+from harness.parameters.plane_scene import LOOK
 from harness.parameters.tower import Tower
 
 TEMPLATES = [inclines.TEMPLATE, drops.TEMPLATE, towers.TEMPLATE]
@@ -31,8 +33,10 @@ def test_scripts_are_python_and_say_what_they_take(template):
     )
     has = ast.literal_eval(stated)
     assert script.variables == set(has)
-    defaults = template.variants[template.main]
-    assert all(has[name] == defaults[name] for name in set(has) & set(defaults) - {"route"})
+    scene = template.scene({"series_every": LOOK, **template.variants[template.main]}, "Hertz")
+    defaults = Esys.scene_values(scene)
+    assert set(has) - {"series", "results"} == set(defaults) - {"tail", "damping"}
+    assert all(has[name] == defaults[name] for name in set(has) & set(defaults))
     assert f"mpirun -np 2 esysparticle {script.name}" in script.text
     assert all(len(line) <= 120 and line == line.rstrip() for line in script.text.splitlines())
 
@@ -45,8 +49,8 @@ def test_the_inputs_are_the_scripts(inputs):
     assert {name: path.read_text(encoding="utf-8") for name, path in committed.items()} == generated
 
 
-def words(job):
-    """Return the values of a job by the words of the command that runs it."""
+def told(job):
+    """Return the values of a job as its command writes them."""
     line = ENGINE.command_line(ENGINE.task(job))
     return dict(word.split("=", 1) for word in line.split()[5:])
 
@@ -57,33 +61,42 @@ def _program(monkeypatch):
 
 
 def test_numbers_are_stated_to_the_last_digit():
-    case = Drop(contact=PLASTIC, stiffness=1e6 / 3.0, gap=0.1 + 0.2, density=1.1)
-    told = words(drops.job_of(case))
-    assert float(told["stiffness"]) == case.stiffness
-    assert float(told["gap"]) == case.gap
-    assert told["steps"] == "6000"
+    case = Drop(contact=PLASTIC, stiffness=1e6 / 3.0, gap=0.1 + 0.2, density=1.1, speed=1.0)
+    words = told(drops.job_of(case))
+    assert float(words["stiffness"]) == case.stiffness
+    assert json.loads(words["y"]) == [case.diameter + case.gap, 0.0]
+    assert float(words["mass"]) == case.mass
+    assert words["steps"] == "6000"
 
 
-def test_an_incline_states_its_contact_and_its_phase():
-    case = Incline(contact=PLASTIC, steps_per_contact=100.0, phase=0.1 + 0.2)
-    told = words(inclines.job_of(case, "passage", 7))
-    assert float(told["phases"]) == 0.1 + 0.2
-    assert (told["damping"], told["damping_ratio"], told["series_every"]) == ("ratio", "5.0", "7")
-    by_restitution = Contact(
-        restitution=0.3, damping_ratio=None, effective_mass="half", tail="clipped"
+@pytest.mark.parametrize("mass", ["full", "half"])
+@pytest.mark.parametrize("restitution", [0.0, 0.3, 1.0])
+def test_an_incline_states_its_contact_and_its_start(mass, restitution):
+    contact = Contact(
+        restitution=restitution, damping_ratio=None, effective_mass=mass, tail="clipped"
     )
-    told = words(inclines.job_of(Incline(contact=by_restitution), "steady"))
-    assert (told["damping"], told["restitution"]) == ("restitution", "0.3")
-    assert told["effective_mass"] == "half"
-    assert "series_every" not in told
+    case = Incline(contact=contact, steps_per_contact=100.0, phase=0.1 + 0.2)
+    words = told(inclines.job_of(case, "passage", 7))
+    assert float(words["coefficient"]) == pytest.approx(case.hertz.coefficient, rel=1e-14)
+    assert float(words["relaxation"]) == pytest.approx(case.hertz.relaxation, rel=1e-14)
+    start = inclines.start_of(case, "passage", "Hertz")
+    assert (json.loads(words["x"])[0], json.loads(words["vy"])[0]) == (start.x_m, start.vy_m_per_s)
+    assert words["every"] == "7"
+    assert told(inclines.job_of(case, "steady"))["every"] == "0"
+
+
+def test_a_tower_has_the_linear_spring():
+    case = Tower(height=2, law="overlap")
+    words = told(towers.job_of(case, timing_of(case, 1.0, None, None)))
+    assert (words["coefficient"], float(words["stiffness"])) == ("0.0", 1e6)
 
 
 @pytest.mark.parametrize(
     ("values", "reason"),
     [
         ({"law": "deformable"}, r"it has the overlap law only \(law = 'deformable'\)"),
-        ({"angle": 1.0}, r"its script tower\.py has no variable 'angle' \(angle = 1\.0\)"),
-        ({"phase": 0.5}, r"its script tower\.py has no variable 'phases' \(phases = '0\.5'\)"),
+        ({"angle": 1.0}, r"template 'tower' has no value 'angle' \(angle = 1\.0\)"),
+        ({"phase": 0.5}, r"template 'tower' has no value 'phase' \(phase = 0\.5\)"),
     ],
 )
 def test_what_it_cannot_state_is_refused(values, reason):

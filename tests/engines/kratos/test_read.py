@@ -12,7 +12,8 @@ from harness.engines.contract import finished
 from harness.engines.kratos.engine import Kratos
 from harness.engines.process import Ended
 from harness.engines.reference import Reference
-from harness.errors import EngineMissingError, EngineNaNError, EngineOutputError
+from harness.engines.registry import open_engine
+from harness.errors import EngineMissingError, EngineNaNError, EngineOutputError, RequestError
 from harness.solvers.chain import exact
 
 HEAD = "time_s,x_m,y_m,vx_m_per_s,vy_m_per_s\n"
@@ -86,3 +87,8 @@ def test_a_python_without_kratos_is_named_with_the_remedy():
         error = engine.error_of(Ended(said, 1, 0.1, False), "")
     assert isinstance(error, EngineMissingError)
     assert "pip install KratosDEMApplication" in str(error)
+
+
+def test_an_option_of_an_integrator_that_it_lacks_is_refused():
+    with pytest.raises(RequestError, match=r"kratos\.scheme"):
+        open_engine("kratos", options={"scheme": "Forward_Euler"})
