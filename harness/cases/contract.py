@@ -52,6 +52,7 @@ from harness.parameters.base import Parameters
 from harness.report.sections import Drawing, Opening, Section, Table
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.figure import Figure
 
     from harness.report.film import Film
@@ -232,12 +233,16 @@ class Reference:
 
 @dataclass(frozen=True)
 class Measured:
-    """The quantities of one run, by their declared names, who made it, on which MPI ranks."""
+    """The quantities of one run, by their declared names, who made it, on which MPI ranks.
+
+    ``profile`` are columns of one length, of a case that has one.
+    """
 
     values: Mapping[str, float]
     provenance: Provenance | None = None
     seconds: float = 0.0
     ranks: int | None = None
+    profile: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -432,6 +437,14 @@ class Case(ABC, Generic[P]):
         """Return the parts of the report: of the main engine, own solvers, engines beside it."""
         return ()
 
+    def profile(self, parameters: P, output: Output) -> Mapping[str, Sequence[float]]:
+        """Return a run's profile as columns of one length; {} for a case without one."""
+        return {}
+
+    def figures(self, rows: pd.DataFrame) -> Mapping[str, Callable[[], Figure]]:
+        """Return what draws figures of a sweep's rows, those that are done, by names of files."""
+        return {}
+
     def film(self, engine: Engine, parameters: P | None = None, frames: int = 120) -> Film | None:
         """Return the film of one run; None for a case that has none.
 
@@ -456,7 +469,8 @@ class Case(ABC, Generic[P]):
             if not isinstance(value, (int, float)):
                 told = " ".join(repr(value).split())[:60]
                 raise EngineError(f"{where} returned {name} = {told}: not one number")
-        return Measured(values, output.provenance, output.seconds, output.ranks)
+        profile = self.profile(parameters, output)
+        return Measured(values, output.provenance, output.seconds, output.ranks, profile)
 
     def _names(self, plan: Plan[P], engine: Engine) -> list[str]:
         """Return the names of the rows of a run: one where the engine refuses it."""

@@ -6,7 +6,7 @@ A run puts quantities beside their references.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -289,6 +289,7 @@ class RunResult(Shown):
     """One run of a case: who ran it, with which parameters, and what was measured.
 
     A quantity is expected to be what its reference is, whose kind is the row's ``note``.
+    ``profile`` are columns of one length, of a case that has a profile.
     """
 
     case: str
@@ -296,11 +297,13 @@ class RunResult(Shown):
     engine_version: str
     parameters: Mapping[str, Any]
     quantities: Mapping[str, Row]
+    profile: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
     def record(self) -> dict[str, Any]:
-        """Return it as a JSON-ready mapping."""
+        """Return it as a JSON-ready mapping; the profile, where there is one, by its columns."""
         rows = {name: _record(row) for name, row in self.quantities.items()}
-        return {**vars(self), "parameters": dict(self.parameters), "quantities": rows}
+        found = {**vars(self), "parameters": dict(self.parameters), "quantities": rows}
+        return found if self.profile else {k: v for k, v in found.items() if k != "profile"}
 
     def frame(self) -> pd.DataFrame:
         """Return the quantities as a table, one row each."""
@@ -457,6 +460,7 @@ def _result(
             for name, unit in units.items()
             if name in measured.values
         },
+        profile=measured.profile,
     )
 
 

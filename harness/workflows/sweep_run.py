@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from harness import __version__
 from harness.cases.contract import Case, Measured
+from harness.cases.registry import get_case
 from harness.engines.contract import Engine, Job, Output
 from harness.engines.registry import engine_names
 from harness.errors import (
@@ -50,6 +51,7 @@ from harness.workflows.verification import Open
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.figure import Figure as AnyFigure
 
     from harness.observables.reference import Points
     from harness.shown.figure import Figure
@@ -340,6 +342,11 @@ class Sweep(Shown):
             return None
         shown = ", ".join([self.case, *(f"{name} = {value}" for name, value in rest.items())])
         return sweep_figure(frame, measured[0], list(self.over[:2]), shown, points)
+
+    def own_figures(self) -> Mapping[str, Callable[[], AnyFigure]]:
+        """Return what draws the figures that the case has of such rows, by their names."""
+        frame = self.frame()
+        return get_case(self.case).figures(frame[frame["status"] == DONE])
 
     def _column(self, quantity: str) -> str:
         return next((name for name in self.quantities if name.startswith(f"{quantity}_")), quantity)
