@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
 
 from harness.cli.command import Json, Name, Settings, options
 from harness.cli.engine_options import CostOptions, IntegratorOptions, answer, completed
@@ -21,6 +23,9 @@ class CaseOptions(CostOptions):
 
     settings: Settings = None
     """A parameter of the case, in SI units and degrees; repeat it for several."""
+    quantity: Annotated[str, Parameter(metavar="NAMES")] = ""
+    """Quantities to measure and show, with commas between. One such as `critical_angle_deg` takes
+    several runs. [default: all that a run measures]"""
 
 
 @options("Engine")
@@ -46,6 +51,7 @@ def run(
 
         dem-harness run tower --set height=2 --set speed=4
         dem-harness run incline --engine reference --json
+        dem-harness run columns --set n=8 --quantity critical_angle_deg --engine reference
 
     Parameters
     ----------
@@ -56,6 +62,7 @@ def run(
     from harness.engines.border import MOST_SECONDS
     from harness.engines.typed import named_values
     from harness.workflows import run as run_case
+    from harness.workflows.sweep_plan import names_in
 
     values = named_values(asked.settings or (), "--set")
     runner.check_names([runner.engine or "lammps"])
@@ -72,6 +79,7 @@ def run(
             case,
             values,
             runner.engine,
+            quantities=names_in(asked.quantity),
             open_one=open_one,
             progress=told.progress,
             most_seconds=math.inf if asked.force else MOST_SECONDS,
