@@ -61,14 +61,20 @@ DENSE = 81
 class ReferenceLine:
     """What a quantity is expected to be over the first parameter, ``kind`` as of a reference.
 
-    Of one value of the ``second`` parameter and of one ``engine``, by its title; None for all.
+    Of one value of the ``second`` parameter, None for all, and of ``engines`` by their titles,
+    none for all.
     """
 
     kind: str
     x: tuple[Any, ...]
     y: tuple[float, ...]
     second: Any = None
-    engine: str | None = None
+    engines: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Return what a legend calls it."""
+        return f"{self.kind} ({', '.join(self.engines)})" if self.engines else self.kind
 
 
 def is_logarithmic(values: Iterable[Any]) -> bool:
@@ -116,11 +122,9 @@ def sweep_figure(
                 capsize=2.5,
                 color=colours[place if second else number],
             )
+    lines = [line for line in lines if line.second is None or line.second in values]
     for line in lines:
-        of_value = values.index(line.second) if line.second in values and second else None
-        of_engine_number = engines.index(line.engine) if line.engine in engines else None
-        own_place = of_value if second else of_engine_number
-        colour = BLACK if own_place is None else colours[own_place]
+        colour = BLACK if line.second is None else colours[values.index(line.second)]
         axes.plot(line.x, line.y, ls=DASHES[line.kind], lw=1.3, color=colour, zorder=1.5)
     if points is not None:
         axes.errorbar(points.x, points.y, yerr=points.errors, color=OWN, **OWN_LOOK)
@@ -170,8 +174,8 @@ def _handles(
             )
             for number, name in enumerate(engines)
         ]  # fmt: skip
-    for kind in dict.fromkeys(line.kind for line in lines):
-        found.append(Line2D([], [], color=BLACK, ls=DASHES[kind], lw=1.3, label=kind))
+    for name, kind in {line.name: line.kind for line in lines}.items():
+        found.append(Line2D([], [], color=BLACK, ls=DASHES[kind], lw=1.3, label=name))
     if points is not None:
         look: dict[str, Any] = {"marker": "P", "ms": 9, "mec": "white", "lw": 0.0}
         found.append(Line2D([], [], color=OWN, label=points.name, **look))

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -31,25 +30,36 @@ def reference_lines(chosen: Plan, column: str, over: Sequence[str]) -> tuple[Ref
     rest = list(chosen.asked.over)[2:]
     first = chosen.points[0].swept
     drawn = [p for p in chosen.points if all(p.swept[one] == first[one] for one in rest)]
-    lines: list[ReferenceLine] = []
+    engines: dict[ReferenceLine, list[str]] = {}
     for engine in chosen.engines:
         rules = NO_RULES if chosen.solves(engine) else engine_class(engine).traits
         for second, points in _by_second(drawn, over):
             line = _line(chosen, name, over[0], points, rules)
             if line is not None:
-                lines.append(replace(line, second=second, engine=engine_title(engine)))
-    for attribute in ("engine", "second"):
-        lines = _merged(lines, attribute)
-    return tuple(lines)
+                engines.setdefault(replace(line, second=second), []).append(engine_title(engine))
+    lines = [
+        replace(line, engines=() if len(those) == len(chosen.engines) else tuple(those))
+        for line, those in engines.items()
+    ]
+    # lines that are the same for every value of the second parameter are one
+    seconds = len(_by_second(drawn, over))
+    groups: dict[ReferenceLine, list[ReferenceLine]] = {}
+    for line in lines:
+        groups.setdefault(replace(line, second=None), []).append(line)
+    return tuple(
+        one
+        for merged, some in groups.items()
+        for one in ([merged] if len(some) == seconds else some)
+    )
 
 
-def _by_second(points: Sequence[Point], over: Sequence[str]) -> Iterator[tuple[Any, list[Point]]]:
-    """Yield each value of the second parameter, None without one, and its points."""
+def _by_second(points: Sequence[Point], over: Sequence[str]) -> list[tuple[Any, list[Point]]]:
+    """Return each value of the second parameter, None without one, and its points."""
     groups: dict[Any, list[Point]] = {}
     for point in points:
         second = None if len(over) < 2 else _value(point, over[1])
         groups.setdefault(second, []).append(point)
-    yield from groups.items()
+    return list(groups.items())
 
 
 def _value(point: Point, column: str) -> Any:
@@ -73,7 +83,8 @@ def _line(
         with suppress(HarnessError):  # whole numbers, or values that a case refuses
             x, found = many, _dense(chosen, name, points[0], many, rules)
     there = [place for place, one in enumerate(found) if one is not None]
-    y = tuple(one.value for one in found if one is not None)
+    # to 12 digits: round-off makes no other line
+    y = tuple(float(f"{one.value:.12g}") for one in found if one is not None)
     return ReferenceLine(kind, tuple(x[place] for place in there), y)
 
 
@@ -98,24 +109,3 @@ def _references(
         except HarnessError:
             found.append(None)
     return found
-
-
-def _merged(lines: Sequence[ReferenceLine], attribute: str) -> list[ReferenceLine]:
-    """Return one line for those that are the same but for an attribute, which it then has not."""
-
-    def other(line: ReferenceLine) -> str:
-        return repr(line.second if attribute == "engine" else line.engine)
-
-    found: list[ReferenceLine] = []
-    for _, group in groupby(sorted(lines, key=other), key=other):
-        same = list(group)
-        if all(_equal(same[0], line) for line in same):
-            nothing: dict[str, Any] = {attribute: None}
-            found.append(replace(same[0], **nothing))
-        else:
-            found += same
-    return found
-
-
-def _equal(one: ReferenceLine, other: ReferenceLine) -> bool:
-    return one.x == other.x and bool(np.allclose(one.y, other.y, rtol=1e-9, atol=1e-12))

@@ -434,7 +434,8 @@ def sweep(
     text as the command line takes it; ``fixed`` are set in every run. ``engines`` are names of
     engines and solvers, or ``all``; the usual one unless given. ``quantities`` are names of those
     to measure and show, of a derived one such as ``critical_angle_deg`` several runs for a value;
-    those of a run unless given; ``quantity`` is one of them. Runs are kept in the default place and not run twice;
+    those of a run unless given; ``quantity`` is one of them. Runs are kept in the default place
+    and not run twice;
     ``executor`` runs them elsewhere.
 
     Raise RequestError, before anything runs, for a name or value that is not allowed, and

@@ -8,6 +8,7 @@ from harness import __version__
 from harness.cli import sweep as cli_sweep
 from harness.cli.sweep import PartialTable
 from harness.engines.output import Output
+from harness.engines.registry import engine_class
 from harness.errors import (
     EngineCrashError,
     EngineMissingError,
@@ -132,6 +133,14 @@ def test_what_is_expected_is_a_line_for_each_value_where_it_differs():
     assert whole.axes[0].get_lines()[1].get_xydata().tolist() == [[1, 6], [2, 6], [5, 6]]
     words = sweep("line", {"preset": "usual,steep"}, engines="toy").figure("y")
     assert list(words.axes[0].get_lines()[1].get_ydata()) == [6.0, 200.0]
+
+
+def test_what_is_expected_of_some_engines_names_them(monkeypatch):
+    rules = engine_class("toy").traits
+    own = fakes.Line.references
+    monkeypatch.setattr(fakes.Line, "references", lambda *a: own(*a) if a[2] is not rules else {})
+    figure = sweep("line", {"slope": "1,2"}, engines="toy,pencil").figure()
+    assert legend_of(figure) == ["TOY", "pencil", "closed form (pencil)"]
 
 
 def test_a_case_without_a_reference_has_no_line(monkeypatch):
