@@ -299,6 +299,16 @@ def places(case: str, submodel: str, system: str) -> tuple[str, ...]:
     return case, submodel, system, f"{case}/{submodel}/{system}"
 
 
+GONE = {
+    "by_default": "`verify` runs incline and tower unless others are named",
+    "expected_rows": "name the checks in `planned`",
+    "judge_count": "name the checks in `planned`",
+    "verify_beside": "`verify` reads `study.role`",
+}
+"""Members of a case of earlier versions, and what is in their place: one that still has them would
+be judged otherwise than it says."""
+
+
 class Case(ABC, Generic[P]):
     """One system: parameters to values, output to quantities, quantities to verdicts."""
 
@@ -325,13 +335,16 @@ class Case(ABC, Generic[P]):
 
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)
-        told = vars(cls)
-        if "summary" not in told and cls.__doc__:
+        members = vars(cls)
+        gone = [name for name in members if name in GONE]
+        if gone:
+            raise TypeError(f"{cls.__name__}.{gone[0]}: is not called any more: {GONE[gone[0]]}")
+        if "summary" not in members and cls.__doc__:
             cls.summary = cls.__doc__.partition("\n")[0]
-        if "quantities" not in told and "quantities" in (text := text_of(cls)):
+        if "quantities" not in members and "quantities" in (text := text_of(cls)):
             cls.quantities = numbers(**text["quantities"])
-        kinds = [kind for base in told.get("__orig_bases__", ()) for kind in get_args(base)]
-        if "parameters" not in told and kinds and isinstance(kinds[0], type):
+        kinds = [kind for base in members.get("__orig_bases__", ()) for kind in get_args(base)]
+        if "parameters" not in members and kinds and isinstance(kinds[0], type):
             cls.parameters = kinds[0]
 
     @property
