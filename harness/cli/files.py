@@ -268,11 +268,14 @@ def read_reference(path: Path) -> ReferencePoints:
     return replace(parse_reference(*_text_of(path)), name=path.name)
 
 
-def read_points(path: Path, across: str, up: str) -> Points:
-    """Return the points of ``--reference``, two columns; RequestError in a line for a bad file."""
+def read_points(path: Path, across: str, up: str, error: str = "") -> Points:
+    """Return the points of ``--reference``, two columns, and their errors if it has the third.
+
+    Raise RequestError in a line for a bad file.
+    """
     from harness.observables.reference import parse_points
 
-    return replace(parse_points(*_text_of(path), across, up), name=path.name)
+    return replace(parse_points(*_text_of(path), across, up, error), name=path.name)
 
 
 def _text_of(path: Path) -> tuple[str, str]:

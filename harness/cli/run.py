@@ -6,7 +6,9 @@ import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
 
 from harness.cli.command import File, Json, Name, Settings, options
 from harness.cli.engine_options import CostOptions, IntegratorOptions, answer, completed
@@ -47,6 +49,10 @@ class CaseOptions(CostOptions):
             frame = pd.DataFrame(dict(found.profile))
             write_all({("--profile", self.profile): partial(write_csv, frame)})
 
+    quantity: Annotated[str, Parameter(metavar="NAMES")] = ""
+    """Quantities to measure and show, with commas between. One such as `critical_angle_deg` takes
+    several runs. [default: all that a run measures]"""
+
 
 @options("Engine")
 class RunnerOptions(IntegratorOptions):
@@ -72,6 +78,7 @@ def run(
         dem-harness run tower --set height=2 --set speed=4
         dem-harness run incline --engine reference --json
         dem-harness run layers-flow --set angle=16 --profile profile.csv
+        dem-harness run columns --set n=8 --quantity critical_angle_deg --engine reference
 
     Parameters
     ----------
@@ -82,6 +89,7 @@ def run(
     from harness.engines.border import MOST_SECONDS
     from harness.engines.typed import named_values
     from harness.workflows import run as run_case
+    from harness.workflows.sweep_plan import names_in
 
     values = named_values(asked.settings or (), "--set")
     asked.check_profile(case)
@@ -99,6 +107,7 @@ def run(
             case,
             values,
             runner.engine,
+            quantities=names_in(asked.quantity),
             open_one=open_one,
             progress=told.progress,
             most_seconds=math.inf if asked.force else MOST_SECONDS,

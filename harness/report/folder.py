@@ -303,7 +303,7 @@ def markdown(found: ReleaseMatrix) -> str:
     names = ("case", "quantity", reference, "tolerance", *(c.release for _, c in others))
     return "\n".join(
         (
-            f"# {engine} releases",
+            f"# {engine} releases{f': {found.cases}' if found.cases else ''}",
             "",
             f"Cases of `verify{level}{asked}`, each release through its own executable, on "
             f"{found.platform}. Changes are against {reference}.",

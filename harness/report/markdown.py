@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from html import escape
 from typing import TYPE_CHECKING
 
 from harness.comparison.verdicts import Verdict
@@ -33,11 +34,12 @@ class Document:
     body: str
 
 
-def document(text: str) -> Document:
+def document(text: str, pages: Mapping[str, str] | None = None) -> Document:
     """Return Markdown as HTML, without the first heading, which is the title.
 
     Raw HTML is escaped. Headings have GitHub's places; tables scroll by themselves, and have the
-    names of their columns in each cell, which a phone shows; verdicts are badges.
+    names of their columns in each cell, which a phone shows; verdicts are badges. A cell that is a
+    name of ``pages`` links to its page.
     """
     from markdown_it import MarkdownIt
 
@@ -58,7 +60,7 @@ def document(text: str) -> Document:
     if title:
         first = next(n for n, token in enumerate(tokens) if token.tag == "h1")
         del tokens[first : first + 3]
-    _tables(tokens)
+    _tables(tokens, pages or {})
     body: str = parser.renderer.render(tokens, parser.options, {})
     body = body.replace("<table", '<div class="table" tabindex="0"><table')
     body = body.replace("</table>", "</table></div>").replace("<pre>", '<pre tabindex="0">')
@@ -94,7 +96,7 @@ def _words(inline: Token) -> str:
     return "".join(child.content for child in inline.children or ())
 
 
-def _tables(tokens: Sequence[Token]) -> None:
+def _tables(tokens: Sequence[Token], pages: Mapping[str, str]) -> None:
     """Name the columns in each cell; mark numbers, sentences and verdicts."""
     heads: list[str] = []
     column = 0
@@ -111,20 +113,24 @@ def _tables(tokens: Sequence[Token]) -> None:
                 token.attrs["scope"] = "col"
             else:
                 token.attrs["data-n"] = heads[column]
-                _badge(inline, words)
+                _badge(inline, words, pages)
             look = "n" if right else "prose" if len(words) > LONG else ""
             if look:
                 token.attrs["class"] = look
             column += 1
 
 
-def _badge(inline: Token, words: str) -> None:
-    """Make a cell that is a verdict a badge."""
+def _badge(inline: Token, words: str, pages: Mapping[str, str]) -> None:
+    """Make a cell that is a verdict a badge, and one that names a page a link."""
     children = inline.children or []
-    if len(children) == 1 and words in frozenset(Verdict):
-        child = children[0]
-        child.type = "html_inline"
-        child.content = f'<span class="badge {words.replace(" ", "-")}">{words}</span>'
+    if len(children) != 1 or children[0].type != "text":
+        return
+    if words in frozenset(Verdict):
+        children[0].type = "html_inline"
+        children[0].content = f'<span class="badge {words.replace(" ", "-")}">{words}</span>'
+    elif words in pages:
+        children[0].type = "html_inline"
+        children[0].content = f'<a href="{escape(pages[words])}">{escape(words)}</a>'
 
 
 def table_lines(

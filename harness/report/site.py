@@ -38,7 +38,8 @@ class Site:
 
     ``root`` is the folder that the site mirrors, ``navigation`` has title and address of what every
     page leads to. ``planned`` are addresses of pages that have no file below the root, ``moved``
-    the pages that links to some files lead to, ``texts`` files that are written with the site.
+    the pages that links to some files lead to, ``texts`` files that are written with the site,
+    ``named`` the pages of names that stand alone in a cell of a table.
     ``unlinked`` are links of pages to what is not below the root, which are left as their words.
     """
 
@@ -47,6 +48,7 @@ class Site:
     planned: Collection[str] = ()
     moved: Mapping[str, str] = field(default_factory=dict)
     texts: Mapping[str, str] = field(default_factory=dict)
+    named: Mapping[str, str] = field(default_factory=dict)
     pages: dict[str, str] = field(default_factory=dict, init=False)
     files: dict[str, Path] = field(default_factory=dict, init=False)
     unlinked: list[tuple[str, str]] = field(default_factory=list, init=False)
@@ -66,7 +68,8 @@ class Site:
             return
         source = self._source(path)
         if source.suffix == ".md":
-            shown = document(source.read_text("utf-8"))
+            pages = {name: _up(address) + page for name, page in self.named.items()}
+            shown = document(source.read_text("utf-8"), pages)
             self.add_template(address, "document.html.j2", shown=shown)
         elif source.suffix == ".html":
             self._add_page(address, source.read_text("utf-8"))

@@ -52,7 +52,8 @@ class CaseInfo:
 
     ``parameters`` are named as ``--set`` takes them, those of nested objects with a dot;
     ``quantities`` map a name to its unit; ``engines`` have a template for the case, or take its
-    scene; ``solvers`` are those of this package; ``presets`` known sets of parameters.
+    scene; ``solvers`` are those of this package; ``presets`` known sets of parameters; ``derived``
+    are quantities, with their units, that take several runs for a value.
     """
 
     name: str
@@ -64,6 +65,7 @@ class CaseInfo:
     solvers: tuple[str, ...] = ()
     presets: tuple[str, ...] = ()
     by_default: bool = field(default=False)
+    derived: Mapping[str, str] = field(default_factory=dict)
 
     def record(self) -> dict[str, Any]:
         """Return it as a JSON-ready mapping."""
@@ -86,6 +88,7 @@ def _info(case: Case[Any]) -> CaseInfo:
         solvers=case.solvers,
         presets=tuple(case.presets),
         by_default=case.name in MAIN,
+        derived={one.name: one.unit for more in case.derived() for one in more.quantities},
     )
 
 
@@ -108,20 +111,22 @@ class PresetDetails:
 class CaseDetails(CaseInfo):
     """One case in full, as :class:`CaseInfo`.
 
-    ``meanings`` are those of the quantities, ``preset_details`` by the names of ``presets``;
+    ``meanings`` are those of the quantities, ``preset_details`` by the names of ``presets``,
+    ``derived_parameters`` what the quantities of ``derived`` take besides;
     ``refused_by`` says why an engine cannot run the case as it is by default.
     """
 
     parameters: Mapping[str, ParameterDetails]
     meanings: Mapping[str, str] = field(default_factory=dict)
     preset_details: Mapping[str, PresetDetails] = field(default_factory=dict)
+    derived_parameters: Mapping[str, ParameterDetails] = field(default_factory=dict)
     refused_by: Mapping[str, str] = field(default_factory=dict)
 
 
 def case_details(name: str) -> CaseDetails:
     """Return all that is known of a case; raise RequestError for a name that is not known."""
     case = get_case(name)
-    info, allowed = _info(case), dict(_allowed(case.parameters, ""))
+    info = _info(case)
     usual = {key: one.default for key, one in info.parameters.items()}
     changed = {
         preset: {
@@ -133,18 +138,31 @@ def case_details(name: str) -> CaseDetails:
     return CaseDetails(
         **{
             **vars(info),
-            "parameters": {
-                key: ParameterDetails(**vars(one), allowed=allowed.get(key, ""))
-                for key, one in info.parameters.items()
-            },
+            "parameters": _details(case),
         },
-        meanings={one.name: one.meaning for one in case.quantities},
+        meanings={
+            one.name: one.meaning for kind in (case, *case.derived()) for one in kind.quantities
+        },
         preset_details={
             preset: PresetDetails(case.source_of(preset), values)
             for preset, values in changed.items()
         },
+        derived_parameters={
+            key: one
+            for more in case.derived()
+            for key, one in _details(more).items()
+            if key not in info.parameters
+        },
         refused_by={engine: reason for engine, reason in refused.items() if reason},
     )
+
+
+def _details(case: Case[Any]) -> dict[str, ParameterDetails]:
+    allowed = dict(_allowed(case.parameters, ""))
+    return {
+        key: ParameterDetails(**vars(one), allowed=allowed.get(key, ""))
+        for key, one in _parameters(case.parameters, default_of(case), "")
+    }
 
 
 def _allowed(kind: type[Parameters], prefix: str) -> Iterator[tuple[str, str]]:
@@ -222,6 +240,12 @@ def parameters_of(case: Case[Any], settings: Mapping[str, str]) -> Parameters:
     """
     base = _preset(case, settings[PRESET]) if PRESET in settings else default_of(case)
     tree = _tree((name, text) for name, text in settings.items() if name != PRESET)
+    for name in case.varied:
+        if name in tree:
+            raise RequestError(
+                f"--set: {name}: {case.quantities[0].name} is searched for over {name}: must be "
+                "left out"
+            )
     try:
         if base is None:
             return case.parameters(**_values(case.parameters, tree))
@@ -341,6 +365,7 @@ def run(
     settings: Mapping[str, str] | None = None,
     engine: str | Engine | None = None,
     *,
+    quantities: str | Sequence[str] = (),
     open_one: Open = open_engine,
     progress: Progress = silent,
     most_seconds: float = math.inf,
@@ -349,13 +374,15 @@ def run(
 
     ``settings`` are texts by the names of parameters, in SI units and degrees as :func:`cases`
     lists them (k in [N/m]), of nested ones with a dot, and ``preset`` for a known set; each
-    quantity names its unit. ``engine`` is an open engine, or the name of an engine or of a solver
-    of the case; the default engine unless given. ``open_one`` opens one by its name. Raise
-    RequestError for a name or value that is not allowed, for an engine that cannot run the
-    case, with the reason, and for a run that is expected to take more than ``most_seconds``;
+    quantity names its unit. ``quantities`` are names of those to return; a derived one, such as
+    ``critical_angle_deg``, takes several runs. ``engine`` is an open engine, or the name of an
+    engine or of a solver of the case; the default engine unless given. ``open_one`` opens one by
+    its name. Raise RequestError for a name or value that is not allowed, for an engine that cannot
+    run the case, with the reason, and for what is expected to take more than ``most_seconds``;
     EngineError for a run that failed.
     """
-    chosen = get_case(case)
+    wanted = [quantities] if isinstance(quantities, str) else list(quantities)
+    chosen = get_case(case).measuring(wanted)
     parameters = parameters_of(chosen, settings or {})
 
     def begin(rules: Traits | None, solver: str = "") -> None:
@@ -367,19 +394,19 @@ def run(
 
     if isinstance(engine, Engine):
         begin(engine.traits)
-        return _in_engine(chosen, parameters, engine)
+        return _in_engine(chosen, parameters, engine, wanted)
     name = engine or usual_engine(chosen)
     if name in chosen.solvers and (engine is None or name not in engine_names()):
         begin(None, name)
         measured = chosen.solve(parameters, name)
         who = (name, f"dem-harness {__version__}")
-        return _result(chosen, parameters, who, measured, NO_RULES)
+        return _result(chosen, parameters, who, measured, NO_RULES, wanted)
     if name not in engine_names() and ":" not in name:
         known = ", ".join([*engine_names(), *chosen.solvers])
         raise RequestError(f"--engine {name!r} is not known: must be one of {known}")
     with open_one(name) as opened:
         begin(opened.traits)
-        return _in_engine(chosen, parameters, opened)
+        return _in_engine(chosen, parameters, opened, wanted)
 
 
 def film(
@@ -431,14 +458,16 @@ def usual_engine(case: Case[Any]) -> str:
     return DEFAULT
 
 
-def _in_engine(case: Case[Any], parameters: Parameters, engine: Engine) -> RunResult:
+def _in_engine(
+    case: Case[Any], parameters: Parameters, engine: Engine, wanted: Sequence[str]
+) -> RunResult:
     reason = engine.refuses(case.job(parameters))
     if reason:
         raise RequestError(f"--engine {engine.name!r}: cannot run {case.name!r}: {reason}")
     measured = case.measure(parameters, engine)
     who = measured.provenance or engine.identify()
     named = (engine.name, who.engine_version)
-    return _result(case, parameters, named, measured, engine.traits)
+    return _result(case, parameters, named, measured, engine.traits, wanted)
 
 
 def _result(
@@ -447,6 +476,7 @@ def _result(
     who: tuple[str, str],
     measured: Measured,
     traits: Traits,
+    wanted: Sequence[str],
 ) -> RunResult:
     references = case.references(parameters, traits)
     units = {quantity.name: quantity.unit for quantity in case.quantities}
@@ -454,11 +484,11 @@ def _result(
         case=case.name,
         engine=who[0],
         engine_version=who[1],
-        parameters=parameters.model_dump(mode="json"),
+        parameters=parameters.model_dump(mode="json", exclude=set(case.varied)),
         quantities={
             name: _quantity(name, measured.values[name], unit, references.get(name))
             for name, unit in units.items()
-            if name in measured.values
+            if name in measured.values and (not wanted or name in wanted)
         },
         profile=measured.profile,
     )

@@ -109,7 +109,7 @@ def site(
     ]
     if reports and (reports / board.MAIN / FILE).is_file():
         main = read_results(reports / board.MAIN)
-        shown.insert(0, Run("main job", main, f"reports/{board.MAIN}/report.html"))
+        shown.insert(0, Run("Main job", main, f"reports/{board.MAIN}/report.html"))
     built = _filled(project or output, reports, shown, history=history)
     for name, folder in folders.items():
         built.add_folder(folder, f"{RUNS}/{name}")
@@ -169,7 +169,8 @@ def _filled(root: Path, reports: Path | None, shown: Sequence[Run], *, history: 
         *(one.address for one in shown),
     }
     scripts = {f"{one.address.rpartition('/')[0]}/{one.file}": one.address for one in defects}
-    built = Site(root, tuple(pages.items()), planned, scripts, texts)
+    named = {entry.name: page.address for page in defects for entry in page.entries}
+    built = Site(root, tuple(pages.items()), planned, scripts, texts, named)
     built.add_template(START, "board.html.j2", **_start(shown, reports, defects))
     built.add_template(HISTORY, "history.html.j2", parts_of_history=parts)
     for page in defects:
@@ -200,7 +201,7 @@ def _start(
         results = run.results
         engine = results.engine.told if results.engine else "no engine"
         words = headline(results.checks, results.untested_cases)
-        sentences.append((f"{run.name.capitalize()}: {words}", f"{engine}, {results.started[:10]}"))
+        sentences.append((f"{run.name}: {words}", f"{engine}, {results.started[:10]}"))
     boards = [
         board.codes(shown) if shown else None,
         board.cases(reports) if reports else None,

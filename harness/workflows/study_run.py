@@ -40,6 +40,7 @@ from harness.store.entries import Entries
 from harness.workflows.case_runs import usual_engine
 from harness.workflows.engine_status import opened
 from harness.workflows.progress import Progress, silent
+from harness.workflows.sweep_columns import parameter_columns, quantity_key
 from harness.workflows.sweep_plan import Asked, Plan, Point
 from harness.workflows.sweep_run import (
     DONE,
@@ -51,8 +52,6 @@ from harness.workflows.sweep_run import (
     Ran,
     Work,
     as_frame,
-    parameter_columns,
-    quantity_key,
     run_plan,
 )
 

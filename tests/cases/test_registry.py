@@ -208,3 +208,9 @@ def test_a_name_in_the_baseline_has_the_unit_that_its_case_declares():
     assert {name: found for name, found in units.items() if len(found) > 1} == {}
     assert {name: found for name, found in undeclared.items() if len(found) > 1} == {}
     assert units["largest_overlap_m"] == {"m"}
+
+
+@pytest.mark.parametrize("member", ["expected_rows", "verify_beside", "by_default"])
+def test_a_case_with_a_member_of_an_earlier_version_is_refused_by_name(member):
+    with pytest.raises(TypeError, match=rf"Old\.{member}: is not called any more"):
+        type("Old", (InclineCase,), {member: None})

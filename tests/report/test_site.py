@@ -48,6 +48,12 @@ def test_markdown_becomes_a_page_with_places_badges_and_named_cells():
     assert "&lt;b&gt;" in shown.body
 
 
+def test_a_cell_that_is_a_name_of_a_page_links_to_it():
+    shown = document("|defect|n|\n|---|---|\n|slips|slips twice|\n", {"slips": "a/b.html"})
+    assert '<td data-n="defect"><a href="a/b.html">slips</a></td>' in shown.body
+    assert shown.body.count("<a ") == 1
+
+
 def test_tables_are_read_by_their_headings():
     assert tables(TEXT) == {
         "Part, one": [{"case": "a", "verdict": "known defect", "value": "1"}],

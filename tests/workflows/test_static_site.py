@@ -118,7 +118,15 @@ def test_every_known_defect_has_a_page_with_cause_size_script_and_how_to_run_it(
         for word in ("size predicted", "last release", "upstream", "Run it", "Expected", "ound"):
             assert word in text, f"{defect.name}: {word}"
         assert (built.folder / defect.script).is_file()
+        test = built.folder / folder / "test.yaml"
+        assert test.is_file() == ("As a test of LAMMPS" in text)
         assert ("lmp -in in.lmp" in text) == (defect.engine == "lammps")
+    assert len([*(built.folder / "reports" / "defects").glob("*/test.yaml")]) == 11
+
+
+def test_known_defects_of_releases_lead_to_their_pages(links):
+    found = links["reports/releases/contacts/report.html"].links
+    assert "../../defects/wall-youngs-modulus/index.html" in found
 
 
 def run_folder(folder, value, day):
@@ -148,7 +156,7 @@ def test_runs_join_the_site_and_the_step_at_which_a_value_moved_is_named(
     built = site(tmp_path / "site", runs, project=nothing_committed)
     assert "Site" in (built.folder / "runs" / "run1" / "report.html").read_text()
     assert (built.folder / "runs" / "run1" / "scripts" / "a.in").is_file()
-    assert "Failed: 1 analytic" in (built.folder / "index.html").read_text()
+    assert "run3: Failed: 1 analytic" in (built.folder / "index.html").read_text()
     history = (built.folder / "history" / "index.html").read_text()
     assert "run2, 2030-01-02 00:00 → run3, 2030-01-03 00:00: 1 moved" in history
     assert "run1, 2030-01-01 00:00 → run2" not in history

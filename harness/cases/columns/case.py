@@ -39,6 +39,7 @@ from harness.cases.grain import complete
 from harness.cases.incline.angle import step_limit
 from harness.cases.incline.case import CASE as INCLINE
 from harness.cases.incline.runs import run_inclines
+from harness.cases.incline.searched import Search, SearchedAngle
 from harness.cases.incline.system import Incline, InclineRun, Motion
 from harness.cases.source_angles import READINGS, source_angles
 from harness.comparison.convergence import limit
@@ -428,6 +429,10 @@ def figure(angles: Angles) -> Figure:
     return found
 
 
+class ColumnsSearch(Columns, Search):
+    """Columns, the angle searched for."""
+
+
 class ColumnsCase(Case[Columns]):
     """The incline's grain on columns of n particles, the last one fixed: critical angle.
 
@@ -452,6 +457,10 @@ class ColumnsCase(Case[Columns]):
             for name, contact in CONTACTS.items()
         }
         return {"plastic": found.pop("plastic, overlap"), **found}
+
+    def derived(self) -> Sequence[Case[Any]]:
+        """Return the critical angle."""
+        return (_ANGLE,)
 
     def job(self, parameters: Columns) -> Job:
         """Return the job of one passage."""
@@ -490,3 +499,4 @@ class ColumnsCase(Case[Columns]):
 
 
 CASE = ColumnsCase()
+_ANGLE = SearchedAngle(CASE, ColumnsSearch, job_of, critical_angle)

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
 
-from harness.cases.grain import complete, path_in, run_jobs
+from harness.cases.grain import path_in, run_jobs
 from harness.cases.incline.runs import read_by
 from harness.cases.incline.system import (
     BEHIND_CREST,
@@ -88,6 +88,11 @@ class Columns(Incline):
                 f"least {least:.4g} N/m ({MOST_SUNK:g} diameters)"
             )
         return self
+
+    @property
+    def particles(self) -> int:
+        """Return how many particles a run has, the grain among them."""
+        return self.spheres * self.n + 1
 
     @property
     def deformable(self) -> bool:
@@ -373,7 +378,7 @@ def critical_angle(
     engine: Engine,
     *,
     method: Route = "passage",
-    tolerance_deg: float = 1e-3,
+    tolerance_deg: float | None = 1e-3,
     phases: int = 2,
 ) -> CriticalAngle:
     """Return the critical angle [deg] of a case, whose own angle is ignored.
@@ -381,14 +386,9 @@ def critical_angle(
     ``passage`` or ``steady`` motion, as for the incline. Raise EngineError when a run fails, and
     RequestError when a grain flies where a passage is judged.
     """
-    from harness.cases.incline.angle import (
-        critical_angle_by_passage,
-        critical_angle_by_steady_motion,
-    )
+    from harness.cases.incline.angle import critical_angle as of_inclines
 
-    def measure(cases: Sequence[Incline]) -> list[InclineRun]:
-        return complete(run_columns(engine, [c for c in cases if isinstance(c, Columns)], method))
-
-    if method == "steady":
-        return critical_angle_by_steady_motion(measure, case, tolerance_deg=tolerance_deg)
-    return critical_angle_by_passage(measure, case, tolerance_deg=tolerance_deg, phases=phases)
+    return of_inclines(
+        case, method=method, tolerance_deg=tolerance_deg, phases=phases, engine=engine,
+        run=run_columns,
+    )  # fmt: skip

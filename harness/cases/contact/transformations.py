@@ -285,7 +285,7 @@ through all of both."""
 
 EQUAL = "two spheres"
 
-QUICK = ("turned", "run again", "restarted")
+QUICK = ("turned", "continued with a setup", "restarted")
 """Invariances of the shortest level, beside the run as it stands; of few pairs that are carried all
 that an engine declares for these."""
 

@@ -51,7 +51,7 @@ from harness.cases.incline.closed_forms import (
     theory_in_words,
 )
 from harness.cases.incline.levels import COARSE, COARSE_WELLS, RUNS_BY_PASSAGE, STEADY_RUNS, Ladder
-from harness.cases.incline.runs import measured
+from harness.cases.incline.runs import run_inclines
 from harness.cases.incline.system import (
     SPEED_AFTER_SHOCK,
     Incline,
@@ -108,6 +108,8 @@ class CriticalAngle(Shown):
     monotone: bool = True
     note: str = ""
     steps: int = 0
+    seconds: float = 0.0
+    ranks: int | None = None
 
     @classmethod
     def of(
@@ -122,6 +124,8 @@ class CriticalAngle(Shown):
                 Sample(run.case.angle, run.case.phase, run.motion.value, run.margin) for run in runs
             ),
             steps=sum(run.steps for run in runs),
+            seconds=sum(run.seconds for run in runs),
+            ranks=runs[-1].ranks,
             **more,
         )
 
@@ -564,6 +568,9 @@ Angle = TypeVar("Angle")
 
 Method = Literal["passage", "steady"]
 
+Runner = Callable[[Engine, Sequence[Any], Route], Sequence[InclineRun | EngineError]]
+"""Runs cases by a route and returns their results in order, errors in place."""
+
 TOLERANCES_DEG = {"passage": 1e-3, "steady": 5e-3}
 
 TIME_PER_WELL = 40.0
@@ -579,6 +586,7 @@ def critical_angle(
     wells: int | None = None,
     engine: Engine | None = None,
     progress: Progress = silent,
+    run: Runner = run_inclines,
 ) -> CriticalAngle:
     """Return the critical angle [deg] of a case (the source's contact unless told otherwise).
 
@@ -588,8 +596,8 @@ def critical_angle(
     ``phases`` is how many starts within a step the passage is averaged over; ``wells`` are to be
     passed in steady motion: those of the case unless given, 100 or more at coarse steps.
     Without an engine, LAMMPS in-process is opened and closed again. ``progress`` is called with
-    the runs done and those expected. Raise EngineError when the engine fails, RequestError for a
-    contact that rebounds too much for a passage.
+    the runs done and those expected. ``run`` runs cases of another kind. Raise EngineError when
+    the engine fails, RequestError for a contact that rebounds too much for a passage.
     """
     case = case or Incline()
     if method == "passage":
@@ -597,10 +605,10 @@ def critical_angle(
     tolerance = TOLERANCES_DEG[method] if tolerance_deg is None else tolerance_deg
     with nullcontext(engine) if engine is not None else open_engine() as opened:
         if method == "steady":
-            measure = _counted(opened, method, STEADY_RUNS, progress)
+            measure = _counted(run, opened, method, STEADY_RUNS, progress)
             asked = passing(case, wells)
             return critical_angle_by_steady_motion(measure, asked, tolerance_deg=tolerance)
-        measure = _counted(opened, method, RUNS_BY_PASSAGE, progress)
+        measure = _counted(run, opened, method, RUNS_BY_PASSAGE, progress)
         return critical_angle_by_passage(measure, case, tolerance_deg=tolerance, phases=phases)
 
 
@@ -618,7 +626,9 @@ def critical_angle_or_error(case: Incline, **options: Any) -> CriticalAngle | En
         return EngineOutputError(str(error))
 
 
-def _counted(engine: Engine, route: Route, expected: int, progress: Progress) -> Measure:
+def _counted(
+    run: Runner, engine: Engine, route: Route, expected: int, progress: Progress
+) -> Measure:
     """Return what runs inclines in an engine and tells of it; the last runs of a search are told.
 
     How many there will be is known only then.
@@ -628,7 +638,7 @@ def _counted(engine: Engine, route: Route, expected: int, progress: Progress) ->
     def measure(cases: Sequence[Incline]) -> list[InclineRun]:
         nonlocal done
         progress(f"runs, {route}", done, max(expected, done + len(cases)))
-        found = measured(engine, cases, route)
+        found = complete(run(engine, cases, route))
         done += len(found)
         progress(f"runs, {route}", done, max(expected, done))
         return found

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from harness.cases.contract import Case, LevelName, Measured, Part, Reference, Study, rows_of_parts
 from harness.cases.incline.levels import REGRESSION, run_seconds
 from harness.cases.incline.runs import read
+from harness.cases.incline.searched import InclineSearch, SearchedAngle
 from harness.cases.incline.system import NAME, TEMPLATE, Incline, job_of
 from harness.comparison.plan import Planned
 from harness.comparison.verdicts import Check
@@ -19,6 +20,7 @@ from harness.parameters.law import CONTACTS
 from harness.report.sections import Section
 
 if TYPE_CHECKING:
+    from harness.cases.incline.angle import CriticalAngle
     from harness.cases.incline.engine_checks import EngineAngle
     from harness.report.film import Film
 
@@ -42,6 +44,10 @@ class InclineCase(Case[Incline]):
             name: Incline(contact=contact, steps_per_contact=STEPS.get(name, 50.0))
             for name, contact in CONTACTS.items()
         }
+
+    def derived(self) -> Sequence[Case[InclineSearch]]:
+        """Return the critical angle."""
+        return (_ANGLE,)
 
     def job(self, parameters: Incline) -> Job:
         """Return the job of one passage."""
@@ -175,4 +181,11 @@ def _beside(engine: str, run: Callable[[], Sequence[Check]], angles: list[Engine
     return Findings(NAME, engine, checks, evidence=angles, published={"critical_angles": rows})
 
 
+def _search(case: Incline, **options: Any) -> CriticalAngle:
+    from harness.cases.incline.angle import critical_angle
+
+    return critical_angle(case, **options)
+
+
 CASE = InclineCase()
+_ANGLE = SearchedAngle(CASE, InclineSearch, job_of, _search, CASE.solvers)

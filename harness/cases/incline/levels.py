@@ -176,7 +176,7 @@ def run_seconds(case: Incline, route: Route, rules: Traits) -> float:
     """Return what one run is expected to take [s]."""
     longest = PASSAGE if route == "passage" else min(WELL * case.wells, case.time_limit)
     steps = longest * math.sqrt(case.diameter / case.gravity) / case.step
-    return engine_seconds(steps, case.spheres + 1, rules)
+    return engine_seconds(steps, case.particles, rules)
 
 
 def angle_seconds(case: Incline, route: Route, rules: Traits) -> float:

@@ -119,6 +119,7 @@ def read_by(
         seconds=output.seconds,
         provenance=output.provenance,
         trajectory=path,
+        ranks=output.ranks,
     )
 
 
@@ -155,6 +156,7 @@ def _told(
         seconds=output.seconds,
         provenance=output.provenance,
         trajectory=path,
+        ranks=output.ranks,
     )
     if path is not None and every is not None:
         _complete(path, steps // every + 1, output.who)

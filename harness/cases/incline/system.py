@@ -74,6 +74,11 @@ class Incline(Grain):
         return self
 
     @property
+    def particles(self) -> int:
+        """Return how many particles a run has, the grain among them."""
+        return self.spheres + 1
+
+    @property
     def weight_energy(self) -> float:
         """Return m g d [J], the unit of energy of this system."""
         return self.mass * self.gravity * self.diameter
@@ -380,6 +385,7 @@ class InclineRun:
     seconds: float
     provenance: Provenance
     trajectory: Trajectory | None = field(default=None, repr=False)
+    ranks: int | None = None
 
     @property
     def path(self) -> Trajectory:

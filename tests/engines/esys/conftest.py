@@ -6,11 +6,8 @@ from pathlib import Path
 import pytest
 
 from harness.engines.esys.engine import Esys
-from harness.engines.output import Output, read_csv, results_in
 from harness.engines.process import Limits
-from harness.engines.programs import with_stages
 from harness.errors import EngineMissingError
-from harness.observables.provenance import Provenance
 
 RECORDED = Path(__file__).parent / "recorded"
 
@@ -44,18 +41,6 @@ def esys():
 def recorded():
     """Return a function that reads the text of a recorded file by name."""
     return lambda name: (RECORDED / name).read_text(encoding="utf-8")
-
-
-@pytest.fixture
-def output(recorded):
-    """Return a function that reads a recorded output by name, its series damaged or not."""
-
-    def read(name, series=lambda text: text):
-        said, table = recorded(f"{name}.txt"), series(recorded(f"{name}.csv"))
-        tables = {"series": read_csv(table, Esys.traits.title)}
-        return with_stages(Output(results_in(said), Provenance("esys", "2.3.4"), tables, said))
-
-    return read
 
 
 @pytest.fixture

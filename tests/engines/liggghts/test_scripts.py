@@ -2,7 +2,6 @@ import re
 
 import pytest
 
-from harness.cases.contact.motion import TEMPLATE as CONTACT
 from harness.cases.drop.case import TEMPLATE as DROP
 from harness.cases.incline.system import TEMPLATE as INCLINE
 from harness.cases.tower.system import TEMPLATE as TOWER
@@ -12,24 +11,12 @@ from harness.engines.liggghts.engine import Liggghts
 from harness.errors import RequestError
 from harness.parameters.tower import Tower
 
-FILES = Liggghts.inputs([INCLINE, TOWER, DROP, CONTACT])
 SCRIPTS = [Liggghts.script(template) for template in (INCLINE, TOWER, DROP)]
-EVERY = {"series_every": 50}
 BY_NAME = pytest.mark.parametrize("script", SCRIPTS, ids=lambda s: s.name)
 
 
 def code(script):
     return [line for line in script.text.splitlines() if line and not line.startswith("#")]
-
-
-@pytest.mark.parametrize(("path", "text"), FILES.items(), ids=FILES)
-def test_committed_input_is_what_is_generated(path, text, inputs):
-    assert (inputs / path).read_text(encoding="utf-8") == text
-
-
-def test_every_committed_input_is_generated(inputs):
-    committed = {f"liggghts/{path.name}" for path in (inputs / "liggghts").iterdir()}
-    assert committed == set(FILES)
 
 
 @BY_NAME
@@ -39,9 +26,6 @@ def test_every_variable_that_is_used_is_declared(script):
     declared = set(re.findall(r"\bvariable (\w+)\s+(?:index|equal|string)\b", text))
     assert used - declared == set()
     assert script.variables <= used
-    scene = next(t for t in (INCLINE, TOWER, DROP) if f"{t.name}.in" == script.name)
-    stated = Liggghts.scene_values(scene.scene(scene.variants[scene.main] | EVERY, "linear"))
-    assert script.variables == {*stated, "series"}
 
 
 @BY_NAME
@@ -77,15 +61,6 @@ def test_language_is_that_of_the_old_lammps(script):
 @BY_NAME
 def test_log_that_only_echoes_the_script_is_no_result(script):
     assert not finished(script.text)
-
-
-def test_tower_of_the_deformable_law_is_refused_in_one_line(program):
-    case = Tower()
-    job = job_of(case, timing_of(case, 3.0, None, None))
-    with Liggghts(program) as engine, pytest.raises(RequestError) as caught:
-        engine.run([job])
-    assert "it has the overlap law only (law = 'deformable')" in str(caught.value)
-    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("unequal", ["mass", "diameter", "stiffness"])
