@@ -26,6 +26,9 @@ CONTACTS, UPSTREAM = "releases/contacts", "upstream"
 DEFECTS = "reports/defects"
 """Folders of the committed reports; the last as it is below the project."""
 
+ALWAYS = "as long as is known"
+"""Since when a defect is there of which no first release is known."""
+
 WORDS = {Verdict.PASS: "hold", Verdict.FAIL: "fail", Verdict.FINDING: "reported"}
 
 
@@ -365,7 +368,7 @@ def _paragraphs(script: str) -> Iterator[str]:
 def _facts(defect: KnownDefect) -> Iterator[tuple[str, str]]:
     yield "what", f"{defect.kind} of {defect.engine}"
     yield "cause", defect.cause
-    yield "first release", defect.since or "as long as is known"
+    yield "first release", defect.since or ALWAYS
     yield "last release", defect.until or "today"
     yield "upstream", defect.upstream
     yield "size predicted", predicted(defect.predicts)
