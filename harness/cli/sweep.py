@@ -300,12 +300,9 @@ def _written(folder: Path, found: Sweep, points: Points | None) -> list[str]:
     from functools import partial
     from importlib.util import find_spec
 
-    from harness.shown.figure import house_style
-
     frame = found.frame()
     notes: list[str] = []
-    with house_style():
-        figure = found.figure(points=points)
+    figure = found.figure(points=points)
     files: dict[tuple[str, Path], Writer] = {("table", folder / ROWS): partial(write_csv, frame)}
     if find_spec("pyarrow") is None:
         hint = "pyarrow is not installed: pip install 'dem-harness[parquet]'"

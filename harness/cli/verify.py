@@ -206,10 +206,10 @@ class VerifyOptions:
     """What is to be verified: how much, against which baseline, and where the report goes."""
 
     quick: bool = False
-    """A shorter ladder: under 20 s on two cores (contacts: 19 s of CPU time, against 105 s
-    without)."""
+    """A shorter ladder: some 20 s of CPU time, as many for the contacts; `dem-harness cases` has
+    the time of each case, and the command says it before it begins."""
     full: bool = False
-    """Up to 100 times the stiffness, every height: some two minutes."""
+    """Up to 100 times the stiffness, every height: some two minutes for incline and tower."""
     cases: Annotated[str | None, Parameter(metavar="NAME[,NAME...]")] = None
     """Cases or groups that `dem-harness cases` lists, or `all`. [default: incline and tower]"""
     engines: Annotated[str | None, Parameter(metavar="all|NAME[,NAME...]")] = None
@@ -326,7 +326,7 @@ def _say_cost(asked: VerifyOptions, fresh: bool) -> None:
     from harness.workflows import history
     from harness.workflows.verification import Selection, checked_level
 
-    cases = Selection(asked.cases, asked.only).names(checked_level(asked.level))
+    cases = Selection(asked.cases, asked.only).chosen(checked_level(asked.level))
     same = _what_counts(given_words("verify"))
     took = [
         row["seconds"]
@@ -338,8 +338,15 @@ def _say_cost(asked: VerifyOptions, fresh: bool) -> None:
     ]
     known = f"took {took[0]:.0f} s when last run" if took else "no earlier run tells what it takes"
     kept = "" if fresh else "; runs that are kept are not made again"
-    what = f"level {asked.level}, {len(cases)} cases ({', '.join(cases)})"
-    tell_stderr(f"verify, {what}: {known}{kept}")
+    cost = [case.cost.get(asked.level) for case in cases]
+    each = ", ".join(
+        case.name if seconds is None else f"{case.name} {seconds:.0f} s"
+        for case, seconds in zip(cases, cost, strict=True)
+    )
+    # what a pattern leaves out has a part in it that nobody knows
+    whole = not asked.only and cases and None not in cost
+    total = f"; {sum(filter(None, cost)):.0f} s of CPU time in all, as measured" if whole else ""
+    tell_stderr(f"verify, level {asked.level}, {len(cases)} cases ({each}{total}): {known}{kept}")
 
 
 def _what_counts(words: Sequence[str]) -> list[str]:
