@@ -56,7 +56,10 @@ from harness.parameters.base import Parameters
 from harness.report.sections import Drawing, Opening, Section, Table
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.figure import Figure
+
+    from harness.report.film import Film
 
 
 Value = TypeVar("Value")
@@ -239,12 +242,16 @@ class Reference:
 
 @dataclass(frozen=True)
 class Measured:
-    """The quantities of one run, by their declared names, who made it, on which MPI ranks."""
+    """The quantities of one run, by their declared names, who made it, on which MPI ranks.
+
+    ``profile`` are columns of one length, of a case that has one.
+    """
 
     values: Mapping[str, float]
     provenance: Provenance | None = None
     seconds: float = 0.0
     ranks: int | None = None
+    profile: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -292,6 +299,16 @@ def places(case: str, submodel: str, system: str) -> tuple[str, ...]:
     return case, submodel, system, f"{case}/{submodel}/{system}"
 
 
+GONE = {
+    "by_default": "`verify` runs incline and tower unless others are named",
+    "expected_rows": "name the checks in `planned`",
+    "judge_count": "name the checks in `planned`",
+    "verify_beside": "`verify` reads `study.role`",
+}
+"""Members of a case of earlier versions, and what is in their place: one that still has them would
+be judged otherwise than it says."""
+
+
 class Case(ABC, Generic[P]):
     """One system: parameters to values, output to quantities, quantities to verdicts."""
 
@@ -299,8 +316,6 @@ class Case(ABC, Generic[P]):
     group: ClassVar[str]
     summary: ClassVar[str]
     """The first line of the class's docstring, unless it says something else."""
-    by_default: ClassVar[bool] = False
-    """Whether ``verify`` runs it when no case is named."""
     lists_rows: ClassVar[bool] = False
     """Whether :meth:`selectable` names what each row is of."""
     qualifies: ClassVar[bool] = False
@@ -323,15 +338,18 @@ class Case(ABC, Generic[P]):
 
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)
-        told = vars(cls)
-        if "summary" not in told and cls.__doc__:
+        members = vars(cls)
+        gone = [name for name in members if name in GONE]
+        if gone:
+            raise TypeError(f"{cls.__name__}.{gone[0]}: is not called any more: {GONE[gone[0]]}")
+        if "summary" not in members and cls.__doc__:
             cls.summary = cls.__doc__.partition("\n")[0]
-        if "quantities" not in told and "quantities" in (text := text_of(cls)):
+        if "quantities" not in members and "quantities" in (text := text_of(cls)):
             cls.quantities = numbers(**text["quantities"])
-        if "cost" not in told and "cost" in (text := text_of(cls)):
+        if "cost" not in members and "cost" in (text := text_of(cls)):
             cls.cost = text["cost"]
-        kinds = [kind for base in told.get("__orig_bases__", ()) for kind in get_args(base)]
-        if "parameters" not in told and kinds and isinstance(kinds[0], type):
+        kinds = [kind for base in members.get("__orig_bases__", ()) for kind in get_args(base)]
+        if "parameters" not in members and kinds and isinstance(kinds[0], type):
             cls.parameters = kinds[0]
 
     @property
@@ -471,6 +489,22 @@ class Case(ABC, Generic[P]):
         """Return the parts of the report: of the main engine, own solvers, engines beside it."""
         return ()
 
+    def profile(self, parameters: P, output: Output) -> Mapping[str, Sequence[float]]:
+        """Return a run's profile as columns of one length; {} for a case without one."""
+        return {}
+
+    def figures(self, rows: pd.DataFrame) -> Mapping[str, Callable[[], Figure]]:
+        """Return what draws figures of a sweep's rows, those that are done, by names of files."""
+        return {}
+
+    def film(self, engine: Engine, parameters: P | None = None, frames: int = 120) -> Film | None:
+        """Return the film of one run; None for a case that has none.
+
+        Of the system that shows the case best where no parameters are given. Raise EngineError
+        for a run that failed.
+        """
+        return None
+
     def measured(self, parameters: P, output: Output, traits: Traits) -> Measured:
         """Return the quantities of an output; raise EngineError for one that is not declared."""
         try:
@@ -487,7 +521,8 @@ class Case(ABC, Generic[P]):
             if not isinstance(value, (int, float)):
                 told = " ".join(repr(value).split())[:60]
                 raise EngineError(f"{where} returned {name} = {told}: not one number")
-        return Measured(values, output.provenance, output.seconds, output.ranks)
+        profile = self.profile(parameters, output)
+        return Measured(values, output.provenance, output.seconds, output.ranks, profile)
 
     def _names(self, plan: Plan[P], engine: Engine) -> list[str]:
         """Return the names of the rows of a run: one where the engine refuses it."""

@@ -1,9 +1,4 @@
-"""What a command reads, writes and prints.
-
-What a command prints on stdout.
-
-Files that a command reads and writes.
-"""
+"""What a command reads, writes and prints: checked paths, whole files, aligned text, JSON."""
 
 from __future__ import annotations
 
@@ -194,7 +189,7 @@ def output_folder(given: Path | None, kind: str = "") -> Iterator[Path]:
     removed again where nothing is written into it. Raise RequestError for one that holds
     something or cannot be made.
     """
-    from harness.report.folder import check_folder
+    from harness.files import check_folder
 
     if given is not None:
         check_folder(given)

@@ -314,6 +314,8 @@ def _written(folder: Path, found: Sweep, points: Points | None) -> list[str]:
     else:
         for suffix in (".svg", ".png"):
             files["figure", folder / f"figure{suffix}"] = save_figure(lambda: figure, suffix)
+            for name, own in found.own_figures().items():
+                files["figure", folder / f"{name}{suffix}"] = save_figure(own, suffix)
     write_all(files)
     return notes
 

@@ -1,8 +1,6 @@
-"""``dem-harness verify``, and how its verdicts are told in a terminal.
+"""``dem-harness verify``: its options, the kept or new verification, its verdicts in a terminal.
 
-Tell a verification in a terminal: what failed, findings, counts, and the headlines last.
-
-``dem-harness verify``.
+What failed stands first, findings and counts next, the headlines last.
 """
 
 from __future__ import annotations
@@ -234,6 +232,8 @@ class VerifyOptions:
     """Exit status 1 also where a check was not tested."""
     png: bool = False
     """Write every figure as PNG too, beside SVG."""
+    film: bool = False
+    """Show films of the incline and of the tower in the page, by the engine's own motions."""
     verbose: bool = False
     """Print every check, not only those that failed."""
 
@@ -321,12 +321,13 @@ def _record(
 
 def _say_cost(asked: VerifyOptions, fresh: bool) -> None:
     """Say on stderr which cases are run, and what the same request took when it was last run."""
+    from harness.cases.registry import all_cases
     from harness.cli.recording import given_words
     from harness.store.entries import tell_stderr
     from harness.workflows import history
     from harness.workflows.verification import Selection, checked_level
 
-    cases = Selection(asked.cases, asked.only).chosen(checked_level(asked.level))
+    cases = Selection(asked.cases, asked.only).names(checked_level(asked.level))
     same = _what_counts(given_words("verify"))
     took = [
         row["seconds"]
@@ -338,15 +339,17 @@ def _say_cost(asked: VerifyOptions, fresh: bool) -> None:
     ]
     known = f"took {took[0]:.0f} s when last run" if took else "no earlier run tells what it takes"
     kept = "" if fresh else "; runs that are kept are not made again"
-    cost = [case.cost.get(asked.level) for case in cases]
-    each = ", ".join(
-        case.name if seconds is None else f"{case.name} {seconds:.0f} s"
-        for case, seconds in zip(cases, cost, strict=True)
-    )
-    # what a pattern leaves out has a part in it that nobody knows
-    whole = not asked.only and cases and None not in cost
-    total = f"; {sum(filter(None, cost)):.0f} s of CPU time in all, as measured" if whole else ""
-    tell_stderr(f"verify, level {asked.level}, {len(cases)} cases ({each}{total}): {known}{kept}")
+    known_cases = all_cases()
+    cost = {
+        name: known_cases[name].cost.get(asked.level) if name in known_cases else None
+        for name in cases
+    }
+    each = ", ".join(n if s is None else f"{n} {s:.0f} s" for n, s in cost.items())
+    # of what a pattern leaves out nobody knows the part
+    whole = cases and not asked.only and None not in cost.values()
+    total = f"; {sum(filter(None, cost.values())):.0f} s of CPU time in all" if whole else ""
+    what = f"level {asked.level}, {len(cases)} cases ({each}{total})"
+    tell_stderr(f"verify, {what}: {known}{kept}")
 
 
 def _what_counts(words: Sequence[str]) -> list[str]:
@@ -370,16 +373,17 @@ def _key(asked: VerifyOptions, engine: EngineOptions) -> str | None:
         return None
     further = asked.known_defects
     with_further(further)  # a bad file is refused, whatever is kept
-    cases = Selection(asked.cases, asked.only).chosen(checked_level(asked.level))
+    names = Selection(asked.cases, asked.only).names(checked_level(asked.level))
     against = {} if asked.no_baseline else digest(asked.baseline, asked.tolerances)
     return verification_key(
         asked.level,
-        cases=[case.name for case in cases],
+        cases=names,
         engine=engine.engine,
         beside={
             "baseline": against,
             "strict": asked.strict,
             "png": asked.png,
+            **({"film": True} if asked.film else {}),
             "only": asked.only,
             "further_defects": further and digest_of_files([further], further.parent),
         },
@@ -410,7 +414,7 @@ def _measured(
     """Verify, write the report and return the record."""
     from harness.cli.engine_options import runs_made
     from harness.report.folder import write
-    from harness.workflows import sections
+    from harness.workflows import film_section, sections
     from harness.workflows import verify as verify_with
     from harness.workflows.verification import Selection, chosen_baseline
 
@@ -430,6 +434,7 @@ def _measured(
         )
         progress("figures and report", 0, 1)
         record = found.record()
-        write(found, folder, sections(found), png=asked.png)
+        films = [film_section(found.cases, opened)] if asked.film else []
+        write(found, folder, [*sections(found), *films], png=asked.png)
         progress("figures and report", 1, 1)
         return {**record, "cached": False, **runs_made(opened)}

@@ -269,7 +269,11 @@ class ScriptSource(Engine):
             return False
         if text_in(cls.own_folders(), f"{SCENE}.{cls.extension}.j2") is None:
             return False
-        return not unstated(template.scene(template.variants[template.main], cls.traits.spring))
+        try:
+            scene = template.scene(template.variants[template.main], cls.traits.spring)
+        except RequestError:
+            return False
+        return not unstated(scene)
 
     @classmethod
     def script(cls, template: Template, variant: str = "") -> Script:

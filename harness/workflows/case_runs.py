@@ -1,16 +1,13 @@
-"""Cases: listed, given settings, run once.
+"""The cases as a command sees them: listed, given settings as text, run once.
 
-The cases: what each is given, what it measures in which unit, and which engines run it.
-
-Settings of a case as the command line gives them: texts by name, read by its parameters.
-
-Run any case once: parameters in, quantities with their references out.
+A run puts quantities beside their references.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -18,16 +15,17 @@ from pydantic_core import PydanticUndefined
 
 from harness import __version__
 from harness.cases.contract import Case, Measured, Reference
-from harness.cases.registry import all_cases, get_case
+from harness.cases.registry import MAIN, all_cases, get_case
 from harness.comparison.verdicts import published
 from harness.engines.border import refuse_endless
 from harness.engines.contract import Engine
 from harness.engines.registry import DEFAULT, engine_class, engine_names, open_engine
 from harness.engines.traits import Traits
-from harness.errors import RequestError
+from harness.errors import HarnessError, RequestError
 from harness.observables.row import Row
 from harness.parameters.allowed import allowed_in, unit_in
 from harness.parameters.base import Parameters, nested
+from harness.report.sections import Section
 from harness.shown import Listing, Shown
 from harness.workflows.progress import Progress, silent
 from harness.workflows.verification import Open
@@ -35,6 +33,7 @@ from harness.workflows.verification import Open
 if TYPE_CHECKING:
     import pandas as pd
 
+    from harness.report.film import Film
     from harness.shown.figure import Figure
 
 
@@ -90,9 +89,9 @@ def _info(case: Case[Any]) -> CaseInfo:
         engines=tuple(name for name in engine_names() if _states(name, case)),
         solvers=case.solvers,
         presets=tuple(case.presets),
-        by_default=case.by_default,
+        by_default=case.name in MAIN,
         derived={one.name: one.unit for more in case.derived() for one in more.quantities},
-        verify_seconds=case.cost,
+        verify_seconds=dict(case.cost),
     )
 
 
@@ -317,6 +316,7 @@ class RunResult(Shown):
     """One run of a case: who ran it, with which parameters, and what was measured.
 
     A quantity is expected to be what its reference is, whose kind is the row's ``note``.
+    ``profile`` are columns of one length, of a case that has a profile.
     """
 
     case: str
@@ -324,11 +324,13 @@ class RunResult(Shown):
     engine_version: str
     parameters: Mapping[str, Any]
     quantities: Mapping[str, Row]
+    profile: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
     def record(self) -> dict[str, Any]:
-        """Return it as a JSON-ready mapping."""
+        """Return it as a JSON-ready mapping; the profile, where there is one, by its columns."""
         rows = {name: _record(row) for name, row in self.quantities.items()}
-        return {**vars(self), "parameters": dict(self.parameters), "quantities": rows}
+        found = {**vars(self), "parameters": dict(self.parameters), "quantities": rows}
+        return found if self.profile else {k: v for k, v in found.items() if k != "profile"}
 
     def frame(self) -> pd.DataFrame:
         """Return the quantities as a table, one row each."""
@@ -410,6 +412,46 @@ def run(
         return _in_engine(chosen, parameters, opened, wanted)
 
 
+def film(
+    case: str,
+    settings: Mapping[str, str] | None = None,
+    engine: str | Engine | None = None,
+    *,
+    frames: int = 120,
+    open_one: Open = open_engine,
+) -> Film:
+    """Run a case once and return the film of its motion, which a notebook shows.
+
+    ``settings`` are those of :func:`run`, ``engine`` an open one or a name. ``save(path)`` writes
+    it as .gif, or .mp4 where ffmpeg is on the path. Raise RequestError for a case without films.
+    """
+    from harness.report.film import check_frames
+
+    chosen = get_case(case)
+    check_frames(frames, "film")
+    given = nullcontext(engine) if isinstance(engine, Engine) else open_one(engine or DEFAULT)
+    with given as opened:
+        made = chosen.film(opened, parameters_of(chosen, settings) if settings else None, frames)
+    if made is None:
+        have = [one.name for one in all_cases().values() if type(one).film is not Case.film]
+        raise RequestError(f"film: case {case!r} has none; must be one of {', '.join(have)}")
+    return made
+
+
+def film_section(cases: Iterable[str], engine: Engine) -> Section:
+    """Return the films of cases in an engine; a run that fails is a sentence that says so."""
+    films, failures = [], []
+    for name in cases:
+        case = get_case(name)
+        try:
+            made = case.film(engine) if engine.states(case.template) else None
+        except HarnessError as error:
+            failures.append(f"The film of case {name} could not be made: {error}")
+        else:
+            films += [made] if made is not None else []
+    return Section("Films", tuple(failures), films=tuple(films))
+
+
 def usual_engine(case: Case[Any]) -> str:
     """Return the default engine, or the first solver of a case that it cannot state."""
     from harness.engines.registry import engine_class
@@ -451,6 +493,7 @@ def _result(
             for name, unit in units.items()
             if name in measured.values and (not wanted or name in wanted)
         },
+        profile=measured.profile,
     )
 
 

@@ -1,6 +1,4 @@
-"""The runs of a sweep on a cluster: arrays of chunks under SLURM, told as they are over.
-
-Jobs of SLURM: what one is ordered, how it is submitted, and what it tells.
+"""The runs of a sweep on a cluster: arrays of chunks under SLURM, read as they end.
 
 Runs are chunked by what they are expected to take, so that a job fits its time with a margin. One
 that does not is refused before anything is queued, unless its engine lets it go on from a restart

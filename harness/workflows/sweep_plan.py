@@ -1,6 +1,6 @@
 """What a sweep runs: every combination of the values of its parameters, in each engine.
 
-Values of a sweep as text: lists such as ``1,2,5`` and ranges such as ``1e5:1e7:log5``.
+Values are typed as text: lists such as ``1,2,5`` and ranges such as ``1e5:1e7:log5``.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """Sweep a case over its parameters and over engines: one tidy row a run.
 
-The folder of a sweep: held by one process at a time, taken up again by the same sweep.
-
-The runs of a sweep on this machine: in the engine's own workers, or in a solver of the case.
+The folder of a sweep is held by one process at a time, and the same sweep takes it up again. On
+this machine runs are made in the engine's own workers, or in a solver of the case.
 """
 
 from __future__ import annotations
@@ -20,6 +19,7 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from harness import __version__
 from harness.cases.contract import Case, Measured
+from harness.cases.registry import get_case
 from harness.engines.contract import Engine, Job, Output
 from harness.engines.process import cores, parallel_each
 from harness.engines.registry import engine_names
@@ -32,10 +32,9 @@ from harness.errors import (
     NotKeptError,
     RequestError,
 )
-from harness.files import cache_place, held_folder, lock_file
+from harness.files import cache_place, check_writable, held_folder, lock_file
 from harness.observables.provenance import Provenance
 from harness.parameters.base import Parameters
-from harness.report.folder import check_writable
 from harness.shown import Shown
 from harness.store.cache import CachedEngine
 from harness.store.entries import (
@@ -71,6 +70,7 @@ from harness.workflows.verification import Open
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.figure import Figure as AnyFigure
 
     from harness.observables.reference import Points
     from harness.shown.figure import Figure
@@ -396,6 +396,11 @@ class Sweep(Shown):
         titles = {name: engine_title(name) for name in frame["engine"].unique()}
         frame = frame.replace({"engine": titles})
         return sweep_figure(frame, measured[0], self.over, self.case, lines, points)
+
+    def own_figures(self) -> Mapping[str, Callable[[], AnyFigure]]:
+        """Return what draws the figures that the case has of such rows, by their names."""
+        frame = self.frame()
+        return get_case(self.case).figures(frame[frame["status"] == DONE])
 
     def _column(self, quantity: str) -> str:
         own = (name for name in self.quantities if name.startswith(f"{quantity}_"))

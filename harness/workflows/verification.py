@@ -1,16 +1,9 @@
-"""Run a verification, from the cases that are asked for to verdicts.
+"""Run a verification: from level, cases and engines to verdicts, records and sections.
 
-What a verification is asked for: level, cases and baseline, checked before anything runs.
-
-The records of a verification, and its rows against the baseline.
-
-Engines beside the main one: each is identified, qualifies, and is held against theory.
-
-The cases of a verification in the main engine and in the harness's own solvers.
-
-A verification of options as they are typed, for those who read options of their own.
-
-The sections of a report: those of all cases of a verification, case by case.
+All that was given is checked before anything runs. The main engine goes through the cases, then the
+harness's own solvers; other engines are identified, qualify, and go through the same cases under
+their own rules. Records are held against the baseline; sections of the report are made case by
+case.
 """
 
 from __future__ import annotations
@@ -31,7 +24,7 @@ from typing import Any, Literal
 from harness import __version__
 from harness.cases.contract import LEVELS, Case, LevelName, Study, failed_part
 from harness.cases.qualification import announce, qualify
-from harness.cases.registry import all_cases, cases_named, get_case
+from harness.cases.registry import all_cases, cases_named, get_case, names_in
 from harness.comparison.known_defects import KnownDefect, defect_of, told_apart
 from harness.comparison.moved_by_defects import moved_by_defects
 from harness.comparison.plan import judge_plan
@@ -77,10 +70,9 @@ def checked_level(name: str) -> LevelName:
 
 
 def chosen_cases(wanted: str | Iterable[str] | None) -> list[Case[Any]]:
-    """Return the cases of names, groups or ``all``; those that run by default for None."""
-    if wanted is None:
-        return list(cases_named().values())
-    return list(cases_named(wanted if isinstance(wanted, str) else ",".join(wanted)).values())
+    """Return the cases of names, groups or ``all``; the main ones for None."""
+    text = wanted if isinstance(wanted, str) else ",".join(wanted or ())
+    return list(cases_named(text).values())
 
 
 @dataclass(frozen=True)
@@ -124,6 +116,12 @@ class Selection:
     @property
     def _searched(self) -> list[Case[Any]]:
         return chosen_cases(self.cases or "all")
+
+    def names(self, level: LevelName) -> tuple[str, ...]:
+        """Return the names of :meth:`chosen`, which import no case unless a pattern asks for it."""
+        if self.only or self.keyword:
+            return tuple(case.name for case in self.chosen(level))
+        return names_in(self.cases or "")
 
     def _matching(self, only: str, level: LevelName) -> list[Case[Any]]:
         study = Study(level, only=only)

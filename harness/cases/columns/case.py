@@ -1,12 +1,7 @@
-"""The grain over compliant columns as a case.
+"""The case ``columns``: critical angles of a grain over columns of particles that give way.
 
-How close results of columns must be: as of ``case.toml``, which says why.
-
-Critical angles over columns, and what the source's theory makes of the same columns.
-
-What columns are held against: the incline, the reference DEM, and the limit of stiff ones.
-
-The report's section on columns: angles, both readings of the source, and what follows.
+They are held against the rigid incline, the reference DEM and the limit of stiff columns, and
+shown beside both readings of the source. Tolerances and their reasons are in ``case.toml``.
 """
 
 from __future__ import annotations

@@ -1,21 +1,15 @@
-"""The critical angle in an engine: by passage, by steady motion, in the limit of its step.
+"""The critical angle of the incline in an engine: by passage, by steady motion, extrapolated.
 
-The critical angle as an observable: one result type for theory, solver and engine.
-
-Critical angle by *passage*: the root of the energy margin over one well.
-
-A grain that came over the last crest at rest has, past the next shock, the
-margin M(theta) over the next crest. The map of the energy from crest to crest
-is increasing, so motion persists iff M >= 0: the root of M is the critical
+*Passage* takes the root of the energy margin over one well. A grain that came over the last crest
+at rest has, past the next shock, the margin M(theta) over the next crest. The map of the energy
+from crest to crest is increasing, so motion persists iff M >= 0: the root of M is the critical
 angle. M is smooth and almost linear, so a secant needs few runs.
 
-Critical angle by *steady* motion, the source's definition: the smallest angle that keeps moving.
-
-The grain starts with more energy than it needs and the excess shrinks by the
-shock, about 1/4, from well to well: passing W wells resolves the energy to
-4^-W of the excess. The outcome need not be monotone in the angle, so the
-angles are scanned before they are bisected, and every interval between two
-neighbours of different fate is refined.
+*Steady* is the source's definition: the smallest angle that keeps moving. The grain starts with
+more energy than it needs and the excess shrinks by the shock, about 1/4, from well to well: passing
+W wells resolves the energy to 4^-W of the excess. The outcome need not be monotone in the angle, so
+the angles are scanned before they are bisected, and every interval between two neighbours of
+different fate is refined.
 
 Where in a step a contact begins decides on its shock. At coarse steps fates so mix over an interval
 of angles, and where in it a run falls is a matter of its start: at 4.8 steps per contact (MFiX's
@@ -26,14 +20,10 @@ lies 0.02 deg below that with 100. So at coarse steps more wells are passed, the
 change of fate are probed, and the uncertainty reaches over all that these found mixed; at
 1e5 N/m another start, or another step by 1e-4, may still move the value by 0.003 deg.
 
-Critical angle with the step to zero first, then the stiffness to infinity.
-
-LAMMPS's damping feels the velocity of half a step ago, so the angle is first
-order in the step. In the plastic contact the grain is pressed in and comes
-back while it moves on: what the spring moves cancels at order k^(-1/2), and
-the bias falls as 1/k with a next term k^(-3/2).
-
-The critical angle of the incline in an engine.
+*Extrapolated*: the step to zero first, then the stiffness to infinity. LAMMPS's damping feels the
+velocity of half a step ago, so the angle is first order in the step. In the plastic contact the
+grain is pressed in and comes back while it moves on: what the spring moves cancels at order
+k^(-1/2), and the bias falls as 1/k with a next term k^(-3/2).
 """
 
 from __future__ import annotations

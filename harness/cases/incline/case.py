@@ -22,6 +22,7 @@ from harness.report.sections import Section
 if TYPE_CHECKING:
     from harness.cases.incline.angle import CriticalAngle
     from harness.cases.incline.engine_checks import EngineAngle
+    from harness.report.film import Film
 
 STEPS = {"plastic": 100.0}
 """Steps per contact time of a preset, where they are not the default."""
@@ -32,7 +33,6 @@ class InclineCase(Case[Incline]):
 
     name = NAME
     group = "incline"
-    by_default = True
     template = TEMPLATE
     solvers = ("hard-sphere",)
     regression = REGRESSION
@@ -162,6 +162,16 @@ class InclineCase(Case[Incline]):
             found += [*contact_sections(main.evidence), rigid_section(own.evidence or ())]
         angles = [angle for one in beside.values() for angle in one.evidence]
         return *found, *engine_sections(angles)
+
+    def film(
+        self, engine: Engine, parameters: Incline | None = None, frames: int = 120
+    ) -> Film | None:
+        """Return the film of the grain in steady motion, by default either side of the angle."""
+        from harness.cases.incline.film import angles_beside, incline_film
+        from harness.theory.incline import critical_angle
+
+        beside = [Incline(angle=one) for one in angles_beside(critical_angle(), 0.0)]
+        return incline_film(engine, beside if parameters is None else [parameters], frames)
 
 
 def _beside(engine: str, run: Callable[[], Sequence[Check]], angles: list[EngineAngle]) -> Findings:

@@ -1,10 +1,6 @@
-"""How much of the incline a verification runs, what it costs, how close results must be.
+"""What a level runs of the incline, what it costs an engine, and the tolerances of its checks.
 
-How close results of the incline must be, of checks and of the baseline: as of ``case.toml``.
-
-How much of the incline a verification runs: quick, default or full.
-
-What inclines and their critical angles are expected to take an engine.
+Tolerances and their reasons are in ``case.toml``.
 """
 
 from __future__ import annotations

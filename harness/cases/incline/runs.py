@@ -57,9 +57,11 @@ def run_inclines(
     )
 
 
-def measured(engine: Engine, cases: Sequence[Incline], route: Route) -> list[InclineRun]:
+def measured(
+    engine: Engine, cases: Sequence[Incline], route: Route, *, every: int | None = None
+) -> list[InclineRun]:
     """Run the cases and raise the first EngineError, for callers that need them all."""
-    return complete(run_inclines(engine, cases, route))
+    return complete(run_inclines(engine, cases, route, every=every))
 
 
 def read(

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any, ClassVar
@@ -165,9 +165,9 @@ class LammpsLanguage(ScriptedEngine):
             name = file_of(task.script)
             if not (folder / name).exists():
                 (folder / name).write_text(task.script.text, encoding="utf-8")
-            variables = {**self.variables(task), "series": f"{index}.csv"}
+            variables = {**_words(task, self.literal), "series": f"{index}.csv"}
             lines += [f"log {index}.log", "clear", *forget]
-            lines += [f"variable {key} index {_word(text)}" for key, text in variables.items()]
+            lines += [f"variable {key} index {words}" for key, words in variables.items()]
             lines.append(f"include {name}")
         (folder / "batch.in").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
@@ -187,7 +187,7 @@ class LammpsLanguage(ScriptedEngine):
 
     def command_line(self, task: Task) -> str:
         """Return the command that runs a task again by hand."""
-        words = " ".join(f"-var {n} {_word(text)}" for n, text in self.variables(task).items())
+        words = " ".join(f"-var {n} {text}" for n, text in _words(task, self.literal).items())
         return f"{self.command_name} -in {task.script.name} {words}"
 
     def log_of(self, folder: Path, index: int) -> str:
@@ -224,9 +224,11 @@ class LammpsLanguage(ScriptedEngine):
         return super().read_job(folder, index, task, seconds)
 
 
-def _word(text: str) -> str:
-    """Return a text as one word of the language."""
-    return f'"{text}"' if " " in text else text
+def _words(task: Task, literal: Callable[[Datum], str]) -> dict[str, str]:
+    """Return the values of a task as words: a list as many, a text with blanks in quotes."""
+    texts = {name: (literal(value), value) for name, value in task.values.items()}
+    quoted = {n for n, (text, value) in texts.items() if " " in text and isinstance(value, str)}
+    return {n: f'"{text}"' if n in quoted else text for n, (text, _) in texts.items()}
 
 
 def file_of(script: Script) -> str:

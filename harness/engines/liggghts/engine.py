@@ -19,10 +19,11 @@ from pathlib import Path
 
 from harness.engines.lammps.language import LammpsLanguage
 from harness.engines.process import first_words
-from harness.engines.scripts import Task
+from harness.engines.scripts import Datum, Task
 from harness.engines.traits import DASHPOTS, ContactModel, ContactValues, Traits, takes
 from harness.errors import EngineMissingError
 from harness.observables.provenance import Provenance
+from harness.parameters.plane_scene import Scene
 
 SAME = 1e-9
 """Relative difference of coefficients that are tied to one another."""
@@ -206,6 +207,18 @@ class Liggghts(LammpsLanguage):
             "Words cannot be compared in its scripts, and errors are silent without a log.",
         ),
     )
+
+    @classmethod
+    def scene_values(cls, scene: Scene) -> dict[str, Datum]:
+        """Return the data of a scene, with the number of its stages: no list may be empty.
+
+        Places have 15 digits, as those of LAMMPS's scripts, whose variables write so many: the
+        rounding of a place decides whether spheres that just touch are in contact at the start.
+        """
+        values = {**super().scene_values(scene), "stages": len(scene.stages)}
+        for name, column in zip(("x", "y"), scene.position.T.tolist(), strict=True):
+            values[name] = [float(f"{place:.15g}") for place in column]
+        return values if scene.stages else {**values, "places": [0], "floors": [0]}
 
     def ask_version(self) -> Provenance:
         """Return the version that ``liggghts -help`` names.

@@ -1,4 +1,7 @@
-"""LIGGGHTS against the reference DEM, against LAMMPS, and against the exact tower."""
+"""LIGGGHTS against the reference DEM, against LAMMPS, and against the exact tower.
+
+Its scripts state the numbers of a scene, those of LAMMPS compute them, with variables of 15 digits.
+"""
 
 import subprocess
 
@@ -39,15 +42,19 @@ def assert_same_run(own, theirs, margin):
 
 
 @CONTACTS
-def test_incline_is_lammps_bit_by_bit(liggghts, lammps, contact):
+def test_incline_is_lammps_to_round_off(liggghts, lammps, contact):
     cases = [
         Incline(contact=contact, steps_per_contact=STEPS[contact], angle=angle, phase=phase)
         for angle, phase in ((9.9, 0.0), (10.5, 0.3))
     ]
-    for route in ("passage", "steady"):
-        runs = (run_inclines(engine, cases, route) for engine in (liggghts, lammps))
-        for own, theirs in zip(*runs, strict=True):
-            assert_same_run(own, theirs, 0.0)
+    runs = (run_inclines(engine, cases, "passage") for engine in (liggghts, lammps))
+    for own, theirs in zip(*runs, strict=True):
+        assert_same_run(own, theirs, 1e-11)
+    # each shock multiplies round-off: a run over many wells agrees in its first crests
+    runs = (run_inclines(engine, cases, "steady") for engine in (liggghts, lammps))
+    for own, theirs in zip(*runs, strict=True):
+        assert own.motion is theirs.motion
+        assert own.crests.margin_J[:2] == pytest.approx(theirs.crests.margin_J[:2], abs=1e-7)
 
 
 @pytest.mark.slow
@@ -61,13 +68,15 @@ def test_incline_is_lammps_bit_by_bit(liggghts, lammps, contact):
         Incline(angle=12.0, contact=CLIPPED.replace(effective_mass="half"), spheres=5),
     ],
 )
-def test_other_inclines_are_lammps_bit_by_bit(liggghts, lammps, case):
+def test_other_inclines_are_lammps_over_the_first_wells(liggghts, lammps, case):
     (own,), (theirs,) = (
         run_inclines(engine, [case], "steady", every=20) for engine in (liggghts, lammps)
     )
-    assert_same_run(own, theirs, 0.0)
+    assert (own.motion, own.touching) == (theirs.motion, theirs.touching)
+    first = theirs.trajectory.x_m < 1.5 * case.diameter
     for column, values in vars(theirs.trajectory).items():
-        np.testing.assert_array_equal(getattr(own.trajectory, column), values, column)
+        difference = np.abs(getattr(own.trajectory, column)[: len(first)][first] - values[first])
+        assert difference.max() < 1e-9 * max(1.0, np.abs(values).max()), column
 
 
 @CONTACTS
@@ -77,7 +86,7 @@ def test_path_is_the_reference_dem_to_round_off(liggghts, contact):
         run_inclines(engine, [case], "passage", every=10)
         for engine in (liggghts, Reference(liggghts.traits.integrator))
     )
-    assert_same_run(own, theirs, 1e-12)
+    assert_same_run(own, theirs, 1e-13)
     for column, values in vars(theirs.trajectory).items():
         difference = np.abs(getattr(own.trajectory, column) - values).max()
         assert difference < 1e-11, column
@@ -116,11 +125,11 @@ def test_tower_meets_the_exact_solution(liggghts, height):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("changes", KINDS)
-def test_every_kind_of_tower_is_lammps_bit_by_bit(liggghts, lammps, changes):
+def test_every_kind_of_tower_is_lammps_to_round_off(liggghts, lammps, changes):
     case = Tower(height=5, law="overlap").replace(**changes)
     (own,), (theirs,) = (run_towers(e, [case], 3.0, profiles=True) for e in (liggghts, lammps))
     for values, others in zip(own.profiles, theirs.profiles, strict=True):
-        np.testing.assert_array_equal(values, others)
+        np.testing.assert_allclose(values, others, rtol=0, atol=1e-12 * np.abs(others).max())
 
 
 def test_tower_of_the_deformable_law_is_refused(liggghts):
@@ -151,7 +160,7 @@ def test_asking_who_it_is_leaves_no_log_behind(program, tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["drop", "tower", "incline-plastic"])
+@pytest.mark.parametrize("name", ["drop", "tower", "incline"])
 def test_committed_input_runs_alone(program, inputs, tmp_path, name):
     done = subprocess.run(
         [program, "-in", inputs / "liggghts" / f"{name}.in", "-log", "none"],
@@ -162,4 +171,4 @@ def test_committed_input_runs_alone(program, inputs, tmp_path, name):
         check=True,
     )
     (verdict,) = (line for line in done.stdout.splitlines() if "RESULT verdict" in line)
-    assert verdict.split()[-1] in {"finished", "trapped", "moves_on"}
+    assert verdict.split()[-1] == "finished"
