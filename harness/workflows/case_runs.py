@@ -91,7 +91,7 @@ def _info(case: Case[Any]) -> CaseInfo:
         presets=tuple(case.presets),
         by_default=case.name in MAIN,
         derived={one.name: one.unit for more in case.derived() for one in more.quantities},
-        verify_seconds=case.cost,
+        verify_seconds=dict(case.cost),
     )
 
 
