@@ -321,7 +321,6 @@ def _record(
 
 def _say_cost(asked: VerifyOptions, fresh: bool) -> None:
     """Say on stderr which cases are run, and what the same request took when it was last run."""
-    from harness.cases.registry import all_cases
     from harness.cli.recording import given_words
     from harness.store.entries import tell_stderr
     from harness.workflows import history
