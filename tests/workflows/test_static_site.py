@@ -11,6 +11,7 @@ import pytest
 
 from harness.comparison.verdicts import Kind, Tolerance, judge
 from harness.errors import RequestError
+from harness.store.history import End, History, Start
 from harness.store.known_defects import known_defects
 from harness.workflows import site
 from tests.published_run import RUN
@@ -163,6 +164,20 @@ def test_runs_join_the_site_and_the_step_at_which_a_value_moved_is_named(
     assert (built.folder / "history" / "moved-1.svg").is_file()
     found = {page: Links((built.folder / page).read_text()) for page in built.pages}
     assert "runs/run1/report.html" in found["index.html"].links
+
+
+def test_what_this_machine_has_recorded_is_looked_through(nothing_committed, tmp_path, monkeypatch):
+    monkeypatch.setenv("DEM_HARNESS_HOME", str(tmp_path / "home"))
+    width = Tolerance("deg", 0.1, 0.0, "why")
+    with History(tmp_path / "home" / "history.sqlite") as history:
+        for number, value in enumerate((10.2, 10.2, 10.5), 1):
+            run = history.begin(Start("verify", ["--quick"], str(number), "commit", "here"))
+            rows = [judge("angle", Kind.ANALYTIC, value, 10.2, width)]
+            history.finish(run, End(0, 1.0, engine="toy"), rows)
+    built = site(tmp_path / "site", history=True, project=nothing_committed)
+    page = (built.folder / "history" / "index.html").read_text()
+    assert "1 move." in page
+    assert "harness: 2 → 3." in page
 
 
 def test_runs_of_one_name_stand_beside_one_another(nothing_committed, tmp_path):

@@ -524,7 +524,7 @@ class Flow(Scene):
 
     def build(self, figure: Figure) -> list[Artist]:
         """Draw the scale and the mean speed; the grains and where the film is move."""
-        axes, below = self.axes(figure, 70, 235, 790, 250), self.axes(figure, 70, 50, 790, 80)
+        axes, below = self.axes(figure, 90, 235, 770, 250), self.axes(figure, 90, 50, 770, 80)
         axes.grid(False)
         axes.set(xlim=(0.0, FILMED.length), ylim=(-1.0, FILMED.layers + 1.4), aspect="equal")
         axes.set(xlabel="along the base (d)", ylabel="height (d)")
@@ -537,12 +537,13 @@ class Flow(Scene):
         self._discs.set_clim(0.0, FASTEST)
         axes.add_collection(self._discs)
         scale = figure.colorbar(
-            self._discs, cax=self.axes(figure, 70, 180, 790, 10), orientation="horizontal"
+            self._discs, cax=self.axes(figure, 90, 180, 770, 10), orientation="horizontal"
         )
         scale.set_label("speed of a grain along the base (sqrt(g d))")
         below.plot(self.time, self.speed, color="0.6", lw=1.0)
         (self._cursor,) = below.plot([], [], "o", color=RED)
         below.set(xlabel="time (sqrt(d/g))", ylabel="mean speed\n(sqrt(g d))")
+        below.yaxis.label.set_fontsize(9)
         below.set(xlim=(0.0, float(self.time[-1])), ylim=(0.0, None))
         return [self._discs, self._cursor]
 
