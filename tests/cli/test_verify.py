@@ -104,6 +104,6 @@ def test_verify_says_what_each_case_costs(capsys):
     said = " ".join(capsys.readouterr().err.split())
     for name, seconds in cost.items():
         assert f"{name} {seconds:.0f} s" in said
-    assert f"; {sum(cost.values()):.0f} s of CPU time in all)" in said
+    assert f"; {sum(cost.values()):.0f} s of CPU time in all" in said
     _say_cost(VerifyOptions(quick=True, only="incline"), fresh=True)
     assert "in all" not in capsys.readouterr().err  # a part of them, nobody knows which
