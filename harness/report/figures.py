@@ -44,7 +44,9 @@ AROUND = 0.15
 LOWEST = 1e-20
 """A difference below it is drawn as none."""
 
-_UNIT = re.compile(r"(?P<name>.+?)_(?P<unit>(?:kg|deg|rad|Ns|[mNsJ])(?:_per_[a-zA-Z0-9_]+)?)")
+_UNIT = re.compile(
+    r"(?P<name>.+?)_(?P<unit>(?:kg|deg|rad|Ns|Pa|contacts|[mNsJ])(?:_per_[a-zA-Z0-9_]+)?)"
+)
 
 
 def name_and_unit(column: str) -> tuple[str, str]:

@@ -127,7 +127,7 @@ def sweep_figure(
     lines = [line for line in lines if line.second is None or line.second in values]
     for line in lines:
         colour = BLACK if line.second is None else colours[values.index(line.second)]
-        axes.plot(line.x, line.y, ls=DASHES[line.kind], lw=1.3, color=colour, zorder=1.5)
+        axes.plot(line.x, line.y, ls=DASHES[line.kind], lw=1.3, color=colour, zorder=3)
     if points is not None:
         axes.errorbar(points.x, points.y, yerr=points.errors, color=OWN, **OWN_LOOK)
     _scale(axes, frame[x], frame[quantity])
