@@ -254,7 +254,19 @@ def parameters_of(case: Case[Any], settings: Mapping[str, str]) -> Parameters:
             return case.parameters(**_values(case.parameters, tree))
         return _changed(base, tree, "")
     except RequestError as error:
-        raise type(error)(f"--set: {error}") from None
+        raise type(error)(f"--set: {error}{_elsewhere(case, tree)}") from None
+
+
+def _elsewhere(case: Case[Any], names: Iterable[str]) -> str:
+    """Return which case of the same group has the parameter that a case does not; or nothing."""
+    unknown = [name for name in names if name not in case.parameters.model_fields]
+    having = [
+        f"; case {other.name} has {name}"
+        for name in unknown[:1]
+        for other in all_cases().values()
+        if other.group == case.group and name in other.parameters.model_fields
+    ]
+    return having[0] if having else ""
 
 
 def _tree(settings: Iterable[tuple[str, str]]) -> Tree:

@@ -31,6 +31,7 @@ from harness.errors import (
     RequestError,
 )
 from harness.observables.provenance import Provenance
+from harness.workflows import run
 
 SHEAR, FRACTION, TEMPERATURE = 0.2, 0.6, 0.03
 
@@ -238,3 +239,10 @@ def test_a_gentle_slope_stops_and_a_steep_one_never_gets_steady(engine):
     for output, words in zip(outputs, ("stopped at angle = 2", "becomes faster"), strict=True):
         with pytest.raises(EngineUndecidedError, match=words):
             CASE.measured(quick.replace(angle=2.0), output, engine.traits)
+
+
+def test_a_parameter_that_another_case_of_the_group_has_is_said_where():
+    with pytest.raises(
+        RequestError, match=r"no such parameter of Layers .*; case layers-flow has angle"
+    ):
+        run("layers", {"angle": "16"})
