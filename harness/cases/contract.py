@@ -327,6 +327,9 @@ class Case(ABC, Generic[P]):
     template: ClassVar[Template]
     solvers: ClassVar[tuple[str, ...]] = ()
     """Solvers of this package that run it beside engines."""
+    cost: ClassVar[Mapping[str, float]] = {}
+    """CPU time [s] that its verification took by level, in the default engine, without the
+    report; that of ``case.toml`` unless given."""
     varied: tuple[str, ...] = ()
     """Parameters that :meth:`measure` varies over several runs for one value: none may be set."""
     regression: ClassVar[Mapping[str, Tolerance]] = {}
@@ -343,6 +346,8 @@ class Case(ABC, Generic[P]):
             cls.summary = cls.__doc__.partition("\n")[0]
         if "quantities" not in members and "quantities" in (text := text_of(cls)):
             cls.quantities = numbers(**text["quantities"])
+        if "cost" not in members and "cost" in (text := text_of(cls)):
+            cls.cost = text["cost"]
         kinds = [kind for base in members.get("__orig_bases__", ()) for kind in get_args(base)]
         if "parameters" not in members and kinds and isinstance(kinds[0], type):
             cls.parameters = kinds[0]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
@@ -61,11 +62,8 @@ class RouteOptions(CostOptions):
         from harness.cases.incline.levels import Ladder
 
         if self.method == "passage":
-            try:
+            with _options_named():
                 check_passage(*(Ladder().cases(case) if self.extrapolate else [case]))
-            except RequestError as error:
-                text = str(error).replace("method = 'passage'", "--method passage")
-                raise RequestError(text.replace("method 'steady'", "--method steady")) from None
 
     def check_cost(self, case: Incline, engine: Engine) -> None:
         """State what a search costs; raise RequestError for one too long, unless it is forced."""
@@ -246,12 +244,23 @@ def critical_angle(
     film.angles()
     with recorded("critical-angle", quiet=json) as told, engine.run() as opened:
         route.check_cost(case, opened)
-        found = route.measure(case, opened, told.progress)
+        with _options_named():
+            found = route.measure(case, opened, told.progress)
         record = completed({**angles_beside(touching), **found}, opened, told)
         told.quantities = angle_quantities(record)
         if (motion := film.film_of(case, opened, found)) is not None:
             film.write(lambda _: motion)
     return answer(record, engine.engine, json, _print)
+
+
+@contextmanager
+def _options_named() -> Iterator[None]:
+    """Name the options in an error that names the arguments of Python."""
+    try:
+        yield
+    except RequestError as error:
+        text = str(error).replace("method = 'passage'", "--method passage")
+        raise RequestError(text.replace("method 'steady'", "--method steady")) from None
 
 
 def _print(record: Mapping[str, Any]) -> None:

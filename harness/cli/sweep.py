@@ -129,7 +129,6 @@ def sweep(
 
     For example:
 
-        dem-harness sweep incline --over angle=9:11:5 --over stiffness=1e5:1e7:log3
         dem-harness sweep tower --over height=1,2,5:20:4 --engines exact,lammps --output mine
         dem-harness sweep incline --over contact.restitution=0:0.4:5 \
             --quantity critical_angle_deg,uncertainty_deg --reference measured.csv
@@ -300,12 +299,9 @@ def _written(folder: Path, found: Sweep, points: Points | None) -> list[str]:
     from functools import partial
     from importlib.util import find_spec
 
-    from harness.shown.figure import house_style
-
     frame = found.frame()
     notes: list[str] = []
-    with house_style():
-        figure = found.figure(points=points)
+    figure = found.figure(points=points)
     files: dict[tuple[str, Path], Writer] = {("table", folder / ROWS): partial(write_csv, frame)}
     if find_spec("pyarrow") is None:
         hint = "pyarrow is not installed: pip install 'dem-harness[parquet]'"

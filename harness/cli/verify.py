@@ -206,10 +206,10 @@ class VerifyOptions:
     """What is to be verified: how much, against which baseline, and where the report goes."""
 
     quick: bool = False
-    """A shorter ladder: under 20 s on two cores (contacts: 19 s of CPU time, against 105 s
-    without)."""
+    """A shorter ladder: some 20 s of CPU time, as many for the contacts; `dem-harness cases` has
+    the time of each case, and the command says it before it begins."""
     full: bool = False
-    """Up to 100 times the stiffness, every height: some two minutes."""
+    """Up to 100 times the stiffness, every height: some two minutes for incline and tower."""
     cases: Annotated[str | None, Parameter(metavar="NAME[,NAME...]")] = None
     """Cases or groups that `dem-harness cases` lists, or `all`. [default: incline and tower]"""
     engines: Annotated[str | None, Parameter(metavar="all|NAME[,NAME...]")] = None
@@ -326,7 +326,7 @@ def _say_cost(asked: VerifyOptions, fresh: bool) -> None:
     from harness.workflows import history
     from harness.workflows.verification import Selection, checked_level
 
-    cases = Selection(asked.cases, asked.only).names(checked_level(asked.level))
+    cases = Selection(asked.cases, asked.only).chosen(checked_level(asked.level))
     same = _what_counts(given_words("verify"))
     took = [
         row["seconds"]
@@ -338,7 +338,12 @@ def _say_cost(asked: VerifyOptions, fresh: bool) -> None:
     ]
     known = f"took {took[0]:.0f} s when last run" if took else "no earlier run tells what it takes"
     kept = "" if fresh else "; runs that are kept are not made again"
-    what = f"level {asked.level}, {len(cases)} cases ({', '.join(cases)})"
+    cost = {case.name: case.cost.get(asked.level) for case in cases}
+    each = ", ".join(n if s is None else f"{n} {s:.0f} s" for n, s in cost.items())
+    # of what a pattern leaves out nobody knows the part
+    whole = cases and not asked.only and None not in cost.values()
+    total = f"; {sum(filter(None, cost.values())):.0f} s of CPU time in all" if whole else ""
+    what = f"level {asked.level}, {len(cases)} cases ({each}{total})"
     tell_stderr(f"verify, {what}: {known}{kept}")
 
 

@@ -18,6 +18,7 @@ from harness.report.style import (
     COLOURS,
     MARKERS,
     Figure,
+    house_style,
     label,
     plain_powers,
     power,
@@ -86,6 +87,7 @@ def is_logarithmic(values: Iterable[Any]) -> bool:
     return low > 0.0 and high > DECADES * low
 
 
+@house_style()
 def sweep_figure(
     frame: pd.DataFrame,
     quantity: str,

@@ -53,7 +53,8 @@ class CaseInfo:
     ``parameters`` are named as ``--set`` takes them, those of nested objects with a dot;
     ``quantities`` map a name to its unit; ``engines`` have a template for the case, or take its
     scene; ``solvers`` are those of this package; ``presets`` known sets of parameters; ``derived``
-    are quantities, with their units, that take several runs for a value.
+    are quantities, with their units, that take several runs for a value; ``verify_seconds`` is
+    the CPU time [s] that its verification took, by level.
     """
 
     name: str
@@ -66,6 +67,7 @@ class CaseInfo:
     presets: tuple[str, ...] = ()
     by_default: bool = field(default=False)
     derived: Mapping[str, str] = field(default_factory=dict)
+    verify_seconds: Mapping[str, float] = field(default_factory=dict)
 
     def record(self) -> dict[str, Any]:
         """Return it as a JSON-ready mapping."""
@@ -89,6 +91,7 @@ def _info(case: Case[Any]) -> CaseInfo:
         presets=tuple(case.presets),
         by_default=case.name in MAIN,
         derived={one.name: one.unit for more in case.derived() for one in more.quantities},
+        verify_seconds=dict(case.cost),
     )
 
 

@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from harness.comparison.steps import Point, Step, steps
-from harness.observables.row import Row
+from harness.comparison.verdicts import Check, Kind
+from harness.observables.row import Row, numbered
 from harness.report.gallery import Picture, picture
 from harness.report.page import Shown, figures
 from harness.shown import number
@@ -96,21 +97,27 @@ def run_parts(runs: Sequence[Run], *, history: bool) -> Iterator[HistoryPart]:
 
 def _rows_of(run: Run) -> Iterator[dict[str, Any]]:
     """Yield the rows of a run with the columns of the history."""
-    found = run.results
-    engine = found.engine
+    results = run.results
+    engine = results.engine
     common = {
-        "label": f"{run.name}, {found.started[:16].replace('T', ' ')}",
-        "started": found.started,
+        "label": f"{run.name}, {results.started[:16].replace('T', ' ')}",
+        "started": results.started,
         "engine": engine.engine if engine else "",
         "engine_version": engine.engine_version if engine else "",
         "how": engine.how if engine else "",
-        "harness_version": found.harness_version,
-        "platform": found.platform,
-        "level": found.level,
+        "harness_version": results.harness_version,
+        "platform": results.platform,
+        "level": results.level,
         "cached": False,
     }
-    for check in found.checks:
-        yield {**common, **check.record(), "verdict": str(check.verdict), "kind": str(check.kind)}
+    # names as the history has them
+    for (name, kind, _), before, check in numbered(results.checks, _name_of):
+        own = {"name": f"{name} ({before + 1})" if before else name, "kind": str(kind)}
+        yield {**common, **check.record(), **own, "verdict": str(check.verdict)}
+
+
+def _name_of(check: Check) -> tuple[str, Kind, str]:
+    return check.name, check.kind, check.unit
 
 
 def _recorded(row: dict[str, Any]) -> dict[str, Any]:

@@ -37,6 +37,7 @@ from harness.comparison.regression import (
     explained_by_cells,
 )
 from harness.comparison.series import Comparison
+from harness.comparison.single_rules import with_single_rules
 from harness.comparison.verdicts import Check, Kind
 from harness.comparison.verification import DeclaredEngine, Findings, Verification
 from harness.engines.contract import Engine
@@ -463,9 +464,21 @@ class MainRun:
                     self.checks += untested(self.engine.name, [case], why)
                     self.broken[case.name] = f"{self.engine.name}: {why}"
         parts += [(case, "", partial(case.verify_own, self.study)) for case in self.cases]
-        found = parallel_map(_found_or_failed, parts, SIDE_BY_SIDE)
+        found = parallel_map(self._found_or_failed, parts, SIDE_BY_SIDE)
         for (case, engine, _), outcome in zip(parts, found, strict=True):
             self._keep(case, engine, outcome)
+
+    def _found_or_failed(self, part: Part) -> Findings | Check:
+        """Run a case and tell when it begins and ends; one that raises is one failed row."""
+        case, engine, run = part
+        who = engine or "own solvers"
+        self.study.progress(f"{case.name}, {who}", 0, 1)
+        try:
+            return run()
+        except Exception as error:
+            return failed_part(f"{case.name}: {who}", error)
+        finally:
+            self.study.progress(f"{case.name}, {who}", 1, 1)
 
     def _keep(self, case: Case[Any], engine: str, outcome: Findings | Check) -> None:
         if isinstance(outcome, Check):
@@ -497,15 +510,6 @@ class MainRun:
                 with suppress(EngineError):
                     found |= beside.kinds[name].inputs(templates)
         return found
-
-
-def _found_or_failed(part: Part) -> Findings | Check:
-    """Run a case; one that raises is one failed row."""
-    case, engine, run = part
-    try:
-        return run()
-    except Exception as error:
-        return failed_part(f"{case.name}: {engine or 'own solvers'}", error)
 
 
 Open = Callable[[str], AbstractContextManager[Engine]]
@@ -592,7 +596,7 @@ def _told(
     What the checks of a cell explain, or the defects of one release predict, is no failure.
     """
     raw, versions = (*run.checks, *beside.checks), _versions(run, beside)
-    checks = told_apart(raw, defects, versions)
+    checks = with_single_rules(told_apart(raw, defects, versions), raw)
     if known is None:
         return checks, Regression()
     if run.study.only:  # what was left out is no row that is missing

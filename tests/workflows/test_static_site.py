@@ -11,6 +11,7 @@ import pytest
 
 from harness.comparison.verdicts import Kind, Tolerance, judge
 from harness.errors import RequestError
+from harness.store.history import End, History, Start
 from harness.store.known_defects import known_defects
 from harness.workflows import site
 from tests.published_run import RUN
@@ -31,7 +32,11 @@ MAIN_PAGES = (
     "reports/reproduction/report.html",
     "reports/example/report.html",
 )
-PAGES = pytest.mark.parametrize("page", MAIN_PAGES)
+FIRST = ("index.html", "history/index.html", "reports/defects/tsuji-restitution/index.html")
+PAGES = pytest.mark.parametrize(
+    "page",
+    [pytest.param(page, marks=[] if page in FIRST else pytest.mark.slow) for page in MAIN_PAGES],
+)
 
 
 class Links(HTMLParser):
@@ -165,6 +170,20 @@ def test_runs_join_the_site_and_the_step_at_which_a_value_moved_is_named(
     assert "runs/run1/report.html" in found["index.html"].links
 
 
+def test_what_this_machine_has_recorded_is_looked_through(nothing_committed, tmp_path, monkeypatch):
+    monkeypatch.setenv("DEM_HARNESS_HOME", str(tmp_path / "home"))
+    width = Tolerance("deg", 0.1, 0.0, "why")
+    with History(tmp_path / "home" / "history.sqlite") as history:
+        for number, value in enumerate((10.2, 10.2, 10.5), 1):
+            run = history.begin(Start("verify", ["--quick"], str(number), "commit", "here"))
+            rows = [judge("angle", Kind.ANALYTIC, value, 10.2, width)]
+            history.finish(run, End(0, 1.0, engine="toy"), rows)
+    built = site(tmp_path / "site", history=True, project=nothing_committed)
+    page = (built.folder / "history" / "index.html").read_text()
+    assert "1 move." in page
+    assert "harness: 2 → 3." in page
+
+
 def test_runs_of_one_name_stand_beside_one_another(nothing_committed, tmp_path):
     (tmp_path / "other").mkdir()
     runs = [run_folder(tmp_path / "run", 10.2, 1), run_folder(tmp_path / "other" / "run", 10.2, 2)]
@@ -209,18 +228,31 @@ def test_what_cannot_be_shown_is_refused_before_anything_is_written(nothing_comm
     assert not (tmp_path / "site").exists()
 
 
+@pytest.fixture
+def look(built, browser):
+    """Return a function that opens a page of the site at a width."""
+    opened = []
+
+    def open_page(page, width):
+        opened.append(browser.new_page(viewport={"width": width, "height": 900}))
+        opened[-1].goto((built.folder / page).as_uri())
+        return opened[-1]
+
+    yield open_page
+    for page in opened:
+        page.close()
+
+
+@SIZES
+def test_no_page_is_wider_than_the_screen(look, width):
+    for page in MAIN_PAGES:
+        assert look(page, width).evaluate("document.documentElement.scrollWidth") <= width, page
+
+
 @PAGES
 @SIZES
-def test_no_page_is_wider_than_the_screen_and_axe_finds_nothing(
-    built, browser, barriers, page, width
-):
-    opened = browser.new_page(viewport={"width": width, "height": 900}, reduced_motion="reduce")
-    try:
-        opened.goto((built.folder / page).as_uri())
-        assert opened.evaluate("document.documentElement.scrollWidth") <= width
-        assert barriers(opened) == []
-    finally:
-        opened.close()
+def test_axe_finds_nothing(look, barriers, page, width):
+    assert barriers(look(page, width)) == []
 
 
 def test_the_whole_is_read_without_scripts(built, browser):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from harness.cases.contract import Case, CaseStudy, LevelName, Plan, Reference, Study
@@ -115,6 +116,7 @@ class LayersCase(Case[Layers]):
     group = "layers"
     quantities = QUANTITIES
     template = TEMPLATE
+    cost = MappingProxyType({"quick": 3.0, "default": 8.0})
 
     @property
     def presets(self) -> Mapping[str, Layers]:
