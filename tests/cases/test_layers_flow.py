@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -36,7 +37,7 @@ from harness.workflows import run
 SHEAR, FRACTION, TEMPERATURE = 0.2, 0.6, 0.03
 
 
-FLOW = Flow(blocks=4, angle=20.0)
+FLOW = Flow(blocks=6, angle=20.0)
 
 
 def uniform(case=FLOW, growth=0.0):
@@ -77,7 +78,7 @@ def uniform(case=FLOW, growth=0.0):
 
 
 def test_a_uniform_flow_is_measured_as_it_is():
-    case = Flow(blocks=4, angle=20.0)
+    case = Flow(blocks=6, angle=20.0)
     found = CASE.read(case, uniform(), Lammps.traits)
     tilt = math.radians(20.0)
     assert found["mu"] == pytest.approx(math.tan(tilt))
@@ -97,7 +98,7 @@ def test_a_uniform_flow_is_measured_as_it_is():
 
 
 def test_the_profile_holds_the_balance_at_every_height():
-    case = Flow(blocks=4, angle=20.0)
+    case = Flow(blocks=6, angle=20.0)
     profile = {name: np.array(v) for name, v in CASE.profile(case, uniform()).items()}
     inside = (profile["height"] > 0.9) & (profile["height"] < 2.6)  # below the last slice
     tangent = math.tan(math.radians(20.0))
@@ -129,7 +130,7 @@ def test_the_profile_holds_the_balance_at_every_height():
     ids=["gravity at another angle", "wrong area", "wrong mass", "half a virial", "wrong sign"],
 )  # fmt: skip
 def test_a_fault_turns_the_balances(fault, turned):
-    measured = Measurement.of(Flow(blocks=4, angle=20.0), uniform())
+    measured = Measurement.of(Flow(blocks=6, angle=20.0), uniform())
     found = fault(measured).quantities()
     off = {
         name for name, tolerance in TOLERANCES.items() if abs(found[name] - 1) > tolerance.relative
@@ -185,7 +186,7 @@ def test_a_packing_is_held_to_the_same_bounds_as_a_descent():
 def test_the_figure_has_a_colour_for_each_thickness():
     import pandas as pd
 
-    found = dict(CASE.read(Flow(blocks=4, angle=20.0), uniform(), Lammps.traits))
+    found = dict(CASE.read(Flow(blocks=6, angle=20.0), uniform(), Lammps.traits))
     rows = pd.DataFrame([{**found, "layers": n} for n in (2, 4)])
     figure = flow_law_figure(rows)
     (legend,) = figure.legends
@@ -234,7 +235,7 @@ def test_the_mean_speed_is_that_of_the_particles(engine):
 
 @pytest.mark.live
 def test_a_gentle_slope_stops_and_a_steep_one_never_gets_steady(engine):
-    quick = PLANNED.replace(layers=2, settle_time=30.0, flow_time=40.0, blocks=4)
+    quick = PLANNED.replace(layers=2, settle_time=30.0, flow_time=40.0, blocks=6)
     outputs = engine.run([CASE.job(quick.replace(angle=angle)) for angle in (2.0, 42.0)])
     for output, words in zip(outputs, ("stopped at angle = 2", "becomes faster"), strict=True):
         with pytest.raises(EngineUndecidedError, match=words):
@@ -246,3 +247,18 @@ def test_a_parameter_that_another_case_of_the_group_has_is_said_where():
         RequestError, match=r"no such parameter of Layers .*; case layers-flow has angle"
     ):
         run("layers", {"angle": "16"})
+
+
+def test_the_committed_rows_are_those_of_this_case_and_hold():
+    import pandas as pd
+
+    rows = pd.read_csv(Path(__file__).parents[2] / "reports/layers-flow/rows.csv")
+    done = rows[rows["status"] == "done"]
+    assert len(rows) == 28
+    assert {quantity.name for quantity in CASE.quantities} <= set(rows)
+    for name, tolerance in TOLERANCES.items():
+        assert (done[name] - 1.0).abs().max() < tolerance.relative
+    assert (done["mu"] - np.tan(np.radians(done["angle_deg"]))).abs().max() < 0.002
+    eight = done[done["layers"] == 8].groupby("angle_deg")["inertial_number"].mean()
+    assert eight.is_monotonic_increasing
+    assert flow_law_figure(done).axes

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from harness.report.gallery import base64_uri, gif, png
+from harness.report.film import base64_uri, gif, png
 from harness.reproduction.movies import Movie
 from harness.reproduction.page import html_page
 
