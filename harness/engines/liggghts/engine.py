@@ -1,11 +1,8 @@
 """LIGGGHTS as an engine of the harness, and the contacts with friction that it states.
 
-Contacts with friction in LIGGGHTS: models and rules, read off the source of 3.8.0.
-
-LIGGGHTS as an engine of the harness: its command and its quirks.
-
-LIGGGHTS's language is that of LAMMPS of about 2011: no words in conditions, no formats, no
-``fix halt``. It is silent about an error where it has no log: every run writes its own.
+Models and rules of these contacts are read off the source of 3.8.0. LIGGGHTS's language is that of
+LAMMPS of about 2011: no words in conditions, no formats, no ``fix halt``. It is
+silent about an error where it has no log: every run writes its own.
 """
 
 from __future__ import annotations
