@@ -1,7 +1,4 @@
-"""A sphere meets a wall or another sphere head-on: normal force and damping alone.
-
-The head-on impact: restitution, duration, largest overlap and force.
-"""
+"""A sphere meets a wall or another sphere head-on: normal force and damping alone."""
 
 from __future__ import annotations
 

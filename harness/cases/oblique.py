@@ -1,12 +1,7 @@
-"""Oblique impact of a sphere, with friction, spin and partial slip.
+"""A sphere meets a wall or another sphere at an angle: friction over a whole contact.
 
-A sphere meets a wall or another sphere at an angle: friction over a whole contact.
-
-Mindlin's laws without partial slip beside the whole curve of Maw, Barber and Fawcett (1976).
-
-Figures of the oblique impact: tangential velocity ratio over the angle.
-
-The oblique impact: what friction makes of the velocity along the surface, and of the spin.
+What friction makes of the velocity along the surface, and of the spin. Laws without partial slip
+are drawn beside the whole curve of Maw, Barber and Fawcett (1976).
 """
 
 from __future__ import annotations

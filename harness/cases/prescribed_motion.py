@@ -1,14 +1,9 @@
-"""Two spheres moved on a prescribed path, and the same turned.
-
-Forces along a given motion: the law alone, without an integrator.
-
-Two spheres that stick are turned as one body: the spring must turn with the contact.
-
-The law alone: forces and torques along a motion that is given, without an integrator.
+"""Forces and torques along a motion that is given: the contact law alone, without an integrator.
 
 Pressed, sheared, sheared back, lifted, rolled, twisted. What resists rolling or twisting is turned
 forth and back beside the shear as well, rolling without slip, so that neither is felt by friction:
-springs and dashpots act there below their limits, slide, and come back.
+springs and dashpots act there below their limits, slide, and come back. Two spheres that stick are
+also turned as one body: the spring must turn with the contact.
 """
 
 from __future__ import annotations

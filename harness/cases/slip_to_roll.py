@@ -1,7 +1,4 @@
-"""A sphere that slides on a floor until it rolls.
-
-From slipping to rolling on a floor: what friction leaves of the speed.
-"""
+"""A sphere slides on a floor until it rolls: what friction leaves of the speed."""
 
 from __future__ import annotations
 

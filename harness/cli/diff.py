@@ -45,7 +45,7 @@ def diff(before: Path, after: Path, /, *, output: Folder = None, json: Json = Fa
     from harness.workflows import diff as hold
 
     if output is not None:
-        from harness.report.folder import check_folder
+        from harness.files import check_folder
 
         check_folder(output)
     found = hold(before, after)

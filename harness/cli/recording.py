@@ -1,11 +1,7 @@
-"""Write down each run in the history: when it starts, what it measured, how it ended.
+"""Write down each run of a command in the history: start, quantities, end.
 
-What a single command measured, as quantities of the history.
-
-A name says which case it is: runs of the same name can be drawn over one
-another. Parameters are named where they are not the default.
-
-Write down each run in the history: when it starts, and how it ended.
+The name of a quantity says which run it is of: runs of the same name can be drawn over one another.
+Parameters are named where they are not the default.
 """
 
 from __future__ import annotations

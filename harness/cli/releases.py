@@ -60,7 +60,7 @@ def releases(
     """
     from harness.cli.engine_options import cached
     from harness.cli.recording import recorded
-    from harness.report.folder import check_folder
+    from harness.files import check_folder
     from harness.workflows import releases as compare
 
     output = asked.output

@@ -63,14 +63,16 @@ class SweepOptions(IntegratorOptions):
     engines: Annotated[str, Parameter(metavar="NAMES", group=panel("Engine"))] = ""
     """Engines that `dem-harness engines` lists and solvers that `dem-harness cases` names, with
     commas between, or `all`. [default: as of `run`]"""
-    quantity: Annotated[str, Parameter(metavar="NAME")] = ""
-    """What the figure shows. [default: the first measured]"""
+    quantity: Annotated[str, Parameter(metavar="NAMES")] = ""
+    """What is measured and shown: quantities of the case with commas between, the first in the
+    figure. Of one such as `critical_angle_deg` a value takes several runs. [default: all that a
+    run measures, the first in the figure]"""
     output: Folder = None
     """Where table and figure are written; the same sweep goes on there. [default:
     reports/runs/DATE-sweep]"""
     reference: Annotated[Path | None, Parameter(metavar="FILE.csv")] = None
     """Your measured points for the figure: a CSV table with columns named as in rows.csv, the
-    first parameter of --over and the one --quantity."""
+    first parameter of --over and the first --quantity; `uncertainty_UNIT` gives error bars."""
 
     def asked(self) -> Asked:
         """Return what is to be run: of a case, or of a file with these options on top."""
@@ -90,7 +92,7 @@ class SweepOptions(IntegratorOptions):
 
     def points(self, chosen: Plan) -> Points | None:
         """Return the measured points, if there are any; raise RequestError for a bad file."""
-        from harness.workflows.sweep_run import drawn_columns
+        from harness.workflows.sweep_columns import drawn_columns
 
         if self.reference is None:
             return None
@@ -127,8 +129,9 @@ def sweep(
 
     For example:
 
-        dem-harness sweep incline --over angle=9:11:5 --over stiffness=1e5:1e7:log3
         dem-harness sweep tower --over height=1,2,5:20:4 --engines exact,lammps --output mine
+        dem-harness sweep incline --over contact.restitution=0:0.4:5 \
+            --quantity critical_angle_deg,uncertainty_deg --reference measured.csv
         dem-harness sweep oblique --set preset=kharaz --over angle=5:85:9 \
             --quantity rim_speed_ratio --reference measured.csv
 
@@ -296,7 +299,9 @@ def _written(folder: Path, found: Sweep, points: Points | None) -> list[str]:
     from functools import partial
     from importlib.util import find_spec
 
-    frame, figure, notes = found.frame(), found.figure(points=points), []
+    frame = found.frame()
+    notes: list[str] = []
+    figure = found.figure(points=points)
     files: dict[tuple[str, Path], Writer] = {("table", folder / ROWS): partial(write_csv, frame)}
     if find_spec("pyarrow") is None:
         hint = "pyarrow is not installed: pip install 'dem-harness[parquet]'"
@@ -308,6 +313,8 @@ def _written(folder: Path, found: Sweep, points: Points | None) -> list[str]:
     else:
         for suffix in (".svg", ".png"):
             files["figure", folder / f"figure{suffix}"] = save_figure(lambda: figure, suffix)
+            for name, own in found.own_figures().items():
+                files["figure", folder / f"{name}{suffix}"] = save_figure(own, suffix)
     write_all(files)
     return notes
 
@@ -317,7 +324,7 @@ def _print(found: Sweep, notes: list[str]) -> None:
     from harness.store.entries import tell_stderr
 
     frame = found.frame()
-    measured = [name for name in found.quantities if name in frame and frame[name].notna().any()]
+    measured = [name for name in found.selected if name in frame and frame[name].notna().any()]
     shown = frame[["engine", *found.over, *measured, "status"]]
     print_frame(shown.head(MOST_SHOWN), 7)
     if len(shown) > MOST_SHOWN:

@@ -17,7 +17,7 @@ from harness.comparison.verdicts import Check, Verdict
 UNRECORDED = 1e-9
 """Sizes up to which a quantity has no value in a record."""
 
-AGAIN = ("", "run again")
+AGAIN = ("", "continued with a setup")
 """What a run in another release is: its values, and the same run made again."""
 
 

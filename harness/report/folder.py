@@ -7,7 +7,6 @@ written aside and renamed at the end.
 from __future__ import annotations
 
 import difflib
-import tempfile
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,8 +16,7 @@ from typing import TYPE_CHECKING, Any
 from harness.comparison.releases import Column, ReleaseChange, ReleaseMatrix, ReleaseRow, untested
 from harness.comparison.run_diff import RowChange, RunDiff
 from harness.comparison.verification import Results, Verification
-from harness.errors import RequestError
-from harness.files import whole_folder
+from harness.files import check_folder, whole_folder
 from harness.report.cells import FOLDER, addresses, cell_pages
 from harness.report.ci import junit, report_markdown, section_markdown, short_markdown
 from harness.report.figures import changes as draw_changes
@@ -33,29 +31,6 @@ from harness.report.templating import environment, style
 
 if TYPE_CHECKING:
     import pandas as pd
-
-
-def check_folder(folder: Path) -> None:
-    """Raise RequestError when a folder cannot take a report: it holds something, or is not ours."""
-    if folder.is_dir() and any(folder.iterdir()):
-        raise RequestError(f"--output {folder}: holds something already; name a new folder")
-    if folder.exists() and not folder.is_dir():
-        raise RequestError(f"--output {folder}: is a file; name a new folder")
-    check_writable(folder)
-
-
-def check_writable(folder: Path) -> None:
-    """Raise RequestError when a folder cannot be made where it is asked for."""
-    # nothing is made yet: what is asked for may turn out to be wrong in another way
-    parents = folder.absolute().parents
-    if not parents:
-        raise RequestError(f"--output {folder}: is the root of all folders; name a new folder")
-    there = next(parent for parent in parents if parent.exists())
-    try:
-        with tempfile.TemporaryDirectory(dir=there, prefix=f".{folder.name}."):
-            pass
-    except OSError as error:
-        raise RequestError(f"--output {folder}: cannot be written ({error.strerror})") from None
 
 
 def write(
@@ -328,16 +303,18 @@ def markdown(found: ReleaseMatrix) -> str:
     names = ("case", "quantity", reference, "tolerance", *(c.release for _, c in others))
     return "\n".join(
         (
-            f"# {engine} releases",
+            f"# {engine} releases{f': {found.cases}' if found.cases else ''}",
             "",
             f"Cases of `verify{level}{asked}`, each release through its own executable, on "
             f"{found.platform}. Changes are against {reference}.",
             "",
             *table_lines(head, counted, range(2, len(head))),
             "",
+            *_cells_markdown(found),
+            f"## {CHANGES}",
+            "",
             f"![{CHANGES}](changes.svg)",
             "",
-            *_cells_markdown(found),
             "## Every quantity",
             "",
             *table_lines(names, [_release_row(row, found, others) for row in found.rows], (2, 3)),

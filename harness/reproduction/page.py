@@ -19,17 +19,18 @@ import numpy as np
 import pandas as pd
 
 from harness.errors import RequestError
-from harness.files import whole_folder
+from harness.files import check_writable, whole_folder
 from harness.observables.windows import WINDOWS
-from harness.report.folder import check_writable
-from harness.report.gallery import Picture, base64_uri, picture
+from harness.report.film import base64_uri
+from harness.report.gallery import Picture, picture
+from harness.report.markdown import document
 from harness.report.page import figures
 from harness.report.plain import write_csv
 from harness.report.templating import environment
 from harness.reproduction.claims import ClaimStatus, Statement
 from harness.reproduction.figures import angle_against_mfix_step, angle_against_restitution
 from harness.reproduction.findings import Findings
-from harness.reproduction.movies import Film
+from harness.reproduction.movies import Movie
 from harness.reproduction.movies import films as draw_films
 from harness.reproduction.reproduced_figures import SourceFigure
 from harness.reproduction.run import Reproduction
@@ -111,7 +112,7 @@ def _crossing(off: pd.Series) -> float:
 
 
 def markdown(
-    found: Reproduction, pictures: Sequence[Picture], films: Sequence[Film], root: str
+    found: Reproduction, pictures: Sequence[Picture], films: Sequence[Movie], root: str
 ) -> str:
     """Return the report as Markdown, with links to ledger, figures, movies and dumps.
 
@@ -122,19 +123,17 @@ def markdown(
 
 
 def html_page(
-    found: Reproduction, pictures: Sequence[Picture], films: Sequence[Film], root: str
+    found: Reproduction, pictures: Sequence[Picture], films: Sequence[Movie], root: str
 ) -> str:
     """Return the page; figures and movies are files beside it, named relative to it.
 
     ``root`` is the repository, seen from the report's folder.
     """
-    from markdown_it import MarkdownIt
     from markupsafe import Markup
 
-    to_html = MarkdownIt("commonmark", {"html": False}).enable("table").render
     context = _context(found, root)
     # our own text, rendered without raw HTML
-    context["findings"] = Markup(to_html(context["findings"]))
+    context["findings"] = Markup(document(context["findings"]).body)
     shown = figures(pictures, lambda picture: f"figures/{picture.name}.svg")
     page = templates().get_template("reproduction.html.j2")
     return page.render(**context, pictures=shown, films=films)

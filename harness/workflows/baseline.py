@@ -1,9 +1,4 @@
-"""Compare a run with the baseline or with another run; accept it as the new baseline.
-
-Compare a run with the baseline, or accept it as the new one.
-
-Read two runs and hold them side by side.
-"""
+"""Compare a run with the baseline or with another run; accept it as the new baseline."""
 
 from __future__ import annotations
 

@@ -1,15 +1,4 @@
-"""Engines: chosen by name, opened, who is here, their generated inputs.
-
-Which engines are asked for: by name, or all that there are.
-
-The rows on who an engine is, and of one that is not here.
-
-Engines opened for a caller: by name, for one call, their runs kept as on the command line.
-
-Which engines are here, in which version, how they are run, and why one is missing.
-
-The generated inputs of the engines: write them, or check that those written are up to date.
-"""
+"""Engines as a command sees them: selected by name, opened, their state, their generated inputs."""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
 """Run the study of a case: its arms as sweeps are run, then what the case concludes from them.
 
-Runs of an earlier study, of this machine or another, from its runs.csv: not made again.
+Runs of an earlier study, of this machine or another, are read from its runs.csv and not made
+again.
 """
 
 from __future__ import annotations
@@ -39,6 +40,7 @@ from harness.store.entries import Entries
 from harness.workflows.case_runs import usual_engine
 from harness.workflows.engine_status import opened
 from harness.workflows.progress import Progress, silent
+from harness.workflows.sweep_columns import parameter_columns, quantity_key
 from harness.workflows.sweep_plan import Asked, Plan, Point
 from harness.workflows.sweep_run import (
     DONE,
@@ -50,8 +52,6 @@ from harness.workflows.sweep_run import (
     Ran,
     Work,
     as_frame,
-    parameter_columns,
-    quantity_key,
     run_plan,
 )
 
@@ -66,6 +66,9 @@ OF_A_RUN = ("engine", "engine_version", "ranks", "script", "status", "wall_time_
 
 RESTART_LINES = re.compile(r"^#> restarts\n.*?^#< restarts\n", re.MULTILINE | re.DOTALL)
 """Marks in a script, and the lines between them: how a run that was cut goes on."""
+
+COMMENT_LINES = re.compile(r"^\s*#.*\n", re.MULTILINE)
+"""Comments of a script; ``#`` begins them in the language of every engine that takes scripts."""
 
 FURTHER = {"arm", "reason"}
 LARGEST = 2**28
@@ -124,10 +127,12 @@ def script_digest(case: Case[Any], engine: str) -> str:
     """Return a digest of the script that an engine runs for a case: another one is another run.
 
     Without what a script has between :data:`RESTARTS`, which does nothing in a run that writes no
-    restart file.
+    restart file, and without its comments, which name the version of the harness.
     """
     inputs = engine_class(engine).inputs([case.template])
-    texts = {name: RESTART_LINES.sub("", text) for name, text in inputs.items()}
+    texts = {
+        name: COMMENT_LINES.sub("", RESTART_LINES.sub("", text)) for name, text in inputs.items()
+    }
     return hashlib.sha256(repr(sorted(texts.items())).encode()).hexdigest()[:12]
 
 

@@ -1,16 +1,9 @@
-"""Run a verification, from the cases that are asked for to verdicts.
+"""Run a verification: from level, cases and engines to verdicts, records and sections.
 
-What a verification is asked for: level, cases and baseline, checked before anything runs.
-
-The records of a verification, and its rows against the baseline.
-
-Engines beside the main one: each is identified, qualifies, and is held against theory.
-
-The cases of a verification in the main engine and in the harness's own solvers.
-
-A verification of options as they are typed, for those who read options of their own.
-
-The sections of a report: those of all cases of a verification, case by case.
+All that was given is checked before anything runs. The main engine goes through the cases, then the
+harness's own solvers; other engines are identified, qualify, and go through the same cases under
+their own rules. Records are held against the baseline; sections of the report are made case by
+case.
 """
 
 from __future__ import annotations
@@ -31,7 +24,7 @@ from typing import Any, Literal
 from harness import __version__
 from harness.cases.contract import LEVELS, Case, LevelName, Study, failed_part
 from harness.cases.qualification import announce, qualify
-from harness.cases.registry import all_cases, cases_named, get_case
+from harness.cases.registry import all_cases, cases_named, get_case, names_in
 from harness.comparison.known_defects import KnownDefect, defect_of, told_apart
 from harness.comparison.moved_by_defects import moved_by_defects
 from harness.comparison.plan import judge_plan
@@ -44,6 +37,7 @@ from harness.comparison.regression import (
     explained_by_cells,
 )
 from harness.comparison.series import Comparison
+from harness.comparison.single_rules import with_single_rules
 from harness.comparison.verdicts import Check, Kind
 from harness.comparison.verification import DeclaredEngine, Findings, Verification
 from harness.engines.contract import Engine
@@ -77,10 +71,9 @@ def checked_level(name: str) -> LevelName:
 
 
 def chosen_cases(wanted: str | Iterable[str] | None) -> list[Case[Any]]:
-    """Return the cases of names, groups or ``all``; those that run by default for None."""
-    if wanted is None:
-        return list(cases_named().values())
-    return list(cases_named(wanted if isinstance(wanted, str) else ",".join(wanted)).values())
+    """Return the cases of names, groups or ``all``; the main ones for None."""
+    text = wanted if isinstance(wanted, str) else ",".join(wanted or ())
+    return list(cases_named(text).values())
 
 
 @dataclass(frozen=True)
@@ -124,6 +117,12 @@ class Selection:
     @property
     def _searched(self) -> list[Case[Any]]:
         return chosen_cases(self.cases or "all")
+
+    def names(self, level: LevelName) -> tuple[str, ...]:
+        """Return the names of :meth:`chosen`, which import no case unless a pattern asks for it."""
+        if self.only or self.keyword:
+            return tuple(case.name for case in self.chosen(level))
+        return names_in(self.cases or "")
 
     def _matching(self, only: str, level: LevelName) -> list[Case[Any]]:
         study = Study(level, only=only)
@@ -465,9 +464,21 @@ class MainRun:
                     self.checks += untested(self.engine.name, [case], why)
                     self.broken[case.name] = f"{self.engine.name}: {why}"
         parts += [(case, "", partial(case.verify_own, self.study)) for case in self.cases]
-        found = parallel_map(_found_or_failed, parts, SIDE_BY_SIDE)
+        found = parallel_map(self._found_or_failed, parts, SIDE_BY_SIDE)
         for (case, engine, _), outcome in zip(parts, found, strict=True):
             self._keep(case, engine, outcome)
+
+    def _found_or_failed(self, part: Part) -> Findings | Check:
+        """Run a case and tell when it begins and ends; one that raises is one failed row."""
+        case, engine, run = part
+        who = engine or "own solvers"
+        self.study.progress(f"{case.name}, {who}", 0, 1)
+        try:
+            return run()
+        except Exception as error:
+            return failed_part(f"{case.name}: {who}", error)
+        finally:
+            self.study.progress(f"{case.name}, {who}", 1, 1)
 
     def _keep(self, case: Case[Any], engine: str, outcome: Findings | Check) -> None:
         if isinstance(outcome, Check):
@@ -499,15 +510,6 @@ class MainRun:
                 with suppress(EngineError):
                     found |= beside.kinds[name].inputs(templates)
         return found
-
-
-def _found_or_failed(part: Part) -> Findings | Check:
-    """Run a case; one that raises is one failed row."""
-    case, engine, run = part
-    try:
-        return run()
-    except Exception as error:
-        return failed_part(f"{case.name}: {engine or 'own solvers'}", error)
 
 
 Open = Callable[[str], AbstractContextManager[Engine]]
@@ -594,7 +596,7 @@ def _told(
     What the checks of a cell explain, or the defects of one release predict, is no failure.
     """
     raw, versions = (*run.checks, *beside.checks), _versions(run, beside)
-    checks = told_apart(raw, defects, versions)
+    checks = with_single_rules(told_apart(raw, defects, versions), raw)
     if known is None:
         return checks, Regression()
     if run.study.only:  # what was left out is no row that is missing

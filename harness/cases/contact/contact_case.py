@@ -1,8 +1,7 @@
-"""A contact case: a scene, its quantities and their closed forms; impacts and rests alike.
+"""The base classes of contact cases: what impacts and resting spheres have in common.
 
-A contact case: a scene, its quantities and their closed forms; what is alike in all of them.
-
-A sphere that rests on the floor or on a frozen sphere, pressed in by its weight.
+A contact case is a scene, the quantities of its motion and their closed forms. Its submodels,
+systems and presets are tables; refinement, judgement and pages are those of all contact cases.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
-"""Runs of contacts that no transformation may change, and how far round-off may move them.
+"""Hold a run of a contact against the same run transformed, within what round-off can do.
 
-What differences of two runs of a contact are measured in, and how large rounding makes them.
-
-How far round-off may move a run: that of coordinates, and that of mdr's force.
+Each is held against a run of the same engine, with the same law, step and scheme: no reference is
+needed, and what is left is round-off, or nothing.
 
 Each step rounds positions and velocities. mdr's force of a flat at the depth d, in an ellipse of
 axes A and B, E' A B / 4 (theta - sin theta cos theta), cos theta = 1 - 2 d / A, is a difference in
@@ -16,11 +15,6 @@ push of that error, carried on by the law made linear about them, their absolute
 Friction takes mu of it along the surface, 5/2 of that over the radius in a spin. Two runs differ
 by twice the sum. Where it yields, a sphere that is pressed in has no such difference, one that
 springs back that of its own ellipse; of the bulk, the ellipse keeps the depth of its first step.
-
-Runs of contacts that nothing may change: turned, moved, mirrored, restarted, over ranks, ...
-
-Each is held against a run of the same engine, with the same law, step and scheme: no reference is
-needed, and what is left is round-off, or nothing.
 """
 
 from __future__ import annotations

@@ -1,16 +1,10 @@
-"""The limit of a small step: tolerances, refinement, what trials leave, scans of a parameter.
+"""The limit of a small step: refine a trial, extrapolate its quantities, state the tolerance.
 
-How far limits may be from what is expected, and runs from their baseline, and why.
+A tolerance is a part of the quantity's size in the run: that of its value in SI units; of a ratio
+1, or its limit, or the largest that it has (:meth:`ContactCase.sizes`). Small values of large
+quantities are known no better than these; small quantities are.
 
-A width is a part of the quantity's size in the run: that of its value in SI units; of a ratio 1, or
-its limit, or the largest that it has (:meth:`ContactCase.sizes`). Small values of large quantities
-are known no better than these; small quantities are.
-
-The limit of a small step: quantities of the same contact at several steps, extrapolated.
-
-Codes side by side: a quantity of a case over one of its parameters, by every code that can.
-
-What trials of a contact case leave: limits of their quantities, or why there are none.
+A scan sets codes side by side: a quantity over one parameter, by every code that can state it.
 """
 
 from __future__ import annotations

@@ -1,22 +1,15 @@
-"""The submodels that contact cases go through, their systems, and presets of the literature.
+"""Tables of the contact cases: submodels, systems of bodies, and presets of the literature.
 
-Sets of parameters that the literature of verification knows, as those of the cases.
+A submodel is the law of a row of the matrix, a system the bodies of its column. The shortest level
+leaves out submodels in which several parts act together.
 
-``CO``: Chung and Ooi, Granular Matter 13, 643 (2011), tests 1 to 8, with the values of two public
-restatements: Kratos (KratosMultiphysics/Kratos, applications/DEMApplication/tests,
-DEM3D_chung_ooi_tests, and its DEM_benchmarks) and PySPH (examples of its discontinuous DEM). A
-rigid wall is stated by twice the modulus of the sphere, in both bodies: that makes E* and G* those
-of a sphere on a rigid plane. ``MFiX``: MFiX 21.3.2, tests/dem/DEM01 to DEM05, files mfix.dat and
-particle_input.dat. Kharaz, Gorham and Salman, Powder Technology 120, 281
-(2001): aluminium oxide on glass, two materials.
-
-The submodels that the cases go through, and the systems of bodies: rows of the matrix.
-
-What LAMMPS's mdr has beside its plain elastic branch, as submodels of the contact cases.
-
-Submodels that the shortest level leaves out: parts that act together, old styles clipped.
-
-Springs of rolling and twisting without any dashpot, on elastic linear springs.
+Sources of the presets. ``CO``: Chung and Ooi, Granular Matter 13, 643 (2011), tests 1 to 8, with
+the values of two public restatements: Kratos (KratosMultiphysics/Kratos,
+applications/DEMApplication/tests, DEM3D_chung_ooi_tests, and its DEM_benchmarks) and PySPH
+(examples of its discontinuous DEM). A rigid wall is stated by twice the modulus of the sphere, in
+both bodies: that makes E* and G* those of a sphere on a rigid plane. ``MFiX``: MFiX 21.3.2,
+tests/dem/DEM01 to DEM05, files mfix.dat and particle_input.dat. Kharaz, Gorham and Salman, Powder
+Technology 120, 281 (2001): aluminium oxide on glass, two materials.
 """
 
 from __future__ import annotations

@@ -1,13 +1,9 @@
-"""One contact scene turned, mirrored, moved, restarted, in other units: what may differ.
+"""Transformations of a run that may change nothing: turned, mirrored, restarted, over ranks ...
 
-Whether the round-off of a run is known: that of mdr's force is, of one impact.
-
-One contact scene seen in other ways: turned, mirrored, from a moving frame, in other units.
-
-Each view makes a scene of a scene, and gives a motion of the second back as one of the first: by
-the symmetries of mechanics, and of every contact law, both are the same.
-
-The ways to run a trial of a contact that nothing may change, each with what may differ.
+A transformation makes a scene of a scene, and gives a motion of the second back as one of the
+first: by the symmetries of mechanics, and of every contact law, both are the same. Each says what
+may differ: nothing, round-off, or round-off whose size is known (that of mdr's force, of one
+impact).
 
 Frames, numbers and units are changed in the scene, whatever the engine; what an engine does with
 ranks, lists and restarts it declares itself. Walls of earlier interfaces are turned like the
@@ -289,7 +285,7 @@ through all of both."""
 
 EQUAL = "two spheres"
 
-QUICK = ("turned", "run again", "restarted")
+QUICK = ("turned", "continued with a setup", "restarted")
 """Invariances of the shortest level, beside the run as it stands; of few pairs that are carried all
 that an engine declares for these."""
 

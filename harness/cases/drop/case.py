@@ -1,22 +1,9 @@
-"""A grain that meets one fixed sphere, as a case; engines qualify with it.
+"""The case ``drop``: a grain meets one fixed sphere; every engine qualifies by it.
 
-A grain that meets one fixed sphere: what an engine is qualified with before it is believed.
-
-What engines are asked to simulate: the values of a drop, its script, its scene.
-
-Run drops in an engine, and read what comes back.
-
-What one drop is expected to do: closed forms, and Hertz's impact, which is integrated.
-
-The drops that an engine qualifies with, and what is expected of each.
-
-Each trap that an engine is known to have shows here: a dashpot that is
-silently missing or takes another effective mass (restitution), a contact that is found late
-(onset), a force along the tangent (oblique), a wrong spring (static), a wrong clock (fall).
-
-The figure of the head-on collisions.
-
-What a report says of the drops: collisions and what is expected of them.
+Each error of an engine that is known to occur shows here: a dashpot that is silently missing or
+takes another effective mass (restitution), a contact that is found late (onset), a force along the
+tangent (oblique), a wrong spring (static), a wrong clock (fall). Expected are closed forms, and
+Hertz's impact, which is integrated.
 """
 
 from __future__ import annotations

@@ -1,10 +1,8 @@
-"""An engine that is verified on the incline: its evidence for tables and figures, its records.
+"""Checks of the incline at single angles, of the closed forms, and of restitution.
 
-Restitution on the incline: rigid spheres by events beside the reference DEM as it stiffens.
-
-Hold the closed forms against second routes, and the adaptive reference DEM against one.
-
-Runs of an engine at single angles, held against the theory, and against themselves.
+Closed forms are held against second routes, the adaptive reference DEM against one of them, an
+engine's runs against theory and against themselves, and rigid spheres by events against the
+reference DEM as it stiffens.
 """
 
 from __future__ import annotations

@@ -1,17 +1,9 @@
-"""An engine on the incline, held against closed form, reference DEM and recorded runs.
+"""An engine on the incline, held against the closed form, the reference DEM and recorded runs.
 
-Paths and crests of an engine, held against those of the reference DEM sample by sample.
-
-Hold an engine against the reference DEM, on the runs that were made for other checks.
-
-Same stiffness, step, contact and integration: only round-off may tell them apart. What the
-integration itself is worth, the adaptive integrator says.
-
-What was recorded of the incline with MFiX-DEM 21.3.2, and its check against the reference DEM.
-
-The tables lie in the engine's folder ``recorded``, which says where they come from.
-
-An engine on the incline, held against the closed form and against itself.
+Beside the reference DEM paths are compared sample by sample: same stiffness, step, contact and
+integration, so that only round-off may tell them apart. What the integration itself is worth, the
+adaptive integrator says. The runs recorded with MFiX-DEM 21.3.2 lie in that engine's folder
+``recorded``, which says where they come from.
 """
 
 from __future__ import annotations

@@ -1,10 +1,6 @@
-"""How much of the study of layers a level runs, its arms, and what that costs.
+"""What a level of the study of layers runs, its arms, and what that costs.
 
-How much of the study of layers a level runs: boxes, seeds, and what is changed one at a time.
-
-What the study of layers costs: of a grain and a step, as measured, and of a level on a cluster.
-
-The model. A run costs steps times grains times the cost of a grain and step in a run of that size
+The cost. A run costs steps times grains times the cost of a grain and step in a run of that size
 on one rank. On r ranks it takes the part s + (1 - s)/r of that (Amdahl), with s from the measured
 efficiency of two ranks, e = 1/(1 + s). Runs are independent: cores take the longest one that is
 left, r cores to a run, r being the power of two that ends first. It knows no network, no queue and

@@ -1,19 +1,13 @@
-"""Two runs of the same tower held against each other; how fast the error falls with the step.
+"""Two runs of a tower held against each other: force, velocity, contacts, order in the step.
 
-Onsets and breaks of the contacts of the grain's chain, matched one by one.
-
-A contact is in the grain's chain while it and all contacts before it are
-closed. Its onset is when it joins, its break when it leaves, be it by its own
-opening or by one before it. So a change of several contacts within one sample
-and the same change spread over more samples in another run match.
+Onsets and breaks of the contacts of the grain's chain are matched one by one. A contact is in the
+grain's chain while it and all contacts before it are closed. Its onset is when it joins, its break
+when it leaves, be it by its own opening or by one before it. So a change of several contacts within
+one sample and the same change spread over more samples in another run match.
 
 Under the overlap law a whole row of just touching particles closes at once, the
 far contacts with forces too small for any number: there the solvers' idea of 0
-decides on the onset. A least force, asked for with profiles, leaves that out.
-
-Two runs of the same tower held against each other: force, velocity, contacts.
-
-How fast a code's error falls with its step: the observed order, with its interval.
+decides on the onset. A least force, given with profiles, leaves that out.
 """
 
 from __future__ import annotations

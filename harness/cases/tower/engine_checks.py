@@ -1,10 +1,8 @@
 """The towers of an engine beside the main one, live or recorded, against the exact propagator.
 
-Towers recorded with MFiX-DEM 21.3.2, for where that is not: against the exact propagator.
-
-The tables lie in the engine's folder ``recorded``, which says where they come from.
-
-The towers of an engine beside the main one: finest steps against exact, order of the error.
+The finest steps against the exact force, and the order of the error in the step. The towers
+recorded with MFiX-DEM 21.3.2 lie in that engine's folder ``recorded``, which says where they come
+from.
 """
 
 from __future__ import annotations

@@ -1,11 +1,4 @@
-"""Run towers by solvers of this package or in an engine, and keep their records.
-
-Run towers in an engine, and read what comes back.
-
-Run towers by solvers of this package or in an engine.
-
-Runs of the tower, and impulse ratios, as records of the baseline.
-"""
+"""Run towers by solvers of this package or in an engine; their records for the baseline."""
 
 from __future__ import annotations
 

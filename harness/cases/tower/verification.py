@@ -1,18 +1,8 @@
 """The tower in the main engine and in the solvers, against the exact propagator.
 
-How close results of the tower must be, of checks and of the baseline: as of ``case.toml``.
-
-How much of the tower a verification runs: quick, default or full.
-
-What the runs of a verification of the tower left, for its tables and figures.
-
-Runs of the chain solvers for the report's figures.
-
-One code against the exact propagator under the same law: force, impulse, contacts, order.
-
-What the tower shows without an engine: chain solvers, the laws apart, impulse tables.
-
-The tower in the main engine: against the exact propagator law by law, and alpha(n).
+Law by law: force, impulse, contacts, order of the error, alpha(n). Without an engine: the chain
+solvers, how far the laws lie apart, tables of impulses. Tolerances and their reasons are in
+``case.toml``.
 """
 
 from __future__ import annotations

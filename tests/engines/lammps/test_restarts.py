@@ -8,6 +8,7 @@ import time
 
 import pytest
 
+from harness import __version__
 from harness.cases.layers.case import CASE
 from harness.cases.layers.system import Layers, job_of, restart_steps
 from harness.engines.lammps.engine import Lammps
@@ -56,6 +57,9 @@ def test_the_script_is_told_apart_by_what_it_does_without_restart_files(monkeypa
 
     assert inputs(text) == before == inputs(text.replace(marked[0], ""))
     assert inputs(text.replace("viscous 0.5", "viscous 0.6")) != before
+    version = f"dem-harness {__version__}"
+    assert version in text
+    assert inputs(text.replace(version, "dem-harness 999.0")) == before
 
 
 @pytest.fixture
