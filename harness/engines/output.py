@@ -1,11 +1,8 @@
-"""What an engine gives back: named numbers, tables, who it is; and how tables are read.
-
-What a run leaves: named numbers, tables of samples, log and provenance.
+"""What a run leaves: named numbers, tables of samples, log, provenance; and how they are read.
 
 Scripts print the numbers as lines ``RESULT name = value``. A name comes once, or is that of rows,
-with several numbers to a line.
-
-Read the tables that scripts write: CSV with a header, dumps with a block a sample.
+with several numbers to a line. The tables that they write are CSV with a header, or dumps with a
+block for each sample.
 """
 
 from __future__ import annotations

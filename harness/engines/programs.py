@@ -1,12 +1,8 @@
-"""Engines that run script files through a program: found, asked who they are, run.
+"""Engines that run script files through a program: find it, ask who it is, run it.
 
-Identify programs by content: a version does not tell a release from one with a line changed.
+A program is known by its content: a version does not tell a release from one with a line changed.
 
-Find the programs of engines, ask them who they are, and run them.
-
-An engine that runs script files through a program: one piece of code for every such code.
-
-To make one, subclass :class:`ScriptedEngine` beside a folder ``templates`` with a file
+To make such an engine, subclass :class:`ScriptedEngine` beside a folder ``templates`` with a file
 ``<template>.<extension>.j2`` for each template of a case that the code can state, and give
 
 - ``name``, ``traits`` (whose ``title`` messages write), ``programs`` (names on PATH, the first

@@ -242,3 +242,22 @@ def test_the_environment_of_yade_keeps_what_is_not_foreign(play, tmp_path, monke
     foreign = {"PYTHONPATH": "x", "OMPI_COMM_WORLD_RANK": "1"}
     monkeypatch.setattr(os, "environ", {"PATH": "/bin", "HOME": "/home/me", **foreign})
     assert play("yade", "").environment(tmp_path) == {"PATH": "/bin", "HOME": str(tmp_path)}
+
+
+def test_liggghts_without_the_model_is_refused_with_the_model_named(script_file):
+    said = "LIGGGHTS (Version LIGGGHTS-PUBLIC 3.8.0, compiled 2022)\n\n hertz  hooke\n"
+    program = script_file(f"cat <<END\n{said}END\n", "liggghts")
+    with (
+        engine_class("liggghts")(program=program) as engine,
+        pytest.raises(EngineMissingError, match="without the contact model hooke/stiffness"),
+    ):
+        engine.identify()
+
+
+def test_logs_of_liggghts_leave_out_what_is_said_of_every_stretch(tmp_path):
+    stretch = "    Step \n      50 \n     100 \nLoop time of 1e-05 on 1 procs for 50 steps\n"
+    (tmp_path / "0.log").write_text(f"RESULT a = 1\n{stretch * 12}RESULT b = 2\n")
+    engine = engine_class("liggghts")(program=sys.executable)
+    assert engine.log_of(tmp_path, 0).count("for 50 steps") == 0
+    assert "RESULT a = 1" in engine.log_of(tmp_path, 0)
+    assert "RESULT b = 2" in engine.log_of(tmp_path, 0)

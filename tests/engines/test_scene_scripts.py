@@ -140,6 +140,9 @@ def test_a_job_sets_all_data_to_the_last_digit(code, contact):
         if code in PYTHON:
             has = parameters(task.script)
             assert all(type(has[name]) is type(value) for name, value in task.values.items())
+    values = engine.scene_values(system.scene_of(system.values_of(case, "passage"), "linear"))
+    eta = case.settings()["damping_coefficient_N_s_per_m"]
+    assert values["damping"] == pytest.approx(eta, rel=1e-14)
     assert engine.task(system.job_of(case, "passage", 7)).values["every"] == 7
     assert engine.task(system.job_of(case, "steady")).values["every"] == 0
 

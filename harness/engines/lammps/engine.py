@@ -1,8 +1,7 @@
 """LAMMPS as an engine of the harness: its command, its launcher, its library in-process.
 
-Submodels of granular contacts that not every release of LAMMPS has.
-
-Variations of a LAMMPS run, such as a restart, that must not change its result.
+Also which submodels of contacts a release lacks, and the variations of a run, such as a restart,
+that must not change its result.
 """
 
 from __future__ import annotations

@@ -1,9 +1,4 @@
-"""The input language of LAMMPS, in which LIGGGHTS is scripted as well, and what LAMMPS says.
-
-Read what LAMMPS says: its release, its errors.
-
-The input language of LAMMPS, in which LIGGGHTS is scripted as well.
-"""
+"""The input language of LAMMPS, in which LIGGGHTS is scripted as well, and what LAMMPS says."""
 
 from __future__ import annotations
 

@@ -1,11 +1,8 @@
 """LIGGGHTS as an engine of the harness, and the contacts with friction that it states.
 
-Contacts with friction in LIGGGHTS: models and rules, read off the source of 3.8.0.
-
-LIGGGHTS as an engine of the harness: its command and its quirks.
-
-LIGGGHTS's language is that of LAMMPS of about 2011: no words in conditions, no formats, no
-``fix halt``. It is silent about an error where it has no log: every run writes its own.
+Models and rules of these contacts are read off the source of 3.8.0. LIGGGHTS's language is that of
+LAMMPS of about 2011: no words in conditions, no formats, no ``fix halt``. It is
+silent about an error where it has no log: every run writes its own.
 """
 
 from __future__ import annotations
@@ -212,12 +209,13 @@ class Liggghts(LammpsLanguage):
     def scene_values(cls, scene: Scene) -> dict[str, Datum]:
         """Return the data of a scene, with the number of its stages: no list may be empty.
 
-        Places have 15 digits, as those of LAMMPS's scripts, whose variables write so many: the
-        rounding of a place decides whether spheres that just touch are in contact at the start.
+        Places over a row have 15 digits, as those of LAMMPS's script, whose variables write so
+        many: their rounding decides whether a grain that just touches is in contact at the start.
         """
         values = {**super().scene_values(scene), "stages": len(scene.stages)}
-        for name, column in zip(("x", "y"), scene.position.T.tolist(), strict=True):
-            values[name] = [float(f"{place:.15g}") for place in column]
+        if scene.period is not None:
+            for name, column in zip(("x", "y"), scene.position.T.tolist(), strict=True):
+                values[name] = [float(f"{place:.15g}") for place in column]
         return values if scene.stages else {**values, "places": [0], "floors": [0]}
 
     def ask_version(self) -> Provenance:

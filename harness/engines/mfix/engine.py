@@ -1,13 +1,8 @@
-"""MFiX-DEM as an engine of the harness: its inputs, its solver, its runs.
+"""MFiX-DEM as an engine of the harness: the batch solver that a user builds, its inputs, its runs.
 
-MFiX's inputs: the keyword file from its template, and the particles.
-
-Run ``mfixsolver``: ask for its version, and run an input in a fresh folder.
-
-MFiX-DEM as an engine of the harness: the batch solver that a user builds.
-
-A run is stated from its scene (``system.py``, ``scripts.py``) and read from the frames that MFiX
-writes (``vtp.py``, ``read.py``). The folder ``recorded`` holds output of 21.3.2.
+A run is stated from its scene (``system.py``) as a keyword file and a list of particles, runs in a
+fresh folder, and is read from the frames that MFiX writes (``output.py``). The folder ``recorded``
+holds output of 21.3.2.
 """
 
 from __future__ import annotations

@@ -45,10 +45,10 @@ for run in runs:
 
 def test_rows_that_die_together_run_alone(fake):
     """A grain that is lost takes the rows of its model with it: each gets a model of its own."""
-    cases = [INCLINE.replace(phase=phase) for phase in (0.5, 0.0)]
-    x = fake("").task(incline_job(cases[0], "passage")).values["x"][0]
+    cases = [INCLINE.replace(phase=phase) for phase in (0.0, 0.5)]
+    x = fake("").task(incline_job(cases[1], "passage")).values["x"][0]
     loses = f'if any(run["x"][0] == {x!r} for run in runs):\n    sys.exit("lost")\n'
-    lost, found = run_inclines(fake(WRITES + loses + PASSED), cases, "passage")
+    found, lost = run_inclines(fake(WRITES + loses + PASSED), cases, "passage")
     assert isinstance(lost, EngineCrashError)
     assert f" x=[{x!r}," in lost.log
     assert found.margin_J > 0.0

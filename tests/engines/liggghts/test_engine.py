@@ -3,8 +3,6 @@
 Its scripts state the numbers of a scene, those of LAMMPS compute them, with variables of 15 digits.
 """
 
-import subprocess
-
 import numpy as np
 import pytest
 
@@ -15,13 +13,11 @@ from harness.cases.tower.run import run_towers
 from harness.engines.lammps.engine import Lammps
 from harness.engines.liggghts.engine import Liggghts
 from harness.engines.reference import Reference
-from harness.errors import EngineError, RequestError
-from harness.observables.windows import impulse
+from harness.errors import EngineError
 from harness.parameters.law import CLIPPED, PLASTIC, SOURCE
 from harness.parameters.tower import Tower
-from harness.solvers.chain import exact
 from harness.theory.incline import critical_angle as closed_form
-from tests.engines.tower_runs import KINDS, force_difference
+from tests.engines.tower_runs import KINDS
 
 pytestmark = pytest.mark.live
 
@@ -92,35 +88,11 @@ def test_path_is_the_reference_dem_to_round_off(liggghts, contact):
         assert difference < 1e-11, column
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("stiffness", [1e5, 1e6, 1e7])
-@CONTACTS
-def test_critical_angle_is_on_the_curve_of_the_reference_dem(liggghts, contact, stiffness):
-    case = Incline(contact=contact, steps_per_contact=STEPS[contact], stiffness=stiffness)
-    reference = Reference(liggghts.traits.integrator)
-    own, theirs = (critical_angle(case, engine=e, phases=2) for e in (liggghts, reference))
-    assert own.value_deg == pytest.approx(theirs.value_deg, abs=1e-9)
-
-
 def test_critical_angle_of_the_plastic_contact_is_that_of_theory(liggghts):
     case = Incline(contact=PLASTIC, steps_per_contact=100.0)
     assert critical_angle(case, engine=liggghts).value_deg == pytest.approx(
         closed_form(0.25), abs=0.003
     )
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("height", [1, 2, 4, 9, 19])
-def test_tower_meets_the_exact_solution(liggghts, height):
-    case = Tower(height=height, law="overlap", stiffness=1e5, mass=1.0, speed=2.0)
-    errors = []
-    for steps in (400.0, 1600.0):
-        (run,) = run_towers(liggghts, [case], 3.0, steps_per_contact=steps, samples=1200)
-        errors.append(force_difference(run))
-    reference = exact.run(case, run.time[-1], samples=len(run.time) - 1)
-    assert run.grain_force.max() == pytest.approx(reference.grain_force.max(), rel=2e-5)
-    assert impulse(run) == pytest.approx(impulse(reference), rel=2e-5)
-    assert 1.8 < 0.5 * np.log2(errors[0] / errors[1]) < 2.4
 
 
 @pytest.mark.slow
@@ -130,11 +102,6 @@ def test_every_kind_of_tower_is_lammps_to_round_off(liggghts, lammps, changes):
     (own,), (theirs,) = (run_towers(e, [case], 3.0, profiles=True) for e in (liggghts, lammps))
     for values, others in zip(own.profiles, theirs.profiles, strict=True):
         np.testing.assert_allclose(values, others, rtol=0, atol=1e-12 * np.abs(others).max())
-
-
-def test_tower_of_the_deformable_law_is_refused(liggghts):
-    with pytest.raises(RequestError, match="overlap law only"):
-        run_towers(liggghts, [Tower()], 3.0)
 
 
 def test_run_that_leaves_its_box_costs_only_itself(liggghts):
@@ -157,18 +124,3 @@ def test_asking_who_it_is_leaves_no_log_behind(program, tmp_path, monkeypatch):
     with Liggghts(program) as engine:
         assert engine.identify().engine_version.startswith("LIGGGHTS-PUBLIC")
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["drop", "tower", "incline"])
-def test_committed_input_runs_alone(program, inputs, tmp_path, name):
-    done = subprocess.run(
-        [program, "-in", inputs / "liggghts" / f"{name}.in", "-log", "none"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=True,
-    )
-    (verdict,) = (line for line in done.stdout.splitlines() if "RESULT verdict" in line)
-    assert verdict.split()[-1] == "finished"
