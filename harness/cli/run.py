@@ -76,7 +76,6 @@ def run(
     For example:
 
         dem-harness run tower --set height=2 --set speed=4
-        dem-harness run incline --engine reference --json
         dem-harness run layers-flow --set angle=16 --profile profile.csv
         dem-harness run columns --set n=8 --quantity critical_angle_deg --engine reference
 

@@ -129,7 +129,6 @@ def sweep(
 
     For example:
 
-        dem-harness sweep incline --over angle=9:11:5 --over stiffness=1e5:1e7:log3
         dem-harness sweep tower --over height=1,2,5:20:4 --engines exact,lammps --output mine
         dem-harness sweep incline --over contact.restitution=0:0.4:5 \
             --quantity critical_angle_deg,uncertainty_deg --reference measured.csv

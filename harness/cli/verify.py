@@ -338,15 +338,13 @@ def _say_cost(asked: VerifyOptions, fresh: bool) -> None:
     ]
     known = f"took {took[0]:.0f} s when last run" if took else "no earlier run tells what it takes"
     kept = "" if fresh else "; runs that are kept are not made again"
-    cost = [case.cost.get(asked.level) for case in cases]
-    each = ", ".join(
-        case.name if seconds is None else f"{case.name} {seconds:.0f} s"
-        for case, seconds in zip(cases, cost, strict=True)
-    )
-    # what a pattern leaves out has a part in it that nobody knows
-    whole = not asked.only and cases and None not in cost
-    total = f"; {sum(filter(None, cost)):.0f} s of CPU time in all, as measured" if whole else ""
-    tell_stderr(f"verify, level {asked.level}, {len(cases)} cases ({each}{total}): {known}{kept}")
+    cost = {case.name: case.cost.get(asked.level) for case in cases}
+    each = ", ".join(n if s is None else f"{n} {s:.0f} s" for n, s in cost.items())
+    # of what a pattern leaves out nobody knows the part
+    whole = cases and not asked.only and None not in cost.values()
+    total = f"; {sum(filter(None, cost.values())):.0f} s of CPU time in all" if whole else ""
+    what = f"level {asked.level}, {len(cases)} cases ({each}{total})"
+    tell_stderr(f"verify, {what}: {known}{kept}")
 
 
 def _what_counts(words: Sequence[str]) -> list[str]:

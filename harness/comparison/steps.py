@@ -59,13 +59,13 @@ def steps(points: Iterable[Point]) -> list[Step]:
     changes.
     """
     last: dict[Hashable, Point] = {}
-    found = []
+    moves = []
     for point in points:
         before = last.get(point.series)
         if before is not None and _moved(before, point):
-            found.append(Step(before, point))
+            moves.append(Step(before, point))
         last[point.series] = point
-    return found
+    return moves
 
 
 def _moved(before: Point, after: Point) -> bool:

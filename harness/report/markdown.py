@@ -45,13 +45,13 @@ def document(text: str, pages: Mapping[str, str] | None = None) -> Document:
 
     parser = MarkdownIt("commonmark", {"html": False}).enable("table")
     tokens = parser.parse(text)
-    title, headings, said = "", [], Counter[str]()
+    title, headings, places = "", [], Counter[str]()
     for n, token in enumerate(tokens):
         if token.type == "heading_open":
             words = _words(tokens[n + 1])
             place = NOT_IN_A_PLACE.sub("", words.lower()).replace(" ", "-")
-            said[place] += 1
-            place += f"-{said[place] - 1}" if said[place] > 1 else ""
+            places[place] += 1
+            place += f"-{places[place] - 1}" if places[place] > 1 else ""
             token.attrs["id"] = place
             if token.tag == "h1" and not title:
                 title = words
@@ -71,7 +71,7 @@ def tables(text: str) -> dict[str, list[dict[str, str]]]:
     """Return the first table below each heading of a Markdown text, as rows by column."""
     from markdown_it import MarkdownIt
 
-    found: dict[str, list[dict[str, str]]] = {}
+    rows: dict[str, list[dict[str, str]]] = {}
     heading, heads, cells = "", list[str](), list[str]()
     tokens = MarkdownIt("commonmark").enable("table").parse(text)
     for token, inline in zip(tokens, [*tokens[1:], tokens[-1]], strict=True):
@@ -84,11 +84,11 @@ def tables(text: str) -> dict[str, list[dict[str, str]]]:
         elif token.type in ("th_open", "td_open"):
             cells.append(_words(inline))
         elif token.type == "thead_close":
-            heads = [] if heading in found else cells
-            found.setdefault(heading, [])
+            heads = [] if heading in rows else cells
+            rows.setdefault(heading, [])
         elif token.type == "tr_close" and heads:
-            found[heading].append(dict(zip(heads, cells, strict=True)))
-    return found
+            rows[heading].append(dict(zip(heads, cells, strict=True)))
+    return rows
 
 
 def _words(inline: Token) -> str:

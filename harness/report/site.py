@@ -118,10 +118,10 @@ class Site:
         lost: list[str] = []
         wanted: list[str] = []
 
-        def led(found: re.Match[str]) -> str:
-            name, target, place = found[1], unescape(found[2]), found[3] or ""
+        def led(link: re.Match[str]) -> str:
+            name, target, place = link[1], unescape(link[2]), link[3] or ""
             if not target or ELSEWHERE.match(target):
-                return found[0]
+                return link[0]
             path = posixpath.normpath(posixpath.join(folder, unquote(target)))
             at = self.moved.get(path, "") if name == "href" else ""
             if not at or at == address:
@@ -129,8 +129,8 @@ class Site:
             if at and at not in self.planned:
                 wanted.extend([path, *([path + LOADED] if name == "data-gif" else [])])
             if not at:
-                lost.append(found[2])
-                return found[0]
+                lost.append(link[2])
+                return link[0]
             return f'{name}="{quote(posixpath.relpath(at, folder or "."))}{place}"'
 
         html = LINK.sub(led, html)

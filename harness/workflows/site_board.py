@@ -26,6 +26,9 @@ CONTACTS, UPSTREAM = "releases/contacts", "upstream"
 DEFECTS = "reports/defects"
 """Folders of the committed reports; the last as it is below the project."""
 
+ALWAYS = "as long as is known"
+"""Since when a defect is there of which no first release is known."""
+
 WORDS = {Verdict.PASS: "hold", Verdict.FAIL: "fail", Verdict.FINDING: "reported"}
 
 
@@ -125,8 +128,8 @@ def codes(runs: Sequence[Run]) -> Board:
             states.setdefault(code, {}).setdefault(run.name, []).append(str(check.verdict))
     rows = []
     for code in [*(one for one in versions if one in states), *sorted({*states} - {*versions})]:
-        found = (counted(states[code].get(run.name, ()), run.address) for run in runs)
-        rows.append((text_state(code), text_state(versions.get(code, "")), *found))
+        cells = (counted(states[code].get(run.name, ()), run.address) for run in runs)
+        rows.append((text_state(code), text_state(versions.get(code, "")), *cells))
     return Board(
         "codes",
         "Codes",
@@ -161,8 +164,8 @@ def cases(reports: Path) -> Board | None:
     folder = reports / CONTACTS
     if folder.is_dir():
         at = f"reports/{CONTACTS}/report.html"
-        found = tables((folder / "report.md").read_text("utf-8"))
-        bad = next((t for h, t in found.items() if h.startswith("Cells of the matrix")), [])
+        parts = tables((folder / "report.md").read_text("utf-8"))
+        bad = next((t for h, t in parts.items() if h.startswith("Cells of the matrix")), [])
         totals = _cells(folder)
         for case, total in totals.items():
             own = [row for row in bad if row["case"] == case]
@@ -207,11 +210,11 @@ def _case(record: str) -> str:
 
 def _by_case(folder: Path) -> dict[str, dict[str, list[str]]]:
     """Return the changes of each case by release."""
-    found: dict[str, dict[str, list[str]]] = {}
+    changes: dict[str, dict[str, list[str]]] = {}
     for row in read_table(folder / "results.csv"):
-        by_release = found.setdefault(_case(row["case"]), {})
+        by_release = changes.setdefault(_case(row["case"]), {})
         by_release.setdefault(row["release"], []).append(row["change"])
-    return found
+    return changes
 
 
 def _cells(folder: Path) -> dict[str, int]:
@@ -274,8 +277,8 @@ def _by_release(folder: Path) -> dict[str, str]:
 def known_cells(reports: Path) -> dict[str, dict[str, int]]:
     """Return in how many cells of each release a known defect was found, by its name."""
     file = reports / CONTACTS / "report.md"
-    found = tables(file.read_text("utf-8")) if file.is_file() else {}
-    rows = next((t for head, t in found.items() if head.startswith("Known defects")), [])
+    parts = tables(file.read_text("utf-8")) if file.is_file() else {}
+    rows = next((t for head, t in parts.items() if head.startswith("Known defects")), [])
     return {
         row["defect"]: {name: int(n) for name, n in row.items() if name != "defect" and n}
         for row in rows
@@ -351,13 +354,13 @@ def _paragraphs(script: str) -> Iterator[str]:
     for line in script.splitlines():
         if not line.startswith("#"):
             break
-        said = line[1:]
-        if not said.strip() or said.startswith("     "):
+        text = line[1:]
+        if not text.strip() or text.startswith("     "):
             if words:
                 yield " ".join(words)
             words = []
         else:
-            words.append(said.strip())
+            words.append(text.strip())
     if words:
         yield " ".join(words)
 
@@ -365,7 +368,7 @@ def _paragraphs(script: str) -> Iterator[str]:
 def _facts(defect: KnownDefect) -> Iterator[tuple[str, str]]:
     yield "what", f"{defect.kind} of {defect.engine}"
     yield "cause", defect.cause
-    yield "first release", defect.since or "as long as is known"
+    yield "first release", defect.since or ALWAYS
     yield "last release", defect.until or "today"
     yield "upstream", defect.upstream
     yield "size predicted", predicted(defect.predicts)
@@ -378,14 +381,14 @@ def _facts(defect: KnownDefect) -> Iterator[tuple[str, str]]:
 
 def predicted(prediction: Prediction) -> str:
     """Return in words what a cause makes of a run."""
-    ways = {"law": "the law with", "rules": "the rule", "scheme": "steps with"}
-    said = []
-    for name, what in ways.items():
+    parts = {"law": "the law with", "rules": "the rule", "scheme": "steps with"}
+    departures = []
+    for name, what in parts.items():
         values: Mapping[str, object] = getattr(prediction, name)
         words = (key if value is True else f"{key} = {value}" for key, value in values.items())
-        said += [f"{what} {', '.join(words)}"] if values else []
-    if said:
-        return f"what the contact law leaves, integrated with the defect: {'; '.join(said)}"
+        departures += [f"{what} {', '.join(words)}"] if values else []
+    if departures:
+        return f"what the contact law leaves, integrated with the defect: {'; '.join(departures)}"
     if prediction.error:
         return f"the run ends with “{prediction.error}”"
     why = f" ({prediction.undetermined})" if prediction.undetermined else ""

@@ -223,6 +223,9 @@ def _defects(defects: Sequence[DefectPage]) -> Board:
         names = "; ".join(entry.name for entry in page.entries)
         facts = dict(page.entries[0].facts)
         releases = f"{facts['first release']} to {facts['last release']}"
+        releases = releases.replace(f"{board.ALWAYS} to today", "all").replace(
+            f"{board.ALWAYS} ", ""
+        )
         rows.append(
             (
                 text_state(page.title, page.address),

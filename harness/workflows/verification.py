@@ -37,6 +37,7 @@ from harness.comparison.regression import (
     explained_by_cells,
 )
 from harness.comparison.series import Comparison
+from harness.comparison.single_rules import with_single_rules
 from harness.comparison.verdicts import Check, Kind
 from harness.comparison.verification import DeclaredEngine, Findings, Verification
 from harness.engines.contract import Engine
@@ -595,7 +596,7 @@ def _told(
     What the checks of a cell explain, or the defects of one release predict, is no failure.
     """
     raw, versions = (*run.checks, *beside.checks), _versions(run, beside)
-    checks = told_apart(raw, defects, versions)
+    checks = with_single_rules(told_apart(raw, defects, versions), raw)
     if known is None:
         return checks, Regression()
     if run.study.only:  # what was left out is no row that is missing

@@ -32,7 +32,11 @@ MAIN_PAGES = (
     "reports/reproduction/report.html",
     "reports/example/report.html",
 )
-PAGES = pytest.mark.parametrize("page", MAIN_PAGES)
+FIRST = ("index.html", "history/index.html", "reports/defects/tsuji-restitution/index.html")
+PAGES = pytest.mark.parametrize(
+    "page",
+    [pytest.param(page, marks=[] if page in FIRST else pytest.mark.slow) for page in MAIN_PAGES],
+)
 
 
 class Links(HTMLParser):
@@ -224,18 +228,31 @@ def test_what_cannot_be_shown_is_refused_before_anything_is_written(nothing_comm
     assert not (tmp_path / "site").exists()
 
 
+@pytest.fixture
+def look(built, browser):
+    """Return a function that opens a page of the site at a width."""
+    opened = []
+
+    def open_page(page, width):
+        opened.append(browser.new_page(viewport={"width": width, "height": 900}))
+        opened[-1].goto((built.folder / page).as_uri())
+        return opened[-1]
+
+    yield open_page
+    for page in opened:
+        page.close()
+
+
+@SIZES
+def test_no_page_is_wider_than_the_screen(look, width):
+    for page in MAIN_PAGES:
+        assert look(page, width).evaluate("document.documentElement.scrollWidth") <= width, page
+
+
 @PAGES
 @SIZES
-def test_no_page_is_wider_than_the_screen_and_axe_finds_nothing(
-    built, browser, barriers, page, width
-):
-    opened = browser.new_page(viewport={"width": width, "height": 900}, reduced_motion="reduce")
-    try:
-        opened.goto((built.folder / page).as_uri())
-        assert opened.evaluate("document.documentElement.scrollWidth") <= width
-        assert barriers(opened) == []
-    finally:
-        opened.close()
+def test_axe_finds_nothing(look, barriers, page, width):
+    assert barriers(look(page, width)) == []
 
 
 def test_the_whole_is_read_without_scripts(built, browser):

@@ -11,7 +11,7 @@ import operator
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 
@@ -258,7 +258,11 @@ def as_the_defect_makes_it(
     """Return a scene and rules with what a defect changes; raise RequestError for a bad formula."""
     names = _names(scene)
     law = {name: _value(told, names) for name, told in prediction.law.items()}
-    more = {name: _value(told, names) for name, told in prediction.rules.items()}
+    # the words of a rule are no formulas, though one may be spelled as a coefficient or a fraction
+    more = {
+        name: told if told in get_args(Rules.model_fields[name].annotation) else _value(told, names)
+        for name, told in prediction.rules.items()
+    }
     return (
         replace(scene, law=scene.law.replace(**law)) if law else scene,
         rules.replace(**more) if more else rules,
