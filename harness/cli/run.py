@@ -118,7 +118,9 @@ def run(
 
 
 def _print(record: Mapping[str, Any]) -> None:
-    """Print who ran, the parameters, and a line for each quantity."""
+    """Print who ran, the parameters, a line for each quantity, and what else there is."""
+    from harness.cases.registry import get_case
+
     print(f"{record['case']} in {record['engine']} {record['engine_version']}")
     given = (f"{name} = {_short(value)}" for name, value in _flat(record["parameters"]))
     print_wrapped(", ".join(given), indent=2)
@@ -132,6 +134,9 @@ def _print(record: Mapping[str, Any]) -> None:
                 f"difference {quantity['difference']:.2g}"
             )
         print_wrapped(line)
+    more = [q.name for one in get_case(record["case"]).derived() for q in one.quantities]
+    if more and not record["quantities"].keys() & set(more):
+        print_wrapped(f"by --quantity, of several runs: {', '.join(more)}", indent=2)
 
 
 def _flat(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
