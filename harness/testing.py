@@ -195,20 +195,26 @@ def a_run_returns(subject: Subject) -> None:
 def it_says_who_it_is(subject: Subject) -> None:
     """Require its name and a version, the same in every opening and in every output."""
     engine = subject.engine
-    who = engine.identify()
-    require(who.engine == engine.name, f"identify names {who.engine!r}, the class {engine.name!r}")
-    require(who.engine_version, "identify names no version")
-    require(who.engine_version.isprintable(), "its version holds control characters")
-    require(engine.identify() == who, "identify answers differently when it is asked again")
+    provenance = engine.identify()
+    require(
+        provenance.engine == engine.name,
+        f"identify names {provenance.engine!r}, the class {engine.name!r}",
+    )
+    require(provenance.engine_version, "identify names no version")
+    require(provenance.engine_version.isprintable(), "its version holds control characters")
+    require(engine.identify() == provenance, "identify answers differently when it is asked again")
     with subject.open() as again:
         other = again.identify().engine_version
-    require(other == who.engine_version, f"opened again it is {other}, not {who.engine_version}")
+    require(
+        other == provenance.engine_version,
+        f"opened again it is {other}, not {provenance.engine_version}",
+    )
     (output,) = subject.outputs([drop_job(subject.drop())])
     made = output.provenance
     require(
-        (made.engine, made.engine_version) == (who.engine, who.engine_version),
+        (made.engine, made.engine_version) == (provenance.engine, provenance.engine_version),
         f"an output is of {made.engine} {made.engine_version}, identify says "
-        f"{who.engine} {who.engine_version}",
+        f"{provenance.engine} {provenance.engine_version}",
     )
 
 
@@ -334,9 +340,9 @@ def a_batch_is_its_runs(subject: Subject) -> None:
         _same(alone, together, ROUNDING, "a run in a batch")
 
 
-def _same(one: Output, other: Output, width: float, what: str) -> None:
-    require(one.tables.keys() == other.tables.keys(), f"{what} leaves other tables")
-    for name, table in one.tables.items():
+def _same(output: Output, other: Output, width: float, what: str) -> None:
+    require(output.tables.keys() == other.tables.keys(), f"{what} leaves other tables")
+    for name, table in output.tables.items():
         for column, values in table.items():
             others = other.tables[name].get(column)
             same = others is not None and np.shape(others) == np.shape(values)

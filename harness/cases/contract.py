@@ -371,7 +371,7 @@ class Case(ABC, Generic[P]):
         Raise RequestError for a name that is not known, and for names of several of them.
         """
         options = [self, *self.derived()]
-        known = {one.name: case for case in options for one in case.quantities}
+        known = {quantity.name: case for case in options for quantity in case.quantities}
         for name in names:
             if name not in known:
                 must = ", ".join(known)

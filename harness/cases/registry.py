@@ -67,8 +67,8 @@ def get_case(name: str) -> Case[Any]:
     another package that cannot be used.
     """
     if name in built_in():
-        found: Case[Any] = import_module(_homes()[name]).CASE
-        return found
+        case: Case[Any] = import_module(_homes()[name]).CASE
+        return case
     point = plugins().get(name)
     if point is None:
         raise RequestError(f"case {name!r} is not known: must be one of {', '.join(case_names())}")
@@ -141,22 +141,22 @@ def _loaded(point: EntryPoint) -> Case[Any]:
     if point.name in built_in():
         raise RequestError(f"{where}: this is the name of a case of dem-harness itself")
     try:
-        found = point.load()
+        case = point.load()
     except Exception as error:
         told = " ".join(f"{type(error).__name__}: {error}".split())
         raise RequestError(f"{where}: {point.value} does not import: {told}") from None
-    if not isinstance(found, Case):
+    if not isinstance(case, Case):
         raise RequestError(
-            f"{where}: {point.value} is no case but {type(found).__name__}: must be an instance "
+            f"{where}: {point.value} is no case but {type(case).__name__}: must be an instance "
             "of harness.cases.contract.Case"
         )
-    without = [quantity.name for quantity in found.quantities if not quantity.unit]
+    without = [quantity.name for quantity in case.quantities if not quantity.unit]
     if without:
         raise RequestError(f"{where}: quantity {without[0]!r} has no unit ('1' for a pure number)")
-    if getattr(found, "name", None) != point.name:
-        named = getattr(found, "name", None)
+    if getattr(case, "name", None) != point.name:
+        named = getattr(case, "name", None)
         raise RequestError(f"{where}: its case has the name {named!r}: must be that of the entry")
-    return found
+    return case
 
 
 def _package(point: EntryPoint) -> str:

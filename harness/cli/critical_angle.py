@@ -209,7 +209,7 @@ class AngleFilmOptions(FilmOptions):
 
         beside = record["critical_angle_deg"], record["uncertainty_deg"]
         angles = self.angles() or angles_beside(*beside)
-        return incline_film(engine, [case.replace(angle=one) for one in angles], self.pictures)
+        return incline_film(engine, [case.replace(angle=angle) for angle in angles], self.pictures)
 
 
 def critical_angle(
@@ -242,13 +242,13 @@ def critical_angle(
     route.check_contact(case)
     film.check()
     film.angles()
-    with recorded("critical-angle", quiet=json) as told, engine.run() as opened:
+    with recorded("critical-angle", quiet=json) as recording, engine.run() as opened:
         route.check_cost(case, opened)
         with _options_named():
-            found = route.measure(case, opened, told.progress)
-        record = completed({**angles_beside(touching), **found}, opened, told)
-        told.quantities = angle_quantities(record)
-        if (motion := film.film_of(case, opened, found)) is not None:
+            angle = route.measure(case, opened, recording.progress)
+        record = completed({**angles_beside(touching), **angle}, opened, recording)
+        recording.quantities = angle_quantities(record)
+        if (motion := film.film_of(case, opened, angle)) is not None:
             film.write(lambda _: motion)
     return answer(record, engine.engine, json, _print)
 

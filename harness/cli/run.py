@@ -99,22 +99,22 @@ def run(
     def open_one(name: str) -> Iterator[Engine]:
         with runner.open(name, runner.integrator) as engine:
             yield engine
-            more.update(completed({}, engine, told))
+            more.update(completed({}, engine, recording))
 
-    with recorded("run", quiet=json) as told:
-        found = run_case(
+    with recorded("run", quiet=json) as recording:
+        result = run_case(
             case,
             values,
             runner.engine,
             quantities=names_in(asked.quantity),
             open_one=open_one,
-            progress=told.progress,
+            progress=recording.progress,
             most_seconds=math.inf if asked.force else MOST_SECONDS,
         )
-        record = {**found.record(), **more}
-        told.engine, told.quantities = record, run_quantities(record, values)
-        asked.write_profile(found)
-    return answer(record, found.engine, json, _print)
+        record = {**result.record(), **more}
+        recording.engine, recording.quantities = record, run_quantities(record, values)
+        asked.write_profile(result)
+    return answer(record, result.engine, json, _print)
 
 
 def _print(record: Mapping[str, Any]) -> None:

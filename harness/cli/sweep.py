@@ -155,21 +155,24 @@ def sweep(
     if options.mpirun is None and where.ranks > 1:
         options = replace(options, mpirun=_launcher(options, chosen.engines, where.ranks))
     counts: dict[str, int] = {}
-    with recorded("sweep", quiet=json) as told, _folder(options, chosen.asked) as folder:
+    with recorded("sweep", quiet=json) as recording, _folder(options, chosen.asked) as folder:
         table = PartialTable(folder / ROWS)
         if settings is None:
-            found, unqualified = _run(options, chosen, counts, told, table)
+            found, unqualified = _run(options, chosen, counts, recording, table)
         else:
-            found = _run_on_cluster(options, chosen, settings, folder, told, table)
+            found = _run_on_cluster(options, chosen, settings, folder, recording, table)
             unqualified = {}
-        told.folder, told.status = folder, FAILED if found.count("failed") else told.status
+        recording.folder, recording.status = (
+            folder,
+            FAILED if found.count("failed") else recording.status,
+        )
         notes = _written(folder, found, points)
     notes += [f"engine {n!r} did not qualify: {reason}" for n, reason in unqualified.items()]
     if json:
         print_json({**found.record(), **counts, "output": str(folder), "notes": notes})
     else:
         _print(found, notes)
-    return told.status
+    return recording.status
 
 
 def _launcher(options: SweepOptions, engines: Sequence[str], ranks: int) -> str:
@@ -200,7 +203,7 @@ def _run(
     options: SweepOptions,
     chosen: Plan,
     counts: dict[str, int],
-    told: Recording,
+    recording: Recording,
     table: PartialTable,
 ) -> tuple[Sweep, dict[str, str]]:
     """Return the sweep, and why engines did not qualify, by their names."""
@@ -218,12 +221,12 @@ def _run(
                 counts[key] = counts.get(key, 0) + value
             if made and not any(made.values()):  # it states none of them: nothing to qualify for
                 return
-            reason = qualification(engine, told).get("qualification_failures")
+            reason = qualification(engine, recording).get("qualification_failures")
             if reason:
                 unqualified[name] = reason
 
     executor = Local(open_one, options.entries(), options.fresh)
-    return run_plan(chosen, executor, told.progress, table), unqualified
+    return run_plan(chosen, executor, recording.progress, table), unqualified
 
 
 def _run_on_cluster(
@@ -231,7 +234,7 @@ def _run_on_cluster(
     chosen: Plan,
     settings: ExecutorOptions,
     folder: Path,
-    told: Recording,
+    recording: Recording,
     table: PartialTable,
 ) -> Sweep:
     """Return the sweep, run under SLURM; engines are opened here to look up what is kept."""
@@ -249,7 +252,7 @@ def _run_on_cluster(
         lambda name: options.opening(name, options.integrator),
         cache_place(options.cache).path if entries is not None else None,
     )
-    return run_plan(chosen, executor, told.progress, table)
+    return run_plan(chosen, executor, recording.progress, table)
 
 
 @dataclass

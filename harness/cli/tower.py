@@ -105,24 +105,24 @@ def tower(
     check_target(run.series, "--series")
     film.check()
     case, window = system.tower(), run.window
-    with recorded("tower", quiet=json) as told, solver.run() as engine:
+    with recorded("tower", quiet=json) as recording, solver.run() as engine:
         run.check_cost(case, solver.own, engine)
-        found = run_tower(
+        tower_run = run_tower(
             case,
             solver=solver.own,
             duration=run.duration,
             steps_per_contact=run.steps_per_contact,
             profiles=film.film is not None,
             engine=engine,
-            progress=told.progress,
+            progress=recording.progress,
         )
-        whole = covering(found, window, engine, told.progress)
-        record = completed(summary(found, window, whole), engine, told)
-        told.engine = {**solver.own_record, **record}
-        told.quantities = tower_quantities(record)
+        whole = covering(tower_run, window, engine, recording.progress)
+        record = completed(summary(tower_run, window, whole), engine, recording)
+        recording.engine = {**solver.own_record, **record}
+        recording.quantities = tower_quantities(record)
     if run.series is not None:
-        write_all({("--series", run.series): lambda path: write_csv(found.frame(), path)})
-    film.write(partial(_film, found))
+        write_all({("--series", run.series): lambda path: write_csv(tower_run.frame(), path)})
+    film.write(partial(_film, tower_run))
     return answer(record, solver.solver, json, _print)
 
 

@@ -278,11 +278,11 @@ def verify(
     asked.check()
     beside = engines_of(asked.engines)
     engine.check_names((engine.engine, *beside), "--engines")
-    with output_folder(asked.output) as folder, recorded("verify", quiet=json) as told:
-        record = _record(asked, engine, folder, told.progress)
-        told.cached = record["cached"]
-        told.status, told.folder = record["status"], folder
-        told.engine, told.quantities = record["engine"] or {}, verdicts(record["checks"])
+    with output_folder(asked.output) as folder, recorded("verify", quiet=json) as recording:
+        record = _record(asked, engine, folder, recording.progress)
+        recording.cached = record["cached"]
+        recording.status, recording.folder = record["status"], folder
+        recording.engine, recording.quantities = record["engine"] or {}, verdicts(record["checks"])
     with closed_pipe_allowed():
         if json:
             print_json({**record, "folder": str(folder)})
@@ -417,7 +417,7 @@ def _measured(
     with engine.open(engine.engine, engine.integrator) as opened:
         if engine.lmp or engine.mpirun or engine.program:
             opened.identify()  # a program that was named and is another ends the command at once
-        found = verify_with(
+        verification = verify_with(
             asked.level,
             cases=Selection(asked.cases, asked.only, defects=asked.known_defects),
             engine=opened,
@@ -428,8 +428,8 @@ def _measured(
             strict=asked.strict,
         )
         progress("figures and report", 0, 1)
-        record = found.record()
-        films = [film_section(found.cases, opened)] if asked.film else []
-        write(found, folder, [*sections(found), *films], png=asked.png)
+        record = verification.record()
+        films = [film_section(verification.cases, opened)] if asked.film else []
+        write(verification, folder, [*sections(verification), *films], png=asked.png)
         progress("figures and report", 1, 1)
         return {**record, "cached": False, **runs_made(opened)}

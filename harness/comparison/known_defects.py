@@ -145,7 +145,7 @@ def _marked(
     failing: set[tuple[str, str, str, str, str]],
 ) -> Check:
     bare = replace(check, predict=None)
-    here = [one for one in defects if one.concerns(check, versions)]
+    here = [defect for defect in defects if defect.concerns(check, versions)]
     undecided = check.verdict is Verdict.NOT_TESTED and not math.isnan(check.value)
     if not here or check.cell is None or not (check.judged or undecided):
         return bare
@@ -158,7 +158,11 @@ def _marked(
         here, expected, said, known = ended, None, "", True
     elif sized:
         value = replace(check, cell=replace(check.cell, invariance=""))
-        wrong = [one for one in defects if check.cell.invariance and one.concerns(value, versions)]
+        wrong = [
+            defect
+            for defect in defects
+            if check.cell.invariance and defect.concerns(value, versions)
+        ]
         here = sized
         expected, said = _size(check, sized, [one for one in wrong if not one.predicts.error])
         known = expected is not None and expected.includes(check.value)
@@ -196,7 +200,7 @@ def _size(
 
     Those ``beneath`` make the values of the runs wrong that an invariance compares.
     """
-    names = " and ".join(one.name for one in defects)
+    names = " and ".join(defect.name for defect in defects)
     verb = "predicts" if len(defects) == 1 else "predict"
     together, under = merged(defects), merged(beneath)
     if together is None or check.predict is None:
@@ -213,4 +217,4 @@ def _size(
 
 def merged(defects: Sequence[KnownDefect]) -> Prediction | None:
     """Return what defects of one cell make of it together; None of none."""
-    return reduce(operator.or_, (one.predicts for one in defects)) if defects else None
+    return reduce(operator.or_, (defect.predicts for defect in defects)) if defects else None

@@ -38,15 +38,15 @@ def moved_by_defects(
         if check.cell is not None and not check.cell.invariance and hasattr(check.predict, "moved"):
             quantity = check.name.rpartition(": ")[2]
             of_rows[row_name(name_in_cell(check.cell), quantity)] = (check, quantity)
-    found = []
+    moved = []
     for row in rows:
         if row.verdict is Verdict.FAIL and row.name in of_rows:
             check, quantity = of_rows[row.name]
             assert check.cell is not None
             record = records[name_in_cell(check.cell)]
             row = _marked(row, check, quantity, record, defects, versions)
-        found.append(row)
-    return tuple(found)
+        moved.append(row)
+    return tuple(moved)
 
 
 def _marked(
@@ -85,9 +85,9 @@ def _of_runs(
     assert check.cell is not None
     ways = [replace(check, cell=replace(check.cell, invariance=name)) for name in AGAIN]
     return [
-        one
-        for one in defects
-        if _computed(one.predicts) and any(one.concerns(way, versions) for way in ways)
+        defect
+        for defect in defects
+        if _computed(defect.predicts) and any(defect.concerns(way, versions) for way in ways)
     ]
 
 

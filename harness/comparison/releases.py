@@ -183,8 +183,8 @@ class Column:
     @property
     def title(self) -> str:
         """Return the release with the version that the engine itself gives."""
-        who = self.provenance
-        return f"{self.release} ({who.engine_version})" if who else self.release
+        provenance = self.provenance
+        return f"{self.release} ({provenance.engine_version})" if provenance else self.release
 
     @cached_property
     def reasons(self) -> dict[str, str]:
@@ -270,8 +270,8 @@ class ReleaseMatrix(Shown):
 
     def counts(self, column: int) -> dict[str, int]:
         """Return how many cells of a column are of each class."""
-        found = [row.cells[column].change for row in self.rows]
-        return {str(change): found.count(change) for change in ReleaseChange if change in found}
+        changes = [row.cells[column].change for row in self.rows]
+        return {str(change): changes.count(change) for change in ReleaseChange if change in changes}
 
     def told(self) -> dict[str, str]:
         """Return what moved in each release, against which one."""

@@ -265,9 +265,9 @@ def _checked(engine: Engine, job: Job, outcome: Any) -> Output | EngineError:
             f"{who(engine)}: run ignored {pairs} of template {job.template.name!r}, "
             "must read them, or refuse the job (refuses)"
         )
-    found: Output = outcome
-    engine.pace.add(_steps(job, found), found.seconds)
-    return found
+    output: Output = outcome
+    engine.pace.add(_steps(job, output), output.seconds)
+    return output
 
 
 def _unread(job: Job) -> list[str]:

@@ -77,10 +77,10 @@ class Output:
 
     def text(self, name: str) -> str:
         """Return the result of this name as text; it may come again, but not with another one."""
-        found = dict.fromkeys(value for key, value in self.results if key == name)
-        if not found:
+        values = dict.fromkeys(value for key, value in self.results if key == name)
+        if not values:
             raise EngineOutputError(f"{self.who} left an incomplete result ({name!r})")
-        first, *others = found
+        first, *others = values
         if others:
             raise EngineOutputError(
                 f"{self.who} left two results {name!r}: {first[:SHOWN]} and {others[0][:SHOWN]}"

@@ -473,10 +473,10 @@ class ScriptedEngine(ProgramEngine):
     def output(self, task: Task, log: str, series: str, seconds: float) -> Output:
         """Return the output of a task from its log and its series."""
         script = task.script
-        who = replace(self.identify(), script=script.name, script_sha256=script.sha256)
+        provenance = replace(self.identify(), script=script.name, script_sha256=script.sha256)
         tables = {SERIES: self.table(series)} if series else {}
         ranks = self.ranks_in(log)
-        output = Output(results_in(log), who, tables, log, seconds, self.title, ranks)
+        output = Output(results_in(log), provenance, tables, log, seconds, self.title, ranks)
         if output.has("verdict") and output.text("verdict") == "not_a_number":
             raise EngineNaNError(f"{self.title} met a place or velocity that is not a number")
         output = with_stages(output)

@@ -55,10 +55,10 @@ def name_and_unit(column: str) -> tuple[str, str]:
     >>> name_and_unit("vx_m_per_s")
     ('vx', 'm/s')
     """
-    found = _UNIT.fullmatch(column)
-    if found is None:
+    match = _UNIT.fullmatch(column)
+    if match is None:
         return column.replace("_", " "), "1"
-    return found["name"].replace("_", " "), found["unit"].replace("_per_", "/")
+    return match["name"].replace("_", " "), match["unit"].replace("_per_", "/")
 
 
 def divergence(found: Comparison) -> AnyFigure:
@@ -303,9 +303,9 @@ def changes(found: ReleaseMatrix) -> Figure:
     return figure
 
 
-def _rows(found: ReleaseMatrix) -> list[ReleaseRow]:
+def _rows(matrix: ReleaseMatrix) -> list[ReleaseRow]:
     """Return the quantities that are drawn, in the order of the matrix."""
-    rows = [row for row in found.rows if row.cells[found.reference].value is not None]
+    rows = [row for row in matrix.rows if row.cells[matrix.reference].value is not None]
     if len(rows) <= MOST_ROWS:
         return rows
     most = sorted(range(len(rows)), key=lambda n: _moved(rows[n]), reverse=True)[:MOST_ROWS]

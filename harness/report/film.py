@@ -220,8 +220,8 @@ def write_mp4(picture: Callable[[int], Image], frames: int, path: Path) -> None:
                 running.stdin.write(picture(frame).tobytes())
         if running.returncode:
             said.seek(0)
-            told = " ".join(said.read().decode(errors="replace").split())[-200:]
-            raise RequestError(f"film: {program} failed with {running.returncode}: {told}")
+            text = " ".join(said.read().decode(errors="replace").split())[-200:]
+            raise RequestError(f"film: {program} failed with {running.returncode}: {text}")
 
 
 def _ffmpeg() -> str | None:

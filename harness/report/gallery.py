@@ -213,10 +213,10 @@ def _unwrap(node: Xml.Element) -> None:
 
 def size(svg: str) -> tuple[float, float]:
     """Return width and height of a figure [pt]; raise ValueError for one without a size."""
-    found = _SIZE.search(svg)
-    if found is None:
+    match = _SIZE.search(svg)
+    if match is None:
         raise ValueError("a figure without a viewBox")
-    return float(found[1]), float(found[2])
+    return float(match[1]), float(match[2])
 
 
 def data_uri(svg: str) -> str:
@@ -371,17 +371,17 @@ def _all_drawn(drawings: Sequence[Named | CellText], *, png: bool) -> list[Pictu
     A forked process has the runs that figures are drawn from; another would have to be sent them.
     """
     if sys.platform != "linux" or len(drawings) < 2:
-        return [_drawn(one, png=png) for one in drawings]
+        return [_drawn(drawing, png=png) for drawing in drawings]
     import matplotlib.backends.backend_agg
     import matplotlib.backends.backend_svg  # noqa: F401 - once, for all processes
 
-    _of_workers[:] = [partial(_drawn, one, png=png) for one in drawings]
+    _of_workers[:] = [partial(_drawn, drawing, png=png) for drawing in drawings]
     workers, fork = len(os.sched_getaffinity(0)), multiprocessing.get_context("fork")
     try:
         with ProcessPoolExecutor(workers, fork, _begin_worker, (os.getpid(),)) as pool:
             return list(pool.map(_drawn_in_worker, range(len(drawings))))
     except BrokenProcessPool:
-        return [_drawn(one, png=png) for one in drawings]
+        return [_drawn(drawing, png=png) for drawing in drawings]
     finally:
         _of_workers.clear()
 

@@ -69,8 +69,8 @@ class Site:
         source = self._source(path)
         if source.suffix == ".md":
             pages = {name: _up(address) + page for name, page in self.named.items()}
-            shown = document(source.read_text("utf-8"), pages)
-            self.add_template(address, "document.html.j2", shown=shown)
+            text = document(source.read_text("utf-8"), pages)
+            self.add_template(address, "document.html.j2", shown=text)
         elif source.suffix == ".html":
             self._add_page(address, source.read_text("utf-8"))
         else:

@@ -144,16 +144,16 @@ def findings_text(found: Reproduction) -> str:
     return templates().get_template("findings.md.j2").render(findings_context(found))
 
 
-def _context(found: Reproduction, root: str) -> dict[str, Any]:
+def _context(reproduction: Reproduction, root: str) -> dict[str, Any]:
     """Return what page and Markdown tell alike; without a date, the same code makes the same."""
-    engine = found.provenance
+    engine = reproduction.provenance
     return {
-        "counts": [(status, found.ledger.count(status)) for status in ClaimStatus],
-        "findings": findings_text(found),
-        "rows": [(s, _explained(s), _links(s, root)) for s in found.ledger.statements],
+        "counts": [(status, reproduction.ledger.count(status)) for status in ClaimStatus],
+        "findings": findings_text(reproduction),
+        "rows": [(s, _explained(s), _links(s, root)) for s in reproduction.ledger.statements],
         "provenance": [
-            ("dem-harness", found.harness_version),
-            ("platform", found.platform),
+            ("dem-harness", reproduction.harness_version),
+            ("platform", reproduction.platform),
             ("engine", engine.told),
         ],
     }
@@ -228,10 +228,10 @@ def write(found: Reproduction, folder: Path) -> None:
         _fill(found, aside, PurePath(root).as_posix())
 
 
-def _fill(found: Reproduction, folder: Path, root: str) -> None:
+def _fill(reproduction: Reproduction, folder: Path, root: str) -> None:
     for name in ("figures", "movies", "dumps"):
         (folder / name).mkdir()
-    pictures, films = all_pictures(found), draw_films(found.motions)
+    pictures, films = all_pictures(reproduction), draw_films(reproduction.motions)
     for shown in pictures:
         (folder / "figures" / f"{shown.name}.svg").write_text(shown.svg, encoding="utf-8")
     for film in films:
@@ -241,9 +241,9 @@ def _fill(found: Reproduction, folder: Path, root: str) -> None:
         (folder / "movies" / f"{film.name}.gif.js").write_text(f'filmData("{uri}");\n', "ascii")
         (folder / "movies" / f"{film.name}.png").write_bytes(film.still)
         (folder / "dumps" / f"{film.name}.dump.gz").write_bytes(film.dump)
-    write_csv(found.ledger.frame(), folder / LEDGER)
+    write_csv(reproduction.ledger.frame(), folder / LEDGER)
     for name, page in (("report.md", markdown), ("report.html", html_page)):
-        (folder / name).write_text(page(found, pictures, films, root), encoding="utf-8")
+        (folder / name).write_text(page(reproduction, pictures, films, root), encoding="utf-8")
 
 
 def all_pictures(found: Reproduction) -> list[Picture]:

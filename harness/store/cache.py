@@ -270,10 +270,10 @@ class Kept:
 
 def contents(folder: Path) -> list[Kept]:
     """Return what the cache in a folder holds; of another folder nothing, whatever is in it."""
-    found = list(_kernels(folder))
+    entries = list(_kernels(folder))
     if (folder / ASIDE).is_dir():
-        found += [*_results(folder), *_environments(folder)]
-    return found
+        entries += [*_results(folder), *_environments(folder)]
+    return entries
 
 
 def clear(folder: Path, found: Iterable[Kept]) -> list[Kept]:

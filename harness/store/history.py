@@ -87,13 +87,13 @@ def migrate(connection: sqlite3.Connection, name: str) -> None:
         return
     connection.execute("BEGIN IMMEDIATE")
     try:
-        found = _version(connection)  # another process may have been faster
-        if found > VERSION:
+        version = _version(connection)  # another process may have been faster
+        if version > VERSION:
             raise RequestError(
-                f"history {name}: schema {found} is of a newer dem-harness (this one writes "
+                f"history {name}: schema {version} is of a newer dem-harness (this one writes "
                 f"{VERSION}); update it, or name another place in DEM_HARNESS_HOME"
             )
-        for statements in MIGRATIONS[found:]:
+        for statements in MIGRATIONS[version:]:
             for statement in statements:
                 connection.execute(statement)
         connection.execute(f"PRAGMA user_version = {VERSION}")

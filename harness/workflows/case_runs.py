@@ -144,7 +144,9 @@ def case_details(name: str) -> CaseDetails:
             "parameters": _details(case),
         },
         meanings={
-            one.name: one.meaning for kind in (case, *case.derived()) for one in kind.quantities
+            quantity.name: quantity.meaning
+            for kind in (case, *case.derived())
+            for quantity in kind.quantities
         },
         preset_details={
             preset: PresetDetails(case.source_of(preset), values)
@@ -201,8 +203,8 @@ def _states(engine: str, case: Case[Any]) -> bool:
 def default_of(case: Case[Any]) -> Parameters | None:
     """Return the parameters of a run that sets none, or None where some must be set."""
     try:
-        found: Parameters = case.default
-        return found
+        parameters: Parameters = case.default
+        return parameters
     except RequestError:
         return None
 
@@ -280,8 +282,8 @@ def _preset(case: Case[Any], name: str) -> Parameters:
     if name not in case.presets:
         known = ", ".join(case.presets) or "none"
         raise RequestError(f"--set preset={name}: case {case.name!r} has the presets {known}")
-    found: Parameters = case.presets[name]
-    return found
+    parameters: Parameters = case.presets[name]
+    return parameters
 
 
 def _changed(parameters: Parameters, tree: Tree, prefix: str) -> Parameters:
@@ -480,8 +482,8 @@ def _in_engine(
     if reason:
         raise RequestError(f"--engine {engine.name!r}: cannot run {case.name!r}: {reason}")
     measured = case.measure(parameters, engine)
-    who = measured.provenance or engine.identify()
-    named = (engine.name, who.engine_version)
+    provenance = measured.provenance or engine.identify()
+    named = (engine.name, provenance.engine_version)
     return _result(case, parameters, named, measured, engine.traits, wanted)
 
 
@@ -524,9 +526,9 @@ def _quantity(name: str, value: float, unit: str, reference: Reference | None) -
     return Row(name, value, math.nan, unit, expected.value, note=expected.kind)
 
 
-def _told(one: Row) -> str:
+def _told(row: Row) -> str:
     """Return a value with its unit, and what is expected."""
-    said = f"{one.value:.10g} {'' if one.unit == '1' else one.unit}".rstrip()
-    if one.note == "none":
+    said = f"{row.value:.10g} {'' if row.unit == '1' else row.unit}".rstrip()
+    if row.note == "none":
         return said
-    return f"{said}; {one.expected:.10g} by {one.note}, {one.difference:+.2g} off"
+    return f"{said}; {row.expected:.10g} by {row.note}, {row.difference:+.2g} off"

@@ -253,10 +253,10 @@ def _status(name: str, how: str, options: Mapping[str, Any]) -> EngineStatus:
     traits = engine_class(name).traits
     try:
         with open_engine(name, options=options) as engine:
-            who = engine.identify()
+            provenance = engine.identify()
     except (EngineError, RequestError) as error:
         return EngineStatus(name, how, None, traits, traits.missing(str(error)))
-    return EngineStatus(name, who.how or how, who, traits)
+    return EngineStatus(name, provenance.how or how, provenance, traits)
 
 
 def generated_inputs() -> dict[str, str]:

@@ -127,7 +127,10 @@ def codes(runs: Sequence[Run]) -> Board:
             code = _code(check, main, versions)
             states.setdefault(code, {}).setdefault(run.name, []).append(str(check.verdict))
     rows = []
-    for code in [*(one for one in versions if one in states), *sorted({*states} - {*versions})]:
+    for code in [
+        *(version for version in versions if version in states),
+        *sorted({*states} - {*versions}),
+    ]:
         cells = (counted(states[code].get(run.name, ()), run.address) for run in runs)
         rows.append((text_state(code), text_state(versions.get(code, "")), *cells))
     return Board(
@@ -307,14 +310,14 @@ def defect_pages(defects: Sequence[KnownDefect], reports: Path | None) -> list[D
 
 
 def _page(
-    own: Sequence[KnownDefect],
+    defects: Sequence[KnownDefect],
     reports: Path | None,
     cells: Mapping[str, Mapping[str, int]],
     upstream: Sequence[Mapping[str, str]],
 ) -> DefectPage:
-    first = own[0]
+    first = defects[0]
     folder = first.script.rpartition("/")[0].rpartition("/")[2] or first.name
-    names = {one.name for one in own}
+    names = {one.name for one in defects}
     script = script_of(first)
     file = first.script.rpartition("/")[2]
     test = reports / "defects" / folder / "test.yaml" if reports else None
@@ -323,7 +326,7 @@ def _page(
         f"{DEFECTS}/{folder}/index.html",
         folder,
         tuple(_paragraphs(script)),
-        tuple(Entry(one.name, tuple(_facts(one))) for one in own),
+        tuple(Entry(one.name, tuple(_facts(one))) for one in defects),
         _seen(names, cells),
         tuple(dict.fromkeys(row["test"] for row in upstream if row["known_defect"] in names)),
         tuple(_commands(first, script, max(newest, default=""))),
@@ -374,7 +377,7 @@ def _facts(defect: KnownDefect) -> Iterator[tuple[str, str]]:
     yield "size predicted", predicted(defect.predicts)
     yield "cases", ", ".join(defect.cases).replace("*", "any")
     yield "submodels", "; ".join(defect.submodels).replace("*", "…")
-    broken = [one for one in defect.invariances if one]
+    broken = [invariance for invariance in defect.invariances if invariance]
     if broken:
         yield "invariances that it breaks", "; ".join(broken)
 

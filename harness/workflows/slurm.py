@@ -89,15 +89,15 @@ def run_order(order: Order) -> None:
 def _line(ran: Ran) -> dict[str, Any]:
     if not isinstance(ran, Measured | EngineUndecidedError):
         return {"error": str(ran), "refused": isinstance(ran, RequestError)}
-    who = ran.provenance
+    provenance = ran.provenance
     undecided = {"undecided": str(ran)} if isinstance(ran, EngineUndecidedError) else {}
     return {
         **undecided,
         "values": dict(ran.values),
         "seconds": ran.seconds,
         "ranks": ran.ranks,
-        "engine": who.engine if who else "",
-        "engine_version": who.engine_version if who else "",
+        "engine": provenance.engine if provenance else "",
+        "engine_version": provenance.engine_version if provenance else "",
     }
 
 
@@ -124,8 +124,8 @@ def submit(orders: Sequence[Order], group: Path, settings: ExecutorOptions) -> l
         with contextlib.redirect_stderr(io.StringIO()):  # what sbatch says is in the error
             return [str(job.job_id) for job in executor.map_array(run_order, orders)]
     except FailedJobError as error:
-        said = str(error).splitlines()
-        why = next((line for line in reversed(said) if line.startswith("sbatch:")), said[-1])
+        lines = str(error).splitlines()
+        why = next((line for line in reversed(lines) if line.startswith("sbatch:")), lines[-1])
         raise RequestError(f"--executor slurm: it refuses the jobs: {why.strip()}") from None
 
 
@@ -353,13 +353,13 @@ def label(work: Work, parameters: Parameters) -> str:
     """Return what tells a run from the others of its work, as ``height = 8, seed = 3``."""
     default = default_of(work.case) if len(work.parameters) == 1 else None
     others = work.parameters if default is None else [default]
-    columns = [{name: info.default for name, info in parameters_in(one)} for one in others]
+    columns = [{name: info.default for name, info in parameters_in(other)} for other in others]
     own = {
         name: info.default
         for name, info in parameters_in(parameters)
         if name not in work.case.varied
     }
-    apart = [name for name in own if any(one.get(name) != own[name] for one in columns)]
+    apart = [name for name in own if any(column.get(name) != own[name] for column in columns)]
     return ", ".join(f"{name} = {own[name]}" for name in apart) or "with its default values"
 
 

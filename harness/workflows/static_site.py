@@ -157,7 +157,9 @@ def _filled(root: Path, reports: Path | None, shown: Sequence[Run], *, history: 
     pages = {title: _address(file) for title, file in committed.items()}
     pages = {"Start": START, **pages, "Defects": DEFECTS, "History": HISTORY}
     parts = [*release_parts(reports), *run_parts(shown, history=history)]
-    texts = {f"history/{one.name}.svg": one.svg for part in parts for one in part.pictures}
+    texts = {
+        f"history/{picture.name}.svg": picture.svg for part in parts for picture in part.pictures
+    }
     for page in defects:
         folder = page.address.rpartition("/")[0]
         texts |= {f"{folder}/{page.file}": page.script} if page.script else {}
@@ -165,10 +167,12 @@ def _filled(root: Path, reports: Path | None, shown: Sequence[Run], *, history: 
     planned = {
         *pages.values(),
         *texts,
-        *(one.address for one in defects),
+        *(defect.address for defect in defects),
         *(one.address for one in shown),
     }
-    scripts = {f"{one.address.rpartition('/')[0]}/{one.file}": one.address for one in defects}
+    scripts = {
+        f"{defect.address.rpartition('/')[0]}/{defect.file}": defect.address for defect in defects
+    }
     named = {entry.name: page.address for page in defects for entry in page.entries}
     built = Site(root, tuple(pages.items()), planned, scripts, texts, named)
     built.add_template(START, "board.html.j2", **_start(shown, reports, defects))

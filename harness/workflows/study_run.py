@@ -85,7 +85,7 @@ class EarlierRuns:
 
     def count(self, engine: str, ranks: int, runs: Iterable[Parameters]) -> int:
         """Return how many of some runs are there."""
-        return sum(_key(engine, ranks, one) in self.rows for one in runs)
+        return sum(_key(engine, ranks, run) in self.rows for run in runs)
 
     def beside(self, executor: Executor, ranks: int) -> Executor:
         """Return what takes runs from the file where they are there, and else runs them."""
@@ -149,7 +149,7 @@ def read_runs(path: Path, case: Case[Any], one: Parameters) -> EarlierRuns:
         quantities = {quantity.name: quantity_key(quantity) for quantity in case.quantities}
         _check_columns(rows.fieldnames or (), (*OF_A_RUN, *parameters, *quantities.values()), where)
         scripts: dict[str, str] = {}
-        found: dict[Key, Measured | EngineUndecidedError] = {}
+        runs: dict[Key, Measured | EngineUndecidedError] = {}
         results: dict[Key, tuple[str, Measured]] = {}
         for number, row in enumerate(rows, start=2):
             told = f"{where}, row {number}"
@@ -167,10 +167,10 @@ def read_runs(path: Path, case: Case[Any], one: Parameters) -> EarlierRuns:
             result = row["status"], ran
             if results.setdefault(key, result) != result:
                 raise RequestError(f"{told}: the run of another row with another result")
-            found[key] = ran if row["status"] == DONE else _undecided(ran, row)
+            runs[key] = ran if row["status"] == DONE else _undecided(ran, row)
     except csv.Error as error:
         raise RequestError(f"{where}: is no table ({error})") from None
-    return EarlierRuns(found)
+    return EarlierRuns(runs)
 
 
 def _undecided(ran: Measured, row: Mapping[str, str]) -> EngineUndecidedError:
@@ -226,8 +226,10 @@ def _number(row: Mapping[str, str], column: str, told: str) -> float | None:
     return value
 
 
-def _key(engine: str, ranks: int, one: Parameters) -> Key:
-    return tuple(_plain(value) for value in (engine, ranks, *parameter_columns(one).values()))
+def _key(engine: str, ranks: int, parameters: Parameters) -> Key:
+    return tuple(
+        _plain(value) for value in (engine, ranks, *parameter_columns(parameters).values())
+    )
 
 
 def _plain(value: Any) -> str:
@@ -293,7 +295,7 @@ class StudyResult(Shown):
 
     def drawn(self) -> Figure:
         """Draw the first figure of the report."""
-        drawings = [one for section in self.conclusion.sections for one in section.drawings]
+        drawings = [drawing for section in self.conclusion.sections for drawing in section.drawings]
         if not drawings:
             raise RequestError(f"plot: no run of this study of {self.case} measured anything")
         return cast("Figure", drawings[0].draw())
@@ -302,11 +304,11 @@ class StudyResult(Shown):
 def study_of(name: str) -> tuple[Case[Any], CaseStudy]:
     """Return a case and its study; raise RequestError for a case that has none."""
     case = get_case(name)
-    found = case.study()
-    if found is None:
+    case_study = case.study()
+    if case_study is None:
         having = ", ".join(n for n, one in all_cases().items() if one.study() is not None)
         raise RequestError(f"case {name!r} has no study: must be one of {having}")
-    return case, found
+    return case, case_study
 
 
 def planned(name: str, level: Level) -> tuple[int, float]:

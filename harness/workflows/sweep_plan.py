@@ -40,12 +40,12 @@ def values_of(name: str, text: str) -> list[str]:
     numbers, evenly spaced with both ends, or ``FIRST:LAST:logCOUNT``, evenly spaced in the
     logarithm. Raise RequestError for what is neither.
     """
-    found: dict[str, None] = {}
+    values: dict[str, None] = {}
     for item in text.split(","):
-        found |= dict.fromkeys(_range(name, item) if ":" in item else [item.strip()])
-        if "" in found:
+        values |= dict.fromkeys(_range(name, item) if ":" in item else [item.strip()])
+        if "" in values:
             raise RequestError(f"--over {name}={text}: a value is empty; must be {GRAMMAR}")
-    return list(found)
+    return list(values)
 
 
 def as_text(values: Any) -> str:
@@ -58,11 +58,11 @@ def as_text(values: Any) -> str:
 
 def flat(tree: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     """Return nested tables with dots in their names, as ``--set`` takes them."""
-    found: dict[str, Any] = {}
+    columns: dict[str, Any] = {}
     for name, value in tree.items():
         inner = isinstance(value, Mapping)
-        found |= flat(value, f"{prefix}{name}.") if inner else {prefix + name: value}
-    return found
+        columns |= flat(value, f"{prefix}{name}.") if inner else {prefix + name: value}
+    return columns
 
 
 def _range(name: str, item: str) -> list[str]:

@@ -525,16 +525,16 @@ def _raising(error: EngineError) -> Iterator[tuple[int, Ran]]:
 
 def _row(chosen: Plan, engine: str, point: Point, ran: Ran | None) -> Row:
     ended = ran if isinstance(ran, Measured | EngineUndecidedError) else None
-    found: Mapping[str, float] = ended.values if ended else {}
-    who = ended.provenance if ended else None
+    values: Mapping[str, float] = ended.values if ended else {}
+    provenance = ended.provenance if ended else None
     preset = {PRESET: point.swept[PRESET]} if PRESET in point.swept else {}
     return {
         "engine": engine,
-        "engine_version": who.engine_version if who else "",
+        "engine_version": provenance.engine_version if provenance else "",
         "ranks": ended.ranks if ended else None,
         **preset,
         **parameter_columns(point.parameters, chosen.case.varied),
-        **{quantity_key(q): found.get(q.name) for q in chosen.case.quantities},
+        **{quantity_key(q): values.get(q.name) for q in chosen.case.quantities},
         "status": _status(ran),
         "reason": " ".join(str(ran).split()) if isinstance(ran, HarnessError) else "",
         "wall_time_s": ended.seconds if ended else None,

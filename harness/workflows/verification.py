@@ -178,18 +178,18 @@ class Measured:
     @property
     def records(self) -> list[BaselineRecord]:
         """Return every record, each once."""
-        once = {record.name: record for found in self.findings for record in found.records}
+        once = {record.name: record for finding in self.findings for record in finding.records}
         return [record.at(self.level, here()) for record in once.values()]
 
     @property
     def errors(self) -> dict[str, EngineError]:
         """Return the errors of records whose run died, by name."""
-        return {name: error for found in self.findings for name, error in found.errors.items()}
+        return {name: error for finding in self.findings for name, error in finding.errors.items()}
 
     def reason(self, record: BaselineRecord) -> str:
         """Return why a record could not be made, or nothing where it should have been."""
-        for found in self.findings:
-            for pattern, reason in found.untested.items():
+        for finding in self.findings:
+            for pattern, reason in finding.untested.items():
                 if fnmatchcase(record.name, pattern):
                     return reason
         return self.broken.get(record.case, "")
@@ -317,12 +317,12 @@ class EnginesBeside:
             died = [f"{name}: {row.note}" for row in rows if row.engine_died]
             self.found.errors += dict.fromkeys(died)
 
-    def _engine(self, engine: Engine, who: Provenance) -> list[Check]:
+    def _engine(self, engine: Engine, provenance: Provenance) -> list[Check]:
         """Return the rows of an engine: version, qualification, then case by case."""
         name, stages = engine.name, 1 + len(self._judging)
         self.study.progress(f"engine {name}", 0, stages)
-        told = declared(name, engine.traits, who)
-        checks = version_rows(name, engine.traits, who)
+        told = declared(name, engine.traits, provenance)
+        checks = version_rows(name, engine.traits, provenance)
         read = getattr(engine, "read", 0)
         failures, rows = self._qualification(engine)
         # of one whose runs are kept nobody knows how many are left to be made
@@ -439,7 +439,7 @@ class MainRun:
     @property
     def divergences(self) -> list[Comparison]:
         """Return the series that left the band about their reference."""
-        return [series for found in self.findings for series in found.divergences]
+        return [series for finding in self.findings for series in finding.divergences]
 
     def open(self, given: Engine | None, stack: ExitStack) -> None:
         """Identify the main engine; one that is not here is a failed row, and the rest goes on."""
@@ -556,7 +556,9 @@ def verify(
         scripts, logs = run.scripts(beside), run.engine.logs() if run.engine else {}
     measured = Measured(study.level, run.who, chosen, run.findings, run.broken)
     if only and not run.checks and not beside.checks:
-        raise nothing_matches(only, {row.name for one in run.findings for row in one.checks})
+        raise nothing_matches(
+            only, {row.name for finding in run.findings for row in finding.checks}
+        )
     checks, regression = _told(measured, known, beside, run, defects)
     return Verification(
         level=study.level,
@@ -634,7 +636,7 @@ def _found(
 ) -> tuple[tuple[KnownDefect, str], ...]:
     """Return the known defects that checks are marked with, each with its script."""
     named = {defect_of(check) for check in checks}
-    return tuple((one, script_of(one)) for one in defects if one.name in named)
+    return tuple((defect, script_of(defect)) for defect in defects if defect.name in named)
 
 
 def _versions(run: MainRun, beside: Beside) -> dict[str, str]:

@@ -147,8 +147,8 @@ def damped_angles(cases: Sequence[Columns], engine: Engine) -> list[Angle]:
     """Return the critical angles by passage, side by side; raise the first EngineError."""
 
     def one(case: Columns) -> Angle:
-        found = critical_angle(case, engine)
-        return _angle(case, found.value_deg, found.uncertainty_deg)
+        angle = critical_angle(case, engine)
+        return _angle(case, angle.value_deg, angle.uncertainty_deg)
 
     return parallel_map(one, cases, cores())
 

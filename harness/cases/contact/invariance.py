@@ -240,7 +240,11 @@ def invariances(
     found = [first_ways(case, trial, level) for trial in case.wanted(chosen(case, level), study)]
     _run(found, engine)
     for one in found:
-        one.ways |= {way.name: way for way in later_ways(one, engine, level) if way.ranks == 1}
+        one.ways |= {
+            later_way.name: later_way
+            for later_way in later_ways(one, engine, level)
+            if later_way.ranks == 1
+        }
     _run(found, engine)
     rows = [row for one in found for row in _rows(one, engine)]
     if level == "quick":
@@ -389,5 +393,5 @@ def difference(
     }
 
 
-def _furthest(one: Motion, other: Motion, part: str, first: int) -> float:
-    return float(np.max(np.abs(getattr(one, part)[first:] - getattr(other, part)[first:])))
+def _furthest(motion: Motion, other: Motion, part: str, first: int) -> float:
+    return float(np.max(np.abs(getattr(motion, part)[first:] - getattr(other, part)[first:])))

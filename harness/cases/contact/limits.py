@@ -229,17 +229,17 @@ def unresolved(
     motion = integrated.motion
     plain = case.observed(parameters, motion)
     found = {name: np.zeros_like(steps) for name in plain}
-    for one in integrated.intervals:
-        if one.duration >= RESOLVED * steps.max():
+    for interval in integrated.intervals:
+        if interval.duration >= RESOLVED * steps.max():
             continue
-        kick = one.change * one.duration
-        later = (motion.time >= one.begin)[:, None, None]
+        kick = interval.change * interval.duration
+        later = (motion.time >= interval.begin)[:, None, None]
         kicked = replace(
             motion,
             velocity=motion.velocity + later * kick[:, :3],
             omega=motion.omega + later * kick[:, 3:],
         )
-        hidden = np.minimum(1.0, steps / one.duration) * (one.duration < RESOLVED * steps)
+        hidden = np.minimum(1.0, steps / interval.duration) * (interval.duration < RESOLVED * steps)
         for name, value in case.observed(parameters, kicked).items():
             if math.isfinite(value - plain.get(name, math.nan)):
                 found[name] += abs(value - plain[name]) * hidden

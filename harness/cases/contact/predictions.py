@@ -99,9 +99,9 @@ class PredictedValue:
         """Return the limit that the scheme leaves on the same ladder: nothing else differs."""
         left = [
             self.case.observed(
-                one, _stepped(self.case.scene(one), self.rules, prediction, Departures)
+                level, _stepped(self.case.scene(level), self.rules, prediction, Departures)
             )
-            for one in self.levels
+            for level in self.levels
         ]
         reached = self.limits(left).get(self.quantity)
         return (reached.value if reached else math.nan), 0.0
@@ -130,9 +130,9 @@ class PredictedValue:
     def _cut_short(self, prediction: Prediction) -> float:
         """Return the limit where a run ends before the contact, at another time on each level."""
         left = []
-        for one in self.levels:
-            scene, rules = as_the_defect_makes_it(self.case.scene(one), self.rules, prediction)
-            left.append(self.case.observed(one, followed(scene, rules).motion))
+        for level in self.levels:
+            scene, rules = as_the_defect_makes_it(self.case.scene(level), self.rules, prediction)
+            left.append(self.case.observed(level, followed(scene, rules).motion))
         reached = self.limits(left).get(self.quantity)
         return reached.value if reached else math.nan
 

@@ -171,8 +171,8 @@ class Units:
             segments=tuple(
                 Segment(
                     piece.steps,
-                    tuple(scaled(one, v) for one in piece.velocities),
-                    tuple(scaled(one, w) for one in piece.omegas),
+                    tuple(scaled(velocity, v) for velocity in piece.velocities),
+                    tuple(scaled(omega, w) for omega in piece.omegas),
                 )
                 for piece in scene.segments
             ),
@@ -390,7 +390,7 @@ def _systems(submodel: Submodel, level: LevelName) -> Sequence[str]:
 def first_ways(case: ContactCase[Any], trial: Trial, level: LevelName) -> Ways:
     """Return the scene as it stands, and other views of it."""
     scene = _sampled(case.scene(trial.parameters))
-    seen = [way for way in _views(scene, trial) if level != "quick" or way.name in QUICK]
+    seen = [view for view in _views(scene, trial) if level != "quick" or view.name in QUICK]
     if scene.law.normal == "mdr" and has_width(scene):
         seen.append(_way(STEPPED, replace(scene, every=1), trial, judged=False))
     if _is_carried(case, trial, level):
@@ -438,10 +438,12 @@ def later_ways(one: Ways, engine: Engine, level: LevelName) -> Iterator[Way]:
         if carrier is None or there is None or (carried and level == "quick" and not alone):
             continue
         ends = there.position[[0, -1]].mean(axis=1)
-        for told in engine.variations(carrier.job, ends.tolist()):
-            if told.carried is carried and (carried or level != "quick" or told.name in QUICK):
+        for variation in engine.variations(carrier.job, ends.tolist()):
+            if variation.carried is carried and (
+                carried or level != "quick" or variation.name in QUICK
+            ):
                 few = level == "full" or one.trial.submodel in one.case.over_ranks
-                yield replace(_varied(carrier, told), judged=told.everywhere or few)
+                yield replace(_varied(carrier, variation), judged=variation.everywhere or few)
 
 
 def _reversible(law: ContactSystem, scene: ContactScene) -> bool:

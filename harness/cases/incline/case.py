@@ -98,17 +98,17 @@ class InclineCase(Case[Incline]):
         from harness.theory.incline import critical_angle
 
         evidence = InclineEvidence(engine.title, critical_angle())
-        found = Findings(self.name, engine.name, evidence=evidence)
-        found.checks += incline_checks(Verifying(engine, study, found, evidence))
-        found.records[:] = {record.name: record for record in found.records}.values()
+        findings = Findings(self.name, engine.name, evidence=evidence)
+        findings.checks += incline_checks(Verifying(engine, study, findings, evidence))
+        findings.records[:] = {record.name: record for record in findings.records}.values()
         every = [angle for angles in evidence.by_contact.values() for angle in angles]
         extrapolated = evidence.extrapolated
-        found.published = {
+        findings.published = {
             "closed_form_deg": evidence.closed_form_deg,
             "extrapolated": extrapolated.record() if extrapolated else None,
             "critical_angles": [angle.record() for angle in (*every, *evidence.routes)],
         }
-        return found
+        return findings
 
     def verify_own(self, study: Study) -> Findings:
         """Hold the closed forms against second routes, and the adaptive reference DEM.

@@ -101,7 +101,7 @@ class SearchedAngle(Case[InclineSearch]):
     def measure(self, parameters: InclineSearch, engine: Engine) -> Measured:
         """Search for the angle; raise RequestError for a contact that the method cannot measure."""
         try:
-            found = self.search(
+            match = self.search(
                 parameters,
                 method=parameters.method,
                 tolerance_deg=parameters.tolerance,
@@ -112,12 +112,12 @@ class SearchedAngle(Case[InclineSearch]):
             text = str(error).replace("use method 'steady'", "use --set method=steady")
             raise RequestError(text.replace("method = 'passage'", "--set method=passage")) from None
         values = {
-            "critical_angle_deg": found.value_deg,
-            "uncertainty_deg": found.uncertainty_deg,
-            "monotone": float(found.monotone),
-            "runs": float(len(found.samples)),
+            "critical_angle_deg": match.value_deg,
+            "uncertainty_deg": match.uncertainty_deg,
+            "monotone": float(match.monotone),
+            "runs": float(len(match.samples)),
         }
-        return Measured(values, found.provenance, found.seconds, found.ranks)
+        return Measured(values, match.provenance, match.seconds, match.ranks)
 
     def seconds(self, parameters: InclineSearch, rules: Traits | None, solver: str = "") -> float:
         """Return what the runs of a search are expected to take [s]."""

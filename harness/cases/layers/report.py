@@ -65,8 +65,8 @@ def angle_over_thickness(found: Found, points: ReferencePoints | None) -> ShownF
         beside = 1.0 + ASIDE * (number - (len(found.stiffnesses) - 1) / 2)
         axes.errorbar(
             [h * beside for h in layers],
-            [one.value for one in means],
-            [one.half_width for one in means],
+            [mean.value for mean in means],
+            [mean.half_width for mean in means],
             marker=MARKERS[number % 6],
             ls="none",
             capsize=3,
@@ -111,8 +111,8 @@ def angle_over_box(places: Sequence[Compared]) -> ShownFigure:
         values = {1.0 / length: mean for length, mean in some.boxes.items()}
         look: dict[str, Any] = {"color": COLOURS[number % len(COLOURS)]}
         axes.errorbar(
-            [*values], [one.value for one in values.values()],
-            [one.half_width for one in values.values()],
+            [*values], [value.value for value in values.values()],
+            [value.half_width for value in values.values()],
             marker=MARKERS[number % len(MARKERS)], ls="none", capsize=3, label=some.place, **look,
         )  # fmt: skip
         limit = some.box_limit()
@@ -359,9 +359,10 @@ def _boxes(places: Sequence[Compared]) -> Section:
 def _of_limit(words: str, values: str, limit: Limit) -> list[tuple[str, ...]]:
     what = "1/length" if "endless" in words else "rate"
     lines = [
-        (words, values, f"{what}^{one.power:g}", f"{one.limit.value:.2f}",
-         f"{one.limit.half_width:.2f}", f"{one.chance:.3f}", "yes" if one in limit.kept else "no")
-        for one in limit.models
+        (words, values, f"{what}^{model.power:g}", f"{model.limit.value:.2f}",
+         f"{model.limit.half_width:.2f}", f"{model.chance:.3f}",
+         "yes" if model in limit.kept else "no")
+        for model in limit.models
     ]  # fmt: skip
     mean = limit.mean
     return [*lines, (words, values, "all that count", f"{mean.value:.2f}",
@@ -372,8 +373,8 @@ def _own_runs(places: Sequence[Compared]) -> Section:
     head = ("place", "quantity", "seeds", "angle (deg)", "difference (deg)",
             "95 % interval (± deg)", "by the test")  # fmt: skip
     numbers = frozenset({2, 3, 4, 5})
-    starts = [(place, one) for place in places for one in place.starts]
-    definitions = [(place, one) for place in places for one in place.definitions]
+    starts = [(place, start) for place in places for start in place.starts]
+    definitions = [(place, definition) for place in places for definition in place.definitions]
     tables = [
         Table(label, caption, head,
               tuple(_of_own(place.place, one.name, one.mean, one.difference)

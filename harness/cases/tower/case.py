@@ -166,10 +166,10 @@ class TowerCase(Case[TowerRunParameters]):
         part = Part("towers", partial(engine_checks.recorded_checks, evidence.towers))
         checks = rows_of_parts(engine_checks.RECORDED_NAME, [part])
         rows = {"towers": [one.record() for one in evidence.towers]}
-        found = Findings(
+        findings = Findings(
             self.name, engine_checks.RECORDED_NAME, checks, evidence=evidence, published=rows
         )
-        return {engine_checks.RECORDED_NAME: found}
+        return {engine_checks.RECORDED_NAME: findings}
 
     def sections(
         self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]

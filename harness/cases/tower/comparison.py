@@ -96,15 +96,15 @@ def contact_events(run: TowerRun, least_force: float = 0.0) -> list[ContactEvent
     whose first sample sees them all closed agrees with one that sees them in turn.
     """
     lengths = _chain_lengths(run, least_force)
-    found: list[ContactEvent] = []
+    events: list[ContactEvent] = []
     for row in np.flatnonzero(np.diff(lengths)) + 1:
         before, after = int(lengths[row - 1]), int(lengths[row])
         kind: Kind = "onset" if after > before else "break"
         first, last = min(before, after) + 1, max(before, after)
         moment = _moment(run, int(row), kind, first, least_force)
         resolution = float(run.time[row] - run.time[row - 1])
-        found += [ContactEvent(c, kind, moment, resolution) for c in range(first, last + 1)]
-    return found
+        events += [ContactEvent(c, kind, moment, resolution) for c in range(first, last + 1)]
+    return events
 
 
 def _moment(run: TowerRun, row: int, kind: Kind, cause: int, least_force: float) -> float:
@@ -425,20 +425,20 @@ def step_convergence(
     asked = sorted(set(steps_per_contact))
     if len(asked) < LEAST:
         raise RequestError(f"steps_per_contact = {asked}: must be at least {LEAST} different ones")
-    found = [compare(run(steps), reference) for steps in asked]
-    taken = [comparison.run.step for comparison in found]
+    comparisons = [compare(run(steps), reference) for steps in asked]
+    taken = [comparison.run.step for comparison in comparisons]
     steps = np.array([step for step in taken if step is not None])
     if steps.size < len(asked):
-        raise RequestError(f"solver = {found[0].run.solver!r}: has no step to converge in")
-    peak = np.array([c.force.peak for c in found])
-    l2 = np.array([c.force.l2 for c in found])
-    velocity = np.array([c.velocity.peak for c in found])
+        raise RequestError(f"solver = {comparisons[0].run.solver!r}: has no step to converge in")
+    peak = np.array([c.force.peak for c in comparisons])
+    l2 = np.array([c.force.l2 for c in comparisons])
+    velocity = np.array([c.velocity.peak for c in comparisons])
     # the bound is at twice the spacing of a fourth-order interpolant
-    floor = np.array([max(FLOOR, c.force.interpolation_error / 16) for c in found])
+    floor = np.array([max(FLOOR, c.force.interpolation_error / 16) for c in comparisons])
     told = peak > floor
     return StepConvergence(
         reference=reference,
-        solver=found[0].run.solver,
+        solver=comparisons[0].run.solver,
         steps_per_contact=np.array(asked),
         step=steps,
         peak_error=peak,
@@ -460,8 +460,8 @@ def _order(steps: Floats, errors: Floats, told: NDArray[np.bool_]) -> Order:
 
 def _order_record(name: str, order: Order) -> dict[str, Any]:
     """Return an order for JSON: None where it cannot be told."""
-    known = bool(np.isfinite(order.value))
+    finite = bool(np.isfinite(order.value))
     return {
-        f"{name}_order": order.value if known else None,
-        f"{name}_order_interval": list(order.interval) if known else None,
+        f"{name}_order": order.value if finite else None,
+        f"{name}_order_interval": list(order.interval) if finite else None,
     }

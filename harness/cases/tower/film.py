@@ -205,8 +205,12 @@ class TowerShock(Scene):
         """Return law, solver, parameters and scale."""
         run, factor = self.motion.run, self.motion.exaggeration
         case = run.tower
-        who = run.provenance
-        name = f"{who.engine} {who.engine_version}" if who else f"{run.solver} solver"
+        provenance = run.provenance
+        name = (
+            f"{provenance.engine} {provenance.engine_version}"
+            if provenance
+            else f"{run.solver} solver"
+        )
         drawn = "displacements" if case.law == "overlap" else "displacements and deformations"
         return (
             f"{case.law} law, {name}, k = {power(case.each('stiffness')[0])} N/m, "

@@ -224,7 +224,7 @@ def _tower_run(
     displacement: Floats,
     velocity: Floats,
     force: Floats,
-    who: Provenance,
+    provenance: Provenance,
     *,
     profiles: bool = False,
 ) -> TowerRun:
@@ -240,7 +240,7 @@ def _tower_run(
         weight[-1] = 0.0
     return TowerRun(
         tower=case,
-        solver=who.engine,
+        solver=provenance.engine,
         step=step,
         time=time,
         grain_displacement=displacement[:, 0],
@@ -258,7 +258,7 @@ def _tower_run(
         final_displacement=displacement[-1],
         final_velocity=velocity[-1],
         profiles=Profiles(displacement, velocity, force) if profiles else None,
-        provenance=who,
+        provenance=provenance,
     )
 
 

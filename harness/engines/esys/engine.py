@@ -192,7 +192,7 @@ class Esys(ScriptedEngine):
         prefix = program.resolve().parent.parent
         modules = [*prefix.glob("lib/python3*/*-packages/esys")]
         loaded = program_files(program)
-        return [*loaded, *(f for one in modules for f in tree_files(one))] if modules else []
+        return [*loaded, *(f for module in modules for f in tree_files(module))] if modules else []
 
     @classmethod
     def deciding(cls, **options: Any) -> Mapping[str, str]:
@@ -268,12 +268,12 @@ class Esys(ScriptedEngine):
 
     def run_batch(self, tasks: Sequence[Task]) -> list[Output | EngineError]:
         """Run tasks in one model; where that dies, each runs in a model of its own."""
-        found = super().run_batch(tasks)
-        whole = len(found) == len(tasks) and all(isinstance(one, Output) for one in found)
+        outcomes = super().run_batch(tasks)
+        whole = len(outcomes) == len(tasks) and all(isinstance(one, Output) for one in outcomes)
         if len(tasks) == 1 or whole:
-            return found
-        if isinstance(found[-1], EngineTimeoutError):
-            return [copy(found[-1]) for _ in tasks]
+            return outcomes
+        if isinstance(outcomes[-1], EngineTimeoutError):
+            return [copy(outcomes[-1]) for _ in tasks]
         return [one for task in tasks for one in self.run_batch([task])]
 
     def command(self, folder: Path, tasks: Sequence[Task]) -> list[str]:  # noqa: ARG002

@@ -50,20 +50,20 @@ def version_in(text: str) -> str:
 
     Raise EngineMissingError when the text is not LAMMPS's.
     """
-    found = re.search(
+    match = re.search(
         r"^(?:LAMMPS \(|Large-scale Atomic/Molecular Massively Parallel Simulator - )([^)\n]+)",
         text,
         re.MULTILINE,
     )
-    if found is None:
+    if match is None:
         raise EngineMissingError("this is not LAMMPS: its greeting names no release")
-    return found.group(1).strip()
+    return match.group(1).strip()
 
 
 def packages_in(text: str) -> tuple[str, ...]:
     """Return the packages that a help text names."""
-    found = re.search(r"^Installed packages:\s*\n\s*\n((?:[A-Z0-9][A-Z0-9 \-]*\n)+)", text, re.M)
-    return tuple(found.group(1).split()) if found else ()
+    match = re.search(r"^Installed packages:\s*\n\s*\n((?:[A-Z0-9][A-Z0-9 \-]*\n)+)", text, re.M)
+    return tuple(match.group(1).split()) if match else ()
 
 
 def error_from_text(text: str, returncode: int | None = None, who: str = "LAMMPS") -> EngineError:
@@ -92,9 +92,9 @@ def error_from_text(text: str, returncode: int | None = None, who: str = "LAMMPS
 
 def closing_error(text: str) -> str:
     """Return the error with which LAMMPS ended a text; empty where it went on, or there is none."""
-    found = list(_ERROR.finditer(text))
-    ended = found and _AFTER_ERROR.fullmatch(text, found[-1].end())
-    return found[-1][0].strip() if ended else ""
+    errors = list(_ERROR.finditer(text))
+    ended = errors and _AFTER_ERROR.fullmatch(text, errors[-1].end())
+    return errors[-1][0].strip() if ended else ""
 
 
 def has_error(log: str) -> bool:
@@ -104,11 +104,11 @@ def has_error(log: str) -> bool:
 
 def check_log(log: str, who: str = "LAMMPS") -> None:
     """Raise EngineError for a log that holds an error beside the results of a finished run."""
-    found = _ERROR.search(log)
-    if found is not None:
-        lost = re.search(r"lost atoms", found[0], re.IGNORECASE)
+    match = _ERROR.search(log)
+    if match is not None:
+        lost = re.search(r"lost atoms", match[0], re.IGNORECASE)
         kind = EngineLostAtomsError if lost else EngineOutputError
-        raise kind(f"{who} gave a result in spite of an error: {found[0].strip()[:160]}")
+        raise kind(f"{who} gave a result in spite of an error: {match[0].strip()[:160]}")
 
 
 class LammpsLanguage(ScriptedEngine):
@@ -177,8 +177,8 @@ class LammpsLanguage(ScriptedEngine):
         ``clear`` keeps variables: they would shadow defaults, or refuse another style.
         """
         scripts = {task.script for task in tasks} | set(self.rendered())
-        found = _own_names(type(self)).union(*(names_in(script.text) for script in scripts))
-        return sorted(found)
+        names = _own_names(type(self)).union(*(names_in(script.text) for script in scripts))
+        return sorted(names)
 
     def command_line(self, task: Task) -> str:
         """Return the command that runs a task again by hand."""
@@ -240,8 +240,8 @@ def names_in(text: str) -> frozenset[str]:
 @cache
 def _own_names(kind: type[LammpsLanguage]) -> frozenset[str]:
     """Return every variable of the templates in an engine's folders."""
-    found: frozenset[str] = frozenset()
+    names: frozenset[str] = frozenset()
     for folder in kind.own_folders():
         for path in folder.glob(f"*.{kind.extension}.j2"):
-            found |= names_in(path.read_text(encoding="utf-8"))
-    return found
+            names |= names_in(path.read_text(encoding="utf-8"))
+    return names

@@ -119,14 +119,14 @@ def rebound_clipped(nominal: float) -> float:
 
 def _clipping() -> Statement:
     named = {e: rebound_clipped(e) for e in (1e-9, 1e-20, 0.0)}
-    own = brentq(lambda x: rebound_clipped(10.0**x) - _FLOOR, -19.0, -6.0)
+    root = brentq(lambda x: rebound_clipped(10.0**x) - _FLOOR, -19.0, -6.0)
     return compare(
         "beyond-1",
         printed=_FLOOR,
         found=named[0.0],
         named=[f"{value:.4f} at nominal {e:g}" for e, value in named.items()],
         closed=restitution_clipped(1.0),
-        own=10**own,
+        own=10**root,
     )
 
 

@@ -120,7 +120,7 @@ class Adaptive(TrajectoryIntegrator):
         events = [*decisions, *spheres]
         until = min(self._longest, self._time + STEPS_AT_ONCE * self._longest_step)
         pushing = [touch is Touch.PUSHES for touch in self._touch]
-        found = solve_ivp(
+        solution = solve_ivp(
             lambda _, state: rate_of_change(state, self._row, *pushing),
             (self._time, until),
             self._state,
@@ -131,17 +131,17 @@ class Adaptive(TrajectoryIntegrator):
             events=[_terminal(event) for event in events],
             dense_output=self._sampling is not None,
         )
-        if not found.success or not np.isfinite(found.y[:, -1]).all():
+        if not solution.success or not np.isfinite(solution.y[:, -1]).all():
             raise EngineNaNError(
-                f"reference: the grain's state overflowed (NaN) at {found.t[-1]:g} s "
-                f"({found.message})"
+                f"reference: the grain's state overflowed (NaN) at {solution.t[-1]:g} s "
+                f"({solution.message})"
             )
-        self.steps += found.t.size - 1
-        self._state = found.y[:, -1].copy()
-        if found.sol is not None:
-            self._sample(found.sol, float(found.t[-1]))
-        self._time = float(found.t[-1])
-        fired = [e for e, times in zip(events, found.t_events or [], strict=True) if times.size]
+        self.steps += solution.t.size - 1
+        self._state = solution.y[:, -1].copy()
+        if solution.sol is not None:
+            self._sample(solution.sol, float(solution.t[-1]))
+        self._time = float(solution.t[-1])
+        fired = [e for e, times in zip(events, solution.t_events or [], strict=True) if times.size]
         decided = max([event.act() for event in fired], default=False)  # every one is to act
         x, y, vx, vy = self._state
         self.grain = Grain(x + self._behind * self._row.diameter, y, vx, vy)
