@@ -153,22 +153,22 @@ def _marked(
     failing: set[tuple[str, str, str, str, str]],
 ) -> Check:
     bare = replace(check, predict=None)
-    here = [one for one in defects if one.concerns(check, versions)]
+    here = [defect for defect in defects if defect.concerns(check, versions)]
     undecided = check.verdict is Verdict.NOT_TESTED and not math.isnan(check.value)
     if not here or check.cell is None or not (check.judged or undecided):
         return bare
     holds = check.verdict is Verdict.PASS
     if holds and check.cell.place in failing:
         return bare
-    ended = [one for one in here if _failed_as_predicted(check, one)]
-    sized = [one for one in here if not one.predicts.error]
+    ended = [defect for defect in here if _failed_as_predicted(check, defect)]
+    sized = [defect for defect in here if not defect.predicts.error]
     if ended:
         here, expected, said, known = ended, None, "", True
     elif sized:
         value = replace(check, cell=replace(check.cell, invariance=""))
-        wrong = [one for one in defects if check.cell.invariance and one.concerns(value, versions)]
+        beneath = [d for d in defects if check.cell.invariance and d.concerns(value, versions)]
         here = sized
-        expected, said = _size(check, sized, [one for one in wrong if not one.predicts.error])
+        expected, said = _size(check, sized, [d for d in beneath if not d.predicts.error])
         known = expected is not None and expected.includes(check.value)
     else:
         message = here[0].predicts.error
@@ -176,7 +176,7 @@ def _marked(
     # what is undecided against the law is decided against a prediction that excludes the law
     if undecided and not (known and expected and not expected.includes(check.expected)):
         return bare
-    note = "; ".join(filter(None, (*(one.note for one in here), said, check.note)))
+    note = "; ".join(filter(None, (*(defect.note for defect in here), said, check.note)))
     if holds:
         if known or (sized and expected is None):
             return bare
@@ -204,7 +204,7 @@ def _size(
 
     Those ``beneath`` make the values of the runs wrong that an invariance compares.
     """
-    names = " and ".join(one.name for one in defects)
+    names = " and ".join(defect.name for defect in defects)
     verb = "predicts" if len(defects) == 1 else "predict"
     together, under = merged(defects), merged(beneath)
     if together is None or check.predict is None:
@@ -221,7 +221,7 @@ def _size(
 
 def merged(defects: Sequence[KnownDefect]) -> Prediction | None:
     """Return what defects of one cell make of it together; None of none."""
-    return reduce(operator.or_, (one.predicts for one in defects)) if defects else None
+    return reduce(operator.or_, (defect.predicts for defect in defects)) if defects else None
 
 
 def moved_by_defects(
@@ -241,15 +241,15 @@ def moved_by_defects(
         if check.cell is not None and not check.cell.invariance and hasattr(check.predict, "moved"):
             quantity = check.name.rpartition(": ")[2]
             of_rows[row_name(name_in_cell(check.cell), quantity)] = (check, quantity)
-    found = []
+    marked = []
     for row in rows:
         if row.verdict is Verdict.FAIL and row.name in of_rows:
             check, quantity = of_rows[row.name]
             assert check.cell is not None
             record = records[name_in_cell(check.cell)]
             row = _marked_move(row, check, quantity, record, defects, versions)
-        found.append(row)
-    return tuple(found)
+        marked.append(row)
+    return tuple(marked)
 
 
 def _marked_move(
@@ -262,7 +262,7 @@ def _marked_move(
 ) -> Check:
     here = _of_runs(check, defects, versions)
     there = _of_runs(check, defects, {record.engine: record.engine_version})
-    apart = [one for one in (*here, *there) if (one in here) is not (one in there)]
+    apart = [defect for defect in (*here, *there) if (defect in here) is not (defect in there)]
     known = record.quantities.get(quantity)
     if not apart or known is None:
         return row
@@ -273,9 +273,11 @@ def _marked_move(
         size = check.predict.moved(merged(here), merged(there), width)  # type: ignore[union-attr]
     except (ArithmeticError, ValueError) as error:
         return replace(row, note=f"{row.note}; what defects predict cannot be computed: {error}")
-    names = " and ".join(f"{one.name} ({'here' if one in here else 'there'})" for one in apart)
+    names = " and ".join(
+        f"{defect.name} ({'here' if defect in here else 'there'})" for defect in apart
+    )
     said = f"{names} predict a difference of {size}, it is {difference:.6g}"
-    note = "; ".join(filter(None, (*(one.note for one in apart), said, row.note)))
+    note = "; ".join(filter(None, (*(defect.note for defect in apart), said, row.note)))
     if not size.includes(difference):
         return replace(row, note="; ".join(filter(None, (said, row.note))))
     return replace(row, verdict=Verdict.KNOWN_DEFECT, note=note, triage="")
@@ -288,8 +290,8 @@ def _of_runs(
     assert check.cell is not None
     runs = [replace(check, cell=replace(check.cell, invariance=name)) for name in AGAIN]
     return [
-        one
-        for one in defects
-        if (one.predicts.law or one.predicts.rules or one.predicts.scheme)
-        and any(one.concerns(run, versions) for run in runs)
+        defect
+        for defect in defects
+        if (defect.predicts.law or defect.predicts.rules or defect.predicts.scheme)
+        and any(defect.concerns(run, versions) for run in runs)
     ]
