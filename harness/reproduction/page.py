@@ -32,8 +32,7 @@ from harness.reproduction.figures import angle_against_mfix_step, angle_against_
 from harness.reproduction.findings import Findings
 from harness.reproduction.movies import Movie
 from harness.reproduction.movies import films as draw_films
-from harness.reproduction.reproduced_figures import SourceFigure
-from harness.reproduction.run import Reproduction
+from harness.reproduction.run import Reproduction, SourceFigure
 
 if TYPE_CHECKING:
     from jinja2 import Environment

@@ -25,8 +25,7 @@ from harness import __version__
 from harness.cases.contract import LEVELS, Case, LevelName, Study, failed_part
 from harness.cases.qualification import announce, qualify
 from harness.cases.registry import all_cases, cases_named, get_case, names_in
-from harness.comparison.known_defects import KnownDefect, defect_of, told_apart
-from harness.comparison.moved_by_defects import moved_by_defects
+from harness.comparison.known_defects import KnownDefect, defect_of, moved_by_defects, told_apart
 from harness.comparison.plan import judge_plan
 from harness.comparison.regression import (
     Baseline,

@@ -170,7 +170,7 @@ class Adaptive(TrajectoryIntegrator):
         """Return what decides on a grain that moves back: it is too low, or turns again."""
         low = floor - self._energy_rounding
         return [
-            Event(lambda s: self._energy(s) - low, -1, lambda: True),
+            Event(lambda s: energy(s, self._behind, self._row) - low, -1, lambda: True),
             Event(lambda s: s[2], 1, lambda: self._turn(1)),
         ]
 
@@ -233,9 +233,6 @@ class Adaptive(TrajectoryIntegrator):
         if self._row.clipped and unclipped_force(self._state, self._row, sphere) < 0.0:
             return Touch.SLACK
         return Touch.PUSHES
-
-    def _energy(self, state: State) -> float:
-        return energy(state, self._behind, self._row)
 
 
 def _terminal(event: Event) -> Callable[[float, State], float]:
