@@ -81,7 +81,8 @@ def run_parts(runs: Sequence[Run], *, history: bool) -> Iterator[HistoryPart]:
     if history:
         kept = recorded_history(quantity="*", command="verify", limit=MOST_MEASURED).rows
         rows += [_recorded(row) for row in kept if not row["cached"]]
-    rows.sort(key=lambda row: row["started"])
+    # two runs of one millisecond are in the order of their numbers
+    rows.sort(key=lambda row: (row["started"], row.get("run", 0)))
     names = list(dict.fromkeys(row["label"] for row in rows))
     if len(names) < 2:
         several = "two runs or more, or --history" if len(names) else "a run"

@@ -172,6 +172,8 @@ def test_runs_join_the_site_and_the_step_at_which_a_value_moved_is_named(
 
 def test_what_this_machine_has_recorded_is_looked_through(nothing_committed, tmp_path, monkeypatch):
     monkeypatch.setenv("DEM_HARNESS_HOME", str(tmp_path / "home"))
+    # of one millisecond: in the order of their numbers
+    monkeypatch.setattr("harness.store.history._now", lambda: "2026-11-24T00:00:00.000+00:00")
     width = Tolerance("deg", 0.1, 0.0, "why")
     with History(tmp_path / "home" / "history.sqlite") as history:
         for number, value in enumerate((10.2, 10.2, 10.5), 1):
