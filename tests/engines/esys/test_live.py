@@ -88,9 +88,8 @@ def test_it_refuses_what_is_no_number_and_does_not_hang(esys):  # noqa: ARG001
     """An exception in a script leaves ESyS-Particle's worker waiting, unless the script sees it."""
 
     class Told(Esys):
-        @classmethod
-        def scene_values(cls, scene):
-            return {**super().scene_values(scene), "mass": "heavy"}
+        def settings(self, job):
+            return {**super().settings(job), "mass": "heavy"}
 
     with Told() as engine:
         (found,) = engine.run([job_of(Incline(contact=PLASTIC), "passage")])
