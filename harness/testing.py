@@ -506,6 +506,8 @@ def faults_of_its_program_are_rows(subject: Subject) -> None:
     """Require a row with the fault's name where its program dies, hangs or is out of memory."""
     for fault, (command, error) in FAULTS.items():
         with _faulty(subject, command) as engine:
+            # a busy machine takes seconds to start a program that dies
+            engine.limits = Limits(seconds=2.0 if error is EngineTimeoutError else subject.seconds)
             (outcome,) = engine.run([drop_job(subject.drop())])
         require(
             type(outcome) is error,
@@ -517,7 +519,7 @@ def faults_of_its_program_are_rows(subject: Subject) -> None:
 
 
 @contextmanager
-def _faulty(subject: Subject, command: str) -> Iterator[Engine]:
+def _faulty(subject: Subject, command: str) -> Iterator[ProgramEngine]:
     """Open the engine, and put a shell command in the place of its program."""
     with tempfile.TemporaryDirectory() as folder, subject.open() as engine:
         if not isinstance(engine, ProgramEngine) or not Path(engine.program).is_file():
@@ -526,7 +528,7 @@ def _faulty(subject: Subject, command: str) -> Iterator[Engine]:
         program = Path(folder, Path(engine.program).name)
         program.write_text(f"#!/bin/sh\n{command}\n", encoding="utf-8")
         program.chmod(0o755)
-        engine.program, engine.limits = str(program), Limits(seconds=2.0)
+        engine.program = str(program)
         yield engine
 
 
