@@ -80,14 +80,23 @@ with Lammps(workers=1, restarts=sys.argv[1]) as engine:
 
 
 def cut_after_a_restart_file(place):
-    process = subprocess.Popen([sys.executable, "-c", CUT, str(place)], process_group=0)
-    until = time.monotonic() + 60.0
-    while state_in(place) is None:
-        assert process.poll() is None
-        assert time.monotonic() < until
-        time.sleep(0.002)
-    os.kill(process.pid, signal.SIGKILL)
-    process.wait()
+    """Kill a run that has left a restart file.
+
+    Again where it was over before it was killed: what is left of it takes a third of a second,
+    which a busy machine lets pass.
+    """
+    for _ in range(20):
+        process = subprocess.Popen([sys.executable, "-c", CUT, str(place)], process_group=0)
+        until = time.monotonic() + 60.0
+        while state_in(place) is None and process.poll() is None:
+            assert time.monotonic() < until
+            time.sleep(0.002)
+        process.kill()
+        process.wait()
+        if state_in(place) is not None:
+            return
+        assert process.returncode in (0, -signal.SIGKILL)
+    pytest.fail("20 runs were over before they were cut")
 
 
 @pytest.mark.live
