@@ -76,10 +76,10 @@ def pytest_collection_modifyitems(
     # what there is to check is known only after a run
     only_listed = config.option.collectonly
     checks = [Whole.from_parent(parent, name="verification")] if only_listed else parent.collect()
-    found: list[pytest.Item | pytest.Collector] = [*checks]
-    items += (item for item in found if isinstance(item, pytest.Item))
+    kept_items: list[pytest.Item | pytest.Collector] = [*checks]
+    items += (item for item in kept_items if isinstance(item, pytest.Item))
     # collection is over: who counts what was collected has not seen these
-    report = pytest.CollectReport(parent.nodeid, "passed", None, found)
+    report = pytest.CollectReport(parent.nodeid, "passed", None, kept_items)
     config.hook.pytest_collectreport(report=report)
 
 

@@ -1,7 +1,4 @@
-"""A sphere that falls on a floor and bounces, under gravity.
-
-A sphere falls on a floor, or on a sphere, and bounces: gravity acts during the contact, too.
-"""
+"""A sphere falls on a floor or on a sphere and bounces; gravity acts during the contact, too."""
 
 from __future__ import annotations
 

@@ -11,6 +11,10 @@ override ``verify`` for one of another shape, and name in ``planned`` the checks
 one that is missing is a failed row of its name. A part of a verification (:class:`Part`) leaves
 rows whatever becomes of the others.
 
+A quantity that takes several runs for one value, such as a critical angle, is measured by a case of
+its own, which ``derived`` returns: it names what it ``varied``, and overrides ``measure``. Whoever
+asks for the quantity by its name (``run``, ``sweep``) is given that case by ``measuring``.
+
 A study (:class:`CaseStudy`) is a question that one case answers with many runs, from the runs to a
 verdict in words. A workflow that knows no case makes the runs and hands the rows back.
 """
@@ -52,7 +56,10 @@ from harness.parameters.base import Parameters
 from harness.report.sections import Drawing, Opening, Section, Table
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.figure import Figure
+
+    from harness.report.film import Film
 
 
 Value = TypeVar("Value")
@@ -222,20 +229,29 @@ ReferenceKind = Literal["closed form", "integrated", "none"]
 
 @dataclass(frozen=True)
 class Reference:
-    """What a quantity is expected to be, and where that comes from."""
+    """What a quantity is expected to be, and where that comes from.
+
+    ``quick`` says that an integrated one costs milliseconds, as a closed form does: figures draw
+    it between the points too.
+    """
 
     value: float
     kind: ReferenceKind
+    quick: bool = False
 
 
 @dataclass(frozen=True)
 class Measured:
-    """The quantities of one run, by their declared names, who made it, on which MPI ranks."""
+    """The quantities of one run, by their declared names, who made it, on which MPI ranks.
+
+    ``profile`` are columns of one length, of a case that has one.
+    """
 
     values: Mapping[str, float]
     provenance: Provenance | None = None
     seconds: float = 0.0
     ranks: int | None = None
+    profile: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -283,6 +299,16 @@ def places(case: str, submodel: str, system: str) -> tuple[str, ...]:
     return case, submodel, system, f"{case}/{submodel}/{system}"
 
 
+GONE = {
+    "by_default": "`verify` runs incline and tower unless others are named",
+    "expected_rows": "name the checks in `planned`",
+    "judge_count": "name the checks in `planned`",
+    "verify_beside": "`verify` reads `study.role`",
+}
+"""Members of a case of earlier versions, and what is in their place: one that still has them would
+be judged otherwise than it says."""
+
+
 class Case(ABC, Generic[P]):
     """One system: parameters to values, output to quantities, quantities to verdicts."""
 
@@ -290,8 +316,6 @@ class Case(ABC, Generic[P]):
     group: ClassVar[str]
     summary: ClassVar[str]
     """The first line of the class's docstring, unless it says something else."""
-    by_default: ClassVar[bool] = False
-    """Whether ``verify`` runs it when no case is named."""
     lists_rows: ClassVar[bool] = False
     """Whether :meth:`selectable` names what each row is of."""
     qualifies: ClassVar[bool] = False
@@ -303,19 +327,29 @@ class Case(ABC, Generic[P]):
     template: ClassVar[Template]
     solvers: ClassVar[tuple[str, ...]] = ()
     """Solvers of this package that run it beside engines."""
+    cost: ClassVar[Mapping[str, float]] = {}
+    """CPU time [s] that its verification took by level, in the default engine, without the
+    report; that of ``case.toml`` unless given."""
+    varied: tuple[str, ...] = ()
+    """Parameters that :meth:`measure` varies over several runs for one value: none may be set."""
     regression: ClassVar[Mapping[str, Tolerance]] = {}
     """How far the quantities of its baseline records may move, by their names; ``series`` is the
     band about every series."""
 
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)
-        told = vars(cls)
-        if "summary" not in told and cls.__doc__:
+        members = vars(cls)
+        gone = [name for name in members if name in GONE]
+        if gone:
+            raise TypeError(f"{cls.__name__}.{gone[0]}: is not called any more: {GONE[gone[0]]}")
+        if "summary" not in members and cls.__doc__:
             cls.summary = cls.__doc__.partition("\n")[0]
-        if "quantities" not in told and "quantities" in (text := text_of(cls)):
+        if "quantities" not in members and "quantities" in (text := text_of(cls)):
             cls.quantities = numbers(**text["quantities"])
-        kinds = [kind for base in told.get("__orig_bases__", ()) for kind in get_args(base)]
-        if "parameters" not in told and kinds and isinstance(kinds[0], type):
+        if "cost" not in members and "cost" in (text := text_of(cls)):
+            cls.cost = text["cost"]
+        kinds = [kind for base in members.get("__orig_bases__", ()) for kind in get_args(base)]
+        if "parameters" not in members and kinds and isinstance(kinds[0], type):
             cls.parameters = kinds[0]
 
     @property
@@ -326,6 +360,29 @@ class Case(ABC, Generic[P]):
     def selectable(self, level: LevelName) -> set[str]:
         """Return the names that :attr:`Study.only` can match before a row is there."""
         return {self.name, *(quantity.name for quantity in self.quantities)}
+
+    def derived(self) -> Sequence[Case[Any]]:
+        """Return what takes several runs for one value: a case for each, of other quantities."""
+        return ()
+
+    def measuring(self, names: Sequence[str]) -> Case[Any]:
+        """Return the case, or the derived one, that measures quantities; itself for none.
+
+        Raise RequestError for a name that is not known, and for names of several of them.
+        """
+        options = [self, *self.derived()]
+        known = {quantity.name: case for case in options for quantity in case.quantities}
+        for name in names:
+            if name not in known:
+                must = ", ".join(known)
+                raise RequestError(f"--quantity {name!r}: case {self.name!r} measures {must}")
+        chosen = list(dict.fromkeys(known[name] for name in names))
+        if len(chosen) > 1:
+            sets = " or of ".join(", ".join(q.name for q in case.quantities) for case in options)
+            raise RequestError(
+                f"--quantity {','.join(names)}: not of the same runs; must be some of {sets}"
+            )
+        return chosen[0] if chosen else self
 
     def study(self) -> CaseStudy | None:
         """Return the study that the case declares, None for one without."""
@@ -432,6 +489,22 @@ class Case(ABC, Generic[P]):
         """Return the parts of the report: of the main engine, own solvers, engines beside it."""
         return ()
 
+    def profile(self, parameters: P, output: Output) -> Mapping[str, Sequence[float]]:
+        """Return a run's profile as columns of one length; {} for a case without one."""
+        return {}
+
+    def figures(self, rows: pd.DataFrame) -> Mapping[str, Callable[[], Figure]]:
+        """Return what draws figures of a sweep's rows, those that are done, by names of files."""
+        return {}
+
+    def film(self, engine: Engine, parameters: P | None = None, frames: int = 120) -> Film | None:
+        """Return the film of one run; None for a case that has none.
+
+        Of the system that shows the case best where no parameters are given. Raise EngineError
+        for a run that failed.
+        """
+        return None
+
     def measured(self, parameters: P, output: Output, traits: Traits) -> Measured:
         """Return the quantities of an output; raise EngineError for one that is not declared."""
         try:
@@ -448,7 +521,8 @@ class Case(ABC, Generic[P]):
             if not isinstance(value, (int, float)):
                 told = " ".join(repr(value).split())[:60]
                 raise EngineError(f"{where} returned {name} = {told}: not one number")
-        return Measured(values, output.provenance, output.seconds, output.ranks)
+        profile = self.profile(parameters, output)
+        return Measured(values, output.provenance, output.seconds, output.ranks, profile)
 
     def _names(self, plan: Plan[P], engine: Engine) -> list[str]:
         """Return the names of the rows of a run: one where the engine refuses it."""

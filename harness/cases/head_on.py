@@ -1,7 +1,4 @@
-"""A sphere meets a wall or another sphere head-on: normal force and damping alone.
-
-The head-on impact: restitution, duration, largest overlap and force.
-"""
+"""A sphere meets a wall or another sphere head-on: normal force and damping alone."""
 
 from __future__ import annotations
 
@@ -65,7 +62,7 @@ class HeadOnCase(ContactCase[HeadOn]):
     def observed(self, parameters: HeadOn, motion: Motion) -> Mapping[str, float]:
         """Return restitution and peaks; contact time and overlap where nothing sticks."""
         overlap, rate = overlap_of(parameters, motion)
-        found = {
+        quantities = {
             "restitution": float(relative_velocity(motion)[-1, 2]) / parameters.speed,
             "largest_force_N": peak(motion.force[:, 0, 2]),
         }
@@ -73,9 +70,9 @@ class HeadOnCase(ContactCase[HeadOn]):
             turn = crossing(motion.time, rate, np.gradient(rate, motion.time))
             # at the ends of the run it flies freely, with the gap that is left
             begin, end = (motion.time[i] - overlap[i] / rate[i] for i in (0, -1))
-            found["contact_time_s"] = float(end - begin)
-            found["largest_overlap_m"] = value_at(turn, motion.time, overlap, rate)
-        return found
+            quantities["contact_time_s"] = float(end - begin)
+            quantities["largest_overlap_m"] = value_at(turn, motion.time, overlap, rate)
+        return quantities
 
     def drawings(self, evidence: Evidence) -> Sequence[Drawing]:
         """Return the errors, and the force over the overlap."""

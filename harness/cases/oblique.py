@@ -1,12 +1,7 @@
-"""Oblique impact of a sphere, with friction, spin and partial slip.
+"""A sphere meets a wall or another sphere at an angle: friction over a whole contact.
 
-A sphere meets a wall or another sphere at an angle: friction over a whole contact.
-
-Mindlin's laws without partial slip beside the whole curve of Maw, Barber and Fawcett (1976).
-
-Figures of the oblique impact: tangential velocity ratio over the angle.
-
-The oblique impact: what friction makes of the velocity along the surface, and of the spin.
+What friction makes of the velocity along the surface, and of the spin. Laws without partial slip
+are drawn beside the whole curve of Maw, Barber and Fawcett (1976).
 """
 
 from __future__ import annotations
@@ -59,10 +54,10 @@ def beside_partial_slip(case: ObliqueCase) -> Findings:
     """Return how far each law is from the curve, where it is farthest, as findings."""
     expected = partial_slip_rebound(INCIDENCES, POISSON)
     curves = {law: _rebounds(case, law) for law in LAWS}
-    found = Findings(case.name, evidence=curves)
+    findings = Findings(case.name, evidence=curves)
     for law, reached in curves.items():
         at = int(np.abs(reached - expected).argmax())
-        found.checks.append(
+        findings.checks.append(
             finding(
                 f"{case.name}: {law} beside partial slip, normalised rebound",
                 float(reached[at]),
@@ -73,7 +68,7 @@ def beside_partial_slip(case: ObliqueCase) -> Findings:
                 f"{INCIDENCES[at]:g} of 0.25 to 6, elastic, nu = {POISSON}",
             )
         )
-    return found
+    return findings
 
 
 def _rebounds(case: ObliqueCase, law: str) -> Array:
@@ -257,13 +252,15 @@ class ObliqueCase(Friction, ContactCase[Oblique]):
         """Return ratios of the velocities after to those before; tangential ones at an angle."""
         along, _, down = parameters.velocity
         before, after = relative_velocity(motion)[[0, -1]]
-        found = {"normal_restitution": float(after[2]) / -down}
+        quantities = {"normal_restitution": float(after[2]) / -down}
         if along > 0.0:
-            found["tangential_ratio"] = float(after[0]) / along
-            found["rim_speed_ratio"] = parameters.radius * float(motion.omega[-1, 0, 1]) / along
+            quantities["tangential_ratio"] = float(after[0]) / along
+            quantities["rim_speed_ratio"] = (
+                parameters.radius * float(motion.omega[-1, 0, 1]) / along
+            )
             impulses = before[0] - after[0], after[2] - before[2]
-            found["tangential_impulse_ratio"] = float(impulses[0] / impulses[1])
-        return found
+            quantities["tangential_impulse_ratio"] = float(impulses[0] / impulses[1])
+        return quantities
 
     def sizes(self, parameters: Oblique) -> Mapping[str, float]:
         """Return Coulomb's limit of the impulses' ratio, 1 at most: a larger one is not reached."""

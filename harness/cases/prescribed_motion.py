@@ -1,14 +1,9 @@
-"""Two spheres moved on a prescribed path, and the same turned.
-
-Forces along a given motion: the law alone, without an integrator.
-
-Two spheres that stick are turned as one body: the spring must turn with the contact.
-
-The law alone: forces and torques along a motion that is given, without an integrator.
+"""Forces and torques along a motion that is given: the contact law alone, without an integrator.
 
 Pressed, sheared, sheared back, lifted, rolled, twisted. What resists rolling or twisting is turned
 forth and back beside the shear as well, rolling without slip, so that neither is felt by friction:
-springs and dashpots act there below their limits, slide, and come back.
+springs and dashpots act there below their limits, slide, and come back. Two spheres that stick are
+also turned as one body: the spring must turn with the contact.
 """
 
 from __future__ import annotations
@@ -271,8 +266,8 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
 
     def verify(self, engine: Engine, study: Study) -> Findings:
         """Add what the lever of the engine makes of a pair that turns as one body."""
-        found = super().verify(engine, study)
-        return replace(found, checks=[*found.checks, *levers(self, found)])
+        findings = super().verify(engine, study)
+        return replace(findings, checks=[*findings.checks, *levers(self, findings)])
 
     def observed(self, parameters: PrescribedMotion, motion: Motion) -> Mapping[str, float]:
         """Return forces and torques at the ends of the pieces."""
@@ -282,7 +277,7 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
             return {"shear_ratio": float(ratio[2]), "turned_ratio": float(ratio[-1])}
         halfway, shear, halfway_back, back, lifted, rolled, twisted = 3, 4, 5, 6, 8, 10, 12
         pressed = parameters.radius * force[:, 2]
-        found = {
+        quantities = {
             name: float(force[at, 0] / force[at, 2])
             for name, at in (
                 ("half_shear_ratio", halfway),
@@ -297,10 +292,10 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
                 samples = {"forth": halfway, "back": halfway_back, "lifted": lifted, "": last}
                 for name, at in samples.items():
                     quantity = "_".join(filter(None, (part, name, "ratio")))
-                    found[quantity] = float(torque[at, axis] / pressed[at])
+                    quantities[quantity] = float(torque[at, axis] / pressed[at])
         if parameters.rolling != "none" and parameters.twisting != "none":
-            found["held_ratio"] = float(torque[twisted, 0] / pressed[twisted])
-        return found
+            quantities["held_ratio"] = float(torque[twisted, 0] / pressed[twisted])
+        return quantities
 
     def sizes(self, parameters: PrescribedMotion) -> Mapping[str, float]:
         """Return Coulomb's limits of the ratios, 1 at most: larger ones are not reached.
@@ -344,15 +339,15 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
             return {"": (1e6 * motion.position[:, 0, 0], force[:, 0])}
         turned = 1e3 * parameters.turn * (motion.time / parameters.duration - (PIECES - 2))
         pressed = parameters.radius * np.where(force[:, 2] > 0.0, force[:, 2], np.nan)
-        found = {}
+        named_curves = {}
         if parameters.rolling != "none":
             shown = (turned > -SLACK) & (turned < 1e3 * parameters.turn + SLACK)
-            found["rolling"] = turned[shown], (torque[:, 0] / pressed)[shown]
+            named_curves["rolling"] = turned[shown], (torque[:, 0] / pressed)[shown]
         if parameters.twisting != "none":
             turned = turned - 1e3 * parameters.turn
             shown = turned > -SLACK
-            found["twisting"] = turned[shown], (torque[:, 2] / pressed)[shown]
-        return found
+            named_curves["twisting"] = turned[shown], (torque[:, 2] / pressed)[shown]
+        return named_curves
 
 
 def _turning(parameters: PrescribedMotion) -> Iterator[tuple[str, float]]:

@@ -1,7 +1,4 @@
-"""A sphere that sticks to a wall or a sphere is pulled off.
-
-Pull-off: the tension at which a sphere that sticks parts, and the overlap there.
-"""
+"""A sphere that sticks to a wall or a sphere is pulled off: the tension and overlap at parting."""
 
 from __future__ import annotations
 

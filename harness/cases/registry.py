@@ -1,9 +1,8 @@
 """The cases that the harness knows: by folder, and by entry points of other packages.
 
-A folder of this package with a module ``case`` is a case of the folder's name, with hyphens for
-underscores. Another package
-names its cases under the entry point ``dem_harness.cases``, each by its name. A case is imported
-when it is asked for, not to list names.
+A folder of this package with a module ``case``, or a module with a TOML file beside it, is a case
+of its name, with hyphens for underscores. Another package names its cases under the entry point
+``dem_harness.cases``. A case is imported when it is used, not to list names.
 """
 
 from __future__ import annotations
@@ -24,6 +23,9 @@ GROUP = "dem_harness.cases"
 """Entry point of other packages."""
 
 ALL = "all"
+
+MAIN = ("incline", "tower")
+"""Cases that ``verify`` runs unless others are named."""
 
 
 @cache
@@ -65,8 +67,8 @@ def get_case(name: str) -> Case[Any]:
     another package that cannot be used.
     """
     if name in built_in():
-        found: Case[Any] = import_module(_homes()[name]).CASE
-        return found
+        case: Case[Any] = import_module(_homes()[name]).CASE
+        return case
     point = plugins().get(name)
     if point is None:
         raise RequestError(f"case {name!r} is not known: must be one of {', '.join(case_names())}")
@@ -84,18 +86,23 @@ def faults() -> tuple[str, ...]:
 
 
 def cases_named(text: str = "") -> dict[str, Case[Any]]:
-    """Return the cases of a text such as ``incline,tower``: names, groups, or ``all``.
+    """Return the cases of a text such as ``incline,tower``; see :func:`names_in`."""
+    return {name: get_case(name) for name in names_in(text)}
 
-    Without a text, those that ``verify`` runs by default. Raise RequestError for a word that is
-    neither a name nor a group, for no word at all, and for a named case that cannot be used.
+
+def names_in(text: str = "") -> tuple[str, ...]:
+    """Return the names of the cases of a text: names, groups, or ``all``; no text: :data:`MAIN`.
+
+    Names alone import no case. Raise RequestError for a word that is neither a name nor a group,
+    for no word at all, and for a named case that cannot be used.
     """
-    words = [word.strip() for word in text.split(",") if word.strip()]
-    if text and not words:
+    words = [word.strip() for word in text.split(",") if word.strip()] if text else MAIN
+    if not words:
         raise RequestError(f"--cases {text!r}: names no case")
     unknown = [word for word in words if word != ALL and word not in case_names()]
-    chosen = [word for word in words if word not in (ALL, *unknown)]
-    if len(chosen) == len(words) and words:
-        return {name: get_case(name) for name in dict.fromkeys(chosen)}
+    named = dict.fromkeys(word for word in words if word not in (ALL, *unknown))
+    if len(named) == len(set(words)):
+        return tuple(named)
     usable = all_cases()
     groups = {case.group for case in usable.values()}
     for word in unknown:
@@ -104,13 +111,12 @@ def cases_named(text: str = "") -> dict[str, Case[Any]]:
                 f"--cases {word!r} is not known: must be {ALL}, a group "
                 f"({', '.join(sorted(groups))}), or one or more of {', '.join(case_names())}"
             )
-    wanted = {name: get_case(name) for name in chosen}
-    return {
-        name: case
+    wanted = {name: get_case(name) for name in named}
+    return tuple(
+        name
         for name, case in (usable | wanted).items()
-        if name in wanted
-        or (case.by_default if not words else ALL in words or case.group in unknown)
-    }
+        if name in wanted or ALL in words or case.group in unknown
+    )
 
 
 def _usable() -> tuple[dict[str, Case[Any]], list[str]]:
@@ -135,22 +141,22 @@ def _loaded(point: EntryPoint) -> Case[Any]:
     if point.name in built_in():
         raise RequestError(f"{where}: this is the name of a case of dem-harness itself")
     try:
-        found = point.load()
+        case = point.load()
     except Exception as error:
         told = " ".join(f"{type(error).__name__}: {error}".split())
         raise RequestError(f"{where}: {point.value} does not import: {told}") from None
-    if not isinstance(found, Case):
+    if not isinstance(case, Case):
         raise RequestError(
-            f"{where}: {point.value} is no case but {type(found).__name__}: must be an instance "
+            f"{where}: {point.value} is no case but {type(case).__name__}: must be an instance "
             "of harness.cases.contract.Case"
         )
-    without = [quantity.name for quantity in found.quantities if not quantity.unit]
+    without = [quantity.name for quantity in case.quantities if not quantity.unit]
     if without:
         raise RequestError(f"{where}: quantity {without[0]!r} has no unit ('1' for a pure number)")
-    if getattr(found, "name", None) != point.name:
-        named = getattr(found, "name", None)
+    if getattr(case, "name", None) != point.name:
+        named = getattr(case, "name", None)
         raise RequestError(f"{where}: its case has the name {named!r}: must be that of the entry")
-    return found
+    return case
 
 
 def _package(point: EntryPoint) -> str:

@@ -1,7 +1,4 @@
-"""A rolling sphere that a resistance to rolling slows down.
-
-Rolling resistance on a floor: a constant torque slows the sphere down.
-"""
+"""A sphere rolls on a floor and is slowed down by the constant torque of a rolling resistance."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""A sphere that slides on a floor until it rolls.
-
-From slipping to rolling on a floor: what friction leaves of the speed.
-"""
+"""A sphere slides on a floor until it rolls: what friction leaves of the speed."""
 
 from __future__ import annotations
 
@@ -55,8 +52,8 @@ class SlipToRollCase(Friction, RestingCase[SlipToRoll]):
     def observed(self, parameters: SlipToRoll, motion: Motion) -> Mapping[str, float]:
         """Return speeds after the second quarter and at the end, spin at the end."""
         u, spin = rolling(parameters, motion)
-        found = speed_ratios("sliding_speed_ratio", parameters, motion, parameters.speed)
-        return {**found, "momentum_ratio": float(u[-1] + 0.4 * spin[-1]) / parameters.speed}
+        quantities = speed_ratios("sliding_speed_ratio", parameters, motion, parameters.speed)
+        return {**quantities, "momentum_ratio": float(u[-1] + 0.4 * spin[-1]) / parameters.speed}
 
     def axes(self, parameters: SlipToRoll) -> tuple[str, str]:
         """Return what is drawn: both speeds until it rolls."""

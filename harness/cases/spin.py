@@ -1,11 +1,4 @@
-"""A spinning sphere falls on a floor or a sphere.
-
-A spinning sphere meets a wall or another sphere along the normal: friction from spin alone.
-
-The figure of a spinning sphere: the spin that is left over the angle at the contact.
-
-The normal impact of a spinning sphere: what friction makes of the spin.
-"""
+"""A spinning sphere meets a wall or another sphere along the normal: friction from spin alone."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Two stacked spheres between plates.
-
-Two spheres one upon the other between a floor and a ceiling, as in MFiX's DEM03.
-"""
+"""Two spheres one upon the other between a floor and a ceiling, as in MFiX's DEM03."""
 
 from __future__ import annotations
 

@@ -1,6 +1,4 @@
-"""A sphere that spins about the vertical on a floor or on a sphere.
-
-Twisting resistance: a sphere spins about the line of contact, is stopped, and swings back.
+"""A sphere spins about the line of contact, is stopped by twisting resistance, and swings back.
 
 A spin that the spring stops before the torque reaches its limit swings from the start: a damped
 oscillation of frequency sqrt(k / I), I = 2/5 m r^2. A faster one slips first, at a constant rate.

@@ -30,8 +30,8 @@ app = App(
 
 COMMANDS = (
     "verify", "reproduce", "theory", "critical_angle", "tower", "impulse", "cases", "run", "sweep",
-    "study", "inputs", "engines", "releases", "upstream", "defect", "diff", "history", "cache",
-    "baseline",
+    "study", "inputs", "engines", "releases", "upstream", "defect", "diff", "history", "site",
+    "cache", "baseline",
 )  # fmt: skip
 for place, name in enumerate(COMMANDS):
     app.command(f"harness.cli.{name}:{name}", sort_key=place)

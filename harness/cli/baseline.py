@@ -36,18 +36,20 @@ class BaselineOptions:
         from harness.cli.recording import recorded
         from harness.workflows.baseline import compare_with_baseline
 
-        with recorded("baseline", quiet=quiet) as told, engine.run() as opened:
+        with recorded("baseline", quiet=quiet) as recording, engine.run() as opened:
             compared = compare_with_baseline(
                 self.level,
                 cases=self.cases,
                 baseline=self.baseline,
                 tolerances=tolerances,
                 engine=opened,
-                progress=told.progress,
+                progress=recording.progress,
             )
-            told.status = compared.status
-            told.engine = compared.found.provenance.record() if compared.found.provenance else {}
-            told.quantities = compared.checks
+            recording.status = compared.status
+            recording.engine = (
+                compared.found.provenance.record() if compared.found.provenance else {}
+            )
+            recording.quantities = compared.checks
         return compared
 
 

@@ -60,10 +60,10 @@ def cache(asked: CacheCommandOptions = CacheCommandOptions(), *, json: Json = Fa
     from harness.store.cache import clear, contents
 
     folder = cache_place(asked.cache).path
-    found = asked.fitting(contents(folder))
-    record: dict[str, Any] = {"cache": str(folder), **_sums(found)}
+    entries = asked.fitting(contents(folder))
+    record: dict[str, Any] = {"cache": str(folder), **_sums(entries)}
     if asked.clear:
-        gone = clear(folder, found)
+        gone = clear(folder, entries)
         record = {"cache": str(folder), "cleared": _sums(gone), **_sums(contents(folder))}
     if json:
         print_json(record)
@@ -78,19 +78,19 @@ def cache(asked: CacheCommandOptions = CacheCommandOptions(), *, json: Json = Fa
     return 0
 
 
-def _sums(found: list[Kept]) -> dict[str, Any]:
+def _sums(entries: list[Kept]) -> dict[str, Any]:
     """Return how many things there are and their size, in all, by sort and by case."""
-    sorts = sorted({one.sort for one in found})
-    cases = sorted({case for one in found for case in one.cases})
+    sorts = sorted({one.sort for one in entries})
+    cases = sorted({case for one in entries for case in one.cases})
     return {
-        **_sum(found),
-        "sorts": {sort: _sum([one for one in found if one.sort == sort]) for sort in sorts},
-        "cases": {case: _sum([one for one in found if case in one.cases]) for case in cases},
+        **_sum(entries),
+        "sorts": {sort: _sum([one for one in entries if one.sort == sort]) for sort in sorts},
+        "cases": {case: _sum([one for one in entries if case in one.cases]) for case in cases},
     }
 
 
-def _sum(found: list[Kept]) -> dict[str, int]:
-    return {"count": len(found), "size_bytes": sum(one.size for one in found)}
+def _sum(entries: list[Kept]) -> dict[str, int]:
+    return {"count": len(entries), "size_bytes": sum(one.size for one in entries)}
 
 
 def _said(part: dict[str, Any]) -> str:

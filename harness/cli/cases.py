@@ -39,14 +39,22 @@ def cases(name: str | None = None, /, *, json: Json = False) -> int:
         return 0
     for case in found:
         print_wrapped(f"{case['name']} ({case['group']}): {case['summary']}")
+        if case["verify_seconds"]:
+            print_wrapped(f"verify: {_cost(case)}", indent=4)
         if name is not None:
             _print_details(case)
             continue
-        quantities = (f"{name} ({unit or '-'})" for name, unit in case["quantities"].items())
+        every = {**case["quantities"], **case["derived"]}
+        quantities = (f"{name} ({unit or '-'})" for name, unit in every.items())
         print_wrapped(f"quantities: {', '.join(quantities)}", indent=4)
         print_wrapped(f"parameters: {', '.join(case['parameters'])}", indent=4)
         print_wrapped(f"engines: {', '.join(case['engines']) or 'none'}", indent=4)
     return 0
+
+
+def _cost(case: Mapping[str, Any]) -> str:
+    each = (f"{seconds:.0f} s {level}" for level, seconds in case["verify_seconds"].items())
+    return f"{', '.join(each)}, of CPU time"
 
 
 def _print_details(case: Mapping[str, Any]) -> None:
@@ -55,16 +63,20 @@ def _print_details(case: Mapping[str, Any]) -> None:
         "parameters, by --set NAME=VALUE": [("name", "default", "unit", "allowed", "meaning")],
         "presets, by --set preset=NAME": [("name", "source", "values")],
         "quantities": [("name", "unit", "meaning")],
+        "quantities of several runs, by --quantity NAME": [("name", "unit", "meaning")],
+        "their own parameters": [("name", "default", "unit", "allowed", "meaning")],
         "engines": [("name", "", "")],
     }
-    parameters, presets, quantities, engines = tables.values()
-    for name, one in case["parameters"].items():
-        default = "-" if one["default"] is None else _short(one["default"])
-        parameters.append((name, default, one["unit"], one["allowed"], one["description"]))
+    parameters, presets, quantities, derived, own, engines = tables.values()
+    for table, key in ((parameters, "parameters"), (own, "derived_parameters")):
+        for name, one in case[key].items():
+            default = "-" if one["default"] is None else _short(one["default"])
+            table.append((name, default, one["unit"], one["allowed"], one["description"]))
     for name, one in case["preset_details"].items():
         values = ", ".join(f"{key}={_short(value)}" for key, value in one["values"].items())
         presets.append((name, one["source"] or "this package", values or "the defaults"))
     quantities += [(n, unit, case["meanings"][n]) for n, unit in case["quantities"].items()]
+    derived += [(n, unit, case["meanings"][n]) for n, unit in case["derived"].items()]
     engines += _engines(case)
     for title, lines in tables.items():
         if len(lines) > 1:

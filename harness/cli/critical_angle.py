@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
@@ -10,12 +11,14 @@ from cyclopts import Parameter
 from harness.cli.command import ContactName, Json, options, panel
 from harness.cli.engine_options import CostOptions, EngineOptions, answer, completed
 from harness.cli.files import print_record, print_wrapped
+from harness.cli.film import FilmOptions
 from harness.errors import RequestError
 
 if TYPE_CHECKING:
     from harness.cases.incline.system import Incline
     from harness.engines.contract import Engine
     from harness.parameters.law import Contact
+    from harness.report.film import Film
     from harness.workflows.progress import Progress
 
 
@@ -59,11 +62,8 @@ class RouteOptions(CostOptions):
         from harness.cases.incline.levels import Ladder
 
         if self.method == "passage":
-            try:
+            with _options_named():
                 check_passage(*(Ladder().cases(case) if self.extrapolate else [case]))
-            except RequestError as error:
-                text = str(error).replace("method = 'passage'", "--method passage")
-                raise RequestError(text.replace("method 'steady'", "--method steady")) from None
 
     def check_cost(self, case: Incline, engine: Engine) -> None:
         """State what a search costs; raise RequestError for one too long, unless it is forced."""
@@ -174,11 +174,50 @@ class ContactOptions:
         return next((c for c in CONTACTS.values() if c.replace(name="custom") == custom), custom)
 
 
+@options("Film")
+class AngleFilmOptions(FilmOptions):
+    """A film of the grain in steady motion, at some angles."""
+
+    film_angles: Annotated[str | None, Parameter(metavar="DEG[,DEG...]")] = None
+    """Angles of the film, one to three. [default: below and above the angle that was measured, by
+    0.05 deg or three times its uncertainty]"""
+
+    def angles(self) -> list[float]:
+        """Return the angles that are asked for; raise RequestError for what is no angle."""
+        if self.film_angles is None:
+            return []
+        if self.film is None:
+            raise RequestError(f"--film-angles {self.film_angles}: goes with --film only")
+        from harness.cases.incline.film import MOST_ANGLES
+
+        try:
+            found = [float(word) for word in self.film_angles.split(",")]
+        except ValueError:
+            found = []
+        if not 1 <= len(found) <= MOST_ANGLES or not all(0.0 <= one <= 30.0 for one in found):
+            raise RequestError(
+                f"--film-angles {self.film_angles}: must be one to {MOST_ANGLES} numbers from 0 "
+                "to 30 deg with commas between"
+            )
+        return found
+
+    def film_of(self, case: Incline, engine: Engine, record: Mapping[str, Any]) -> Film | None:
+        """Return the film of a case, None where none is asked for."""
+        if self.film is None:
+            return None
+        from harness.cases.incline.film import angles_beside, incline_film
+
+        beside = record["critical_angle_deg"], record["uncertainty_deg"]
+        angles = self.angles() or angles_beside(*beside)
+        return incline_film(engine, [case.replace(angle=angle) for angle in angles], self.pictures)
+
+
 def critical_angle(
     route: RouteOptions = RouteOptions(),
     contact: ContactOptions = ContactOptions(),
     system: SystemOptions = SystemOptions(),
     engine: EngineOptions = EngineOptions(),
+    film: AngleFilmOptions = AngleFilmOptions(),
     *,
     json: Json = False,
 ) -> int:
@@ -192,6 +231,7 @@ def critical_angle(
 
         dem-harness critical-angle --extrapolate
         dem-harness critical-angle --engine yade --program yade=/opt/yade/bin/yade --contact clipped
+        dem-harness critical-angle --film bumps.gif --film-angles 9.5,10.5
     """
     from harness.cases.incline.closed_forms import angles_beside
     from harness.cli.recording import angle_quantities, recorded
@@ -200,12 +240,27 @@ def critical_angle(
     route.check(system)
     case = system.case(engine.engine, touching)
     route.check_contact(case)
-    with recorded("critical-angle", quiet=json) as told, engine.run() as opened:
+    film.check()
+    film.angles()
+    with recorded("critical-angle", quiet=json) as recording, engine.run() as opened:
         route.check_cost(case, opened)
-        found = route.measure(case, opened, told.progress)
-        record = completed({**angles_beside(touching), **found}, opened, told)
-        told.quantities = angle_quantities(record)
+        with _options_named():
+            angle = route.measure(case, opened, recording.progress)
+        record = completed({**angles_beside(touching), **angle}, opened, recording)
+        recording.quantities = angle_quantities(record)
+        if (motion := film.film_of(case, opened, angle)) is not None:
+            film.write(lambda _: motion)
     return answer(record, engine.engine, json, _print)
+
+
+@contextmanager
+def _options_named() -> Iterator[None]:
+    """Name the options in an error that names the arguments of Python."""
+    try:
+        yield
+    except RequestError as error:
+        text = str(error).replace("method = 'passage'", "--method passage")
+        raise RequestError(text.replace("method 'steady'", "--method steady")) from None
 
 
 def _print(record: Mapping[str, Any]) -> None:

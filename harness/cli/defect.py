@@ -50,18 +50,18 @@ def defect(
 
     if not name:
         return _list(known_defects(), json=json)
-    found = defect_named(name)
+    entry = defect_named(name)
     if not as_test:
         for option, value in (("--output", output), ("--lmp", lmp)):
             if value is not None:
                 raise RequestError(f"{option} {value}: needs --as-test")
-        record = {**_record(found), "script": script_of(found)}
+        record = {**_record(entry), "script": script_of(entry)}
         if json:
             print_json(record)
         else:
             script = record.pop("script")
             print_record({**record, "predicts": str(record["predicts"])})
-            print(f"\n{found.script}:\n\n{script}", end="")
+            print(f"\n{entry.script}:\n\n{script}", end="")
         return 0
     return _write_test(name, lmp, output, json=json)
 

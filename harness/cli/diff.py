@@ -45,21 +45,21 @@ def diff(before: Path, after: Path, /, *, output: Folder = None, json: Json = Fa
     from harness.workflows import diff as hold
 
     if output is not None:
-        from harness.report.folder import check_folder
+        from harness.files import check_folder
 
         check_folder(output)
-    found = hold(before, after)
+    difference = hold(before, after)
     if output is not None:
         from harness.report.folder import write_diff
 
-        write_diff(found, before, after, output)
+        write_diff(difference, before, after, output)
     if json:
-        print_json(found.record() | ({"folder": str(output)} if output else {}))
+        print_json(difference.record() | ({"folder": str(output)} if output else {}))
     else:
-        _print(found)
+        _print(difference)
         if output is not None:
             print(f"page: {output / 'diff.html'}")
-    return found.status
+    return difference.status
 
 
 def _print(found: RunDiff) -> None:

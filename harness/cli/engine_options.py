@@ -1,10 +1,6 @@
-"""Options that choose an engine, its program, its cache or a solver, and what they open.
+"""Options that choose an engine or a solver, its program and its cache; open what they name.
 
-The options that choose an engine, its program and its cache; open what they ask for.
-
-The option ``--solver``: a solver of the harness, or an engine.
-
-End a command that ran one engine: whether that qualifies is told beside what it measured.
+A command that ran one engine ends with whether that engine qualifies.
 """
 
 from __future__ import annotations

@@ -21,18 +21,22 @@ def engines(where: WhereOptions = WhereOptions(), *, json: Json = False) -> int:
     from harness.workflows import progress_bars
 
     with progress_bars("engines", quiet=json) as progress:
-        found = ask(
+        statuses = ask(
             lmp=where.lmp, launcher=where.mpirun, programs=where.programs, progress=progress
         )
     for fault in refused_plugins():
         tell_stderr(fault)
     if json:
-        print_json({"engines": [status.record() for status in found]})
+        print_json({"engines": [status.record() for status in statuses]})
         return 0
     lines = []
-    for status in found:
-        who = status.provenance
-        said = ("missing", status.reason) if who is None else (who.engine_version, who.executable)
+    for status in statuses:
+        provenance = status.provenance
+        said = (
+            ("missing", status.reason)
+            if provenance is None
+            else (provenance.engine_version, provenance.executable)
+        )
         lines.append((status.engine, status.how, *said))
     print_columns(lines)
     return 0

@@ -1,9 +1,4 @@
-"""What a command reads, writes and prints.
-
-What a command prints on stdout.
-
-Files that a command reads and writes.
-"""
+"""What a command reads, writes and prints: checked paths, whole files, aligned text, JSON."""
 
 from __future__ import annotations
 
@@ -194,7 +189,7 @@ def output_folder(given: Path | None, kind: str = "") -> Iterator[Path]:
     removed again where nothing is written into it. Raise RequestError for one that holds
     something or cannot be made.
     """
-    from harness.report.folder import check_folder
+    from harness.files import check_folder
 
     if given is not None:
         check_folder(given)
@@ -273,11 +268,14 @@ def read_reference(path: Path) -> ReferencePoints:
     return replace(parse_reference(*_text_of(path)), name=path.name)
 
 
-def read_points(path: Path, across: str, up: str) -> Points:
-    """Return the points of ``--reference``, two columns; RequestError in a line for a bad file."""
+def read_points(path: Path, across: str, up: str, error: str = "") -> Points:
+    """Return the points of ``--reference``, two columns, and their errors if it has the third.
+
+    Raise RequestError in a line for a bad file.
+    """
     from harness.observables.reference import parse_points
 
-    return replace(parse_points(*_text_of(path), across, up), name=path.name)
+    return replace(parse_points(*_text_of(path), across, up, error), name=path.name)
 
 
 def _text_of(path: Path) -> tuple[str, str]:

@@ -104,8 +104,8 @@ def history(
     if csv is not None:
         writers["--csv", csv] = partial(write_csv, **search.wanted)
     if plot is not None:
-        found = search.find(None)
-        drawn = found.plot(files.against)
+        runs = search.find(None)
+        drawn = runs.plot(files.against)
         writers["--plot", plot] = save_figure(lambda: drawn, plot.suffix)
     write_all(writers)
     if json:
@@ -117,16 +117,16 @@ def history(
     return 0
 
 
-def _print(found: Recorded) -> None:
+def _print(runs: Recorded) -> None:
     """Print one line a row, newest last, as a log."""
-    if not found.rows:
+    if not runs.rows:
         none = (
-            f"no run is recorded yet: {found.file} is written by the first verify, tower and so on"
+            f"no run is recorded yet: {runs.file} is written by the first verify, tower and so on"
         )
-        print(f"no such run in {found.file}" if found.file.is_file() else none)
+        print(f"no such run in {runs.file}" if runs.file.is_file() else none)
         return
-    oldest_first = sorted(found.rows, key=lambda row: (row["started"], row["run"]))
-    if found.quantities is None:
+    oldest_first = sorted(runs.rows, key=lambda row: (row["started"], row["run"]))
+    if runs.quantities is None:
         head: tuple[str, ...] = ("started", "command", "engine", "status", "verdicts", "took")
         lines = [_run(row) for row in oldest_first]
     else:

@@ -176,26 +176,26 @@ def impulse(
     from harness.cli.recording import impulse_quantities, recorded
 
     points, name, case = files.points(), solver.solver, table.case()
-    with recorded("impulse", quiet=json) as told, solver.run() as engine:
+    with recorded("impulse", quiet=json) as recording, solver.run() as engine:
         table.check_cost(solver.own, engine)
-        found = impulse_angles(
+        frame = impulse_angles(
             case=case,
             solver=solver.own,
             reading=table.reading,
             engine=engine,
-            progress=told.progress,
+            progress=recording.progress,
             **table.over(),
         )
-        record = completed({"solver": name, "reading": table.reading}, engine, told)
-        told.engine = engine.identify().record() if engine else solver.own_record
-        record["rows"] = found.to_dict(orient="records")
+        record = completed({"solver": name, "reading": table.reading}, engine, recording)
+        recording.engine = engine.identify().record() if engine else solver.own_record
+        record["rows"] = frame.to_dict(orient="records")
         others = {"mass_kg": table.mass, "gravity_m_per_s2": table.gravity}
-        told.quantities = impulse_quantities(record["rows"], name, others)
-    files.write(found, points, table.reading, name)
+        recording.quantities = impulse_quantities(record["rows"], name, others)
+    files.write(frame, points, table.reading, name)
     if points is not None:
         pairs = zip(points.heights, points.angles_deg, strict=True)
         record["reference"] = [{"h_over_d": h, "theta_deg": angle} for h, angle in pairs]
-    return answer(record, name, json, lambda record: _print_tables(found, record))
+    return answer(record, name, json, lambda record: _print_tables(frame, record))
 
 
 _MOST = 10_000
@@ -206,7 +206,7 @@ def _heights(text: str) -> list[int]:
 
     Raise RequestError for what is not one, and for heights outside 1 to 10000.
     """
-    found: dict[int, None] = {}
+    numbers: dict[int, None] = {}
     for part in text.split(","):
         ends = re.fullmatch(r"(\d{1,9})(?:-(\d{1,9}))?", part.strip(), re.ASCII)
         if ends is None:
@@ -216,8 +216,8 @@ def _heights(text: str) -> list[int]:
         first, last = int(ends[1]), int(ends[2] or ends[1])
         if not 1 <= first <= last <= _MOST:
             raise RequestError(f"--heights {text!r}: {part.strip()} must rise within 1 to {_MOST}")
-        found |= dict.fromkeys(range(first, last + 1))
-    return list(found)
+        numbers |= dict.fromkeys(range(first, last + 1))
+    return list(numbers)
 
 
 def _numbers(texts: Iterable[str], option: str) -> list[float]:
@@ -225,22 +225,22 @@ def _numbers(texts: Iterable[str], option: str) -> list[float]:
 
     Raise RequestError for what is not one; its range is for the parameters to judge.
     """
-    found: dict[float, None] = {}
+    numbers: dict[float, None] = {}
     for text in texts:
         for part in text.split(","):
             try:
-                found[float(part)] = None
+                numbers[float(part)] = None
             except ValueError:
                 raise RequestError(f"{option} {text!r}: {part!r} is not a number") from None
-    return list(found)
+    return list(numbers)
 
 
-def _print_tables(found: pd.DataFrame, record: Mapping[str, Any]) -> None:
+def _print_tables(frame: pd.DataFrame, record: Mapping[str, Any]) -> None:
     """Print a table for each law and window, of as many runs as a terminal is wide for."""
     from rich.console import Console
 
     console = Console(width=None if Console().is_terminal else 120, markup=False)
-    for (law, window), part in found.groupby(["law", "window"], sort=False):
+    for (law, window), part in frame.groupby(["law", "window"], sort=False):
         title = f"{law} law, {window} window, {record['solver']}; alpha and critical angle (deg)"
         print_wrapped(f"{title} of each run, reading: velocity {record['reading']}")
         runs = list(part.groupby(["stiffness_N_per_m", "speed_m_per_s"], sort=False))

@@ -1,11 +1,7 @@
-"""Write down each run in the history: when it starts, what it measured, how it ended.
+"""Write down each run of a command in the history: start, quantities, end.
 
-What a single command measured, as quantities of the history.
-
-A name says which case it is: runs of the same name can be drawn over one
-another. Parameters are named where they are not the default.
-
-Write down each run in the history: when it starts, and how it ended.
+The name of a quantity says which run it is of: runs of the same name can be drawn over one another.
+Parameters are named where they are not the default.
 """
 
 from __future__ import annotations
@@ -225,23 +221,23 @@ def _begin(command: str) -> Iterator[Finish]:
             yield partial(_finish, history, run)
 
 
-def _finish(history: History, run: int, told: Recording, seconds: float, note: str) -> None:
+def _finish(history: History, run: int, recording: Recording, seconds: float, note: str) -> None:
     """Complete the run; a history that went away meanwhile must not cost its result."""
     from harness.store.entries import tell_stderr
     from harness.store.history import End
 
     end = End(
-        status=told.status,
+        status=recording.status,
         seconds=seconds,
-        engine=told.engine.get("engine", ""),
-        engine_version=told.engine.get("engine_version", ""),
-        how=told.engine.get("how", ""),
-        cached=told.cached,
-        folder=str(told.folder.absolute()) if told.folder else "",
+        engine=recording.engine.get("engine", ""),
+        engine_version=recording.engine.get("engine_version", ""),
+        how=recording.engine.get("how", ""),
+        cached=recording.cached,
+        folder=str(recording.folder.absolute()) if recording.folder else "",
         note=note,
     )
     try:
-        history.finish(run, end, told.quantities)
+        history.finish(run, end, recording.quantities)
     except sqlite3.Error as error:
         tell_stderr(f"history {history.path} cannot be written ({error}); the run has no end there")
 

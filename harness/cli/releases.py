@@ -60,63 +60,63 @@ def releases(
     """
     from harness.cli.engine_options import cached
     from harness.cli.recording import recorded
-    from harness.report.folder import check_folder
+    from harness.files import check_folder
     from harness.workflows import releases as compare
 
     output = asked.output
     if output is not None:
         check_folder(output)
     entries = kept.entries()
-    with recorded("releases", quiet=json) as told:
-        found = compare(
+    with recorded("releases", quiet=json) as recording:
+        comparison = compare(
             names,
             level=asked.level,
             cases=asked.cases,
             remember=lambda engine: nullcontext(cached(engine, entries, kept.fresh)),
-            progress=told.progress,
+            progress=recording.progress,
         )
-        told.status, told.folder = found.status, output
-    _record(found)
+        recording.status, recording.folder = comparison.status, output
+    _record(comparison)
     if output is not None:
         from harness.report.folder import write_releases
 
-        write_releases(found, output)
+        write_releases(comparison, output)
     if json:
-        print_json(found.record())
+        print_json(comparison.record())
     else:
-        _print(found, output)
-    return found.status
+        _print(comparison, output)
+    return comparison.status
 
 
-def _record(found: ReleaseMatrix) -> None:
+def _record(matrix: ReleaseMatrix) -> None:
     """Write down what each release measured, as a run of its own: it has a version of its own."""
     from harness.cli.recording import case_quantities, recorded
 
-    for column in found.columns:
+    for column in matrix.columns:
         if column.provenance is not None:
-            with recorded("releases", quiet=True) as told:
-                told.status = 3 if column.error or column.errors else 0
-                told.engine = column.provenance.record()
-                told.quantities = case_quantities(column.records)
+            with recorded("releases", quiet=True) as recording:
+                recording.status = 3 if column.error or column.errors else 0
+                recording.engine = column.provenance.record()
+                recording.quantities = case_quantities(column.records)
 
 
-def _print(found: ReleaseMatrix, output: Path | None) -> None:
+def _print(matrix: ReleaseMatrix, output: Path | None) -> None:
     """Print a line a release, known defects by name, and every quantity that moved."""
-    for i, column in enumerate(found.columns):
-        counts = ", ".join(f"{n} {change}" for change, n in found.counts(i).items())
+    for i, column in enumerate(matrix.columns):
+        counts = ", ".join(f"{n} {change}" for change, n in matrix.counts(i).items())
         print_line(f"{column.title}: {column.error or counts}")
-    for name, cells in found.defects.items():
+    for name, cells in matrix.defects.items():
         where = ", ".join(
             f"{column.release}: {count}"
-            for column, count in zip(found.columns, cells, strict=True)
+            for column, count in zip(matrix.columns, cells, strict=True)
             if count
         )
         print_line(f"known defect {name}, cells by release: {where}")
     moved = [
         f"moved in {column.release}: {row.record}: {row.quantity} {cell.value!r} {row.unit} "
         f"({cell.difference:+.2g}) {cell.note}"
-        for row in found.rows
-        for column, cell in zip(found.columns, row.cells, strict=True)
+        for row in matrix.rows
+        for column, cell in zip(matrix.columns, row.cells, strict=True)
         if cell.change == "moved"
     ]
     for line in moved[:MOST_MOVED]:

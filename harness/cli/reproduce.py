@@ -69,15 +69,15 @@ def reproduce(
     if asked.check:
         folder = asked.output or COMMITTED
         committed = _committed(folder)
-        found = _reproduced(engine, points, None, json)
-        differences = ledger_differences(committed, found.ledger.frame())
+        reproduction = _reproduced(engine, points, None, json)
+        differences = ledger_differences(committed, reproduction.ledger.frame())
     elif asked.output is not None:
         folder = asked.output
-        found = _reproduced(engine, points, folder, json)
+        reproduction = _reproduced(engine, points, folder, json)
     else:
         with output_folder(None, "-reproduction") as folder:
-            found = _reproduced(engine, points, folder, json)
-    record = {**_counts(found.ledger), "folder": str(folder)}
+            reproduction = _reproduced(engine, points, folder, json)
+    record = {**_counts(reproduction.ledger), "folder": str(folder)}
     if asked.check:
         record["differences"] = differences
     if json:
@@ -97,13 +97,13 @@ def _reproduced(
 
     if folder is not None:
         check_folder(folder)
-    with recorded("reproduce", quiet=quiet) as told, engine.run() as opened:
-        found = reproduce_with(engine=opened, reference=points, progress=told.progress)
-        told.engine, told.folder = found.provenance.record(), folder
+    with recorded("reproduce", quiet=quiet) as recording, engine.run() as opened:
+        found = reproduce_with(engine=opened, reference=points, progress=recording.progress)
+        recording.engine, recording.folder = found.provenance.record(), folder
         if folder is not None:
-            told.progress("figures, movies and report", 0, 1)
+            recording.progress("figures, movies and report", 0, 1)
             write(found, folder)
-            told.progress("figures, movies and report", 1, 1)
+            recording.progress("figures, movies and report", 1, 1)
     return found
 
 

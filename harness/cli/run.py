@@ -5,14 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import TYPE_CHECKING, Annotated, Any
 
-from harness.cli.command import Json, Name, Settings, options
+from cyclopts import Parameter
+
+from harness.cli.command import File, Json, Name, Settings, options
 from harness.cli.engine_options import CostOptions, IntegratorOptions, answer, completed
-from harness.cli.files import print_wrapped
+from harness.cli.files import check_target, print_wrapped, write_all
+from harness.errors import RequestError
+from harness.report.plain import write_csv
 
 if TYPE_CHECKING:
     from harness.engines.contract import Engine
+    from harness.workflows.case_runs import RunResult
 
 
 @options()
@@ -21,6 +27,31 @@ class CaseOptions(CostOptions):
 
     settings: Settings = None
     """A parameter of the case, in SI units and degrees; repeat it for several."""
+    profile: File = None
+    """Write the profile of the run over the height to this CSV file, of a case that has one."""
+
+    def check_profile(self, case: str) -> None:
+        """Raise RequestError, before anything is run, for a profile that cannot be written."""
+        check_target(self.profile, "--profile", (".csv",))
+        if self.profile is None:
+            return
+        from harness.cases.contract import Case
+        from harness.cases.registry import get_case
+
+        if type(get_case(case)).profile is Case.profile:
+            raise RequestError(f"--profile {self.profile}: case {case!r} has no profile")
+
+    def write_profile(self, found: RunResult) -> None:
+        """Write the profile, if one is asked for."""
+        if self.profile is not None:
+            import pandas as pd
+
+            frame = pd.DataFrame(dict(found.profile))
+            write_all({("--profile", self.profile): partial(write_csv, frame)})
+
+    quantity: Annotated[str, Parameter(metavar="NAMES")] = ""
+    """Quantities to measure and show, with commas between. One such as `critical_angle_deg` takes
+    several runs. [default: all that a run measures]"""
 
 
 @options("Engine")
@@ -45,7 +76,8 @@ def run(
     For example:
 
         dem-harness run tower --set height=2 --set speed=4
-        dem-harness run incline --engine reference --json
+        dem-harness run layers-flow --set angle=16 --profile profile.csv
+        dem-harness run columns --set n=8 --quantity critical_angle_deg --engine reference
 
     Parameters
     ----------
@@ -56,8 +88,10 @@ def run(
     from harness.engines.border import MOST_SECONDS
     from harness.engines.typed import named_values
     from harness.workflows import run as run_case
+    from harness.workflows.sweep_plan import names_in
 
     values = named_values(asked.settings or (), "--set")
+    asked.check_profile(case)
     runner.check_names([runner.engine or "lammps"])
     more: dict[str, Any] = {}
 
@@ -65,24 +99,28 @@ def run(
     def open_one(name: str) -> Iterator[Engine]:
         with runner.open(name, runner.integrator) as engine:
             yield engine
-            more.update(completed({}, engine, told))
+            more.update(completed({}, engine, recording))
 
-    with recorded("run", quiet=json) as told:
-        found = run_case(
+    with recorded("run", quiet=json) as recording:
+        result = run_case(
             case,
             values,
             runner.engine,
+            quantities=names_in(asked.quantity),
             open_one=open_one,
-            progress=told.progress,
+            progress=recording.progress,
             most_seconds=math.inf if asked.force else MOST_SECONDS,
         )
-        record = {**found.record(), **more}
-        told.engine, told.quantities = record, run_quantities(record, values)
-    return answer(record, found.engine, json, _print)
+        record = {**result.record(), **more}
+        recording.engine, recording.quantities = record, run_quantities(record, values)
+        asked.write_profile(result)
+    return answer(record, result.engine, json, _print)
 
 
 def _print(record: Mapping[str, Any]) -> None:
-    """Print who ran, the parameters, and a line for each quantity."""
+    """Print who ran, the parameters, a line for each quantity, and what else there is."""
+    from harness.cases.registry import get_case
+
     print(f"{record['case']} in {record['engine']} {record['engine_version']}")
     given = (f"{name} = {_short(value)}" for name, value in _flat(record["parameters"]))
     print_wrapped(", ".join(given), indent=2)
@@ -96,6 +134,9 @@ def _print(record: Mapping[str, Any]) -> None:
                 f"difference {quantity['difference']:.2g}"
             )
         print_wrapped(line)
+    more = [q.name for one in get_case(record["case"]).derived() for q in one.quantities]
+    if more and not record["quantities"].keys() & set(more):
+        print_wrapped(f"by --quantity, of several runs: {', '.join(more)}", indent=2)
 
 
 def _flat(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:

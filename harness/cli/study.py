@@ -109,25 +109,25 @@ def study(
     with (
         output_folder(options.output, "-study") as folder,
         _held(options, where),
-        recorded("study", quiet=json) as told,
+        recorded("study", quiet=json) as recording,
     ):
-        found = run_study(
+        result = run_study(
             case,
             level,
             points=points,
             executor_of=executor_of,
-            progress=told.progress,
+            progress=recording.progress,
             earlier=options.runs,
             least_ranks=where.ranks,
         )
-        told.folder, told.status = folder, FAILED if _without_result(found) else 0
-        _write(found, folder, options.runs)
-    record = {**found.record(), "output": str(folder)}
+        recording.folder, recording.status = folder, FAILED if _without_result(result) else 0
+        _write(result, folder, options.runs)
+    record = {**result.record(), "output": str(folder)}
     if json:
         print_json(record)
     else:
         _print(record, question.columns)
-    return told.status
+    return recording.status
 
 
 def _held(options: StudyOptions, where: ExecutorOptions) -> contextlib.AbstractContextManager[None]:
@@ -151,20 +151,20 @@ def _print_cost(engine: str, options: StudyOptions, where: ExecutorOptions, json
     from harness.workflows.study_run import cost_of
 
     local = replace(where, executor="local")
-    found = cost_of(
+    cost = cost_of(
         options.case,
         options.level,
         lambda ranks: _with_ranks(engine, options, local, ranks).open(engine),
         options.runs,
     )
-    tables = {"measured": found.measured, "rows": found.rows}
+    tables = {"measured": cost.measured, "rows": cost.rows}
     if json:
         rows = {name: [dict(row) for row in table] for name, table in tables.items()}
-        print_json({"level": options.level, **rows, "model": found.model})
+        print_json({"level": options.level, **rows, "model": cost.model})
         return
     for table in tables.values():
         print_frame(pd.DataFrame(table), 3)
-    print_wrapped(f"model: {found.model}")
+    print_wrapped(f"model: {cost.model}")
 
 
 def _executors(
@@ -214,34 +214,34 @@ def _with_ranks(
     return replace(options, mpirun=launcher)
 
 
-def _write(found: StudyResult, folder: Path, earlier: Path | None) -> None:
+def _write(result: StudyResult, folder: Path, earlier: Path | None) -> None:
     from harness.report.folder import Page, write_study
     from harness.workflows.sweep_run import as_frame
 
-    page = Page(found.title, found.question, found.conclusion.verdict, _facts(found, earlier))
-    tables = {"rows.csv": found.frame(), "runs.csv": as_frame(found.runs)}
-    write_study(page, found.conclusion.sections, found.record(), tables, folder)
+    page = Page(result.title, result.question, result.conclusion.verdict, _facts(result, earlier))
+    tables = {"rows.csv": result.frame(), "runs.csv": as_frame(result.runs)}
+    write_study(page, result.conclusion.sections, result.record(), tables, folder)
 
 
-def _without_result(found: StudyResult) -> int:
-    return found.count("failed") + found.count("undecided")
+def _without_result(result: StudyResult) -> int:
+    return result.count("failed") + result.count("undecided")
 
 
-def _facts(found: StudyResult, earlier: Path | None) -> Mapping[str, str]:
+def _facts(result: StudyResult, earlier: Path | None) -> Mapping[str, str]:
     """Return who made the runs, how many, and the command."""
     from harness import __version__
 
-    versions = dict.fromkeys(row["engine_version"] for row in found.runs if row["engine_version"])
-    level = "" if found.level == "default" else f" --{found.level}"
+    versions = dict.fromkeys(row["engine_version"] for row in result.runs if row["engine_version"])
+    level = "" if result.level == "default" else f" --{result.level}"
     # its name alone: where it lay is of no use to a reader, and names a machine
     level += "" if earlier is None else f" --runs {shlex.quote(earlier.name)}"
-    missing = "; ".join(f"{name}: {reason}" for name, reason in found.missing.items())
+    missing = "; ".join(f"{name}: {reason}" for name, reason in result.missing.items())
     return {
         **({"not run": missing} if missing else {}),
-        "command": f"dem-harness study {found.case}{level}",
-        "engine": f"{found.engine} {', '.join(versions)}",
-        "runs": f"{len(found.runs)}, {_without_result(found)} without a result"
-        + (f", {found.taken} of them taken from an earlier study" if earlier else ""),
+        "command": f"dem-harness study {result.case}{level}",
+        "engine": f"{result.engine} {', '.join(versions)}",
+        "runs": f"{len(result.runs)}, {_without_result(result)} without a result"
+        + (f", {result.taken} of them taken from an earlier study" if earlier else ""),
         "harness": __version__,
     }
 

@@ -63,14 +63,16 @@ class SweepOptions(IntegratorOptions):
     engines: Annotated[str, Parameter(metavar="NAMES", group=panel("Engine"))] = ""
     """Engines that `dem-harness engines` lists and solvers that `dem-harness cases` names, with
     commas between, or `all`. [default: as of `run`]"""
-    quantity: Annotated[str, Parameter(metavar="NAME")] = ""
-    """What the figure shows. [default: the first measured]"""
+    quantity: Annotated[str, Parameter(metavar="NAMES")] = ""
+    """What is measured and shown: quantities of the case with commas between, the first in the
+    figure. Of one such as `critical_angle_deg` a value takes several runs. [default: all that a
+    run measures, the first in the figure]"""
     output: Folder = None
     """Where table and figure are written; the same sweep goes on there. [default:
     reports/runs/DATE-sweep]"""
     reference: Annotated[Path | None, Parameter(metavar="FILE.csv")] = None
     """Your measured points for the figure: a CSV table with columns named as in rows.csv, the
-    first parameter of --over and the one --quantity."""
+    first parameter of --over and the first --quantity; `uncertainty_UNIT` gives error bars."""
 
     def asked(self) -> Asked:
         """Return what is to be run: of a case, or of a file with these options on top."""
@@ -90,7 +92,7 @@ class SweepOptions(IntegratorOptions):
 
     def points(self, chosen: Plan) -> Points | None:
         """Return the measured points, if there are any; raise RequestError for a bad file."""
-        from harness.workflows.sweep_run import drawn_columns
+        from harness.workflows.sweep_columns import drawn_columns
 
         if self.reference is None:
             return None
@@ -127,8 +129,9 @@ def sweep(
 
     For example:
 
-        dem-harness sweep incline --over angle=9:11:5 --over stiffness=1e5:1e7:log3
         dem-harness sweep tower --over height=1,2,5:20:4 --engines exact,lammps --output mine
+        dem-harness sweep incline --over contact.restitution=0:0.4:5 \
+            --quantity critical_angle_deg,uncertainty_deg --reference measured.csv
         dem-harness sweep oblique --set preset=kharaz --over angle=5:85:9 \
             --quantity rim_speed_ratio --reference measured.csv
 
@@ -152,21 +155,24 @@ def sweep(
     if options.mpirun is None and where.ranks > 1:
         options = replace(options, mpirun=_launcher(options, chosen.engines, where.ranks))
     counts: dict[str, int] = {}
-    with recorded("sweep", quiet=json) as told, _folder(options, chosen.asked) as folder:
+    with recorded("sweep", quiet=json) as recording, _folder(options, chosen.asked) as folder:
         table = PartialTable(folder / ROWS)
         if settings is None:
-            found, unqualified = _run(options, chosen, counts, told, table)
+            found, unqualified = _run(options, chosen, counts, recording, table)
         else:
-            found = _run_on_cluster(options, chosen, settings, folder, told, table)
+            found = _run_on_cluster(options, chosen, settings, folder, recording, table)
             unqualified = {}
-        told.folder, told.status = folder, FAILED if found.count("failed") else told.status
+        recording.folder, recording.status = (
+            folder,
+            FAILED if found.count("failed") else recording.status,
+        )
         notes = _written(folder, found, points)
     notes += [f"engine {n!r} did not qualify: {reason}" for n, reason in unqualified.items()]
     if json:
         print_json({**found.record(), **counts, "output": str(folder), "notes": notes})
     else:
         _print(found, notes)
-    return told.status
+    return recording.status
 
 
 def _launcher(options: SweepOptions, engines: Sequence[str], ranks: int) -> str:
@@ -197,7 +203,7 @@ def _run(
     options: SweepOptions,
     chosen: Plan,
     counts: dict[str, int],
-    told: Recording,
+    recording: Recording,
     table: PartialTable,
 ) -> tuple[Sweep, dict[str, str]]:
     """Return the sweep, and why engines did not qualify, by their names."""
@@ -215,12 +221,12 @@ def _run(
                 counts[key] = counts.get(key, 0) + value
             if made and not any(made.values()):  # it states none of them: nothing to qualify for
                 return
-            reason = qualification(engine, told).get("qualification_failures")
+            reason = qualification(engine, recording).get("qualification_failures")
             if reason:
                 unqualified[name] = reason
 
     executor = Local(open_one, options.entries(), options.fresh)
-    return run_plan(chosen, executor, told.progress, table), unqualified
+    return run_plan(chosen, executor, recording.progress, table), unqualified
 
 
 def _run_on_cluster(
@@ -228,7 +234,7 @@ def _run_on_cluster(
     chosen: Plan,
     settings: ExecutorOptions,
     folder: Path,
-    told: Recording,
+    recording: Recording,
     table: PartialTable,
 ) -> Sweep:
     """Return the sweep, run under SLURM; engines are opened here to look up what is kept."""
@@ -246,7 +252,7 @@ def _run_on_cluster(
         lambda name: options.opening(name, options.integrator),
         cache_place(options.cache).path if entries is not None else None,
     )
-    return run_plan(chosen, executor, told.progress, table)
+    return run_plan(chosen, executor, recording.progress, table)
 
 
 @dataclass
@@ -296,7 +302,9 @@ def _written(folder: Path, found: Sweep, points: Points | None) -> list[str]:
     from functools import partial
     from importlib.util import find_spec
 
-    frame, figure, notes = found.frame(), found.figure(points=points), []
+    frame = found.frame()
+    notes: list[str] = []
+    figure = found.figure(points=points)
     files: dict[tuple[str, Path], Writer] = {("table", folder / ROWS): partial(write_csv, frame)}
     if find_spec("pyarrow") is None:
         hint = "pyarrow is not installed: pip install 'dem-harness[parquet]'"
@@ -308,6 +316,8 @@ def _written(folder: Path, found: Sweep, points: Points | None) -> list[str]:
     else:
         for suffix in (".svg", ".png"):
             files["figure", folder / f"figure{suffix}"] = save_figure(lambda: figure, suffix)
+            for name, own in found.own_figures().items():
+                files["figure", folder / f"{name}{suffix}"] = save_figure(own, suffix)
     write_all(files)
     return notes
 
@@ -317,7 +327,7 @@ def _print(found: Sweep, notes: list[str]) -> None:
     from harness.store.entries import tell_stderr
 
     frame = found.frame()
-    measured = [name for name in found.quantities if name in frame and frame[name].notna().any()]
+    measured = [name for name in found.selected if name in frame and frame[name].notna().any()]
     shown = frame[["engine", *found.over, *measured, "status"]]
     print_frame(shown.head(MOST_SHOWN), 7)
     if len(shown) > MOST_SHOWN:

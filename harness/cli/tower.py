@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
 from harness.cli.command import File, Json, options
 from harness.cli.engine_options import CostOptions, SolverOptions, answer, completed
 from harness.cli.files import check_target, write_all
+from harness.cli.film import FilmOptions
 from harness.report.plain import write_csv
 
 if TYPE_CHECKING:
     from harness.engines.contract import Engine
+    from harness.observables.tower import TowerRun
     from harness.parameters.tower import Tower
+    from harness.report.film import Film
 
 MOST_SHOWN = 20
 """Entries of a list that the table shows; JSON has them all."""
@@ -77,6 +81,7 @@ def tower(
     system: SystemOptions = SystemOptions(),
     run: RunOptions = RunOptions(),
     solver: SolverOptions = SolverOptions(),
+    film: FilmOptions = FilmOptions(),
     *,
     json: Json = False,
 ) -> int:
@@ -90,6 +95,7 @@ def tower(
 
         dem-harness tower --height 4 --law overlap --solver lammps
         dem-harness tower --height 2 --window first-contact --series tower.csv
+        dem-harness tower --height 9 --law overlap --duration 6 --film tower.gif
     """
     from harness.cases.tower.run import covering
     from harness.cases.tower.run import tower as run_tower
@@ -97,24 +103,33 @@ def tower(
     from harness.observables.windows import summary
 
     check_target(run.series, "--series")
+    film.check()
     case, window = system.tower(), run.window
-    with recorded("tower", quiet=json) as told, solver.run() as engine:
+    with recorded("tower", quiet=json) as recording, solver.run() as engine:
         run.check_cost(case, solver.own, engine)
-        found = run_tower(
+        tower_run = run_tower(
             case,
             solver=solver.own,
             duration=run.duration,
             steps_per_contact=run.steps_per_contact,
+            profiles=film.film is not None,
             engine=engine,
-            progress=told.progress,
+            progress=recording.progress,
         )
-        whole = covering(found, window, engine, told.progress)
-        record = completed(summary(found, window, whole), engine, told)
-        told.engine = {**solver.own_record, **record}
-        told.quantities = tower_quantities(record)
+        whole = covering(tower_run, window, engine, recording.progress)
+        record = completed(summary(tower_run, window, whole), engine, recording)
+        recording.engine = {**solver.own_record, **record}
+        recording.quantities = tower_quantities(record)
     if run.series is not None:
-        write_all({("--series", run.series): lambda path: write_csv(found.frame(), path)})
+        write_all({("--series", run.series): lambda path: write_csv(tower_run.frame(), path)})
+    film.write(partial(_film, tower_run))
     return answer(record, solver.solver, json, _print)
+
+
+def _film(run: TowerRun, frames: int) -> Film:
+    from harness.cases.tower.film import tower_film
+
+    return tower_film(run, frames)
 
 
 def _print(record: Mapping[str, Any]) -> None:

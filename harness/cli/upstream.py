@@ -41,8 +41,7 @@ def upstream(
         Folder for report.md and rows.csv; must not hold anything yet.
     """
     from harness.engines.lammps.releases import executable_of
-    from harness.files import whole_folder
-    from harness.report.folder import check_folder
+    from harness.files import check_folder, whole_folder
     from harness.report.plain import write_csv
     from harness.upstream.definition import read_tests
     from harness.upstream.report import report

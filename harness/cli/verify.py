@@ -1,8 +1,6 @@
-"""``dem-harness verify``, and how its verdicts are told in a terminal.
+"""``dem-harness verify``: its options, the kept or new verification, its verdicts in a terminal.
 
-Tell a verification in a terminal: what failed, findings, counts, and the headlines last.
-
-``dem-harness verify``.
+What failed stands first, findings and counts next, the headlines last.
 """
 
 from __future__ import annotations
@@ -208,10 +206,10 @@ class VerifyOptions:
     """What is to be verified: how much, against which baseline, and where the report goes."""
 
     quick: bool = False
-    """A shorter ladder: under 20 s on two cores (contacts: 19 s of CPU time, against 105 s
-    without)."""
+    """A shorter ladder: some 20 s of CPU time, as many for the contacts; `dem-harness cases` has
+    the time of each case, and the command says it before it begins."""
     full: bool = False
-    """Up to 100 times the stiffness, every height: some two minutes."""
+    """Up to 100 times the stiffness, every height: some two minutes for incline and tower."""
     cases: Annotated[str | None, Parameter(metavar="NAME[,NAME...]")] = None
     """Cases or groups that `dem-harness cases` lists, or `all`. [default: incline and tower]"""
     engines: Annotated[str | None, Parameter(metavar="all|NAME[,NAME...]")] = None
@@ -234,6 +232,8 @@ class VerifyOptions:
     """Exit status 1 also where a check was not tested."""
     png: bool = False
     """Write every figure as PNG too, beside SVG."""
+    film: bool = False
+    """Show films of the incline and of the tower in the page, by the engine's own motions."""
     verbose: bool = False
     """Print every check, not only those that failed."""
 
@@ -278,11 +278,11 @@ def verify(
     asked.check()
     beside = engines_of(asked.engines)
     engine.check_names((engine.engine, *beside), "--engines")
-    with output_folder(asked.output) as folder, recorded("verify", quiet=json) as told:
-        record = _record(asked, engine, folder, told.progress)
-        told.cached = record["cached"]
-        told.status, told.folder = record["status"], folder
-        told.engine, told.quantities = record["engine"] or {}, verdicts(record["checks"])
+    with output_folder(asked.output) as folder, recorded("verify", quiet=json) as recording:
+        record = _record(asked, engine, folder, recording.progress)
+        recording.cached = record["cached"]
+        recording.status, recording.folder = record["status"], folder
+        recording.engine, recording.quantities = record["engine"] or {}, verdicts(record["checks"])
     with closed_pipe_allowed():
         if json:
             print_json({**record, "folder": str(folder)})
@@ -338,8 +338,13 @@ def _say_cost(asked: VerifyOptions, fresh: bool) -> None:
     ]
     known = f"took {took[0]:.0f} s when last run" if took else "no earlier run tells what it takes"
     kept = "" if fresh else "; runs that are kept are not made again"
-    names = ", ".join(case.name for case in cases)
-    tell_stderr(f"verify, level {asked.level}, {len(cases)} cases ({names}): {known}{kept}")
+    cost = {case.name: case.cost.get(asked.level) for case in cases}
+    each = ", ".join(n if s is None else f"{n} {s:.0f} s" for n, s in cost.items())
+    # of what a pattern leaves out nobody knows the part
+    whole = cases and not asked.only and None not in cost.values()
+    total = f"; {sum(filter(None, cost.values())):.0f} s of CPU time in all" if whole else ""
+    what = f"level {asked.level}, {len(cases)} cases ({each}{total})"
+    tell_stderr(f"verify, {what}: {known}{kept}")
 
 
 def _what_counts(words: Sequence[str]) -> list[str]:
@@ -363,16 +368,17 @@ def _key(asked: VerifyOptions, engine: EngineOptions) -> str | None:
         return None
     further = asked.known_defects
     with_further(further)  # a bad file is refused, whatever is kept
-    cases = Selection(asked.cases, asked.only).chosen(checked_level(asked.level))
+    names = Selection(asked.cases, asked.only).names(checked_level(asked.level))
     against = {} if asked.no_baseline else digest(asked.baseline, asked.tolerances)
     return verification_key(
         asked.level,
-        cases=[case.name for case in cases],
+        cases=names,
         engine=engine.engine,
         beside={
             "baseline": against,
             "strict": asked.strict,
             "png": asked.png,
+            **({"film": True} if asked.film else {}),
             "only": asked.only,
             "further_defects": further and digest_of_files([further], further.parent),
         },
@@ -403,7 +409,7 @@ def _measured(
     """Verify, write the report and return the record."""
     from harness.cli.engine_options import runs_made
     from harness.report.folder import write
-    from harness.workflows import sections
+    from harness.workflows import film_section, sections
     from harness.workflows import verify as verify_with
     from harness.workflows.verification import Selection, chosen_baseline
 
@@ -411,7 +417,7 @@ def _measured(
     with engine.open(engine.engine, engine.integrator) as opened:
         if engine.lmp or engine.mpirun or engine.program:
             opened.identify()  # a program that was named and is another ends the command at once
-        found = verify_with(
+        verification = verify_with(
             asked.level,
             cases=Selection(asked.cases, asked.only, defects=asked.known_defects),
             engine=opened,
@@ -422,7 +428,8 @@ def _measured(
             strict=asked.strict,
         )
         progress("figures and report", 0, 1)
-        record = found.record()
-        write(found, folder, sections(found), png=asked.png)
+        record = verification.record()
+        films = [film_section(verification.cases, opened)] if asked.film else []
+        write(verification, folder, [*sections(verification), *films], png=asked.png)
         progress("figures and report", 1, 1)
         return {**record, "cached": False, **runs_made(opened)}

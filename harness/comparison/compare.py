@@ -50,9 +50,9 @@ class Pair(Generic[R]):
     @property
     def row(self) -> R:
         """Return the row of the later table that has it."""
-        found = self.after or self.before
-        assert found is not None
-        return found
+        row = self.after or self.before
+        assert row is not None
+        return row
 
     @property
     def moved_by(self) -> float:

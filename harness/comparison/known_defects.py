@@ -3,6 +3,10 @@
 A failure in a cell that a defect names is *known defect* where it has the size that the cause
 predicts: shown, counted apart, never a pass. Another size is a failure, which names law, prediction
 and value. A cell of a defect that holds in a release that is said to have it is *fixed*.
+
+A defect of one of two releases moves the recorded run against the baseline, also where the limit of
+a small step holds: by what both runs, step by step with the defects of each, differ. Another size
+stays a failure.
 """
 
 from __future__ import annotations
@@ -17,12 +21,19 @@ from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
+from harness.comparison.regression import BaselineRecord, name_in_cell, row_name
 from harness.comparison.verdicts import Check, PredictedSize, Verdict
 from harness.observables.provenance import release_of
 from harness.parameters.base import Parameters
 
 Formula = str | float | bool
 """A number, a word, or a formula of the coefficients of a law, as ``2 * damping_coefficient``."""
+
+UNRECORDED = 1e-9
+"""Sizes up to which a quantity has no value in a record."""
+
+AGAIN = ("", "continued with a setup")
+"""What a run in another release is: its values, and the same run made again."""
 
 
 class Prediction(Parameters):
@@ -95,8 +106,9 @@ class KnownDefect(Parameters):
         if cell is None:
             return False
         patterns = (self.cases, self.submodels, self.systems, (self.engine,), self.invariances)
-        if not all(map(_among, cell.place, patterns)):
-            return False
+        for name, allowed in zip(cell.place, patterns, strict=True):
+            if not any(fnmatchcase(name, pattern) for pattern in allowed):
+                return False
         here, last = release_of(versions.get(cell.engine, "")), release_of(self.until)
         return here >= release_of(self.since) and (not last or here[: len(last)] <= last)
 
@@ -111,10 +123,6 @@ class KnownDefect(Parameters):
 def defect_of(check: Check) -> str:
     """Return the name of the known defect that a check was marked with; empty without one."""
     return check.cell.defect if check.cell is not None else ""
-
-
-def _among(name: str, patterns: tuple[str, ...]) -> bool:
-    return any(fnmatchcase(name, pattern) for pattern in patterns)
 
 
 def told_apart(
@@ -145,22 +153,22 @@ def _marked(
     failing: set[tuple[str, str, str, str, str]],
 ) -> Check:
     bare = replace(check, predict=None)
-    here = [one for one in defects if one.concerns(check, versions)]
+    here = [defect for defect in defects if defect.concerns(check, versions)]
     undecided = check.verdict is Verdict.NOT_TESTED and not math.isnan(check.value)
     if not here or check.cell is None or not (check.judged or undecided):
         return bare
     holds = check.verdict is Verdict.PASS
     if holds and check.cell.place in failing:
         return bare
-    ended = [one for one in here if _failed_as_predicted(check, one)]
-    sized = [one for one in here if not one.predicts.error]
+    ended = [defect for defect in here if _failed_as_predicted(check, defect)]
+    sized = [defect for defect in here if not defect.predicts.error]
     if ended:
         here, expected, said, known = ended, None, "", True
     elif sized:
         value = replace(check, cell=replace(check.cell, invariance=""))
-        wrong = [one for one in defects if check.cell.invariance and one.concerns(value, versions)]
+        beneath = [d for d in defects if check.cell.invariance and d.concerns(value, versions)]
         here = sized
-        expected, said = _size(check, sized, [one for one in wrong if not one.predicts.error])
+        expected, said = _size(check, sized, [d for d in beneath if not d.predicts.error])
         known = expected is not None and expected.includes(check.value)
     else:
         message = here[0].predicts.error
@@ -168,7 +176,7 @@ def _marked(
     # what is undecided against the law is decided against a prediction that excludes the law
     if undecided and not (known and expected and not expected.includes(check.expected)):
         return bare
-    note = "; ".join(filter(None, (*(one.note for one in here), said, check.note)))
+    note = "; ".join(filter(None, (*(defect.note for defect in here), said, check.note)))
     if holds:
         if known or (sized and expected is None):
             return bare
@@ -196,7 +204,7 @@ def _size(
 
     Those ``beneath`` make the values of the runs wrong that an invariance compares.
     """
-    names = " and ".join(one.name for one in defects)
+    names = " and ".join(defect.name for defect in defects)
     verb = "predicts" if len(defects) == 1 else "predict"
     together, under = merged(defects), merged(beneath)
     if together is None or check.predict is None:
@@ -213,4 +221,77 @@ def _size(
 
 def merged(defects: Sequence[KnownDefect]) -> Prediction | None:
     """Return what defects of one cell make of it together; None of none."""
-    return reduce(operator.or_, (one.predicts for one in defects)) if defects else None
+    return reduce(operator.or_, (defect.predicts for defect in defects)) if defects else None
+
+
+def moved_by_defects(
+    rows: Sequence[Check],
+    judged: Iterable[Check],
+    records: Mapping[str, BaselineRecord],
+    defects: Sequence[KnownDefect],
+    versions: Mapping[str, str],
+) -> tuple[Check, ...]:
+    """Return rows against the baseline, failures of the size that defects predict marked.
+
+    ``judged`` are the checks of the run with what predicts their sizes, ``records`` those of the
+    baseline by name, and ``versions`` the engines' that ran.
+    """
+    of_rows = {}
+    for check in judged:
+        if check.cell is not None and not check.cell.invariance and hasattr(check.predict, "moved"):
+            quantity = check.name.rpartition(": ")[2]
+            of_rows[row_name(name_in_cell(check.cell), quantity)] = (check, quantity)
+    marked = []
+    for row in rows:
+        if row.verdict is Verdict.FAIL and row.name in of_rows:
+            check, quantity = of_rows[row.name]
+            assert check.cell is not None
+            record = records[name_in_cell(check.cell)]
+            row = _marked_move(row, check, quantity, record, defects, versions)
+        marked.append(row)
+    return tuple(marked)
+
+
+def _marked_move(
+    row: Check,
+    check: Check,
+    quantity: str,
+    record: BaselineRecord,
+    defects: Sequence[KnownDefect],
+    versions: Mapping[str, str],
+) -> Check:
+    here = _of_runs(check, defects, versions)
+    there = _of_runs(check, defects, {record.engine: record.engine_version})
+    apart = [defect for defect in (*here, *there) if (defect in here) is not (defect in there)]
+    known = record.quantities.get(quantity)
+    if not apart or known is None:
+        return row
+    there_is_none = math.isnan(row.value)
+    difference = (0.0 if there_is_none else row.value) - known.value
+    width = UNRECORDED if there_is_none else 2.0 * row.tolerance
+    try:
+        size = check.predict.moved(merged(here), merged(there), width)  # type: ignore[union-attr]
+    except (ArithmeticError, ValueError) as error:
+        return replace(row, note=f"{row.note}; what defects predict cannot be computed: {error}")
+    names = " and ".join(
+        f"{defect.name} ({'here' if defect in here else 'there'})" for defect in apart
+    )
+    said = f"{names} predict a difference of {size}, it is {difference:.6g}"
+    note = "; ".join(filter(None, (*(defect.note for defect in apart), said, row.note)))
+    if not size.includes(difference):
+        return replace(row, note="; ".join(filter(None, (said, row.note))))
+    return replace(row, verdict=Verdict.KNOWN_DEFECT, note=note, triage="")
+
+
+def _of_runs(
+    check: Check, defects: Sequence[KnownDefect], versions: Mapping[str, str]
+) -> list[KnownDefect]:
+    """Return the defects of a release that a run of a check's cell can be computed with."""
+    assert check.cell is not None
+    runs = [replace(check, cell=replace(check.cell, invariance=name)) for name in AGAIN]
+    return [
+        defect
+        for defect in defects
+        if (defect.predicts.law or defect.predicts.rules or defect.predicts.scheme)
+        and any(defect.concerns(run, versions) for run in runs)
+    ]

@@ -252,7 +252,7 @@ def against_baseline(
     A record that is expected and missing fails with its error, is *not tested* where there is a
     reason, and fails where nothing explains it. A record without a baseline is not tested.
     """
-    found = {record.name: record for record in measured}
+    records = {record.name: record for record in measured}
     rows = _Rows(Allowed(tolerances, baseline.overrides))
     if not baseline.of_level(level):
         name, where = row_name(f"level {level}"), baseline.where or "any folder"
@@ -261,8 +261,8 @@ def against_baseline(
         )
         return Regression((not_tested(name, Kind.REGRESSION, reason_none),))
     for known in baseline.of_level(level):
-        if known.name in found:
-            _compare(found[known.name], known, rows)
+        if known.name in records:
+            _compare(records[known.name], known, rows)
         elif expected.covers(known):
             rows.add(_missing(known, expected))
     for record in measured:
@@ -307,13 +307,13 @@ def _explained(row: Check, cells: Mapping[str, list[Check]]) -> Check:
     if row.verdict is not Verdict.FAIL:
         return row
     record, _, quantity = row.name.removeprefix("baseline: ").partition(": ")
-    found = cells.get(row_name(record), [])
+    checks = cells.get(row_name(record), [])
     if quantity:
-        found = [check for check in found if check.name.endswith(f": {quantity}")]
-    verdicts = {check.verdict for check in found if check.verdict is not Verdict.FINDING}
+        checks = [check for check in checks if check.name.endswith(f": {quantity}")]
+    verdicts = {check.verdict for check in checks if check.verdict is not Verdict.FINDING}
     for verdict in (Verdict.KNOWN_DEFECT, Verdict.FIXED, Verdict.NOT_TESTED):
         if verdict in verdicts and not verdicts & {Verdict.FAIL, Verdict.PASS}:
-            why = next(check.note for check in found if check.verdict is verdict)
+            why = next(check.note for check in checks if check.verdict is verdict)
             note = "; ".join(filter(None, (why, row.note if quantity else "")))
             return replace(row, verdict=verdict, note=note)
     return row

@@ -114,7 +114,9 @@ def _by_place(checks: Sequence[Check]) -> dict[Place, list[Check]]:
 
 def _worst(cell: Sequence[Check]) -> str:
     deciding = _deciding(cell)
-    return str(min(deciding, key=_rank).verdict) if deciding else ""
+    # of equals what has a value counts before what has not
+    ranks = {c.verdict: (RANK[c.verdict], c.verdict is Verdict.NOT_TESTED) for c in deciding}
+    return str(min(ranks, key=lambda verdict: ranks[verdict])) if ranks else ""
 
 
 def _reason(cell: Sequence[Check]) -> str:
@@ -124,11 +126,6 @@ def _reason(cell: Sequence[Check]) -> str:
     rows = [check for check in cell if check.verdict is Verdict.NOT_TESTED]
     values = [check for check in rows if check.kind is not Kind.INVARIANCE]
     return "; ".join(dict.fromkeys(check.note for check in values or rows))
-
-
-def _rank(check: Check) -> tuple[int, bool]:
-    """Return the place from bad to good; of equals what was found counts before what was not."""
-    return RANK[check.verdict], check.verdict is Verdict.NOT_TESTED
 
 
 def _deciding(cell: Sequence[Check]) -> Sequence[Check]:
@@ -183,8 +180,8 @@ class Column:
     @property
     def title(self) -> str:
         """Return the release with the version that the engine itself gives."""
-        who = self.provenance
-        return f"{self.release} ({who.engine_version})" if who else self.release
+        provenance = self.provenance
+        return f"{self.release} ({provenance.engine_version})" if provenance else self.release
 
     @cached_property
     def reasons(self) -> dict[str, str]:
@@ -270,8 +267,8 @@ class ReleaseMatrix(Shown):
 
     def counts(self, column: int) -> dict[str, int]:
         """Return how many cells of a column are of each class."""
-        found = [row.cells[column].change for row in self.rows]
-        return {str(change): found.count(change) for change in ReleaseChange if change in found}
+        changes = [row.cells[column].change for row in self.rows]
+        return {str(change): changes.count(change) for change in ReleaseChange if change in changes}
 
     def told(self) -> dict[str, str]:
         """Return what moved in each release, against which one."""

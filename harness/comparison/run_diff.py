@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
-from harness.comparison.compare import Change, Pair, compare
+from harness.comparison.compare import Change, Pair, change_of, compare
 from harness.comparison.verdicts import RANK, Check, Verdict, published
 from harness.comparison.verification import Results
 from harness.observables.row import numbered
@@ -170,7 +170,7 @@ def _row(pair: Pair[Check], same: _Same) -> RowDiff:
     elif ranks[1] != ranks[0]:
         worsens = ranks[1] < ranks[0]
         change = RowChange.WORSE if worsens else RowChange.BETTER
-    elif pair.change is not Change.SAME or _differ(before.tolerance, after.tolerance):
+    elif {pair.change, change_of(before.tolerance, after.tolerance, 0.0)} != {Change.SAME}:
         change = RowChange.MOVED
     return RowDiff(before, after, change, pair.width, worsens)
 
@@ -211,10 +211,6 @@ def _severity(row: RowDiff) -> tuple[bool, int, float]:
     if math.isnan(size):
         size = abs(row.in_uncertainties)
     return not row.worsens, list(RowChange).index(row.change), -(0.0 if math.isnan(size) else size)
-
-
-def _differ(one: float, other: float) -> bool:
-    return one != other and not (math.isnan(one) and math.isnan(other))
 
 
 def _text(value: object) -> str:

@@ -335,7 +335,7 @@ def compare_series(
     lost = [name for name in reference.columns if name not in run.columns]
     lacking = f"no column {', '.join(lost)}" if lost else ""
     lacking = lacking or missing(run.time, reference.time, same, thinned=True)
-    found = []
+    pieces = []
     if common:
         try:
             aligned = align(_samples(run, common), _samples(reference, common), same)
@@ -343,15 +343,15 @@ def compare_series(
             raise RequestError(f"{case}: series incomplete: {lacking or error}") from None
         largest = np.max(np.abs(aligned.reference), axis=0)
         bands = absolute + relative * largest + aligned.error
-        found = [
+        pieces = [
             Comparison(case, name, aligned.time, value, wanted, float(band))
             for name, value, wanted, band in zip(
                 common, aligned.value.T, aligned.reference.T, bands, strict=True
             )
         ]
-    if lacking and all(column.holds for column in found):
+    if lacking and all(column.holds for column in pieces):
         raise RequestError(f"{case}: series incomplete: {lacking}")
-    return found
+    return pieces
 
 
 def _samples(series: Series, names: Sequence[str]) -> Samples:

@@ -257,6 +257,7 @@ def judge(
     """
     width = tolerance.width(expected)
     holds = abs(value - expected) <= width
+    deviation = Triage.NAN if math.isnan(value) else Triage.OUT_OF_TOLERANCE
     return Check(
         name,
         value,
@@ -268,7 +269,7 @@ def judge(
         tolerance=width,
         verdict=Verdict.PASS if holds else Verdict.FAIL,
         why=tolerance.reason,
-        triage="" if holds else triage or _class(value),
+        triage="" if holds else triage or deviation,
     )
 
 
@@ -298,10 +299,6 @@ def decided(check: Check, limit: str) -> Check:
     )
     note = "; ".join(filter(None, (check.note, why)))
     return replace(check, verdict=Verdict.NOT_TESTED, note=note, triage=Triage.NOT_TESTED)
-
-
-def _class(value: float) -> str:
-    return Triage.NAN if math.isnan(value) else Triage.OUT_OF_TOLERANCE
 
 
 def finding(

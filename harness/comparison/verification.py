@@ -243,7 +243,7 @@ class Verification(Shown):
     @property
     def headlines(self) -> tuple[Row, ...]:
         """Return the results to be told first."""
-        return tuple(headline for found in self.findings() for headline in found.headlines)
+        return tuple(headline for finding in self.findings() for headline in finding.headlines)
 
     def findings(self) -> Iterator[Findings]:
         """Yield the findings of the main engine, then those of own solvers, case by case."""
@@ -279,7 +279,9 @@ class Verification(Shown):
         """Return everything but the series, as it is published."""
         told: dict[str, Any] = {
             "engine": self.provenance,
-            "divergences": tuple(DivergenceRow(**one.record()) for one in self.divergences),
+            "divergences": tuple(
+                DivergenceRow(**divergence.record()) for divergence in self.divergences
+            ),
             "engines": Engines(self.engines) if self.engines else None,
             "scripts": {
                 name: hashlib.sha256(text.encode()).hexdigest()

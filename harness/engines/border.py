@@ -1,13 +1,9 @@
-"""The border to engines of other packages: what they return is checked and named, at what cost.
-
-What runs cost: estimated before they begin, and refused where they would hardly end.
+"""The border to engines: what runs cost is estimated before, what comes back is checked after.
 
 An estimate is steps times particles times what a step costs: of an engine
 :attr:`harness.engines.traits.Traits.microseconds_per_step`, of the solvers of towers
 :mod:`harness.solvers.chain.motion`. It is good to a factor of a few; the limit is for runs that are
 thousands of times longer than was thought.
-
-What comes back from an engine, checked where it enters the harness.
 
 An engine may belong to another package, and its ``run`` may return anything, or raise anything:
 each job then has an EngineError in its place that names engine, package, call and what was
@@ -269,9 +265,9 @@ def _checked(engine: Engine, job: Job, outcome: Any) -> Output | EngineError:
             f"{who(engine)}: run ignored {pairs} of template {job.template.name!r}, "
             "must read them, or refuse the job (refuses)"
         )
-    found: Output = outcome
-    engine.pace.add(_steps(job, found), found.seconds)
-    return found
+    output: Output = outcome
+    engine.pace.add(_steps(job, output), output.seconds)
+    return output
 
 
 def _unread(job: Job) -> list[str]:

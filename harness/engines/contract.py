@@ -1,8 +1,6 @@
-"""The contract of an engine: identify, what it can state, run.
+"""The contract of an engine: identify, what it can state, run; it knows no case.
 
 Many runs: in one process, after one that dies or hangs, in batches, or each on its own.
-
-The contract of an engine: it runs scripts, and knows no case.
 
 A *job* is a template with values; an *output* is the named numbers and tables that came back,
 with log and provenance. A case makes jobs and reads outputs; the two meet in

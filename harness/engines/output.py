@@ -1,11 +1,8 @@
-"""What an engine gives back: named numbers, tables, who it is; and how tables are read.
-
-What a run leaves: named numbers, tables of samples, log and provenance.
+"""What a run leaves: named numbers, tables of samples, log, provenance; and how they are read.
 
 Scripts print the numbers as lines ``RESULT name = value``. A name comes once, or is that of rows,
-with several numbers to a line.
-
-Read the tables that scripts write: CSV with a header, dumps with a block a sample.
+with several numbers to a line. The tables that they write are CSV with a header, or dumps with a
+block for each sample.
 """
 
 from __future__ import annotations
@@ -80,10 +77,10 @@ class Output:
 
     def text(self, name: str) -> str:
         """Return the result of this name as text; it may come again, but not with another one."""
-        found = dict.fromkeys(value for key, value in self.results if key == name)
-        if not found:
+        values = dict.fromkeys(value for key, value in self.results if key == name)
+        if not values:
             raise EngineOutputError(f"{self.who} left an incomplete result ({name!r})")
-        first, *others = found
+        first, *others = values
         if others:
             raise EngineOutputError(
                 f"{self.who} left two results {name!r}: {first[:SHOWN]} and {others[0][:SHOWN]}"

@@ -1,12 +1,7 @@
 """Processes of engines: run under limits, side by side, in environments of their own.
 
-Run a program under limits of time and memory, and tell how it ended.
-
-Run a function over items side by side, in threads that wait for processes.
-
-Environments of engines' releases in the cache folder: made once, dropped when it is too full.
-
-Each is a folder with a file :data:`COMPLETE`, written last, whose time is that of the last use.
+An environment of a release lies in the cache folder, made once, dropped when that is too full. It
+is a folder with a file :data:`COMPLETE`, written last, whose time is that of the last use.
 Whoever uses or makes one holds a lock beside it; only one that nobody holds is dropped.
 """
 

@@ -1,12 +1,8 @@
-"""Engines that run script files through a program: found, asked who they are, run.
+"""Engines that run script files through a program: find it, ask who it is, run it.
 
-Identify programs by content: a version does not tell a release from one with a line changed.
+A program is known by its content: a version does not tell a release from one with a line changed.
 
-Find the programs of engines, ask them who they are, and run them.
-
-An engine that runs script files through a program: one piece of code for every such code.
-
-To make one, subclass :class:`ScriptedEngine` beside a folder ``templates`` with a file
+To make such an engine, subclass :class:`ScriptedEngine` beside a folder ``templates`` with a file
 ``<template>.<extension>.j2`` for each template of a case that the code can state, and give
 
 - ``name``, ``traits`` (whose ``title`` messages write), ``programs`` (names on PATH, the first
@@ -477,10 +473,10 @@ class ScriptedEngine(ProgramEngine):
     def output(self, task: Task, log: str, series: str, seconds: float) -> Output:
         """Return the output of a task from its log and its series."""
         script = task.script
-        who = replace(self.identify(), script=script.name, script_sha256=script.sha256)
+        provenance = replace(self.identify(), script=script.name, script_sha256=script.sha256)
         tables = {SERIES: self.table(series)} if series else {}
         ranks = self.ranks_in(log)
-        output = Output(results_in(log), who, tables, log, seconds, self.title, ranks)
+        output = Output(results_in(log), provenance, tables, log, seconds, self.title, ranks)
         if output.has("verdict") and output.text("verdict") == "not_a_number":
             raise EngineNaNError(f"{self.title} met a place or velocity that is not a number")
         output = with_stages(output)

@@ -261,7 +261,7 @@ class Reference(Engine):
             (scene, self._row(scene, name))
             for scene, name in zip(scenes, names or ["scene"] * len(scenes), strict=True)
         ]
-        who = self.identify()
+        provenance = self.identify()
 
         def one(system: tuple[Scene, Row]) -> Output | EngineError:
             started = time.perf_counter()
@@ -272,7 +272,7 @@ class Reference(Engine):
             except EngineError as error:
                 return error
             seconds = time.perf_counter() - started
-            return Output((), who, tables, seconds=seconds, title=self.title)
+            return Output((), provenance, tables, seconds=seconds, title=self.title)
 
         return parallel_map(one, systems, self.workers)
 

@@ -60,8 +60,8 @@ def engine_class(name: str) -> type[Engine]:
     be imported or is none.
     """
     if name in ENGINES:
-        found: type[Engine] = _named(ENGINES[name])
-        return found
+        engine: type[Engine] = _named(ENGINES[name])
+        return engine
     plugin = _plugins()[0].get(name)
     if plugin is not None:
         return _class_at(plugin.value, f"engine {name!r} of package {_package(plugin)!r}")
@@ -149,21 +149,21 @@ def input_files(templates: Iterable[Template], *engines: str) -> dict[str, str]:
 @cache
 def _plugins() -> tuple[dict[str, EntryPoint], list[str]]:
     """Return the engines of other packages by name, and why others are refused."""
-    found: dict[str, EntryPoint] = {}
+    points: dict[str, EntryPoint] = {}
     refused: list[str] = []
     for point in entry_points(group=GROUP):
         package = _package(point)
         other = "this package" if point.name in ENGINES else ""
-        if point.name in found:
-            other = f"package {_package(found[point.name])!r}"
+        if point.name in points:
+            other = f"package {_package(points[point.name])!r}"
         if other:
             refused.append(
                 f"engine {point.name!r} of package {package!r} is left out: {other} has one of "
                 "that name"
             )
         else:
-            found[point.name] = point
-    return found, refused
+            points[point.name] = point
+    return points, refused
 
 
 def _package(point: EntryPoint) -> str:

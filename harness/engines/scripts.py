@@ -132,7 +132,11 @@ class Script:
         """Return whether the text has a value's name no more often than it declares it."""
         if name not in self._ignored:  # asked for each value of each job
             stem = name.rpartition("_")[0] + "_"
-            declared = [one for one in self.variables if one == name or one.startswith(stem)]
+            declared = [
+                variable
+                for variable in self.variables
+                if variable == name or variable.startswith(stem)
+            ]
             # it may be put together of its stem and a letter
             uses = self.text.count(stem if "_" in name else name)
             self._ignored[name] = uses <= len(declared)
@@ -269,7 +273,11 @@ class ScriptSource(Engine):
             return False
         if text_in(cls.own_folders(), f"{SCENE}.{cls.extension}.j2") is None:
             return False
-        return not unstated(template.scene(template.variants[template.main], cls.traits.spring))
+        try:
+            scene = template.scene(template.variants[template.main], cls.traits.spring)
+        except RequestError:
+            return False
+        return not unstated(scene)
 
     @classmethod
     def script(cls, template: Template, variant: str = "") -> Script:
@@ -302,14 +310,14 @@ class ScriptSource(Engine):
     def inputs(cls, templates: Iterable[Template]) -> dict[str, str]:
         """Return the scripts of all variants that the engine renders, by names below ``inputs``."""
         folder = cls.name if cls.inputs_folder is None else cls.inputs_folder
-        found = {}
+        texts = {}
         for template in templates:
             if cls.states(template):
                 one = [template.main] if cls.takes_scene(template) else template.variants
                 for variant in one:
                     script = cls.script(template, variant)
-                    found[f"{folder}/{script.name}".lstrip("/")] = script.text
-        return found
+                    texts[f"{folder}/{script.name}".lstrip("/")] = script.text
+        return texts
 
     def refuses(self, job: Job) -> str:
         """Return why the engine cannot run a job: no template, its rules, an unknown value."""
@@ -427,17 +435,17 @@ class ScriptSource(Engine):
     @classmethod
     def _folders(cls, template: Template) -> list[Folder]:
         """Return where templates are looked for: the case's package, then the engine's folders."""
-        found: list[Folder] = []
+        folders: list[Folder] = []
         if template.package:
             try:
-                found.append(resources.files(import_module(template.package)))
+                folders.append(resources.files(import_module(template.package)))
             except (ImportError, TypeError) as error:
                 raise RequestError(
                     f"template {template.name!r}: package {template.package!r} cannot be "
                     f"imported ({error})"
                 ) from None
-            found[0] = found[0] / "templates" / cls.name
-        return [*found, *cls.own_folders()]
+            folders[0] = folders[0] / "templates" / cls.name
+        return [*folders, *cls.own_folders()]
 
     @classmethod
     def own_folders(cls) -> list[Path]:

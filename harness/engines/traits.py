@@ -1,29 +1,12 @@
-"""What an engine declares of itself: its rules, and the contacts with friction that it states.
+"""What an engine declares of itself: the rules it follows, which decide what it is held against.
 
-Contacts with friction that an engine can state, each under rules of its own.
-
-To let an engine take part in the cases of such contacts:
-
-1. Write ``templates/contacts.<extension>.j2``. Its values are those that the job's template lists
-   by default: the law (``normal``, ``damping``, ``tangential``, ``friction``, ...; 0 where a
-   submodel takes no such coefficient), one or two spheres (``radius_1``, ``mass_1``, ``x_1``,
-   ``vx_1``, ``wx_1``, ``motion_1``: free, frozen or prescribed), ``planes`` with ``floor`` and
-   ``ceiling``, gravity, ``step_size``, ``steps``, ``series_every`` and the segments of a prescribed
-   motion. A script that has no use for one names it in ``unused_values`` of its engine.
-2. Let it leave a series with the columns ``step`` (M,) and ``x_m``, ``y_m``, ``z_m``,
-   ``vx_m_per_s``, ..., ``wx_rad_per_s``, ..., ``fx_N``, ..., ``tx_N_m``, ... (M, spheres), at the
-   start and after every ``series_every`` steps, velocities at the time of the positions. In a CSV
-   the columns of sphere 1 are ``x_m[1]`` and so on (:func:`~harness.engines.output.read_csv`).
-3. Declare in ``Traits.contact_models`` what the template states, a :class:`ContactModel` for each
-   contact model of the code, with the rules that it follows in it.
-
-A job that no model states is not tested there, with the reason; the others are held against the
-integration of the law under the model's rules, on a ladder of steps. Where these rules move a
-quantity against the integration under the default rules, that is a finding. The powers of the step
-in the errors are those of velocity Verlet, and what ``Traits.contact_powers`` and, for springs that
-turn, :class:`ContactModel` name beside them.
-
-What an engine declares of itself: the rules it follows, which decide what it is held against.
+Of contacts with friction it declares the contact models that it states, each under rules of its
+own; ``engines/README.md`` says what else lets an engine take part in their cases. A job that no
+model states is not tested there, with the reason; the others are held against the integration of
+the law under the model's rules, on a ladder of steps. Where these rules move a quantity against the
+integration under the default rules, that is a finding. The powers of the step in the errors are
+those of velocity Verlet, and what ``Traits.contact_powers`` and, for springs that turn,
+:class:`ContactModel` name beside them.
 """
 
 from __future__ import annotations

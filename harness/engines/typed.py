@@ -12,26 +12,26 @@ from harness.errors import RequestError
 
 def named_values(texts: Iterable[str], option: str) -> dict[str, str]:
     """Return the pairs of ``NAME=VALUE``; raise RequestError for what is none, or comes twice."""
-    found: dict[str, str] = {}
+    values: dict[str, str] = {}
     for text in texts:
         name, equals, value = text.partition("=")
         if not (name.strip() and equals and value):
             raise RequestError(f"{option} {text!r}: must be NAME=VALUE")
-        if name.strip() in found:
+        if name.strip() in values:
             raise RequestError(f"{option} {text!r}: {name.strip()} is given twice")
-        found[name.strip()] = value
-    return found
+        values[name.strip()] = value
+    return values
 
 
 def engine_settings(texts: Iterable[str]) -> dict[str, dict[str, str]]:
     """Return the options of each engine's class, by its name and theirs."""
-    found: dict[str, dict[str, str]] = {}
+    settings: dict[str, dict[str, str]] = {}
     for name, value in named_values(texts, "--engine-option").items():
         engine, dot, key = name.rpartition(".")
         if not (engine and dot and key.isidentifier()):
             raise RequestError(f"--engine-option '{name}={value}': must be NAME.KEY=VALUE")
-        found.setdefault(engine, {})[key] = value
-    return found
+        settings.setdefault(engine, {})[key] = value
+    return settings
 
 
 def check_names(

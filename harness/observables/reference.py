@@ -47,6 +47,9 @@ class Trajectory:
 HEIGHT, ANGLE = "h_over_d", "theta_deg"
 
 
+BELOW_ZERO = math.nextafter(0.0, -1.0)
+"""Limit of numbers that may be 0: they lie above it."""
+
 PEYNEAU_ROUX = Row(
     "quasi-static angle of frictionless spheres",
     5.76,
@@ -67,11 +70,12 @@ class ReferencePoints:
 
 @dataclass(frozen=True)
 class Points:
-    """Measured points of a user's table, as many ``x`` as ``y``."""
+    """Measured points of a user's table, as many ``x`` as ``y``, and their errors if any."""
 
     name: str
     x: tuple[float, ...]
     y: tuple[float, ...]
+    errors: tuple[float, ...] | None = None
 
 
 def parse_reference(text: str, name: str) -> ReferencePoints:
@@ -83,14 +87,19 @@ def parse_reference(text: str, name: str) -> ReferencePoints:
     return ReferencePoints(name, heights, angles)
 
 
-def parse_points(text: str, name: str, across: str, up: str) -> Points:
+def parse_points(text: str, name: str, across: str, up: str, error: str = "") -> Points:
     """Return the points of a CSV text with the columns ``across`` and ``up``, two names.
 
-    Other columns are left alone, empty rows skipped; rows count from 1, the
-    header among them. Raise RequestError in one line: ``name``, row and what is wrong.
+    ``error`` is a third that a table may have: errors of ``up``, 0 or greater. Other columns are
+    left alone, empty rows skipped; rows count from 1, the header among them. Raise RequestError
+    in one line: ``name``, row and what is wrong.
     """
     anywhere = (-math.inf, math.inf)
-    return Points(name, *_columns(text, name, {across: anywhere, up: anywhere}))
+    wanted = {across: anywhere, up: anywhere}
+    header = next((line for line in text.splitlines() if line.strip(", ")), "")
+    if error and error in [cell.strip().strip('"') for cell in header.split(",")]:
+        wanted[error] = (BELOW_ZERO, math.inf)
+    return Points(name, *_columns(text, name, wanted))
 
 
 def _columns(
@@ -147,7 +156,8 @@ def _number(text: str, column: str, limits: tuple[float, float], where: str) -> 
         raise RequestError(f"{where}: {column} = {_short(text)!r} is not a number") from None
     if not (math.isfinite(value) and above < value <= most):
         bounds = ["finite" if math.isinf(most) else f"at most {most:g}"]
-        bounds += [] if math.isinf(above) else [f"greater than {above:g}"]
+        low = "0 or greater" if above == BELOW_ZERO else f"greater than {above:g}"
+        bounds += [] if math.isinf(above) else [low]
         raise RequestError(f"{where}: {column} = {text} must be {' and '.join(bounds)}")
     return value
 

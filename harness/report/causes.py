@@ -128,11 +128,11 @@ def _of_defect(rows: Sequence[Check], defect: KnownDefect, script: str) -> Cause
     sentences.append(f"Upstream: {defect.upstream}.")
     file = address(defect) if script else ""
     folder = file.rpartition("/")[0]
-    lines = (f"cd {folder}", *_runs(script)) if script else ()
+    lines = (f"cd {folder}", *runs_of_script(script)) if script else ()
     return Cause(rows[0].verdict, defect.name, tuple(sentences), tuple(rows), lines, file)
 
 
-def _runs(script: str) -> Iterator[str]:
+def runs_of_script(script: str) -> Iterator[str]:
     """Yield the commands that a script gives in its opening comment: its indented lines."""
     for line in printable(script).splitlines():
         told = COMMENT.sub("", line, count=1)

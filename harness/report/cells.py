@@ -76,16 +76,16 @@ class Shown:
 
 def addresses(drawn: Sequence[Drawn]) -> dict[Place, str]:
     """Return the file of each cell's page below the report, by case, submodel and engine."""
-    found: dict[Place, str] = {}
+    places: dict[Place, str] = {}
     for cell in (cell for part in drawn for cell in part.cells):
         words = "-".join((cell.text.engine, cell.text.case, cell.text.submodel))
         stem = safe_path(words.replace("/", "-").lower())
-        taken, number = set(found.values()), 1
+        taken, number = set(places.values()), 1
         while f"{FOLDER}/{stem}.html" in taken:
             number += 1
             stem = f"{stem.rstrip('0123456789')}{number}"
-        found[cell.text.place] = f"{FOLDER}/{stem}.html"
-    return found
+        places[cell.text.place] = f"{FOLDER}/{stem}.html"
+    return places
 
 
 def cell_pages(found: Verification, drawn: Sequence[Drawn]) -> Iterator[tuple[str, str]]:
@@ -101,7 +101,7 @@ def cell_pages(found: Verification, drawn: Sequence[Drawn]) -> Iterator[tuple[st
             drawn=cell,
             groups=groups,
             tables=_tables(own, found),
-            said=partial(_said, found=found),
+            said=partial(_said, verification=found),
             defects=_defects(own, found),
             scripts=_scripts(cell, found),
             look=look,
@@ -119,28 +119,28 @@ def _groups(cell: DrawnCell) -> list[Group]:
     ]
 
 
-def _defects(rows: Sequence[Mark], found: Verification) -> list[Shown]:
+def _defects(rows: Sequence[Mark], verification: Verification) -> list[Shown]:
     """Return the known defects that rows are marked with."""
     named = {defect_of(row.check): row.check.verdict for row in rows}
     return [
         Shown(one, f"../{address(one)}" if script else "", named[one.name] is Verdict.FIXED)
-        for one, script in found.defects
+        for one, script in verification.defects
         if one.name in named
     ]
 
 
-def _said(row: Mark, found: Verification) -> str:
+def _said(row: Mark, verification: Verification) -> str:
     """Return what is noted of a row, without what is said of its known defect."""
     name = defect_of(row.check)
-    known = next((one.note for one, _ in found.defects if name and one.name == name), "")
+    known = next((one.note for one, _ in verification.defects if name and one.name == name), "")
     return row.check.note.replace(known, "").strip("; ").removeprefix(GONE).strip("; ")
 
 
-def _who(text: CellText, found: Verification) -> str:
+def _who(text: CellText, verification: Verification) -> str:
     """Return the engine's title with its version."""
-    versions = {one.engine: one.version for one in found.engines}
-    if found.provenance is not None:
-        versions[found.provenance.engine] = found.provenance.engine_version
+    versions = {engine.engine: engine.version for engine in verification.engines}
+    if verification.provenance is not None:
+        versions[verification.provenance.engine] = verification.provenance.engine_version
     return " ".join(filter(None, (text.who, versions.get(text.engine, ""))))
 
 
@@ -164,40 +164,42 @@ def _in_order(rows: Sequence[Mark], systems: Sequence[str]) -> list[Mark]:
     return sorted(rows, key=order)
 
 
-def _tables(rows: Sequence[Mark], found: Verification) -> list[Rows]:
+def _tables(rows: Sequence[Mark], verification: Verification) -> list[Rows]:
     """Return the rows of values, and those of what must not change a run."""
     found_rows = []
     for title, invariance in ((VALUES, False), (INVARIANCES, True)):
         own = [row for row in rows if bool(row.cell.invariance) is invariance]
         reasons = dict.fromkeys(row.check.why for row in own if row.check.why and not invariance)
-        notes = [*_notes(own, found)]
+        notes = [*_notes(own, verification)]
         if any(row.check.uncertainty > abs(row.check.value) for row in own):
             notes.append(UNCERTAIN)
         found_rows.append(Rows(title, tuple(own), tuple(notes), tuple(reasons), invariance))
     return [one for one in found_rows if one.rows]
 
 
-def _notes(rows: Sequence[Mark], found: Verification) -> Iterator[str]:
+def _notes(rows: Sequence[Mark], verification: Verification) -> Iterator[str]:
     """Yield what is said of rows with a value, each once, after the rows that it is said of."""
     said: dict[str, list[str]] = {}
     valued = [row for row in rows if row.quantity]
     for row in valued:
         place = f"{row.cell.system}, {in_words(row.quantity, row.check.unit)}"
-        said.setdefault(_said(row, found), []).append(place)
+        said.setdefault(_said(row, verification), []).append(place)
     for note, places in said.items():
         if note:
             yield note if len(places) == len(valued) else f"{'; '.join(places)}: {note}"
 
 
-def _scripts(cell: DrawnCell, found: Verification) -> list[str]:
+def _scripts(cell: DrawnCell, verification: Verification) -> list[str]:
     """Return the scripts of its engine that the commands of a cell name and run.
 
     Those of an engine beside the main one stand in a folder of its name.
     """
     told = " ".join(command for _, command in cell.text.commands).split()
-    main = found.provenance.engine if found.provenance is not None else cell.text.engine
-    beside = {one.engine for one in found.engines} - {main}
-    engines = {name: name.partition("/")[0] for name in found.scripts}
+    main = (
+        verification.provenance.engine if verification.provenance is not None else cell.text.engine
+    )
+    beside = {engine.engine for engine in verification.engines} - {main}
+    engines = {name: name.partition("/")[0] for name in verification.scripts}
     own = [n for n, e in engines.items() if (e if e in beside else main) == cell.text.engine]
     inputs = cell.text.inputs
     if not inputs:

@@ -231,7 +231,7 @@ def junit(found: Verification) -> str:
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + Xml.tostring(whole, "unicode") + "\n"
 
 
-def _suite(found: Verification, row: KindSummary, seconds: float) -> Xml.Element:
+def _suite(verification: Verification, row: KindSummary, seconds: float) -> Xml.Element:
     """Return the suite of a kind; the first carries the time, which no check has of its own."""
     cases = _cases(row)
     suite = Xml.Element(
@@ -242,12 +242,16 @@ def _suite(found: Verification, row: KindSummary, seconds: float) -> Xml.Element
         errors=str(sum(case.find("error") is not None for case in cases)),
         skipped=str(sum(case.find("skipped") is not None for case in cases)),
         time=f"{seconds:.3f}",
-        timestamp=found.started[:19],
+        timestamp=verification.started[:19],
     )
-    engine = found.provenance
+    engine = verification.provenance
     who = engine.told if engine else "none"
     properties = Xml.SubElement(suite, "properties")
-    for name, value in (("level", found.level), ("engine", who), ("platform", found.platform)):
+    for name, value in (
+        ("level", verification.level),
+        ("engine", who),
+        ("platform", verification.platform),
+    ):
         Xml.SubElement(properties, "property", name=name, value=_clean(value))
     suite.extend(cases)
     return suite

@@ -7,7 +7,6 @@ written aside and renamed at the end.
 from __future__ import annotations
 
 import difflib
-import tempfile
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,8 +16,7 @@ from typing import TYPE_CHECKING, Any
 from harness.comparison.releases import Column, ReleaseChange, ReleaseMatrix, ReleaseRow, untested
 from harness.comparison.run_diff import RowChange, RunDiff
 from harness.comparison.verification import Results, Verification
-from harness.errors import RequestError
-from harness.files import whole_folder
+from harness.files import check_folder, whole_folder
 from harness.report.cells import FOLDER, addresses, cell_pages
 from harness.report.ci import junit, report_markdown, section_markdown, short_markdown
 from harness.report.figures import changes as draw_changes
@@ -33,29 +31,6 @@ from harness.report.templating import environment, style
 
 if TYPE_CHECKING:
     import pandas as pd
-
-
-def check_folder(folder: Path) -> None:
-    """Raise RequestError when a folder cannot take a report: it holds something, or is not ours."""
-    if folder.is_dir() and any(folder.iterdir()):
-        raise RequestError(f"--output {folder}: holds something already; name a new folder")
-    if folder.exists() and not folder.is_dir():
-        raise RequestError(f"--output {folder}: is a file; name a new folder")
-    check_writable(folder)
-
-
-def check_writable(folder: Path) -> None:
-    """Raise RequestError when a folder cannot be made where it is asked for."""
-    # nothing is made yet: what is asked for may turn out to be wrong in another way
-    parents = folder.absolute().parents
-    if not parents:
-        raise RequestError(f"--output {folder}: is the root of all folders; name a new folder")
-    there = next(parent for parent in parents if parent.exists())
-    try:
-        with tempfile.TemporaryDirectory(dir=there, prefix=f".{folder.name}."):
-            pass
-    except OSError as error:
-        raise RequestError(f"--output {folder}: cannot be written ({error.strerror})") from None
 
 
 def write(
@@ -77,31 +52,33 @@ def write(
         _fill(found, aside, draw_sections([*_own_sections(found), *sections], png=png))
 
 
-def _own_sections(found: Verification) -> list[Section]:
-    diverged = divergence_section(found.divergences)
-    engines = [engines_section(found.engines)] if found.engines else []
+def _own_sections(verification: Verification) -> list[Section]:
+    diverged = divergence_section(verification.divergences)
+    engines = [engines_section(verification.engines)] if verification.engines else []
     return [diverged, *engines] if diverged.drawings else engines
 
 
-def _fill(found: Verification, folder: Path, drawn: Sequence[Drawn]) -> None:
+def _fill(verification: Verification, folder: Path, drawn: Sequence[Drawn]) -> None:
     write_drawn(drawn, folder)
-    logs = {f"{safe_path(name)}.log": text for name, text in found.logs.items()}
-    logs |= {check.log_name: check.log for check in found.checks if check.log}
-    _write_texts(folder / "scripts", {safe_path(n): text for n, text in found.scripts.items()})
+    logs = {f"{safe_path(name)}.log": text for name, text in verification.logs.items()}
+    logs |= {check.log_name: check.log for check in verification.checks if check.log}
+    _write_texts(
+        folder / "scripts", {safe_path(n): text for n, text in verification.scripts.items()}
+    )
     _write_texts(folder / "logs", logs)
-    write_csv(found.frame(), folder / "results.csv", errors="replace")
+    write_csv(verification.frame(), folder / "results.csv", errors="replace")
     texts = {
-        "results.json": json_text(found.record()),
+        "results.json": json_text(verification.record()),
         NAME: published(),
-        "junit.xml": junit(found),
-        "summary.md": short_markdown(found),
-        "report.md": report_markdown(found, drawn),
-        "report.html": html_page(found, drawn, addresses(drawn)),
+        "junit.xml": junit(verification),
+        "summary.md": short_markdown(verification),
+        "report.md": report_markdown(verification, drawn),
+        "report.html": html_page(verification, drawn, addresses(drawn)),
     }
-    pages = dict(cell_pages(found, drawn))
+    pages = dict(cell_pages(verification, drawn))
     if pages:
         texts |= {**pages, f"{FOLDER}/style.css": style()}
-    _write_texts(folder, {**texts, **defect_scripts(found)})
+    _write_texts(folder, {**texts, **defect_scripts(verification)})
 
 
 def _write_texts(folder: Path, texts: Mapping[str, str]) -> None:
@@ -173,7 +150,9 @@ class Pair:
     @property
     def stacked(self) -> bool:
         """Return whether it stands one above the other: words side by side would be too small."""
-        return self.same or any(one is not None and one.width > WIDE for one in self.drawings)
+        return self.same or any(
+            drawing is not None and drawing.width > WIDE for drawing in self.drawings
+        )
 
 
 def diff_page(
@@ -321,23 +300,25 @@ def markdown(found: ReleaseMatrix) -> str:
     counted = []
     for number, column in enumerate(found.columns):
         counts = found.counts(number)
-        who = column.provenance.engine_version if column.provenance else column.error
-        counted.append((column.release, who, *(str(counts.get(c, "")) for c in classes)))
+        provenance = column.provenance.engine_version if column.provenance else column.error
+        counted.append((column.release, provenance, *(str(counts.get(c, "")) for c in classes)))
     head = ("release", engine, *classes)
     others = [(i, c) for i, c in enumerate(found.columns) if i != found.reference]
     names = ("case", "quantity", reference, "tolerance", *(c.release for _, c in others))
     return "\n".join(
         (
-            f"# {engine} releases",
+            f"# {engine} releases{f': {found.cases}' if found.cases else ''}",
             "",
             f"Cases of `verify{level}{asked}`, each release through its own executable, on "
             f"{found.platform}. Changes are against {reference}.",
             "",
             *table_lines(head, counted, range(2, len(head))),
             "",
+            *_cells_markdown(found),
+            f"## {CHANGES}",
+            "",
             f"![{CHANGES}](changes.svg)",
             "",
-            *_cells_markdown(found),
             "## Every quantity",
             "",
             *table_lines(names, [_release_row(row, found, others) for row in found.rows], (2, 3)),
@@ -347,10 +328,10 @@ def markdown(found: ReleaseMatrix) -> str:
 
 
 def _release_row(
-    row: ReleaseRow, found: ReleaseMatrix, others: Sequence[tuple[int, Column]]
+    row: ReleaseRow, matrix: ReleaseMatrix, others: Sequence[tuple[int, Column]]
 ) -> tuple[str, ...]:
     """Return a quantity, its value in the reference, and what became of it in the others."""
-    value = row.cells[found.reference].value
+    value = row.cells[matrix.reference].value
     cells = [row.record, row.quantity, "-" if value is None else f"{value:.12g} {row.unit}"]
     cells.append(f"{row.tolerance:.1g}")
     for number, column in others:
@@ -363,25 +344,25 @@ def _release_row(
     return tuple(cells)
 
 
-def _cells_markdown(found: ReleaseMatrix) -> Iterator[str]:
+def _cells_markdown(matrix: ReleaseMatrix) -> Iterator[str]:
     """Yield known defects by release, and the cells that do not hold in every release."""
-    releases = tuple(column.release for column in found.columns)
-    if found.defects:
-        rows = [(name, *(str(n or "") for n in counts)) for name, counts in found.defects.items()]
+    releases = tuple(column.release for column in matrix.columns)
+    if matrix.defects:
+        rows = [(name, *(str(n or "") for n in counts)) for name, counts in matrix.defects.items()]
         yield from ("## Known defects, cells in which each was found", "")
         yield from (*table_lines(("defect", *releases), rows), "")
-    if found.cells:
+    if matrix.cells:
         rows = [
             (row.case, row.submodel, row.system, *row.verdicts, ", ".join(row.defects))
-            for row in found.cells
+            for row in matrix.cells
         ]
         head = ("case", "submodel", "system", *releases, "defect")
         yield from ("## Cells of the matrix that do not hold in every release", "")
         yield from (*table_lines(head, rows), "")
     reasons = [
         (column.release, reason, str(len(cells)), ", ".join(sorted({cell.case for cell in cells})))
-        for number, column in enumerate(found.columns)
-        for reason, cells in untested(found.cells, number).items()
+        for number, column in enumerate(matrix.columns)
+        for reason, cells in untested(matrix.cells, number).items()
     ]
     if reasons:
         yield from ("## Why cells were not tested", "")

@@ -115,19 +115,19 @@ def matrices(
     marks = sorted(worst.values(), key=lambda m: (m.cell.submodel, m.cell.system))
     engines = dict.fromkeys(mark.cell.engine for mark in worst.values())
     written = {engine: (titles or {}).get(engine, engine) for engine in engines}
-    found = [
+    tables = [
         _matrix(title, "submodel", [m for m in marks if m.cell.engine == engine], _by_case)
         for engine, title in written.items()
     ]
-    if len(found) < 2:
-        return found
+    if len(tables) < 2:
+        return tables
 
     def by_engine(cell: Cell) -> tuple[str, str]:
         return f"{cell.case}: {cell.submodel}", written[cell.engine]
 
     whole = _matrix("engine by engine", "case and submodel", marks, by_engine)
     rows = {name: whole.rows[name] for name in sorted(whole.rows)}
-    return [replace(whole, columns=tuple(written.values()), rows=rows), *found]
+    return [replace(whole, columns=tuple(written.values()), rows=rows), *tables]
 
 
 def _by_case(cell: Cell) -> tuple[str, str]:
@@ -173,7 +173,13 @@ def matrix_markdown(
         yield from (f"## Cases and submodels, {markdown_text(matrix.title)}", "")
         head = (matrix.head, *matrix.columns)
         rows = [
-            (name, *(", ".join(mark.text for mark in row.get(one, ())) for one in matrix.columns))
+            (
+                name,
+                *(
+                    ", ".join(mark.text for mark in row.get(column, ()))
+                    for column in matrix.columns
+                ),
+            )
             for name, row in matrix.rows.items()
         ]
         yield from table_lines(head, rows)

@@ -157,16 +157,16 @@ def look(table: Table, column: int) -> str:
 
 def parts_of(drawn: Sequence[Drawn]) -> list[Part]:
     """Return the sections that have a title, with unique places to link to."""
-    found: list[Part] = []
+    parts: list[Part] = []
     for one in drawn:
         if one.section.title:
             words = re.sub(r"[^a-z0-9]+", "-", one.section.title.lower()).strip("-")[:40]
             place = f"section-{words}" if words else "section"
-            again = sum(re.sub(r"-\d+$", "", part.id) == place for part in found)
+            again = sum(re.sub(r"-\d+$", "", part.id) == place for part in parts)
             place += f"-{again + 1}" if again else ""
             shown = tuple(figures(one.pictures))
-            found.append(Part(one.section, place, shown, one.failures, one.reels))
-    return found
+            parts.append(Part(one.section, place, shown, one.failures, one.reels))
+    return parts
 
 
 def figures(
@@ -193,15 +193,15 @@ def figures(
     return placed
 
 
-def _outcome(found: Verification) -> str:
+def _outcome(verification: Verification) -> str:
     """Return the class of the headline: green only where each row was judged and holds."""
-    verdicts = {check.verdict for check in found.checks}
-    if Verdict.FAIL in verdicts or found.status:
+    verdicts = {check.verdict for check in verification.checks}
+    if Verdict.FAIL in verdicts or verification.status:
         return "fail"
     return "apart" if verdicts & {Verdict.KNOWN_DEFECT, Verdict.NOT_TESTED} else ""
 
 
-def _who(found: Verification) -> str:
-    who = found.provenance.told if found.provenance else "no engine"
-    started = found.started[:16].replace("T", " ")
-    return f"{who} · {started} UTC · {found.level} · {found.seconds:.0f} s"
+def _who(verification: Verification) -> str:
+    provenance = verification.provenance.told if verification.provenance else "no engine"
+    started = verification.started[:16].replace("T", " ")
+    return f"{provenance} · {started} UTC · {verification.level} · {verification.seconds:.0f} s"

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
+    from harness.report.film import Film
+
     Numbers = Sequence[float] | NDArray[np.float64]
 
 
@@ -113,22 +115,6 @@ class CellText:
     def place(self) -> tuple[str, str, str]:
         """Return case, submodel and engine."""
         return (self.case, self.submodel, self.engine)
-
-
-@dataclass(frozen=True)
-class Film:
-    """A film: file name, title, a sentence on what it shows, how many frames, how each looks.
-
-    ``picture`` returns a frame as bytes (height, width, 3); ``poster`` is the one that is shown
-    where nothing moves.
-    """
-
-    name: str
-    title: str
-    caption: str
-    frames: int
-    poster: int
-    picture: Callable[[int], NDArray[np.uint8]] = field(repr=False)
 
 
 @dataclass(frozen=True)

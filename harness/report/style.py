@@ -44,14 +44,14 @@ def panels(rows: int, columns: int, width: float = 4.2, height: float = 3.0) -> 
 
 def legend_below(figure: AnyFigure, columns: int = 2, axes: Sequence[Axes] | None = None) -> None:
     """Put one legend below all panels, each name once: inside a panel it would hide lines."""
-    found: dict[str, Any] = {}
+    placed: dict[str, Any] = {}
     for one in axes or figure.axes:
         for handle, name in zip(*one.get_legend_handles_labels(), strict=True):
-            found.setdefault(name, handle)
+            placed.setdefault(name, handle)
     figure.legends.clear()
-    if found:
+    if placed:
         place: dict[str, Any] = {"loc": "outside lower center", "fontsize": "small"}
-        figure.legend([*found.values()], [*found], ncols=columns, **place)
+        figure.legend([*placed.values()], [*placed], ncols=columns, **place)
 
 
 def few_ticks(axes: Axes, values: Sequence[float], most: int = 6) -> None:
@@ -67,10 +67,10 @@ class PowersOfTen(LogFormatterSciNotation):
     def __call__(self, x: float, pos: int | None = None) -> str:
         """Return the text at a place of the axis, 10⁻³ or 2×10⁻³; empty for none."""
         text = super().__call__(x, pos)
-        found = re.search(r"(?:(\d+)\\times)?(\d+)\^\{(-?\d+)\}", text)
-        if found is None:
+        match = re.search(r"(?:(\d+)\\times)?(\d+)\^\{(-?\d+)\}", text)
+        if match is None:
             return text
-        factor, base, exponent = found.groups()
+        factor, base, exponent = match.groups()
         return f"{factor + '×' if factor else ''}{base}{exponent.translate(SUPERSCRIPTS)}"
 
 

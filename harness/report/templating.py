@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from functools import cache
 from importlib import resources
 from typing import TYPE_CHECKING
@@ -15,6 +16,7 @@ from harness.shown import number as number
 if TYPE_CHECKING:
     from jinja2 import Environment
 
+CODE = re.compile(r"`([^`]+)`")
 TAIL = 12_000
 """Characters of a log that a page shows; the file beside it has the whole."""
 
@@ -26,7 +28,7 @@ def environment(*packages: str) -> Environment:
     Templates of ``packages`` are found too, in a folder ``templates`` of each.
     """
     from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
-    from markupsafe import Markup
+    from markupsafe import Markup, escape
 
     made = Environment(
         autoescape=True,
@@ -38,6 +40,7 @@ def environment(*packages: str) -> Environment:
     made.filters |= {"number": number, "tail": tail, "safe_path": safe_path, "words": in_words}
     made.filters |= {"triage": triage, "details": details, "explained": explained}
     made.filters["happened"] = happened
+    made.filters["backticks"] = lambda text: Markup(CODE.sub(r"<code>\1</code>", str(escape(text))))
     made.globals["missing"] = math.nan
     made.globals["file"] = lambda name: Markup(_template(name))
     return made

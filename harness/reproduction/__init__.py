@@ -4,10 +4,9 @@ In the order of the work: ``source.toml`` has what the source says, statement by
 its formulas, the condition or tolerance by which it is judged, and the sentence of what a run
 finds; ``as_printed`` its numbers. ``ledger`` recomputes the statements by section and
 ``figure_data`` those of its figures, which ``figures`` draws; ``claims`` makes rows of the ledger
-from both, ``wording`` puts numbers into formulas and sentences. ``movies`` runs and draws the
-motions of its supplement; ``findings`` are tables beyond it; ``pages`` writes all of it into a
-folder. ``run.reproduce`` does the whole, ``ledger_differences`` holds two ledgers against each
-other.
+from both, puts numbers into formulas and sentences, and compares two ledgers. ``movies`` runs and
+draws the motions of its supplement; ``findings`` are tables beyond it; ``page`` writes all of it
+into a folder. ``run.reproduce`` does the whole.
 """
 
 from __future__ import annotations

@@ -233,7 +233,8 @@ def quartier_system(system: QuartierSystem) -> Figure:
         axes.plot(*centre, "o", color=BLACK, ms=3.5, zorder=4)
     _join(axes, system.path, color=BLUE, lw=1.6, zorder=3, label="path of the grain's centre")
     well = system.grains["B"]
-    for number, sphere in enumerate(_touched(system.spheres, well)):
+    touched = [s for s in system.spheres if abs(float(np.hypot(*(s - well))) - 1) < 1e-9]
+    for number, sphere in enumerate(touched):
         name = "_" if number else "contacts in the well"
         _join(axes, [well, sphere], color=RED, ls=":", lw=1.4, zorder=3, label=name)
     _tilt(axes, system.spheres[0], system.spheres[-1], system.angle_deg)
@@ -304,10 +305,6 @@ def _join(axes: Axes, points: Sequence[Points] | Points, **look: Any) -> None:
 
 def _point(position: Points) -> tuple[float, float]:
     return float(position[0]), float(position[1])
-
-
-def _touched(spheres: Points, grain: Points) -> list[Points]:
-    return [s for s in spheres if abs(float(np.hypot(*(s - grain))) - 1) < 1e-9]
 
 
 def _arrow(

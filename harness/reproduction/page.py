@@ -19,20 +19,20 @@ import numpy as np
 import pandas as pd
 
 from harness.errors import RequestError
-from harness.files import whole_folder
+from harness.files import check_writable, whole_folder
 from harness.observables.windows import WINDOWS
-from harness.report.folder import check_writable
-from harness.report.gallery import Picture, base64_uri, picture
+from harness.report.film import base64_uri
+from harness.report.gallery import Picture, picture
+from harness.report.markdown import document
 from harness.report.page import figures
 from harness.report.plain import write_csv
 from harness.report.templating import environment
 from harness.reproduction.claims import ClaimStatus, Statement
 from harness.reproduction.figures import angle_against_mfix_step, angle_against_restitution
 from harness.reproduction.findings import Findings
-from harness.reproduction.movies import Film
+from harness.reproduction.movies import Movie
 from harness.reproduction.movies import films as draw_films
-from harness.reproduction.reproduced_figures import SourceFigure
-from harness.reproduction.run import Reproduction
+from harness.reproduction.run import Reproduction, SourceFigure
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -111,7 +111,7 @@ def _crossing(off: pd.Series) -> float:
 
 
 def markdown(
-    found: Reproduction, pictures: Sequence[Picture], films: Sequence[Film], root: str
+    found: Reproduction, pictures: Sequence[Picture], films: Sequence[Movie], root: str
 ) -> str:
     """Return the report as Markdown, with links to ledger, figures, movies and dumps.
 
@@ -122,19 +122,17 @@ def markdown(
 
 
 def html_page(
-    found: Reproduction, pictures: Sequence[Picture], films: Sequence[Film], root: str
+    found: Reproduction, pictures: Sequence[Picture], films: Sequence[Movie], root: str
 ) -> str:
     """Return the page; figures and movies are files beside it, named relative to it.
 
     ``root`` is the repository, seen from the report's folder.
     """
-    from markdown_it import MarkdownIt
     from markupsafe import Markup
 
-    to_html = MarkdownIt("commonmark", {"html": False}).enable("table").render
     context = _context(found, root)
     # our own text, rendered without raw HTML
-    context["findings"] = Markup(to_html(context["findings"]))
+    context["findings"] = Markup(document(context["findings"]).body)
     shown = figures(pictures, lambda picture: f"figures/{picture.name}.svg")
     page = templates().get_template("reproduction.html.j2")
     return page.render(**context, pictures=shown, films=films)
@@ -145,16 +143,16 @@ def findings_text(found: Reproduction) -> str:
     return templates().get_template("findings.md.j2").render(findings_context(found))
 
 
-def _context(found: Reproduction, root: str) -> dict[str, Any]:
+def _context(reproduction: Reproduction, root: str) -> dict[str, Any]:
     """Return what page and Markdown tell alike; without a date, the same code makes the same."""
-    engine = found.provenance
+    engine = reproduction.provenance
     return {
-        "counts": [(status, found.ledger.count(status)) for status in ClaimStatus],
-        "findings": findings_text(found),
-        "rows": [(s, _explained(s), _links(s, root)) for s in found.ledger.statements],
+        "counts": [(status, reproduction.ledger.count(status)) for status in ClaimStatus],
+        "findings": findings_text(reproduction),
+        "rows": [(s, _explained(s), _links(s, root)) for s in reproduction.ledger.statements],
         "provenance": [
-            ("dem-harness", found.harness_version),
-            ("platform", found.platform),
+            ("dem-harness", reproduction.harness_version),
+            ("platform", reproduction.platform),
             ("engine", engine.told),
         ],
     }
@@ -229,10 +227,10 @@ def write(found: Reproduction, folder: Path) -> None:
         _fill(found, aside, PurePath(root).as_posix())
 
 
-def _fill(found: Reproduction, folder: Path, root: str) -> None:
+def _fill(reproduction: Reproduction, folder: Path, root: str) -> None:
     for name in ("figures", "movies", "dumps"):
         (folder / name).mkdir()
-    pictures, films = all_pictures(found), draw_films(found.motions)
+    pictures, films = all_pictures(reproduction), draw_films(reproduction.motions)
     for shown in pictures:
         (folder / "figures" / f"{shown.name}.svg").write_text(shown.svg, encoding="utf-8")
     for film in films:
@@ -242,9 +240,9 @@ def _fill(found: Reproduction, folder: Path, root: str) -> None:
         (folder / "movies" / f"{film.name}.gif.js").write_text(f'filmData("{uri}");\n', "ascii")
         (folder / "movies" / f"{film.name}.png").write_bytes(film.still)
         (folder / "dumps" / f"{film.name}.dump.gz").write_bytes(film.dump)
-    write_csv(found.ledger.frame(), folder / LEDGER)
+    write_csv(reproduction.ledger.frame(), folder / LEDGER)
     for name, page in (("report.md", markdown), ("report.html", html_page)):
-        (folder / name).write_text(page(found, pictures, films, root), encoding="utf-8")
+        (folder / name).write_text(page(reproduction, pictures, films, root), encoding="utf-8")
 
 
 def all_pictures(found: Reproduction) -> list[Picture]:

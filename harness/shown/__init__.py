@@ -56,7 +56,7 @@ def record_frame(rows: Iterable[Recorded]) -> pd.DataFrame:
     """Return a table with a row for each, the keys of its record as columns."""
     import pandas as pd
 
-    return pd.DataFrame([one.record() for one in rows])
+    return pd.DataFrame([row.record() for row in rows])
 
 
 class Recorded(Protocol):
@@ -77,9 +77,9 @@ class Listing(list[T]):
         return record_frame(self)
 
     def _repr_html_(self) -> str:
-        found = self.frame()
-        plain = [name for name in found if found[name].map(_is_plain).all()]
-        return str(found[plain].to_html(index=False, na_rep=""))
+        frame = self.frame()
+        plain = [name for name in frame if frame[name].map(_is_plain).all()]
+        return str(frame[plain].to_html(index=False, na_rep=""))
 
 
 def value_text(value: float, uncertainty: float, unit: str = "") -> str:
@@ -89,8 +89,8 @@ def value_text(value: float, uncertainty: float, unit: str = "") -> str:
     '10.2070 ± 0.0004 deg'
     """
     places = decimals(uncertainty)
-    stated = math.isfinite(value) and math.isfinite(uncertainty) and uncertainty > 0.0
-    if not stated or places > ROUND_OFF:
+    finite = math.isfinite(value) and math.isfinite(uncertainty) and uncertainty > 0.0
+    if not finite or places > ROUND_OFF:
         return f"{number(value)} {unit}".rstrip()
     return f"{value:.{places}f} ± {uncertainty:.{places}f} {unit}".rstrip()
 

@@ -75,17 +75,17 @@ class RecordChange:
 
 def changes(measured: Sequence[BaselineRecord], baseline: Baseline) -> list[RecordChange]:
     """Return what accepting would change; records that were not measured stay as they are."""
-    found = []
+    pending = []
     for record in sorted(measured, key=lambda record: record.name):
         known = baseline.records.get(record.name)
         if known is None:
             lines = [f"{n} = {q.value!r} {q.unit}".rstrip() for n, q in record.quantities.items()]
-            found.append(RecordChange(record, ChangeKind.NEW, tuple(lines)))
+            pending.append(RecordChange(record, ChangeKind.NEW, tuple(lines)))
             continue
         merged = replace(record, levels=tuple(sorted({*record.levels, *known.levels})))
         if not same_text(merged, known):
-            found.append(RecordChange(merged, _kind(merged, known), tuple(_lines(merged, known))))
-    return found
+            pending.append(RecordChange(merged, _kind(merged, known), tuple(_lines(merged, known))))
+    return pending
 
 
 def _kind(record: BaselineRecord, known: BaselineRecord) -> ChangeKind:
@@ -144,7 +144,7 @@ def _lines(record: BaselineRecord, known: BaselineRecord) -> list[str]:
     if not same_series(record, known):
         lines.append("series")
     for key in METADATA:
-        new_text, old_text = (_short(getattr(one, key)) for one in (record, known))
+        new_text, old_text = (_short(getattr(version, key)) for version in (record, known))
         if new_text != old_text:
             lines.append(f"{key}: {old_text} -> {new_text}")
     return lines or ["parameters that only one of them has"]

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from harness.engines import process
 from harness.engines.contract import Engine, Job
 from harness.engines.output import Output
-from harness.errors import EngineError
+from harness.errors import EngineError, NotKeptError
 from harness.files import KERNELS
 from harness.observables.provenance import Provenance
 from harness.store.entries import (
@@ -115,16 +115,20 @@ class CachedEngine(Engine):
 
     An interrupted command so goes on where it stopped. ``fresh`` reads nothing
     and keeps all the same. ``ran`` and ``read`` count the runs. The wall time
-    in an output that was read is that of the run when it was made.
+    in an output that was read is that of the run when it was made. ``runs`` False raises
+    NotKeptError in place of a run.
     """
 
-    def __init__(self, engine: Engine, entries: Entries, *, fresh: bool = False) -> None:
+    def __init__(
+        self, engine: Engine, entries: Entries, *, fresh: bool = False, runs: bool = True
+    ) -> None:
         self.traits = engine.traits
         self.ran = 0
         self.read = 0
         self._engine = engine
         self._entries = entries
         self._fresh = fresh
+        self._runs = runs
         self._lock = threading.Lock()
 
     def __getattribute__(self, attribute: str) -> Any:
@@ -141,6 +145,8 @@ class CachedEngine(Engine):
         """Return the outputs in order, those kept without running them."""
         self._engine.check(jobs)
         who = self._engine.fingerprint()
+        if who is None and not self._runs:
+            raise NotKeptError(f"{self._engine.title}: keeps no run")
         if who is None:
             return self._counted(self._engine.run(jobs))
         keys = [run_key(self._engine, job, who) for job in jobs]
@@ -150,6 +156,8 @@ class CachedEngine(Engine):
             if kept is not None:
                 results[index] = kept
         missing = [index for index in range(len(jobs)) if index not in results]
+        if missing and not self._runs:
+            raise NotKeptError(f"{self._engine.title}: {len(missing)} runs are not kept")
         made = self._counted(self._engine.run([jobs[i] for i in missing])) if missing else []
         for index, output in zip(missing, made, strict=True):
             results[index] = output
@@ -164,6 +172,10 @@ class CachedEngine(Engine):
             return {}
         found = ((i, self._kept(run_key(self._engine, j, who))) for i, j in enumerate(jobs))
         return {place: output for place, output in found if output is not None}
+
+    def of_kept(self) -> CachedEngine:
+        """Return the engine as it reads what is kept, and raises NotKeptError for other runs."""
+        return CachedEngine(self._engine, self._entries, fresh=self._fresh, runs=False)
 
     def on_ranks(self, ranks: int) -> Engine:
         """Return the engine on so many MPI ranks, whose outputs are kept as well."""
@@ -258,10 +270,10 @@ class Kept:
 
 def contents(folder: Path) -> list[Kept]:
     """Return what the cache in a folder holds; of another folder nothing, whatever is in it."""
-    found = list(_kernels(folder))
+    entries = list(_kernels(folder))
     if (folder / ASIDE).is_dir():
-        found += [*_results(folder), *_environments(folder)]
-    return found
+        entries += [*_results(folder), *_environments(folder)]
+    return entries
 
 
 def clear(folder: Path, found: Iterable[Kept]) -> list[Kept]:

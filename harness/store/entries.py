@@ -230,18 +230,18 @@ class Entries:
     def _prune(self) -> None:
         """Drop what was not asked for the longest until nine tenths of the limit are left."""
         self._sweep()
-        found: list[tuple[float, int, Path, Callable[[Path], None]]] = []
+        candidates: list[tuple[float, int, Path, Callable[[Path], None]]] = []
         for path in self.folder.glob("??/*"):
             with contextlib.suppress(OSError):
                 state = path.stat()
-                found.append((state.st_mtime, state.st_size, path, Path.unlink))
+                candidates.append((state.st_mtime, state.st_size, path, Path.unlink))
         for home in (self.folder / process.FOLDER).glob("*"):
             with contextlib.suppress(OSError):
-                found.append((*process.last_use_and_size(home), home, process.drop))
-        excess = sum(size for _, size, *_ in found) - self._limit * 9 // 10
+                candidates.append((*process.last_use_and_size(home), home, process.drop))
+        excess = sum(size for _, size, *_ in candidates) - self._limit * 9 // 10
         if excess <= self._limit // 10:
             return
-        for _, size, path, drop in sorted(found, key=lambda one: one[:3]):
+        for _, size, path, drop in sorted(candidates, key=lambda one: one[:3]):
             if excess <= 0:
                 return
             with contextlib.suppress(OSError):

@@ -87,13 +87,13 @@ def migrate(connection: sqlite3.Connection, name: str) -> None:
         return
     connection.execute("BEGIN IMMEDIATE")
     try:
-        found = _version(connection)  # another process may have been faster
-        if found > VERSION:
+        version = _version(connection)  # another process may have been faster
+        if version > VERSION:
             raise RequestError(
-                f"history {name}: schema {found} is of a newer dem-harness (this one writes "
+                f"history {name}: schema {version} is of a newer dem-harness (this one writes "
                 f"{VERSION}); update it, or name another place in DEM_HARNESS_HOME"
             )
-        for statements in MIGRATIONS[found:]:
+        for statements in MIGRATIONS[version:]:
             for statement in statements:
                 connection.execute(statement)
         connection.execute(f"PRAGMA user_version = {VERSION}")
@@ -157,7 +157,8 @@ class History:
             migrate(self._db, str(path))
         except BaseException as error:
             self._db.close()
-            if _is_no_database(error):
+            busy = isinstance(error, sqlite3.OperationalError)
+            if isinstance(error, sqlite3.DatabaseError) and not busy:
                 raise RequestError(
                     f"history {path}: is not a database ({error}); move it away, or name another "
                     "place in DEM_HARNESS_HOME"
@@ -254,12 +255,6 @@ def _write_ahead(db: sqlite3.Connection) -> None:
             time.sleep(0.01)
         else:
             return
-
-
-def _is_no_database(error: BaseException) -> bool:
-    return isinstance(error, sqlite3.DatabaseError) and not isinstance(
-        error, sqlite3.OperationalError
-    )
 
 
 def _distinct(rows: Iterable[Row]) -> list[dict[str, Any]]:

@@ -46,13 +46,13 @@ def known_defects(path: Path | None = None) -> tuple[KnownDefect, ...]:
     tables = record.pop("defect", {})
     if record or not all(isinstance(table, dict) for table in tables.values()):
         raise RequestError(f"known defects {path}: holds tables [defect.NAME] and nothing else")
-    found = []
+    defects = []
     for name, table in tables.items():
         try:
-            found.append(KnownDefect(**{**table, "name": name}))
+            defects.append(KnownDefect(**{**table, "name": name}))
         except RequestError as error:
             raise RequestError(f"known defects {path}, [defect.{name}]: {error}") from None
-    return tuple(found)
+    return tuple(defects)
 
 
 def with_further(path: Path | None) -> tuple[KnownDefect, ...]:
@@ -60,10 +60,11 @@ def with_further(path: Path | None) -> tuple[KnownDefect, ...]:
     known = known_defects()
     if path is None:
         return known
-    further, names = known_defects(path), {one.name for one in known}
-    for one in further:
-        if one.name in names:
+    further, names = known_defects(path), {defect.name for defect in known}
+    for defect in further:
+        if defect.name in names:
             raise RequestError(
-                f"--known-defects {path}, [defect.{one.name}]: is known already; take another name"
+                f"--known-defects {path}, [defect.{defect.name}]: is known already; "
+                "take another name"
             )
     return (*known, *further)

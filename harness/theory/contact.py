@@ -160,7 +160,7 @@ def impact(damping: float, *, clipped: bool) -> Impact:
     end.terminal = True  # type: ignore[attr-defined]
     end.direction = -1  # type: ignore[attr-defined]
     longest = 100.0 + 10.0 * damping * (1.0 + math.log1p(damping))
-    found = solve_ivp(
+    solution = solve_ivp(
         rates,
         (0.0, longest),
         (0.0, 1.0),
@@ -170,7 +170,7 @@ def impact(damping: float, *, clipped: bool) -> Impact:
         max_step=0.1 * (1.0 + damping),
         events=end,
     )
-    return Impact(-float(found.y[1, -1]), float(found.t[-1]))
+    return Impact(-float(solution.y[1, -1]), float(solution.t[-1]))
 
 
 def first_order_loss() -> float:
@@ -480,13 +480,13 @@ def _normal_motion(steps: int) -> tuple[Array, Array]:
         return float(y[0])
 
     parts.terminal, parts.direction = True, -1.0  # type: ignore[attr-defined]
-    found = solve_ivp(
+    solution = solve_ivp(
         rates, (0.0, 10.0), [0.0, 1.0], events=parts, dense_output=True, rtol=1e-11, atol=1e-13
     )
-    assert found.t_events is not None
-    assert found.sol is not None
-    time = np.linspace(0.0, found.t_events[0][0], steps + 1)
-    return time, np.maximum(found.sol(time)[0], 0.0)
+    assert solution.t_events is not None
+    assert solution.sol is not None
+    time = np.linspace(0.0, solution.t_events[0][0], steps + 1)
+    return time, np.maximum(solution.sol(time)[0], 0.0)
 
 
 # ---- a solid sphere that slides, rolls or turns on a plane under its weight

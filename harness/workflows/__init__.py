@@ -21,6 +21,8 @@ _HOMES = {
     "energy_scaling_angles": "harness.cases.tower.impulse",
     "engines": "harness.workflows.engine_status",
     "extrapolated_critical_angle": "harness.cases.incline.angle",
+    "film": "harness.workflows.case_runs",
+    "film_section": "harness.workflows.case_runs",
     "history": "harness.workflows.history_search",
     "impulse_angles": "harness.cases.tower.impulse",
     "impulse_by_gamma": "harness.cases.tower.impulse",
@@ -31,6 +33,7 @@ _HOMES = {
     "releases": "harness.workflows.release_runs",
     "run": "harness.workflows.case_runs",
     "sections": "harness.workflows.verification",
+    "site": "harness.workflows.static_site",
     "study": "harness.workflows.study_run",
     "sweep": "harness.workflows.sweep_run",
     "theory": "harness.cases.incline.closed_forms",
@@ -44,6 +47,7 @@ _RUN_ENGINES = {
     "critical_angle",
     "critical_angles",
     "extrapolated_critical_angle",
+    "film",
     "impulse_angles",
     "impulse_table",
     "releases",
@@ -71,6 +75,8 @@ if TYPE_CHECKING:
     from harness.workflows.baseline import diff as diff
     from harness.workflows.case_runs import case_details as case_details
     from harness.workflows.case_runs import cases as cases
+    from harness.workflows.case_runs import film as film
+    from harness.workflows.case_runs import film_section as film_section
     from harness.workflows.case_runs import run as run
     from harness.workflows.engine_status import engines as engines
     from harness.workflows.engine_status import inputs as inputs
@@ -78,6 +84,7 @@ if TYPE_CHECKING:
     from harness.workflows.history_search import history as history
     from harness.workflows.progress import progress_bars as progress_bars
     from harness.workflows.release_runs import releases as releases
+    from harness.workflows.static_site import site as site
     from harness.workflows.study_run import study as study
     from harness.workflows.sweep_run import sweep as sweep
     from harness.workflows.verification import sections as sections

@@ -1,9 +1,4 @@
-"""Compare a run with the baseline or with another run; accept it as the new baseline.
-
-Compare a run with the baseline, or accept it as the new one.
-
-Read two runs and hold them side by side.
-"""
+"""Compare a run with the baseline or with another run; accept it as the new baseline."""
 
 from __future__ import annotations
 
@@ -107,8 +102,8 @@ def compare_with_baseline(
     """
     new = baseline is not None and not baseline.exists()
     known = Baseline({}, str(baseline)) if new else chosen_baseline(baseline, tolerances)
-    found = verify(level, cases=cases, engine=engine, progress=progress, baseline=known)
-    return BaselineComparison(found, tuple(changes(found.records, known)))
+    verification = verify(level, cases=cases, engine=engine, progress=progress, baseline=known)
+    return BaselineComparison(verification, tuple(changes(verification.records, known)))
 
 
 def accept_baseline(compared: BaselineComparison, folder: Path | None = None) -> Path:

@@ -1,16 +1,13 @@
-"""Cases: listed, given settings, run once.
+"""The cases as a command sees them: listed, given settings as text, run once.
 
-The cases: what each is given, what it measures in which unit, and which engines run it.
-
-Settings of a case as the command line gives them: texts by name, read by its parameters.
-
-Run any case once: parameters in, quantities with their references out.
+A run puts quantities beside their references.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -18,16 +15,17 @@ from pydantic_core import PydanticUndefined
 
 from harness import __version__
 from harness.cases.contract import Case, Measured, Reference
-from harness.cases.registry import all_cases, get_case
+from harness.cases.registry import MAIN, all_cases, get_case
 from harness.comparison.verdicts import published
 from harness.engines.border import refuse_endless
 from harness.engines.contract import Engine
 from harness.engines.registry import DEFAULT, engine_class, engine_names, open_engine
 from harness.engines.traits import Traits
-from harness.errors import RequestError
+from harness.errors import HarnessError, RequestError
 from harness.observables.row import Row
 from harness.parameters.allowed import allowed_in, unit_in
 from harness.parameters.base import Parameters, nested
+from harness.report.sections import Section
 from harness.shown import Listing, Shown
 from harness.workflows.progress import Progress, silent
 from harness.workflows.verification import Open
@@ -35,6 +33,7 @@ from harness.workflows.verification import Open
 if TYPE_CHECKING:
     import pandas as pd
 
+    from harness.report.film import Film
     from harness.shown.figure import Figure
 
 
@@ -53,7 +52,9 @@ class CaseInfo:
 
     ``parameters`` are named as ``--set`` takes them, those of nested objects with a dot;
     ``quantities`` map a name to its unit; ``engines`` have a template for the case, or take its
-    scene; ``solvers`` are those of this package; ``presets`` known sets of parameters.
+    scene; ``solvers`` are those of this package; ``presets`` known sets of parameters; ``derived``
+    are quantities, with their units, that take several runs for a value; ``verify_seconds`` is
+    the CPU time [s] that its verification took, by level.
     """
 
     name: str
@@ -65,6 +66,8 @@ class CaseInfo:
     solvers: tuple[str, ...] = ()
     presets: tuple[str, ...] = ()
     by_default: bool = field(default=False)
+    derived: Mapping[str, str] = field(default_factory=dict)
+    verify_seconds: Mapping[str, float] = field(default_factory=dict)
 
     def record(self) -> dict[str, Any]:
         """Return it as a JSON-ready mapping."""
@@ -86,7 +89,9 @@ def _info(case: Case[Any]) -> CaseInfo:
         engines=tuple(name for name in engine_names() if _states(name, case)),
         solvers=case.solvers,
         presets=tuple(case.presets),
-        by_default=case.by_default,
+        by_default=case.name in MAIN,
+        derived={one.name: one.unit for more in case.derived() for one in more.quantities},
+        verify_seconds=dict(case.cost),
     )
 
 
@@ -109,20 +114,22 @@ class PresetDetails:
 class CaseDetails(CaseInfo):
     """One case in full, as :class:`CaseInfo`.
 
-    ``meanings`` are those of the quantities, ``preset_details`` by the names of ``presets``;
+    ``meanings`` are those of the quantities, ``preset_details`` by the names of ``presets``,
+    ``derived_parameters`` what the quantities of ``derived`` take besides;
     ``refused_by`` says why an engine cannot run the case as it is by default.
     """
 
     parameters: Mapping[str, ParameterDetails]
     meanings: Mapping[str, str] = field(default_factory=dict)
     preset_details: Mapping[str, PresetDetails] = field(default_factory=dict)
+    derived_parameters: Mapping[str, ParameterDetails] = field(default_factory=dict)
     refused_by: Mapping[str, str] = field(default_factory=dict)
 
 
 def case_details(name: str) -> CaseDetails:
     """Return all that is known of a case; raise RequestError for a name that is not known."""
     case = get_case(name)
-    info, allowed = _info(case), dict(_allowed(case.parameters, ""))
+    info = _info(case)
     usual = {key: one.default for key, one in info.parameters.items()}
     changed = {
         preset: {
@@ -134,18 +141,33 @@ def case_details(name: str) -> CaseDetails:
     return CaseDetails(
         **{
             **vars(info),
-            "parameters": {
-                key: ParameterDetails(**vars(one), allowed=allowed.get(key, ""))
-                for key, one in info.parameters.items()
-            },
+            "parameters": _details(case),
         },
-        meanings={one.name: one.meaning for one in case.quantities},
+        meanings={
+            quantity.name: quantity.meaning
+            for kind in (case, *case.derived())
+            for quantity in kind.quantities
+        },
         preset_details={
             preset: PresetDetails(case.source_of(preset), values)
             for preset, values in changed.items()
         },
+        derived_parameters={
+            key: one
+            for more in case.derived()
+            for key, one in _details(more).items()
+            if key not in info.parameters
+        },
         refused_by={engine: reason for engine, reason in refused.items() if reason},
     )
+
+
+def _details(case: Case[Any]) -> dict[str, ParameterDetails]:
+    allowed = dict(_allowed(case.parameters, ""))
+    return {
+        key: ParameterDetails(**vars(one), allowed=allowed.get(key, ""))
+        for key, one in _parameters(case.parameters, default_of(case), "")
+    }
 
 
 def _allowed(kind: type[Parameters], prefix: str) -> Iterator[tuple[str, str]]:
@@ -181,8 +203,8 @@ def _states(engine: str, case: Case[Any]) -> bool:
 def default_of(case: Case[Any]) -> Parameters | None:
     """Return the parameters of a run that sets none, or None where some must be set."""
     try:
-        found: Parameters = case.default
-        return found
+        parameters: Parameters = case.default
+        return parameters
     except RequestError:
         return None
 
@@ -223,12 +245,30 @@ def parameters_of(case: Case[Any], settings: Mapping[str, str]) -> Parameters:
     """
     base = _preset(case, settings[PRESET]) if PRESET in settings else default_of(case)
     tree = _tree((name, text) for name, text in settings.items() if name != PRESET)
+    for name in case.varied:
+        if name in tree:
+            raise RequestError(
+                f"--set: {name}: {case.quantities[0].name} is searched for over {name}: must be "
+                "left out"
+            )
     try:
         if base is None:
             return case.parameters(**_values(case.parameters, tree))
         return _changed(base, tree, "")
     except RequestError as error:
-        raise type(error)(f"--set: {error}") from None
+        raise type(error)(f"--set: {error}{_elsewhere(case, tree)}") from None
+
+
+def _elsewhere(case: Case[Any], names: Iterable[str]) -> str:
+    """Return which case of the same group has the parameter that a case does not; or nothing."""
+    unknown = [name for name in names if name not in case.parameters.model_fields]
+    having = [
+        f"; case {other.name} has {name}"
+        for name in unknown[:1]
+        for other in all_cases().values()
+        if other.group == case.group and name in other.parameters.model_fields
+    ]
+    return having[0] if having else ""
 
 
 def _tree(settings: Iterable[tuple[str, str]]) -> Tree:
@@ -242,8 +282,8 @@ def _preset(case: Case[Any], name: str) -> Parameters:
     if name not in case.presets:
         known = ", ".join(case.presets) or "none"
         raise RequestError(f"--set preset={name}: case {case.name!r} has the presets {known}")
-    found: Parameters = case.presets[name]
-    return found
+    parameters: Parameters = case.presets[name]
+    return parameters
 
 
 def _changed(parameters: Parameters, tree: Tree, prefix: str) -> Parameters:
@@ -290,6 +330,7 @@ class RunResult(Shown):
     """One run of a case: who ran it, with which parameters, and what was measured.
 
     A quantity is expected to be what its reference is, whose kind is the row's ``note``.
+    ``profile`` are columns of one length, of a case that has a profile.
     """
 
     case: str
@@ -297,11 +338,13 @@ class RunResult(Shown):
     engine_version: str
     parameters: Mapping[str, Any]
     quantities: Mapping[str, Row]
+    profile: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
     def record(self) -> dict[str, Any]:
-        """Return it as a JSON-ready mapping."""
+        """Return it as a JSON-ready mapping; the profile, where there is one, by its columns."""
         rows = {name: _record(row) for name, row in self.quantities.items()}
-        return {**vars(self), "parameters": dict(self.parameters), "quantities": rows}
+        found = {**vars(self), "parameters": dict(self.parameters), "quantities": rows}
+        return found if self.profile else {k: v for k, v in found.items() if k != "profile"}
 
     def frame(self) -> pd.DataFrame:
         """Return the quantities as a table, one row each."""
@@ -339,6 +382,7 @@ def run(
     settings: Mapping[str, str] | None = None,
     engine: str | Engine | None = None,
     *,
+    quantities: str | Sequence[str] = (),
     open_one: Open = open_engine,
     progress: Progress = silent,
     most_seconds: float = math.inf,
@@ -347,13 +391,15 @@ def run(
 
     ``settings`` are texts by the names of parameters, in SI units and degrees as :func:`cases`
     lists them (k in [N/m]), of nested ones with a dot, and ``preset`` for a known set; each
-    quantity names its unit. ``engine`` is an open engine, or the name of an engine or of a solver
-    of the case; the default engine unless given. ``open_one`` opens one by its name. Raise
-    RequestError for a name or value that is not allowed, for an engine that cannot run the
-    case, with the reason, and for a run that is expected to take more than ``most_seconds``;
+    quantity names its unit. ``quantities`` are names of those to return; a derived one, such as
+    ``critical_angle_deg``, takes several runs. ``engine`` is an open engine, or the name of an
+    engine or of a solver of the case; the default engine unless given. ``open_one`` opens one by
+    its name. Raise RequestError for a name or value that is not allowed, for an engine that cannot
+    run the case, with the reason, and for what is expected to take more than ``most_seconds``;
     EngineError for a run that failed.
     """
-    chosen = get_case(case)
+    wanted = [quantities] if isinstance(quantities, str) else list(quantities)
+    chosen = get_case(case).measuring(wanted)
     parameters = parameters_of(chosen, settings or {})
 
     def begin(rules: Traits | None, solver: str = "") -> None:
@@ -365,19 +411,59 @@ def run(
 
     if isinstance(engine, Engine):
         begin(engine.traits)
-        return _in_engine(chosen, parameters, engine)
+        return _in_engine(chosen, parameters, engine, wanted)
     name = engine or usual_engine(chosen)
     if name in chosen.solvers and (engine is None or name not in engine_names()):
         begin(None, name)
         measured = chosen.solve(parameters, name)
         who = (name, f"dem-harness {__version__}")
-        return _result(chosen, parameters, who, measured, NO_RULES)
+        return _result(chosen, parameters, who, measured, NO_RULES, wanted)
     if name not in engine_names() and ":" not in name:
         known = ", ".join([*engine_names(), *chosen.solvers])
         raise RequestError(f"--engine {name!r} is not known: must be one of {known}")
     with open_one(name) as opened:
         begin(opened.traits)
-        return _in_engine(chosen, parameters, opened)
+        return _in_engine(chosen, parameters, opened, wanted)
+
+
+def film(
+    case: str,
+    settings: Mapping[str, str] | None = None,
+    engine: str | Engine | None = None,
+    *,
+    frames: int = 120,
+    open_one: Open = open_engine,
+) -> Film:
+    """Run a case once and return the film of its motion, which a notebook shows.
+
+    ``settings`` are those of :func:`run`, ``engine`` an open one or a name. ``save(path)`` writes
+    it as .gif, or .mp4 where ffmpeg is on the path. Raise RequestError for a case without films.
+    """
+    from harness.report.film import check_frames
+
+    chosen = get_case(case)
+    check_frames(frames, "film")
+    given = nullcontext(engine) if isinstance(engine, Engine) else open_one(engine or DEFAULT)
+    with given as opened:
+        made = chosen.film(opened, parameters_of(chosen, settings) if settings else None, frames)
+    if made is None:
+        have = [one.name for one in all_cases().values() if type(one).film is not Case.film]
+        raise RequestError(f"film: case {case!r} has none; must be one of {', '.join(have)}")
+    return made
+
+
+def film_section(cases: Iterable[str], engine: Engine) -> Section:
+    """Return the films of cases in an engine; a run that fails is a sentence that says so."""
+    films, failures = [], []
+    for name in cases:
+        case = get_case(name)
+        try:
+            made = case.film(engine) if engine.states(case.template) else None
+        except HarnessError as error:
+            failures.append(f"The film of case {name} could not be made: {error}")
+        else:
+            films += [made] if made is not None else []
+    return Section("Films", tuple(failures), films=tuple(films))
 
 
 def usual_engine(case: Case[Any]) -> str:
@@ -389,14 +475,16 @@ def usual_engine(case: Case[Any]) -> str:
     return DEFAULT
 
 
-def _in_engine(case: Case[Any], parameters: Parameters, engine: Engine) -> RunResult:
+def _in_engine(
+    case: Case[Any], parameters: Parameters, engine: Engine, wanted: Sequence[str]
+) -> RunResult:
     reason = engine.refuses(case.job(parameters))
     if reason:
         raise RequestError(f"--engine {engine.name!r}: cannot run {case.name!r}: {reason}")
     measured = case.measure(parameters, engine)
-    who = measured.provenance or engine.identify()
-    named = (engine.name, who.engine_version)
-    return _result(case, parameters, named, measured, engine.traits)
+    provenance = measured.provenance or engine.identify()
+    named = (engine.name, provenance.engine_version)
+    return _result(case, parameters, named, measured, engine.traits, wanted)
 
 
 def _result(
@@ -405,6 +493,7 @@ def _result(
     who: tuple[str, str],
     measured: Measured,
     traits: Traits,
+    wanted: Sequence[str],
 ) -> RunResult:
     references = case.references(parameters, traits)
     units = {quantity.name: quantity.unit for quantity in case.quantities}
@@ -412,12 +501,13 @@ def _result(
         case=case.name,
         engine=who[0],
         engine_version=who[1],
-        parameters=parameters.model_dump(mode="json"),
+        parameters=parameters.model_dump(mode="json", exclude=set(case.varied)),
         quantities={
             name: _quantity(name, measured.values[name], unit, references.get(name))
             for name, unit in units.items()
-            if name in measured.values
+            if name in measured.values and (not wanted or name in wanted)
         },
+        profile=measured.profile,
     )
 
 
@@ -436,9 +526,9 @@ def _quantity(name: str, value: float, unit: str, reference: Reference | None) -
     return Row(name, value, math.nan, unit, expected.value, note=expected.kind)
 
 
-def _told(one: Row) -> str:
+def _told(row: Row) -> str:
     """Return a value with its unit, and what is expected."""
-    said = f"{one.value:.10g} {'' if one.unit == '1' else one.unit}".rstrip()
-    if one.note == "none":
+    said = f"{row.value:.10g} {'' if row.unit == '1' else row.unit}".rstrip()
+    if row.note == "none":
         return said
-    return f"{said}; {one.expected:.10g} by {one.note}, {one.difference:+.2g} off"
+    return f"{said}; {row.expected:.10g} by {row.note}, {row.difference:+.2g} off"

@@ -1,15 +1,4 @@
-"""Engines: chosen by name, opened, who is here, their generated inputs.
-
-Which engines are asked for: by name, or all that there are.
-
-The rows on who an engine is, and of one that is not here.
-
-Engines opened for a caller: by name, for one call, their runs kept as on the command line.
-
-Which engines are here, in which version, how they are run, and why one is missing.
-
-The generated inputs of the engines: write them, or check that those written are up to date.
-"""
+"""Engines as a command sees them: selected by name, opened, their state, their generated inputs."""
 
 from __future__ import annotations
 
@@ -264,10 +253,10 @@ def _status(name: str, how: str, options: Mapping[str, Any]) -> EngineStatus:
     traits = engine_class(name).traits
     try:
         with open_engine(name, options=options) as engine:
-            who = engine.identify()
+            provenance = engine.identify()
     except (EngineError, RequestError) as error:
         return EngineStatus(name, how, None, traits, traits.missing(str(error)))
-    return EngineStatus(name, who.how or how, who, traits)
+    return EngineStatus(name, provenance.how or how, provenance, traits)
 
 
 def generated_inputs() -> dict[str, str]:

@@ -118,10 +118,10 @@ def history(file: Path | None = None, **wanted: Unpack[HistoryQuery]) -> Recorde
     never recorded, with the names nearest to it.
     """
     with open_history(file, **wanted) as (path, rows):
-        found = tuple(rows)
+        recorded = tuple(rows)
     if wanted.get("quantity") is None:
-        return Recorded(path, found)
-    return Recorded(path, quantities=found)
+        return Recorded(path, recorded)
+    return Recorded(path, quantities=recorded)
 
 
 @contextmanager

@@ -33,6 +33,10 @@ LOG_PAUSE = 30.0
 """[s] Between two lines of a stage that goes on."""
 
 
+MOST_BARS = 12
+"""Stages up to which those that are over are shown too."""
+
+
 class LogLines:
     """Says on stderr, a line each, which stages are over and how far the others are."""
 
@@ -92,7 +96,9 @@ def progress_bars(title: str, *, quiet: bool = False) -> Iterator[Progress]:
     def told(stage: str, done: int, total: int) -> None:
         if stage not in stages:
             stages[stage] = bars.add_task(stage, total=total)
-        bars.update(stages[stage], completed=done, total=total)  # type: ignore[arg-type]
+        # of many stages those that are over leave the terminal
+        shown = done < total or len(stages) <= MOST_BARS
+        bars.update(stages[stage], completed=done, total=total, visible=shown)  # type: ignore[arg-type]
 
     timer = threading.Timer(DELAY, bars.start)
     timer.daemon = True

@@ -68,11 +68,13 @@ def releases(
         try:
             with opens.release(name, folder) as own, remember(own) as opened:
                 title = own.title
-                found = verify(level, cases=cases, engine=opened, progress=told, baseline=False)
+                verification = verify(
+                    level, cases=cases, engine=opened, progress=told, baseline=False
+                )
         except EngineError as error:
             columns.append(Column(name, None, error=f"{error.kind}: {error}"))
         else:
-            columns.append(_column(name, found))
+            columns.append(_column(name, verification))
     progress("releases", len(names), len(names))
     tolerances = {case.name: case.regression for case in chosen}
     asked = cases if isinstance(cases, str) else ",".join(cases or ())
@@ -97,16 +99,16 @@ def _check(names: Sequence[str], opens: Releases) -> None:
         opens.check_release(name)
 
 
-def _column(name: str, found: Verification) -> Column:
+def _column(name: str, verification: Verification) -> Column:
     """Return what a release measured itself; own solvers are the same in each."""
     records: tuple[BaselineRecord, ...] = tuple(
-        record for findings in found.main.values() for record in findings.records
+        record for findings in verification.main.values() for record in findings.records
     )
     errors = {
         record: f"{error.kind}: {error}"
-        for findings in found.main.values()
+        for findings in verification.main.values()
         for record, error in findings.errors.items()
     }
-    died = found.engine_errors[0] if found.engine_errors and not records else ""
-    checks = tuple(check for check in found.checks if check.cell is not None)
-    return Column(name, found.provenance, records, died, errors, checks)
+    died = verification.engine_errors[0] if verification.engine_errors and not records else ""
+    checks = tuple(check for check in verification.checks if check.cell is not None)
+    return Column(name, verification.provenance, records, died, errors, checks)

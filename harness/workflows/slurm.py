@@ -1,6 +1,4 @@
-"""The runs of a sweep on a cluster: arrays of chunks under SLURM, told as they are over.
-
-Jobs of SLURM: what one is ordered, how it is submitted, and what it tells.
+"""The runs of a sweep on a cluster: arrays of chunks under SLURM, read as they end.
 
 Runs are chunked by what they are expected to take, so that a job fits its time with a margin. One
 that does not is refused before anything is queued, unless its engine lets it go on from a restart
@@ -58,6 +56,7 @@ class Order:
     cache: Path | None
     fresh: bool
     told: Path
+    quantities: tuple[str, ...] = ()
 
 
 def run_order(order: Order) -> None:
@@ -69,7 +68,8 @@ def run_order(order: Order) -> None:
         return engine if entries is None else CachedEngine(engine, entries, fresh=order.fresh)
 
     names = list(order.parameters)
-    work = Work(get_case(order.case), order.engine, list(order.parameters.values()))
+    case = get_case(order.case).measuring(order.quantities)
+    work = Work(case, order.engine, list(order.parameters.values()))
     with order.told.open("a", encoding="utf-8") as file:
 
         def tell(name: str, told: Mapping[str, Any]) -> None:
@@ -89,15 +89,15 @@ def run_order(order: Order) -> None:
 def _line(ran: Ran) -> dict[str, Any]:
     if not isinstance(ran, Measured | EngineUndecidedError):
         return {"error": str(ran), "refused": isinstance(ran, RequestError)}
-    who = ran.provenance
+    provenance = ran.provenance
     undecided = {"undecided": str(ran)} if isinstance(ran, EngineUndecidedError) else {}
     return {
         **undecided,
         "values": dict(ran.values),
         "seconds": ran.seconds,
         "ranks": ran.ranks,
-        "engine": who.engine if who else "",
-        "engine_version": who.engine_version if who else "",
+        "engine": provenance.engine if provenance else "",
+        "engine_version": provenance.engine_version if provenance else "",
     }
 
 
@@ -124,8 +124,8 @@ def submit(orders: Sequence[Order], group: Path, settings: ExecutorOptions) -> l
         with contextlib.redirect_stderr(io.StringIO()):  # what sbatch says is in the error
             return [str(job.job_id) for job in executor.map_array(run_order, orders)]
     except FailedJobError as error:
-        said = str(error).splitlines()
-        why = next((line for line in reversed(said) if line.startswith("sbatch:")), said[-1])
+        lines = str(error).splitlines()
+        why = next((line for line in reversed(lines) if line.startswith("sbatch:")), lines[-1])
         raise RequestError(f"--executor slurm: it refuses the jobs: {why.strip()}") from None
 
 
@@ -197,6 +197,7 @@ class Slurm:
         self._check(work, left)
         opening = {} if work.solves else dict(self.opening(work.engine))
         facts: dict[str, Any] = {"case": work.case.name, "engine": work.engine, "opening": opening}
+        facts["quantities"] = _quantities(work)
         if not work.solves:
             facts["who"] = fingerprint_of(work.engine, chosen_options(work.engine, **opening))
         waiting = _Waiting(self._group(facts), self.tell)
@@ -327,6 +328,7 @@ class Slurm:
                 self.cache.absolute() if self.cache else None,
                 self.local.fresh,
                 group / TOLD / f"{stamp}-{number}.jsonl",
+                _quantities(work),
             )
             for number, chunk in enumerate(chunks)
         ]
@@ -343,13 +345,21 @@ class Slurm:
         return found
 
 
+def _quantities(work: Work) -> tuple[str, ...]:
+    return tuple(quantity.name for quantity in work.case.quantities)
+
+
 def label(work: Work, parameters: Parameters) -> str:
     """Return what tells a run from the others of its work, as ``height = 8, seed = 3``."""
     default = default_of(work.case) if len(work.parameters) == 1 else None
     others = work.parameters if default is None else [default]
-    columns = [{name: info.default for name, info in parameters_in(one)} for one in others]
-    own = {name: info.default for name, info in parameters_in(parameters)}
-    apart = [name for name in own if any(one.get(name) != own[name] for one in columns)]
+    columns = [{name: info.default for name, info in parameters_in(other)} for other in others]
+    own = {
+        name: info.default
+        for name, info in parameters_in(parameters)
+        if name not in work.case.varied
+    }
+    apart = [name for name in own if any(column.get(name) != own[name] for column in columns)]
     return ", ".join(f"{name} = {own[name]}" for name in apart) or "with its default values"
 
 

@@ -73,10 +73,10 @@ class ExecutorOptions:
             check_slurm()
             _ = self.further
             return self
-        for one in fields(self):
-            value = getattr(self, one.name)
-            if value not in (one.default, []):
-                raise RequestError(f"--{one.name} {value}: goes with --executor slurm only")
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if value not in (field.default, []):
+                raise RequestError(f"--{field.name} {value}: goes with --executor slurm only")
         return None
 
     @property
@@ -131,8 +131,8 @@ def check_launcher(launcher: str | None, mpi: str, ranks: int) -> None:
 
 def _usual_mpi() -> str:
     """Return what srun's --mpi is unless it is given."""
-    shown = re.search(r"^MpiDefault\s*=\s*(\S+)", _said(["scontrol", "show", "config"]) or "", re.M)
-    return shown[1] if shown else ""
+    match = re.search(r"^MpiDefault\s*=\s*(\S+)", _said(["scontrol", "show", "config"]) or "", re.M)
+    return match[1] if match else ""
 
 
 def check_slurm() -> None:
@@ -162,9 +162,9 @@ def queued() -> dict[str, str] | None:
 def end_of(job: str) -> str:
     """Return how a job ended in SLURM's word, as ``TIMEOUT`` or ``CANCELLED``; empty: not known."""
     told = _said(["scontrol", "--oneliner", "show", "job", job]) or ""
-    shown = re.search(r"JobState=(\w+)", told)
-    if shown:
-        return shown[1]
+    match = re.search(r"JobState=(\w+)", told)
+    if match:
+        return match[1]
     accounted = _said(["sacct", "--noheader", "--allocations", "--format=State", f"--jobs={job}"])
     return next(iter((accounted or "").split()), "")
 

@@ -1,6 +1,7 @@
 """Run the study of a case: its arms as sweeps are run, then what the case concludes from them.
 
-Runs of an earlier study, of this machine or another, from its runs.csv: not made again.
+Runs of an earlier study, of this machine or another, are read from its runs.csv and not made
+again.
 """
 
 from __future__ import annotations
@@ -39,6 +40,7 @@ from harness.store.entries import Entries
 from harness.workflows.case_runs import usual_engine
 from harness.workflows.engine_status import opened
 from harness.workflows.progress import Progress, silent
+from harness.workflows.sweep_columns import parameter_columns, quantity_key
 from harness.workflows.sweep_plan import Asked, Plan, Point
 from harness.workflows.sweep_run import (
     DONE,
@@ -50,8 +52,6 @@ from harness.workflows.sweep_run import (
     Ran,
     Work,
     as_frame,
-    parameter_columns,
-    quantity_key,
     run_plan,
 )
 
@@ -66,6 +66,9 @@ OF_A_RUN = ("engine", "engine_version", "ranks", "script", "status", "wall_time_
 
 RESTART_LINES = re.compile(r"^#> restarts\n.*?^#< restarts\n", re.MULTILINE | re.DOTALL)
 """Marks in a script, and the lines between them: how a run that was cut goes on."""
+
+COMMENT_LINES = re.compile(r"^\s*#.*\n", re.MULTILINE)
+"""Comments of a script; ``#`` begins them in the language of every engine that takes scripts."""
 
 FURTHER = {"arm", "reason"}
 LARGEST = 2**28
@@ -82,7 +85,7 @@ class EarlierRuns:
 
     def count(self, engine: str, ranks: int, runs: Iterable[Parameters]) -> int:
         """Return how many of some runs are there."""
-        return sum(_key(engine, ranks, one) in self.rows for one in runs)
+        return sum(_key(engine, ranks, run) in self.rows for run in runs)
 
     def beside(self, executor: Executor, ranks: int) -> Executor:
         """Return what takes runs from the file where they are there, and else runs them."""
@@ -124,10 +127,12 @@ def script_digest(case: Case[Any], engine: str) -> str:
     """Return a digest of the script that an engine runs for a case: another one is another run.
 
     Without what a script has between :data:`RESTARTS`, which does nothing in a run that writes no
-    restart file.
+    restart file, and without its comments, which name the version of the harness.
     """
     inputs = engine_class(engine).inputs([case.template])
-    texts = {name: RESTART_LINES.sub("", text) for name, text in inputs.items()}
+    texts = {
+        name: COMMENT_LINES.sub("", RESTART_LINES.sub("", text)) for name, text in inputs.items()
+    }
     return hashlib.sha256(repr(sorted(texts.items())).encode()).hexdigest()[:12]
 
 
@@ -144,7 +149,7 @@ def read_runs(path: Path, case: Case[Any], one: Parameters) -> EarlierRuns:
         quantities = {quantity.name: quantity_key(quantity) for quantity in case.quantities}
         _check_columns(rows.fieldnames or (), (*OF_A_RUN, *parameters, *quantities.values()), where)
         scripts: dict[str, str] = {}
-        found: dict[Key, Measured | EngineUndecidedError] = {}
+        runs: dict[Key, Measured | EngineUndecidedError] = {}
         results: dict[Key, tuple[str, Measured]] = {}
         for number, row in enumerate(rows, start=2):
             told = f"{where}, row {number}"
@@ -162,10 +167,10 @@ def read_runs(path: Path, case: Case[Any], one: Parameters) -> EarlierRuns:
             result = row["status"], ran
             if results.setdefault(key, result) != result:
                 raise RequestError(f"{told}: the run of another row with another result")
-            found[key] = ran if row["status"] == DONE else _undecided(ran, row)
+            runs[key] = ran if row["status"] == DONE else _undecided(ran, row)
     except csv.Error as error:
         raise RequestError(f"{where}: is no table ({error})") from None
-    return EarlierRuns(found)
+    return EarlierRuns(runs)
 
 
 def _undecided(ran: Measured, row: Mapping[str, str]) -> EngineUndecidedError:
@@ -221,8 +226,10 @@ def _number(row: Mapping[str, str], column: str, told: str) -> float | None:
     return value
 
 
-def _key(engine: str, ranks: int, one: Parameters) -> Key:
-    return tuple(_plain(value) for value in (engine, ranks, *parameter_columns(one).values()))
+def _key(engine: str, ranks: int, parameters: Parameters) -> Key:
+    return tuple(
+        _plain(value) for value in (engine, ranks, *parameter_columns(parameters).values())
+    )
 
 
 def _plain(value: Any) -> str:
@@ -288,7 +295,7 @@ class StudyResult(Shown):
 
     def drawn(self) -> Figure:
         """Draw the first figure of the report."""
-        drawings = [one for section in self.conclusion.sections for one in section.drawings]
+        drawings = [drawing for section in self.conclusion.sections for drawing in section.drawings]
         if not drawings:
             raise RequestError(f"plot: no run of this study of {self.case} measured anything")
         return cast("Figure", drawings[0].draw())
@@ -297,11 +304,11 @@ class StudyResult(Shown):
 def study_of(name: str) -> tuple[Case[Any], CaseStudy]:
     """Return a case and its study; raise RequestError for a case that has none."""
     case = get_case(name)
-    found = case.study()
-    if found is None:
+    case_study = case.study()
+    if case_study is None:
         having = ", ".join(n for n, one in all_cases().items() if one.study() is not None)
         raise RequestError(f"case {name!r} has no study: must be one of {having}")
-    return case, found
+    return case, case_study
 
 
 def planned(name: str, level: Level) -> tuple[int, float]:

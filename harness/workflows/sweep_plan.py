@@ -1,6 +1,6 @@
 """What a sweep runs: every combination of the values of its parameters, in each engine.
 
-Values of a sweep as text: lists such as ``1,2,5`` and ranges such as ``1e5:1e7:log5``.
+Values are typed as text: lists such as ``1,2,5`` and ranges such as ``1e5:1e7:log5``.
 """
 
 from __future__ import annotations
@@ -40,12 +40,12 @@ def values_of(name: str, text: str) -> list[str]:
     numbers, evenly spaced with both ends, or ``FIRST:LAST:logCOUNT``, evenly spaced in the
     logarithm. Raise RequestError for what is neither.
     """
-    found: dict[str, None] = {}
+    values: dict[str, None] = {}
     for item in text.split(","):
-        found |= dict.fromkeys(_range(name, item) if ":" in item else [item.strip()])
-        if "" in found:
+        values |= dict.fromkeys(_range(name, item) if ":" in item else [item.strip()])
+        if "" in values:
             raise RequestError(f"--over {name}={text}: a value is empty; must be {GRAMMAR}")
-    return list(found)
+    return list(values)
 
 
 def as_text(values: Any) -> str:
@@ -58,11 +58,11 @@ def as_text(values: Any) -> str:
 
 def flat(tree: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     """Return nested tables with dots in their names, as ``--set`` takes them."""
-    found: dict[str, Any] = {}
+    columns: dict[str, Any] = {}
     for name, value in tree.items():
         inner = isinstance(value, Mapping)
-        found |= flat(value, f"{prefix}{name}.") if inner else {prefix + name: value}
-    return found
+        columns |= flat(value, f"{prefix}{name}.") if inner else {prefix + name: value}
+    return columns
 
 
 def _range(name: str, item: str) -> list[str]:
@@ -92,7 +92,10 @@ KEYS = ("case", "engines", "quantity", "set", "over")
 
 @dataclass(frozen=True)
 class Asked:
-    """A sweep as it is asked for, texts as on the command line; ``quantity`` is to be drawn."""
+    """A sweep as it is asked for, texts as on the command line.
+
+    ``quantity`` are the names of those that are to be measured and shown; the first is drawn.
+    """
 
     case: str
     over: Mapping[str, str]
@@ -195,7 +198,7 @@ def plan(asked: Asked) -> Plan:
     Values that are not allowed together are a point that is refused; raise RequestError for a name
     or a value that is not allowed by itself, and where every point is refused.
     """
-    case = get_case(asked.case)
+    case = get_case(asked.case).measuring(names_in(asked.quantity))
     if not asked.over:
         raise RequestError("--over: must be given, a parameter with its values: NAME=VALUES")
     for name in asked.over:
@@ -217,7 +220,6 @@ def plan(asked: Asked) -> Plan:
         where = ", ".join(f"{name}={value}" for name, value in refused[0].swept.items())
         every = f" (so are all {len(refused)} points)" if len(refused) > 1 else ""
         raise RequestError(f"--over {where}: {refused[0].reason}{every}")
-    _check_quantity(case, asked.quantity)
     return Plan(asked, case, engines, tuple(points), refused)
 
 
@@ -244,7 +246,7 @@ def _fault(case: Case[Any], fixed: Mapping[str, str]) -> str:
 
 def _engines(case: Case[Any], text: str) -> tuple[str, ...]:
     """Return the engines and solvers of a text such as ``one,two``; the usual one for none."""
-    names = [name.strip() for name in text.split(",") if name.strip()]
+    names = names_in(text)
     if text and not names:
         raise RequestError(f"--engines {text!r}: names no engine")
     known = [*engine_names(), *case.solvers]
@@ -260,11 +262,9 @@ def _engines(case: Case[Any], text: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names or [usual_engine(case)]))
 
 
-def _check_quantity(case: Case[Any], name: str) -> None:
-    known = [quantity.name for quantity in case.quantities]
-    if name and name not in known:
-        must = ", ".join(known)
-        raise RequestError(f"--quantity {name!r}: case {case.name!r} measures {must}")
+def names_in(text: str) -> list[str]:
+    """Return the names in a text such as ``one,two``."""
+    return [name.strip() for name in text.split(",") if name.strip()]
 
 
 def _form(key: str) -> str:

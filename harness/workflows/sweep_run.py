@@ -1,8 +1,7 @@
 """Sweep a case over its parameters and over engines: one tidy row a run.
 
-The folder of a sweep: held by one process at a time, taken up again by the same sweep.
-
-The runs of a sweep on this machine: in the engine's own workers, or in a solver of the case.
+The folder of a sweep is held by one process at a time, and the same sweep takes it up again. On
+this machine runs are made in the engine's own workers, or in a solver of the case.
 """
 
 from __future__ import annotations
@@ -14,12 +13,15 @@ import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from harness import __version__
 from harness.cases.contract import Case, Measured
+from harness.cases.registry import get_case
 from harness.engines.contract import Engine, Job, Output
+from harness.engines.process import cores, parallel_each
 from harness.engines.registry import engine_names
 from harness.errors import (
     EngineError,
@@ -27,12 +29,12 @@ from harness.errors import (
     EngineOutputError,
     EngineUndecidedError,
     HarnessError,
+    NotKeptError,
     RequestError,
 )
-from harness.files import cache_place, held_folder, lock_file
-from harness.observables.provenance import Observable, Provenance
+from harness.files import cache_place, check_writable, held_folder, lock_file
+from harness.observables.provenance import Provenance
 from harness.parameters.base import Parameters
-from harness.report.folder import check_writable
 from harness.shown import Shown
 from harness.store.cache import CachedEngine
 from harness.store.entries import (
@@ -47,11 +49,28 @@ from harness.store.entries import (
 from harness.workflows.case_runs import PRESET, parameters_in
 from harness.workflows.engine_status import opened
 from harness.workflows.progress import Progress, silent
-from harness.workflows.sweep_plan import ALL, Asked, Plan, Point, RefusedPoint, as_text, plan
+from harness.workflows.sweep_columns import (
+    column_of,
+    engine_title,
+    parameter_columns,
+    quantity_key,
+    swept_columns,
+)
+from harness.workflows.sweep_plan import (
+    ALL,
+    Asked,
+    Plan,
+    Point,
+    RefusedPoint,
+    as_text,
+    names_in,
+    plan,
+)
 from harness.workflows.verification import Open
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.figure import Figure as AnyFigure
 
     from harness.observables.reference import Points
     from harness.shown.figure import Figure
@@ -151,6 +170,10 @@ class Local:
                 yield place, self._solved(work, parameters)
             return
         with self.open_one(work.engine) as engine:
+            if work.case.varied:
+                one = partial(measured, work.case, engine=engine)
+                yield from parallel_each(one, work.parameters, cores())
+                return
             for first in range(0, len(work.parameters), CHUNK):
                 yield from _in_engine(work, engine, range(first, first + CHUNK))
 
@@ -163,6 +186,12 @@ class Local:
                     yield place, found
             return
         with self.open_one(work.engine) as engine:
+            if work.case.varied:
+                kept_runs = engine.of_kept() if isinstance(engine, CachedEngine) else engine
+                for place, parameters in enumerate(work.parameters):
+                    with contextlib.suppress(NotKeptError):
+                        yield place, measured(work.case, parameters, kept_runs)
+                return
             jobs, refused = jobs_of(work, engine, range(len(work.parameters)))
             yield from refused.items()
             kept = engine.kept([job for job, _ in jobs]) if isinstance(engine, CachedEngine) else {}
@@ -186,6 +215,7 @@ class Local:
         return key_of(
             {
                 "case": work.case.name,
+                "quantities": [quantity.name for quantity in work.case.quantities],
                 "solver": work.engine,
                 "parameters": parameters.model_dump(mode="json"),
                 "machine": machine(),
@@ -248,6 +278,22 @@ def read(work: Work, engine: Engine, place: int, output: Output | EngineError) -
         return EngineOutputError(f"{type(error).__name__}: {error}")
 
 
+def measured(case: Case[Any], parameters: Parameters, engine: Engine) -> Ran:
+    """Return what several runs in an engine lead to, or why they do not.
+
+    Raise NotKeptError where a run is missing in an engine of kept ones.
+    """
+    try:
+        reason = engine.refuses(case.job(parameters))
+        return RequestError(reason) if reason else case.measure(parameters, engine)
+    except NotKeptError:
+        raise
+    except HarnessError as error:
+        return error
+    except Exception as error:  # one value must not cost the others
+        return EngineOutputError(f"{type(error).__name__}: {error}")
+
+
 def _in_engine(work: Work, engine: Engine, some: range) -> Iterator[tuple[int, Ran]]:
     jobs, refused = jobs_of(work, engine, some[: len(work.parameters) - some.start])
     yield from refused.items()
@@ -276,8 +322,9 @@ Row = Mapping[str, Any]
 class Sweep(Shown):
     """The rows of a sweep, flat: engine, parameters and quantities with units in their names.
 
-    ``over`` are the columns that were swept, ``quantities`` those that were measured; ``missing``
-    says why an engine of ``all`` could not be opened.
+    ``over`` are the columns that were swept, ``quantities`` those that were measured, and
+    ``quantity`` the names of those that were asked for; ``missing`` says why an engine of ``all``
+    could not be opened.
     """
 
     case: str
@@ -286,6 +333,12 @@ class Sweep(Shown):
     quantities: tuple[str, ...]
     quantity: str = ""
     missing: Mapping[str, str] = field(default_factory=dict)
+    plan: Plan | None = field(default=None, compare=False)
+
+    @property
+    def selected(self) -> tuple[str, ...]:
+        """Return the columns of the quantities that were asked for; all unless some were."""
+        return tuple(map(self._column, names_in(self.quantity))) or self.quantities
 
     def count(self, status: str) -> int:
         """Return how many rows have a status, one of :data:`STATUSES`."""
@@ -325,26 +378,33 @@ class Sweep(Shown):
         """Return a quantity over the first two columns of ``over``; None where none was measured.
 
         Of further ones the first value is shown. Without a name, the one that was asked for or
-        the first that was measured. ``points`` are drawn beside it.
+        the first that was measured. What it is expected to be is a line, ``points`` are drawn
+        beside it.
         """
-        from harness.report.figures import sweep_figure
+        from harness.report.sweep_figures import sweep_figure
+        from harness.workflows.sweep_references import reference_lines
 
         frame = self.frame()
-        rest = {name: frame[name].iloc[0] for name in self.over[2:]}
-        for name, value in rest.items():
-            frame = frame[frame[name] == value]
+        for name in self.over[2:]:
+            frame = frame[frame[name] == frame[name].iloc[0]]
         frame = frame[frame["status"] == DONE]
-        named = quantity or self.quantity
-        measured = [n for n in self.quantities if n in frame and frame[n].notna().any()]
-        if named:
-            measured = [name for name in measured if name in (named, self._column(named))]
+        wanted = [self._column(quantity)] if quantity else self.selected
+        measured = [n for n in wanted if n in frame and frame[n].notna().any()]
         if not measured:
             return None
-        shown = ", ".join([self.case, *(f"{name} = {value}" for name, value in rest.items())])
-        return sweep_figure(frame, measured[0], list(self.over[:2]), shown, points)
+        lines = () if self.plan is None else reference_lines(self.plan, measured[0], self.over)
+        titles = {name: engine_title(name) for name in frame["engine"].unique()}
+        frame = frame.replace({"engine": titles})
+        return sweep_figure(frame, measured[0], self.over, self.case, lines, points)
+
+    def own_figures(self) -> Mapping[str, Callable[[], AnyFigure]]:
+        """Return what draws the figures that the case has of such rows, by their names."""
+        frame = self.frame()
+        return get_case(self.case).figures(frame[frame["status"] == DONE])
 
     def _column(self, quantity: str) -> str:
-        return next((name for name in self.quantities if name.startswith(f"{quantity}_")), quantity)
+        own = (name for name in self.quantities if name.startswith(f"{quantity}_"))
+        return quantity if quantity in self.quantities else next(own, quantity)
 
     def _repr_html_(self) -> str:
         """Return the table for a notebook, shortened in the middle."""
@@ -369,6 +429,7 @@ def sweep(
     fixed: Mapping[str, Any] | None = None,
     engines: str | Sequence[str] = "",
     executor: Executor | None = None,
+    quantities: str | Sequence[str] = "",
     quantity: str = "",
     progress: Progress = silent,
 ) -> Sweep:
@@ -376,15 +437,18 @@ def sweep(
 
     ``over`` maps the names of parameters (of nested ones with a dot) to values: a sequence, or a
     text as the command line takes it; ``fixed`` are set in every run. ``engines`` are names of
-    engines and solvers, or ``all``; the usual one unless given. Runs are kept in the default
-    place and not run twice; ``executor`` runs them elsewhere.
+    engines and solvers, or ``all``; the usual one unless given. ``quantities`` are names of those
+    to measure and show, of a derived one such as ``critical_angle_deg`` several runs for a value;
+    those of a run unless given; ``quantity`` is one of them. Runs are kept in the default place
+    and not run twice;
+    ``executor`` runs them elsewhere.
 
     Raise RequestError, before anything runs, for a name or value that is not allowed, and
     EngineError for a named engine that is not here; a run that fails is a row.
     """
     texts = {name: as_text(values) for name, values in over.items()}
     values = {name: as_text(value) for name, value in (fixed or {}).items()}
-    asked = Asked(case, texts, values, as_text(engines), quantity)
+    asked = Asked(case, texts, values, as_text(engines), as_text(quantities) or quantity)
     return run_plan(plan(asked), executor, progress)
 
 
@@ -431,9 +495,11 @@ def run_plan(
             missing[engine] = str(error)
         except EngineError as error:  # the engine died as a whole
             ran[engine] = {place: own.get(place, error) for place in range(len(parameters))}
-    over = _columns(chosen.points[0], chosen.asked.over)
+    over = swept_columns(chosen.points[0], chosen.asked.over)
     quantities = tuple(quantity_key(quantity) for quantity in chosen.case.quantities)
-    return Sweep(chosen.case.name, tuple(rows()), over, quantities, chosen.asked.quantity, missing)
+    return Sweep(
+        chosen.case.name, tuple(rows()), over, quantities, chosen.asked.quantity, missing, chosen
+    )
 
 
 def _rows(chosen: Plan, engine: str, ran: Mapping[int, Ran]) -> list[Row]:
@@ -459,16 +525,16 @@ def _raising(error: EngineError) -> Iterator[tuple[int, Ran]]:
 
 def _row(chosen: Plan, engine: str, point: Point, ran: Ran | None) -> Row:
     ended = ran if isinstance(ran, Measured | EngineUndecidedError) else None
-    found: Mapping[str, float] = ended.values if ended else {}
-    who = ended.provenance if ended else None
+    values: Mapping[str, float] = ended.values if ended else {}
+    provenance = ended.provenance if ended else None
     preset = {PRESET: point.swept[PRESET]} if PRESET in point.swept else {}
     return {
         "engine": engine,
-        "engine_version": who.engine_version if who else "",
+        "engine_version": provenance.engine_version if provenance else "",
         "ranks": ended.ranks if ended else None,
         **preset,
-        **parameter_columns(point.parameters),
-        **{quantity_key(q): found.get(q.name) for q in chosen.case.quantities},
+        **parameter_columns(point.parameters, chosen.case.varied),
+        **{quantity_key(q): values.get(q.name) for q in chosen.case.quantities},
         "status": _status(ran),
         "reason": " ".join(str(ran).split()) if isinstance(ran, HarnessError) else "",
         "wall_time_s": ended.seconds if ended else None,
@@ -507,45 +573,3 @@ def _plain_value(text: str) -> float | int | str:
         with contextlib.suppress(ValueError):
             return kind(text)
     return text
-
-
-def parameter_columns(parameters: Parameters) -> dict[str, Any]:
-    """Return every parameter under its name with its unit; lists of numbers as JSON text."""
-    found: dict[str, Any] = {}
-    for name, info in parameters_in(parameters):
-        value = info.default
-        plain = isinstance(value, (bool, int, float, str)) or value is None
-        found[column_of(name, info.unit)] = value if plain else json.dumps(value)
-    return found
-
-
-def _columns(point: Point, names: Mapping[str, str]) -> tuple[str, ...]:
-    """Return the columns of swept parameters; a nested one that is swept whole by its name."""
-    units = {name: info.unit for name, info in parameters_in(point.parameters)}
-    found: list[str] = []
-    for name in names:
-        if name in units or name == PRESET:
-            found.append(column_of(name, units.get(name, "")))
-        else:  # an object by its name
-            found += [column_of(n, u) for n, u in units.items() if n == f"{name}.name"] or [name]
-    return tuple(found)
-
-
-def drawn_columns(chosen: Plan) -> tuple[str, str]:
-    """Return the columns of a sweep's figure: the first that is swept, and what is asked for."""
-    over = _columns(chosen.points[0], chosen.asked.over)
-    units = {quantity.name: quantity.unit for quantity in chosen.case.quantities}
-    return over[0], column_of(chosen.asked.quantity, units[chosen.asked.quantity])
-
-
-def quantity_key(quantity: Observable) -> str:
-    """Return the column of a quantity, its name with its unit."""
-    return column_of(quantity.name, quantity.unit)
-
-
-def column_of(name: str, unit: str) -> str:
-    """Return a name with its unit, as ``stiffness_N_per_m``; one that ends in it stays."""
-    spelled = unit.replace("/", "_per_").replace(" ", "").replace("^", "")
-    if spelled in ("", "1", "-") or name.endswith(f"_{spelled}"):
-        return name
-    return f"{name}_{spelled}"

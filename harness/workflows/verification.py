@@ -1,16 +1,9 @@
-"""Run a verification, from the cases that are asked for to verdicts.
+"""Run a verification: from level, cases and engines to verdicts, records and sections.
 
-What a verification is asked for: level, cases and baseline, checked before anything runs.
-
-The records of a verification, and its rows against the baseline.
-
-Engines beside the main one: each is identified, qualifies, and is held against theory.
-
-The cases of a verification in the main engine and in the harness's own solvers.
-
-A verification of options as they are typed, for those who read options of their own.
-
-The sections of a report: those of all cases of a verification, case by case.
+All that was given is checked before anything runs. The main engine goes through the cases, then the
+harness's own solvers; other engines are identified, qualify, and go through the same cases under
+their own rules. Records are held against the baseline; sections of the report are made case by
+case.
 """
 
 from __future__ import annotations
@@ -31,9 +24,8 @@ from typing import Any, Literal
 from harness import __version__
 from harness.cases.contract import LEVELS, Case, LevelName, Study, failed_part
 from harness.cases.qualification import announce, qualify
-from harness.cases.registry import all_cases, cases_named, get_case
-from harness.comparison.known_defects import KnownDefect, defect_of, told_apart
-from harness.comparison.moved_by_defects import moved_by_defects
+from harness.cases.registry import all_cases, cases_named, get_case, names_in
+from harness.comparison.known_defects import KnownDefect, defect_of, moved_by_defects, told_apart
 from harness.comparison.plan import judge_plan
 from harness.comparison.regression import (
     Baseline,
@@ -44,6 +36,7 @@ from harness.comparison.regression import (
     explained_by_cells,
 )
 from harness.comparison.series import Comparison
+from harness.comparison.single_rules import with_single_rules
 from harness.comparison.verdicts import Check, Kind
 from harness.comparison.verification import DeclaredEngine, Findings, Verification
 from harness.engines.contract import Engine
@@ -77,10 +70,9 @@ def checked_level(name: str) -> LevelName:
 
 
 def chosen_cases(wanted: str | Iterable[str] | None) -> list[Case[Any]]:
-    """Return the cases of names, groups or ``all``; those that run by default for None."""
-    if wanted is None:
-        return list(cases_named().values())
-    return list(cases_named(wanted if isinstance(wanted, str) else ",".join(wanted)).values())
+    """Return the cases of names, groups or ``all``; the main ones for None."""
+    text = wanted if isinstance(wanted, str) else ",".join(wanted or ())
+    return list(cases_named(text).values())
 
 
 @dataclass(frozen=True)
@@ -124,6 +116,12 @@ class Selection:
     @property
     def _searched(self) -> list[Case[Any]]:
         return chosen_cases(self.cases or "all")
+
+    def names(self, level: LevelName) -> tuple[str, ...]:
+        """Return the names of :meth:`chosen`, which import no case unless a pattern asks for it."""
+        if self.only or self.keyword:
+            return tuple(case.name for case in self.chosen(level))
+        return names_in(self.cases or "")
 
     def _matching(self, only: str, level: LevelName) -> list[Case[Any]]:
         study = Study(level, only=only)
@@ -179,18 +177,18 @@ class Measured:
     @property
     def records(self) -> list[BaselineRecord]:
         """Return every record, each once."""
-        once = {record.name: record for found in self.findings for record in found.records}
+        once = {record.name: record for finding in self.findings for record in finding.records}
         return [record.at(self.level, here()) for record in once.values()]
 
     @property
     def errors(self) -> dict[str, EngineError]:
         """Return the errors of records whose run died, by name."""
-        return {name: error for found in self.findings for name, error in found.errors.items()}
+        return {name: error for finding in self.findings for name, error in finding.errors.items()}
 
     def reason(self, record: BaselineRecord) -> str:
         """Return why a record could not be made, or nothing where it should have been."""
-        for found in self.findings:
-            for pattern, reason in found.untested.items():
+        for finding in self.findings:
+            for pattern, reason in finding.untested.items():
                 if fnmatchcase(record.name, pattern):
                     return reason
         return self.broken.get(record.case, "")
@@ -318,12 +316,12 @@ class EnginesBeside:
             died = [f"{name}: {row.note}" for row in rows if row.engine_died]
             self.found.errors += dict.fromkeys(died)
 
-    def _engine(self, engine: Engine, who: Provenance) -> list[Check]:
+    def _engine(self, engine: Engine, provenance: Provenance) -> list[Check]:
         """Return the rows of an engine: version, qualification, then case by case."""
         name, stages = engine.name, 1 + len(self._judging)
         self.study.progress(f"engine {name}", 0, stages)
-        told = declared(name, engine.traits, who)
-        checks = version_rows(name, engine.traits, who)
+        told = declared(name, engine.traits, provenance)
+        checks = version_rows(name, engine.traits, provenance)
         read = getattr(engine, "read", 0)
         failures, rows = self._qualification(engine)
         # of one whose runs are kept nobody knows how many are left to be made
@@ -440,7 +438,7 @@ class MainRun:
     @property
     def divergences(self) -> list[Comparison]:
         """Return the series that left the band about their reference."""
-        return [series for found in self.findings for series in found.divergences]
+        return [series for finding in self.findings for series in finding.divergences]
 
     def open(self, given: Engine | None, stack: ExitStack) -> None:
         """Identify the main engine; one that is not here is a failed row, and the rest goes on."""
@@ -465,9 +463,21 @@ class MainRun:
                     self.checks += untested(self.engine.name, [case], why)
                     self.broken[case.name] = f"{self.engine.name}: {why}"
         parts += [(case, "", partial(case.verify_own, self.study)) for case in self.cases]
-        found = parallel_map(_found_or_failed, parts, SIDE_BY_SIDE)
+        found = parallel_map(self._found_or_failed, parts, SIDE_BY_SIDE)
         for (case, engine, _), outcome in zip(parts, found, strict=True):
             self._keep(case, engine, outcome)
+
+    def _found_or_failed(self, part: Part) -> Findings | Check:
+        """Run a case and tell when it begins and ends; one that raises is one failed row."""
+        case, engine, run = part
+        who = engine or "own solvers"
+        self.study.progress(f"{case.name}, {who}", 0, 1)
+        try:
+            return run()
+        except Exception as error:
+            return failed_part(f"{case.name}: {who}", error)
+        finally:
+            self.study.progress(f"{case.name}, {who}", 1, 1)
 
     def _keep(self, case: Case[Any], engine: str, outcome: Findings | Check) -> None:
         if isinstance(outcome, Check):
@@ -499,15 +509,6 @@ class MainRun:
                 with suppress(EngineError):
                     found |= beside.kinds[name].inputs(templates)
         return found
-
-
-def _found_or_failed(part: Part) -> Findings | Check:
-    """Run a case; one that raises is one failed row."""
-    case, engine, run = part
-    try:
-        return run()
-    except Exception as error:
-        return failed_part(f"{case.name}: {engine or 'own solvers'}", error)
 
 
 Open = Callable[[str], AbstractContextManager[Engine]]
@@ -554,7 +555,9 @@ def verify(
         scripts, logs = run.scripts(beside), run.engine.logs() if run.engine else {}
     measured = Measured(study.level, run.who, chosen, run.findings, run.broken)
     if only and not run.checks and not beside.checks:
-        raise nothing_matches(only, {row.name for one in run.findings for row in one.checks})
+        raise nothing_matches(
+            only, {row.name for finding in run.findings for row in finding.checks}
+        )
     checks, regression = _told(measured, known, beside, run, defects)
     return Verification(
         level=study.level,
@@ -594,7 +597,7 @@ def _told(
     What the checks of a cell explain, or the defects of one release predict, is no failure.
     """
     raw, versions = (*run.checks, *beside.checks), _versions(run, beside)
-    checks = told_apart(raw, defects, versions)
+    checks = with_single_rules(told_apart(raw, defects, versions), raw)
     if known is None:
         return checks, Regression()
     if run.study.only:  # what was left out is no row that is missing
@@ -632,7 +635,7 @@ def _found(
 ) -> tuple[tuple[KnownDefect, str], ...]:
     """Return the known defects that checks are marked with, each with its script."""
     named = {defect_of(check) for check in checks}
-    return tuple((one, script_of(one)) for one in defects if one.name in named)
+    return tuple((defect, script_of(defect)) for defect in defects if defect.name in named)
 
 
 def _versions(run: MainRun, beside: Beside) -> dict[str, str]:

@@ -14,8 +14,12 @@
 # Hertzian contact HertzianElastic's or, with a dashpot and never attractive,
 # HertzianViscoElastic's. A wall is NRotElasticWall: a spring without friction.
 
+import json
 import sys
+import time
 import traceback
+from pathlib import Path
+from types import SimpleNamespace
 
 from esys.lsm import (
     GravityPrms,
@@ -76,10 +80,10 @@ PARAMETERS = {
     "steps": 4000,
     "series_every": 40,
     "series": "contacts.csv",
+    "results": "",  # file for the lines RESULT, beside the screen
 }
 FROZEN, FREE = 1, 2
 COLUMNS = "x_m y_m z_m vx_m_per_s vy_m_per_s vz_m_per_s wx_rad_per_s wy_rad_per_s wz_rad_per_s"
-
 
 ALLOWED = {}
 
@@ -99,42 +103,78 @@ def value_of(name, text):
     return value
 
 
-def parameters(words):
-    """Return the parameters, with what the command line says of them."""
-    values = dict(PARAMETERS)
-    for word in words:
-        name, _, text = word.partition("=")
-        values[name] = value_of(name, text)
-    return values
+def runs():
+    """Return the parameters of each run: of a JSON file (a list of them), or of NAME=VALUE."""
+    batch, named = [{}], {}
+    for word in sys.argv[1:]:
+        name, equals, value = word.partition("=")
+        if equals:
+            named[name] = value
+        else:
+            batch = json.loads(Path(word).read_text(encoding="utf-8"))
+    return [checked({**one, **named}) for one in batch]
 
 
-def result(name, value):
-    """Print a result, numbers with all their digits."""
-    print(f"RESULT {name} = {value if isinstance(value, (str, int)) else format(value, '.17g')}")
+def checked(given):
+    """Return all parameters, those given in the place of the defaults."""
+    values = {name: value_of(name, value) for name, value in given.items()}
+    return SimpleNamespace(**{**PARAMETERS, **values})
+
+
+class Results:
+    """The lines "RESULT name = value": printed, and written to a file when the run is over."""
+
+    def __init__(self, path):
+        self.path, self.lines = path, []
+
+    def add(self, name, *values):
+        """Print a line and keep it; the last one of a run is its verdict."""
+        words = [f"{value:.17g}" if isinstance(value, float) else str(value) for value in values]
+        self.lines.append(f"RESULT {name} = {' '.join(words)}")
+        print(self.lines[-1], flush=True)
+        if self.path and name == "verdict":
+            Path(self.path).write_text("\n".join(self.lines) + "\n", encoding="utf-8")
+
+
+class Series:
+    """A CSV of numbers with 17 digits, written when the run is over; nothing without a name."""
+
+    def __init__(self, path, columns):
+        self.path, self.lines = path, [",".join(columns)]
+
+    def add(self, *values):
+        """Add a row."""
+        if self.path:
+            self.lines.append(",".join(f"{value:.17g}" for value in values))
+
+    def write(self):
+        """Write the file."""
+        if self.path:
+            Path(self.path).write_text("\n".join(self.lines) + "\n", encoding="utf-8")
 
 
 def vector(p, names, i):
     """Return three parameters of a sphere."""
-    return Vec3(*(p[f"{name}_{i}"] for name in names.split()))
+    return Vec3(*(getattr(p, f"{name}_{i}") for name in names.split()))
 
 
 def contact(sim, p):
     """Give the model the contact of two spheres."""
-    if p["normal"] == "hertz":
-        told = {"name": "contact", "E": p["youngs_modulus"], "nu": p["poisson_ratio"]}
-        if p["damping"] == "none":
+    if p.normal == "hertz":
+        told = {"name": "contact", "E": p.youngs_modulus, "nu": p.poisson_ratio}
+        if p.damping == "none":
             sim.createInteractionGroup(HertzianElasticPrms(**told))
             return
         # its dashpot is 4/3 E* A times the contact radius
-        m = p["mass_1"]
-        if p["motion_2"] != "frozen":
-            m = m * p["mass_2"] / (m + p["mass_2"])
-        modulus = p["youngs_modulus"] / 2.0 / (1.0 - p["poisson_ratio"] ** 2)
-        relaxation = 0.75 * p["damping_coefficient"] * m / modulus
+        m = p.mass_1
+        if p.motion_2 != "frozen":
+            m = m * p.mass_2 / (m + p.mass_2)
+        modulus = p.youngs_modulus / 2.0 / (1.0 - p.poisson_ratio**2)
+        relaxation = 0.75 * p.damping_coefficient * m / modulus
         sim.createInteractionGroup(HertzianViscoElasticPrms(A=relaxation, **told))
         return
-    stiff, mu = p["normal_stiffness"], p["friction"]
-    if p["tangential"] == "none":
+    stiff, mu = p.normal_stiffness, p.friction
+    if p.tangential == "none":
         group = RotElasticPrms(name="contact", normalK=stiff, scaling=False)
     else:
         group = RotFrictionPrms(
@@ -142,7 +182,7 @@ def contact(sim, p):
             normalK=stiff,
             dynamicMu=mu,
             staticMu=mu,
-            shearK=p["tangential_stiffness"],
+            shearK=p.tangential_stiffness,
             scaling=False,
         )
     sim.createInteractionGroup(group)
@@ -150,40 +190,39 @@ def contact(sim, p):
 
 def model(p):
     """Return a model with spheres and walls."""
-    far, radii = p["room"], [p[f"radius_{i}"] for i in range(1, p["bodies"] + 1)]
+    far, radii = p.room, [getattr(p, f"radius_{i}") for i in range(1, p.bodies + 1)]
     sim = LsmMpi(numWorkerProcesses=1, mpiDimList=[1, 1, 1])
     search = {"gridSpacing": max(0.02 * far, 3.0 * max(radii)), "verletDist": 0.2 * min(radii)}
     sim.initNeighbourSearch(particleType="RotSphere", **search)
     sim.setSpatialDomain(BoundingBox(Vec3(-far, -far, -far), Vec3(far, far, far)))
-    sim.setTimeStepSize(p["step_size"])
-    sim.setNumTimeSteps(p["steps"] + 1)
+    sim.setTimeStepSize(p.step_size)
+    sim.setNumTimeSteps(p.steps + 1)
     for i, radius in enumerate(radii, 1):
-        place, mass = vector(p, "x y z", i), p[f"mass_{i}"]
+        place, mass = vector(p, "x y z", i), getattr(p, f"mass_{i}")
         sphere = RotSphere(id=i, posn=place, radius=radius, mass=mass)
-        sphere.setTag(FROZEN if p[f"motion_{i}"] == "frozen" else FREE)
+        sphere.setTag(FROZEN if getattr(p, f"motion_{i}") == "frozen" else FREE)
         sphere.setLinearVelocity(vector(p, "vx vy vz", i))
         sphere.setAngularVelocity(vector(p, "wx wy wz", i))
         sim.createParticle(sphere)
     sim.setParticleNonDynamic(FROZEN)  # a tag, not the number of a particle
-    if p["bodies"] > 1:
+    if p.bodies > 1:
         contact(sim, p)
-    walls = (("floor", p["floor"], 1.0), ("ceiling", p["ceiling"], -1.0))
-    for name, height, up in walls[: p["planes"]]:
+    walls = (("floor", p.floor, 1.0), ("ceiling", p.ceiling, -1.0))
+    for name, height, up in walls[: p.planes]:
         sim.createWall(name=name, posn=Vec3(0.0, 0.0, height), normal=Vec3(0.0, 0.0, up))
         # ESyS-Particle multiplies it by this and the radius of the sphere that is next to the wall
-        stiff = p["normal_stiffness"] / 3.141592654 / radii[-1 if up < 0.0 else 0]
+        stiff = p.normal_stiffness / 3.141592654 / radii[-1 if up < 0.0 else 0]
         group = NRotElasticWallPrms(name=f"{name}_contact", wallName=name, normalK=stiff)
         sim.createInteractionGroup(group)
-    gravity = Vec3(p["gravity_x"], p["gravity_y"], p["gravity_z"])
+    gravity = Vec3(p.gravity_x, p.gravity_y, p.gravity_z)
     sim.createInteractionGroup(GravityPrms(name="weight", acceleration=gravity))
     return sim
 
 
 def row(step, states):
-    """Return a line of the series, with all digits; ``states`` are vectors of each sphere."""
+    """Return a row of the series; ``states`` are vectors of each sphere."""
     values = [[v[axis] for v in state for axis in range(3)] for state in states]
-    flat = [value[i] for i in range(9) for value in values]
-    return ",".join(format(value, ".17g") for value in (step, *flat)) + "\n"
+    return step, *(value[i] for i in range(9) for value in values)
 
 
 def spheres(sim, places):
@@ -199,30 +238,34 @@ def middle(one, other):
 
 def main(p):
     """Run the contact."""
-    sim, places = model(p), range(1, p["bodies"] + 1)
+    sim, places = model(p), range(1, p.bodies + 1)
+    began, results = time.perf_counter(), Results(p.results)
+    series = Series(p.series, ["step", *(f"{c}[{i}]" for c in COLUMNS.split() for i in places)])
     names = ("x y z", "vx vy vz", "wx wy wz")
-    with open(p["series"], "w") as series:
-        series.write(",".join(["step", *(f"{c}[{i}]" for c in COLUMNS.split() for i in places)]))
-        series.write("\n" + row(0, [[vector(p, n, i) for n in names] for i in places]))
-        due = None
-        for step in range(1, p["steps"] + 2):
-            sim.runTimeStep()
-            if due is not None:
-                # a velocity stands half a step behind the place: that of the next step, half ahead
-                states = [
-                    [x, middle(v, later[1]), middle(w, later[2])]
-                    for (x, v, w), later in zip(due, spheres(sim, places))
-                ]
-                series.write(row(step - 1, states))
-            due = spheres(sim, places) if step % p["series_every"] == 0 else None
+    series.add(*row(0, [[vector(p, n, i) for n in names] for i in places]))
+    due = None
+    for step in range(1, p.steps + 2):
+        sim.runTimeStep()
+        if due is not None:
+            # a velocity stands half a step behind the place: that of the next step, half ahead
+            states = [
+                [x, middle(v, later[1]), middle(w, later[2])]
+                for (x, v, w), later in zip(due, spheres(sim, places))
+            ]
+            series.add(*row(step - 1, states))
+        due = spheres(sim, places) if step % p.series_every == 0 else None
     sim.exit()
-    result("steps", p["steps"])
-    result("verdict", "finished")
+    series.write()
+    results.add("steps", p.steps)
+    results.add("seconds", time.perf_counter() - began)
+    results.add("verdict", "finished")
 
 
 if __name__ == "__main__":
     try:
-        main(parameters(sys.argv[1:]))
+        # a second model in the same process would wait for ever
+        (parameters,) = runs()
+        main(parameters)
     except Exception:
         # left to itself ESyS-Particle would wait for its workers for ever
         traceback.print_exc()

@@ -77,6 +77,17 @@ def test_listing_names_imports_no_numerics():
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
+def test_a_kept_verification_is_known_by_names_that_import_no_case():
+    code = (
+        "import sys; from harness.workflows.verification import Selection;"
+        "assert Selection(None).names('default') == ('incline', 'tower');"
+        "assert Selection('tower,oblique').names('default') == ('tower', 'oblique');"
+        "assert not {'numba', 'scipy', 'matplotlib', 'pandas'} & set(sys.modules);"
+        "assert not {name for name in sys.modules if name.startswith('harness.cases.incline')}"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
 def test_asking_a_case_for_its_quantities_imports_neither_numba_nor_scipy():
     code = (
         "import sys; from harness.cases.registry import get_case;"
@@ -197,3 +208,9 @@ def test_a_name_in_the_baseline_has_the_unit_that_its_case_declares():
     assert {name: found for name, found in units.items() if len(found) > 1} == {}
     assert {name: found for name, found in undeclared.items() if len(found) > 1} == {}
     assert units["largest_overlap_m"] == {"m"}
+
+
+@pytest.mark.parametrize("member", ["expected_rows", "verify_beside", "by_default"])
+def test_a_case_with_a_member_of_an_earlier_version_is_refused_by_name(member):
+    with pytest.raises(TypeError, match=rf"Old\.{member}: is not called any more"):
+        type("Old", (InclineCase,), {member: None})

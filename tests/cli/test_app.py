@@ -26,6 +26,8 @@ COMMANDS = [
     "baseline accept",
     "diff",
     "cache",
+    "site",
+    "upstream",
 ]
 
 PROGRAM = [sys.executable, "-m", "harness"]

@@ -47,3 +47,22 @@ def test_nested_parameters_have_their_bounds():
 
 def test_a_name_that_is_not_known_is_refused(command):
     assert "case 'oblik' is not known" in command("cases", "oblik", status=2).err
+
+
+@pytest.mark.parametrize("name", ["incline", "columns"])
+def test_quantities_of_several_runs_are_listed_with_their_own_parameters(name, command):
+    (found,) = json.loads(command("cases", name, "--json").out)["cases"]
+    assert found["derived"]["critical_angle_deg"] == "deg"
+    assert "critical_angle_deg" not in found["quantities"]  # of one run
+    assert list(found["derived_parameters"]) == ["method", "tolerance", "starts"]
+    said = command("cases", name).out
+    for word in ("critical_angle_deg", "uncertainty_deg", "tolerance", "passage, steady"):
+        assert word in said
+
+
+@pytest.mark.parametrize("name", all_cases())
+def test_every_case_says_what_its_verification_costs(name, command):
+    cost = all_cases()[name].cost
+    assert set(cost) >= {"quick", "default"}
+    assert min(cost.values()) > 0.0
+    assert f"verify: {cost['quick']:.0f} s quick" in command("cases", name).out

@@ -49,6 +49,19 @@ def test_rows_of_a_cluster_are_those_of_this_machine_and_are_kept_for_it(answer)
 
 
 @live
+def test_a_critical_angle_is_searched_for_there_and_kept_for_this_machine(answer):
+    words = ("sweep", "incline", "--over", "contact.restitution=0,0.1", "--set", "starts=2")
+    words += ("--quantity", "critical_angle_deg", "--engines", "lammps,reference")
+    there = answer(*words, "--executor", "slurm", "--output", "there")
+    assert there["done"] == 4
+    here = answer(*words, "--output", "here")
+    assert (here["engine_runs"], here["rows"]) == (0, there["rows"])
+    # what is kept is not submitted again
+    again = answer(*words, "--executor", "slurm", "--output", "again")
+    assert again["rows"] == here["rows"]
+
+
+@live
 def test_solvers_run_there_too(answer):
     words = ("sweep", "tower", "--over", "height=1:3:3", "--engines", "exact,reference")
     found = answer(*words, "--executor", "slurm", "--output", "there")

@@ -8,6 +8,9 @@ import time
 import jsonschema
 import pytest
 
+from harness.cases.registry import all_cases
+from harness.cli.verify import VerifyOptions, _say_cost
+
 pytestmark = pytest.mark.live
 
 
@@ -93,3 +96,14 @@ def test_a_lammps_that_dies_leaves_a_report_and_status_3(harness, tmp_path):
 def test_an_unwritable_engine_option_leaves_no_folder(harness, tmp_path):
     harness("verify", "--quick", "--lmp", "/bin/true", "--output", "run", status=3)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_verify_says_what_each_case_costs(capsys):
+    cost = {name: all_cases()[name].cost["quick"] for name in ("drop", "incline")}
+    _say_cost(VerifyOptions(quick=True, cases="drop,incline"), fresh=True)
+    said = " ".join(capsys.readouterr().err.split())
+    for name, seconds in cost.items():
+        assert f"{name} {seconds:.0f} s" in said
+    assert f"; {sum(cost.values()):.0f} s of CPU time in all" in said
+    _say_cost(VerifyOptions(quick=True, only="incline"), fresh=True)
+    assert "in all" not in capsys.readouterr().err  # a part of them, nobody knows which

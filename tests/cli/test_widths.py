@@ -26,6 +26,7 @@ LINES = {
     "history of quantities": "history --quantity *",
     "cache": "cache",
     "inputs": "inputs --folder scripts",
+    "site": "site --output public",
 }
 """By command; what `verify` prints, and `baseline compare` as it does, is in
 test_terminal_layout.py."""

@@ -5,8 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from harness.comparison.known_defects import KnownDefect
-from harness.comparison.moved_by_defects import moved_by_defects
+from harness.comparison.known_defects import KnownDefect, moved_by_defects
 from harness.comparison.regression import BaselineRecord, name_in_cell, row_name
 from harness.comparison.verdicts import Cell, Kind, PredictedSize, Tolerance, Verdict, judge
 from harness.observables.row import Row

@@ -8,13 +8,14 @@ import re
 import shutil
 import subprocess
 import sys
+import types
 
 import pytest
 
 from harness.cases.drop.case import TEMPLATE as DROP
 from harness.cases.drop.case import Drop
 from harness.cases.incline.system import TEMPLATE as INCLINE
-from harness.cases.incline.system import Incline
+from harness.cases.incline.system import Incline, scene_of, values_of
 from harness.cases.tower.system import TEMPLATE as TOWER
 from harness.engines.esys.engine import RANKS, find_launcher
 from harness.engines.liggghts.engine import ALONE
@@ -22,17 +23,17 @@ from harness.engines.output import read_dump
 from harness.engines.registry import engine_class
 from harness.engines.scripts import SCENE_ALLOWED
 from harness.errors import RequestError
-from harness.parameters.law import PLASTIC, Contact, contact_values, fewest_steps_per_contact
+from harness.parameters.law import PLASTIC, Contact, fewest_steps_per_contact
 from harness.parameters.tower import Tower
 
 TEMPLATES = (INCLINE, TOWER, DROP)
 DECLARED = {"incline": (Incline, Contact), "tower": (Tower, Contact), "drop": (Drop, Contact)}
 PYTHON = ("yade", "kratos", "esys")
 COMMANDS = {
-    "liggghts": (["liggghts", "-in"], ["-var", "angle", "45"]),
+    "liggghts": (["liggghts", "-in"], ["-var", "step", "0"]),
     "yade": (["yade", "-n", "-x"], ["step=0"]),
     "kratos": ([sys.executable], ["step=0"]),
-    "esys": (["esysparticle"], ["angle=45"]),
+    "esys": (["esysparticle"], ["step=0"]),
 }
 
 
@@ -175,20 +176,27 @@ def test_scripts_in_python_say_the_same(engine, template, name, value):
         found["value_of"]("angel", "1")
 
 
-@pytest.mark.parametrize("template", [INCLINE, DROP], ids=lambda template: template.name)
+@pytest.mark.parametrize("engine", PYTHON)
 @pytest.mark.parametrize("mass", ["full", "half"])
 @pytest.mark.parametrize("zeta", [0.0, 1.0, 5.0])
-def test_scripts_of_esys_draw_the_line_of_the_step_where_the_engine_does(template, zeta, mass):
-    script = _script("esys", template)
-    found = _reader(script, "damping_ratio", "refuse_unsound")
+def test_scripts_of_scenes_draw_the_line_of_the_step_where_the_harness_does(engine, zeta, mass):
+    kind = engine_class(engine)
     contact = Contact(damping_ratio=zeta, effective_mass=mass, tail="clipped")
-    given = {**found["PARAMETERS"], **contact_values(contact)}
-    fewest = fewest_steps_per_contact(contact)
-    found["refuse_unsound"]({**given, "steps_per_contact": fewest * (1.0 + 1e-6)})
-    with pytest.raises(SystemExit, match=r"^ERROR: steps_per_contact = .* must be greater than"):
-        found["refuse_unsound"]({**given, "steps_per_contact": fewest * (1.0 - 1e-6)})
-    # it is called before there is a model, whose workers would wait for ever
-    assert script.text.index("    refuse_unsound(p") < script.text.index("= simulation(")
+    case = Incline(contact=contact, steps_per_contact=1000.0)
+    hertz = kind.traits.spring == "Hertz"
+    fewest = fewest_steps_per_contact(contact) if hertz else case.fewest_steps_per_contact
+    values = kind.scene_values(scene_of(values_of(case, "passage"), kind.traits.spring))
+    script = _script(engine, INCLINE)
+    watch = _reader(script, "Watch")["Watch"]
+    longest = case.contact_time / fewest
+    told = types.SimpleNamespace(results=[], add=lambda *_: None)
+    watch(types.SimpleNamespace(**{**values, "step": longest * (1.0 - 1e-6)}), told)
+    with pytest.raises(SystemExit, match=r"^ERROR: step = .* s: must be less than"):
+        watch(types.SimpleNamespace(**{**values, "step": longest * (1.0 + 1e-6)}), told)
+    # it is checked before there is a model: a code may wait for its workers for ever
+    makes = {"yade": "O.reset()", "kratos": " Spheres(p)", "esys": " Model(runs)"}[engine]
+    checked = "Watch(one" if engine == "esys" else "Watch(p"
+    assert script.text.index(checked) < script.text.index(makes)
 
 
 def test_no_speed_of_an_incline_presses_a_contact_in_by_more_than_a_diameter():

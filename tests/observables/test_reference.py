@@ -78,3 +78,12 @@ def test_points_that_cannot_be_read_are_one_line(text, said):
     with pytest.raises(RequestError) as refused:
         parse_points(text, "x.csv", "angle_deg", "spin_ratio")
     assert str(refused.value) == said
+
+
+def test_a_third_column_gives_errors_of_0_or_more():
+    text = "angle_deg,y_m,uncertainty_m\n1,2,0\n2,3,0.5\n"
+    assert parse_points(text, "a.csv", "angle_deg", "y_m", "uncertainty_m").errors == (0.0, 0.5)
+    assert parse_points(text, "a.csv", "angle_deg", "y_m").errors is None
+    assert parse_points("x,y\n1,2\n", "a.csv", "x", "y", "uncertainty").errors is None
+    with pytest.raises(RequestError, match="row 2: uncertainty_m = -1 must be finite and 0 or"):
+        parse_points("a,b,uncertainty_m\n1,2,-1\n", "a.csv", "a", "b", "uncertainty_m")

@@ -57,6 +57,15 @@ def test_the_engine_is_listed_and_the_case_too(harness):
     assert mine["quantities"] == {"rebound": "1", "contact_time_s": "s"}
 
 
+def test_the_suite_of_engines_takes_it_by_its_name(installed, tmp_path):
+    code = "from harness.testing import check_engine; print(*check_engine('small-dem'))"
+    done = subprocess.run(
+        [installed / "python", "-c", code], capture_output=True, text=True, cwd=tmp_path, check=True
+    )
+    assert "scripts_are_reproducible" in done.stdout
+    assert "a_tower_is_the_exact_one" not in done.stdout
+
+
 @pytest.mark.parametrize("engine", ["lammps", "small-dem", "reference"])
 def test_the_case_runs_in_lammps_and_in_both_small_engines(harness, engine):
     status, found = harness("run", "ball-on-sphere", "--set", "restitution=0.6", "--engine", engine)

@@ -9,8 +9,9 @@ import pandas as pd
 import pytest
 
 from harness.errors import RequestError
+from harness.files import check_folder, check_writable
 from harness.report import folder as report_folder
-from harness.report.folder import check_folder, check_writable, write
+from harness.report.folder import write
 from harness.report.gallery import draw_sections
 from harness.report.sections import Drawing, Section
 from harness.report.style import lay_out

@@ -339,6 +339,16 @@ def test_the_words_of_a_figure_are_as_large_on_a_phone_as_a_page_needs(look):
         assert page.locator(f"#{name} a").bounding_box()["width"] <= PHONE[0]
 
 
+@pytest.mark.parametrize("width", [390, 740, 1280])
+def test_a_figure_that_is_wider_than_its_place_says_so(look, width):
+    page = look(size=(width, 844))
+    for name in ("one", "broad", "four-rows"):
+        scrolls, hint = page.locator(f"#{name} a").evaluate(
+            "a => [a.scrollWidth > a.clientWidth, getComputedStyle(a, '::before').content]"
+        )
+        assert scrolls == ("Swipe" in hint), name
+
+
 @pytest.mark.parametrize("scheme", [pytest.param("light", marks=pytest.mark.slow), "dark"])
 @WITH_CHECKS
 def test_print_shows_every_column_dark_on_white(look, barriers, name, scheme):

@@ -1,3 +1,6 @@
+from pathlib import Path
+
+import numpy as np
 import pytest
 
 from harness.comparison.verdicts import Verdict
@@ -5,6 +8,26 @@ from harness.errors import RequestError
 from harness.upstream.defect_test import defect_as_test, defect_named
 from harness.upstream.definition import read_test
 from harness.upstream.runs import recorded_check, run_test
+
+COMMITTED = sorted(Path(__file__).parents[2].glob("reports/defects/*/test.yaml"))
+FAST = ("tsuji-restitution", "wall-tsuji-again")
+
+
+@pytest.mark.parametrize(
+    "file",
+    [
+        pytest.param(file, marks=[] if file.parent.name in FAST else pytest.mark.slow)
+        for file in COMMITTED
+    ],
+    ids=[file.parent.name for file in COMMITTED],
+)
+def test_the_committed_tests_of_defects_are_what_is_computed(file, lmp):
+    kept, fresh = read_test(file), defect_as_test(file.parent.name, lmp)
+    for name in ("variables", "before_pair", "pair_style", "pair_coeff", "after_pair", "segments"):
+        assert getattr(kept, name) == getattr(fresh, name)
+    for table, values in fresh.recorded.items():
+        size = np.abs(values[:, 2:]).max(initial=1e-30)
+        assert np.allclose(kept.recorded[table], values, rtol=1e-9, atol=1e-9 * size)
 
 
 def verdict(name, lmp, tmp_path):

@@ -50,7 +50,6 @@ class Line(Case):
     )
     template = Template("line", {"": {}}, scene=lambda values, spring: None)  # noqa: ARG005
     solvers = ("pencil",)
-    by_default = True
     regression = MappingProxyType({"y": NARROW})
 
     @property
@@ -114,7 +113,7 @@ class Kept(Line):
 class Gate(Line):
     """Qualifies."""
 
-    name, by_default, qualifies = "gate", False, True
+    name, qualifies = "gate", True
 
 
 class Raising(Line):
@@ -244,6 +243,7 @@ def registered(monkeypatch):
     monkeypatch.setattr(cases, "plugins", lambda: known)
     monkeypatch.setattr(cases, "_points", lambda: list(known.values()))
     monkeypatch.setattr(cases, "built_in", lambda: ())
+    monkeypatch.setattr(cases, "MAIN", ("line", "kept", "raising"))
     monkeypatch.setattr(
         engines, "ENGINES", {kind.name: f"{kind.__module__}:{kind.__name__}" for kind in ENGINES}
     )

@@ -15,6 +15,7 @@ from harness import workflows
 from harness.cases.incline.system import Incline
 from harness.cases.tower.run import Options
 from harness.engines.reference import Reference
+from harness.engines.registry import open_engine
 from harness.parameters.tower import Tower
 from harness.reproduction import reproduce
 from harness.workflows import progress as module
@@ -145,3 +146,14 @@ def test_a_log_says_which_stages_are_over_and_how_far_others_are(monkeypatch, ca
         now[0] = 1000.0
         told("oblique", 4, 4)
     assert capsys.readouterr().err == ""
+
+
+@pytest.mark.usefixtures("registered")
+def test_a_verification_says_which_case_is_over():
+    told = []
+    workflows.verify(
+        "quick", cases="line", engine=open_engine("toy"), baseline=False,
+        progress=lambda *one: told.append(one),
+    )  # fmt: skip
+    for stage in ("line, toy", "line, own solvers"):
+        assert [one[1:] for one in told if one[0] == stage] == [(0, 1), (1, 1)]

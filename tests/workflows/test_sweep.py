@@ -8,6 +8,7 @@ from harness import __version__
 from harness.cli import sweep as cli_sweep
 from harness.cli.sweep import PartialTable
 from harness.engines.output import Output
+from harness.engines.registry import engine_class
 from harness.errors import (
     EngineCrashError,
     EngineMissingError,
@@ -18,8 +19,9 @@ from harness.observables.reference import Points
 from harness.store.cache import CachedEngine
 from harness.store.entries import Entries
 from harness.workflows import sweep
+from harness.workflows.sweep_columns import column_of, drawn_columns
 from harness.workflows.sweep_plan import Asked, as_text, asked_in, plan, values_of, with_options
-from harness.workflows.sweep_run import Local, column_of, drawn_columns, held_sweep, run_plan
+from harness.workflows.sweep_run import Local, held_sweep, run_plan
 from tests.workflows import fakes
 
 pytestmark = pytest.mark.usefixtures("registered")
@@ -96,12 +98,55 @@ def test_every_combination_is_a_flat_row_in_every_engine():
 
 def test_measured_points_stand_beside_what_was_swept():
     over = {"end.x": "3:5:2", "slope": "1,2"}
-    assert drawn_columns(plan(Asked("line", over, {}, "toy", "y"))) == ("end.x_m", "y_m")
+    assert drawn_columns(plan(Asked("line", over, {}, "toy", "y"))) == (
+        "end.x_m",
+        "y_m",
+        "uncertainty_m",
+    )
     found = sweep("line", {"slope": [1, 2]}, engines="toy")
-    figure = found.figure(points=Points("mine.csv", (1.5,), (4.0,)))
-    lines = figure.axes[0].get_lines()
-    assert [line.get_label() for line in lines] == ["toy", "mine.csv"]
-    assert lines[1].get_xydata().tolist() == [[1.5, 4.0]]
+    figure = found.figure(points=Points("mine.csv", (1.5,), (4.0,), (0.25,)))
+    assert legend_of(figure) == ["TOY", "closed form", "mine.csv"]
+    runs, theory, *own = figure.axes[0].get_lines()
+    assert runs.get_xydata().tolist() == [[1.0, 2.0], [2.0, 4.0]]
+    x, y = theory.get_data()
+    assert (len(x), x[0], x[-1]) == (81, 1.0, 2.0)
+    assert list(y) == pytest.approx([2.0 * one for one in x])
+    assert own[0].get_xydata().tolist() == [[1.5, 4.0]]
+    (bars,) = figure.axes[0].containers[-1][2]
+    assert bars.get_segments()[0].tolist() == [[1.5, 3.75], [1.5, 4.25]]
+
+
+def legend_of(figure):
+    return [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+def test_what_is_expected_is_a_line_for_each_value_where_it_differs():
+    found = sweep("line", {"slope": "1:1000:log3", "end.x": "1,2"}, engines="toy,pencil")
+    figure = found.figure("y")
+    dashed = [line for line in figure.axes[0].get_lines() if line.get_linestyle() == "--"]
+    assert [line.get_ydata()[0] for line in dashed] == [1.0, 2.0]
+    x = dashed[0].get_xdata()
+    assert x[40] == pytest.approx(1000**0.5)  # evenly spaced in the logarithm
+    assert legend_of(figure) == ["end.x = 1 m", "end.x = 2 m", "TOY", "pencil", "closed form"]
+    # of whole numbers, and of words, at the points alone
+    whole = sweep("line", {"count": "1,2,5"}, engines="toy").figure("y")
+    assert whole.axes[0].get_lines()[1].get_xydata().tolist() == [[1, 6], [2, 6], [5, 6]]
+    words = sweep("line", {"preset": "usual,steep"}, engines="toy").figure("y")
+    assert list(words.axes[0].get_lines()[1].get_ydata()) == [6.0, 200.0]
+
+
+def test_what_is_expected_of_some_engines_names_them(monkeypatch):
+    rules = engine_class("toy").traits
+    own = fakes.Line.references
+    monkeypatch.setattr(fakes.Line, "references", lambda *a: own(*a) if a[2] is not rules else {})
+    figure = sweep("line", {"slope": "1,2"}, engines="toy,pencil").figure()
+    assert legend_of(figure) == ["TOY", "pencil", "closed form (pencil)"]
+
+
+def test_a_case_without_a_reference_has_no_line(monkeypatch):
+    monkeypatch.setattr(fakes.Line, "references", lambda *_: {})
+    figure = sweep("line", {"slope": "1,2"}, engines="toy").figure()
+    assert legend_of(figure) == ["TOY"]
 
 
 def test_presets_are_swept_as_well():
@@ -286,7 +331,7 @@ def test_many_values_of_the_second_parameter_are_told_by_a_bar():
     found = sweep("line", {"slope": "1:1000:log3", "end.x": "1:2:12"}, engines="toy,other")
     figure = found.figure("twice")
     lines = figure.axes[0].get_lines()
-    assert len(lines) == 24
+    assert len(lines) == 24  # twice has no reference
     assert figure.axes[0].get_xscale() == "log"
     assert figure.axes[1].get_ylabel() == "end.x (m)"
     assert list(lines[0].get_ydata()) == pytest.approx([2.0, 2.0 * 1000**0.5, 2000.0])

@@ -50,7 +50,7 @@ def test_a_request_that_cannot_be_met_is_refused_before_anything_runs(more, said
         verify(**asked)
 
 
-def test_cases_that_run_by_default_are_those_that_say_so():
+def test_without_names_the_main_cases_run():
     found = verify("quick", engine=fakes.Toy(), baseline=False)
     assert found.cases == ("line", "kept", "raising")
 

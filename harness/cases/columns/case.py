@@ -1,12 +1,7 @@
-"""The grain over compliant columns as a case.
+"""The case ``columns``: critical angles of a grain over columns of particles that give way.
 
-How close results of columns must be: as of ``case.toml``, which says why.
-
-Critical angles over columns, and what the source's theory makes of the same columns.
-
-What columns are held against: the incline, the reference DEM, and the limit of stiff ones.
-
-The report's section on columns: angles, both readings of the source, and what follows.
+They are held against the rigid incline, the reference DEM and the limit of stiff columns, and
+shown beside both readings of the source. Tolerances and their reasons are in ``case.toml``.
 """
 
 from __future__ import annotations
@@ -44,6 +39,7 @@ from harness.cases.grain import complete
 from harness.cases.incline.angle import step_limit
 from harness.cases.incline.case import CASE as INCLINE
 from harness.cases.incline.runs import run_inclines
+from harness.cases.incline.searched import Search, SearchedAngle
 from harness.cases.incline.system import Incline, InclineRun, Motion
 from harness.cases.source_angles import READINGS, source_angles
 from harness.comparison.convergence import limit
@@ -151,8 +147,8 @@ def damped_angles(cases: Sequence[Columns], engine: Engine) -> list[Angle]:
     """Return the critical angles by passage, side by side; raise the first EngineError."""
 
     def one(case: Columns) -> Angle:
-        found = critical_angle(case, engine)
-        return _angle(case, found.value_deg, found.uncertainty_deg)
+        angle = critical_angle(case, engine)
+        return _angle(case, angle.value_deg, angle.uncertainty_deg)
 
     return parallel_map(one, cases, cores())
 
@@ -433,6 +429,10 @@ def figure(angles: Angles) -> Figure:
     return found
 
 
+class ColumnsSearch(Columns, Search):
+    """Columns, the angle searched for."""
+
+
 class ColumnsCase(Case[Columns]):
     """The incline's grain on columns of n particles, the last one fixed: critical angle.
 
@@ -457,6 +457,10 @@ class ColumnsCase(Case[Columns]):
             for name, contact in CONTACTS.items()
         }
         return {"plastic": found.pop("plastic, overlap"), **found}
+
+    def derived(self) -> Sequence[Case[Any]]:
+        """Return the critical angle."""
+        return (_ANGLE,)
 
     def job(self, parameters: Columns) -> Job:
         """Return the job of one passage."""
@@ -495,3 +499,4 @@ class ColumnsCase(Case[Columns]):
 
 
 CASE = ColumnsCase()
+_ANGLE = SearchedAngle(CASE, ColumnsSearch, job_of, critical_angle)

@@ -1,26 +1,16 @@
-"""The grain over columns: parameters, rest, routes, values for scripts, runs.
+"""A grain over columns of particles: parameters, rest, routes, scripts, runs, critical angle.
 
-One grain over a row of columns: what the incline has, and how the columns give way.
-
-Columns at rest under a load, and the grain on them: where all start, and the crest's energy.
-
-The grain presses a top with N along the contact's normal, which stands at an angle beta to the
-column; the column bears L = N cos(beta) besides its own weight. Its contacts are the grain's
+At rest the grain presses a top with N along the contact's normal, which stands at an angle beta to
+the column; the column bears L = N cos(beta) besides its own weight. Its contacts are the grain's
 (0) and those below its particles 1 ... n - 1; compressions c_0 = N/k, c_i = (L + i w)/k with the
 weight w = m g cos(theta) of a particle along the column. Overlaps are c (overlap law) or
 T c (deformable law, T = tridiag(1/2, 1, 1/2)). All of it is linear in the loads: above the
-columns' rest without a grain, the energy is (N delta_0 + L s) / 2, with the overlap and the way
-of the top that the load adds (the weights' work and the overlaps they make cancel).
+columns' rest without a grain, the energy is (N delta_0 + L s) / 2, with the overlap delta_0 and the
+displacement s of the top that the load adds (the weights' work and the overlaps they make cancel).
 
-How a grain over columns is judged: by its own energy, motion and height, at the crest ahead.
-
-What the columns hold is not counted: at rest on a crest they hold the same each time, so that the
-energy left over it has its root where the grain just comes to rest there, whatever they give back
-on the way. That is why a passage goes on to the crest itself.
-
-What engines are asked to simulate: the values of a grain over columns, its script, its scene.
-
-Run grains over columns in an engine, read what comes back, and find their critical angle.
+A run is judged at the crest ahead by the grain's own energy. What the columns hold is not counted:
+at rest on a crest they hold the same each time, so that the energy left over it has its root where
+the grain just comes to rest there. That is why a passage goes on to the crest itself.
 """
 
 from __future__ import annotations
@@ -34,7 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
 
-from harness.cases.grain import complete, path_in, run_jobs
+from harness.cases.grain import path_in, run_jobs
 from harness.cases.incline.runs import read_by
 from harness.cases.incline.system import (
     BEHIND_CREST,
@@ -98,6 +88,11 @@ class Columns(Incline):
                 f"least {least:.4g} N/m ({MOST_SUNK:g} diameters)"
             )
         return self
+
+    @property
+    def particles(self) -> int:
+        """Return how many particles a run has, the grain among them."""
+        return self.spheres * self.n + 1
 
     @property
     def deformable(self) -> bool:
@@ -383,7 +378,7 @@ def critical_angle(
     engine: Engine,
     *,
     method: Route = "passage",
-    tolerance_deg: float = 1e-3,
+    tolerance_deg: float | None = 1e-3,
     phases: int = 2,
 ) -> CriticalAngle:
     """Return the critical angle [deg] of a case, whose own angle is ignored.
@@ -391,14 +386,9 @@ def critical_angle(
     ``passage`` or ``steady`` motion, as for the incline. Raise EngineError when a run fails, and
     RequestError when a grain flies where a passage is judged.
     """
-    from harness.cases.incline.angle import (
-        critical_angle_by_passage,
-        critical_angle_by_steady_motion,
-    )
+    from harness.cases.incline.angle import critical_angle as of_inclines
 
-    def measure(cases: Sequence[Incline]) -> list[InclineRun]:
-        return complete(run_columns(engine, [c for c in cases if isinstance(c, Columns)], method))
-
-    if method == "steady":
-        return critical_angle_by_steady_motion(measure, case, tolerance_deg=tolerance_deg)
-    return critical_angle_by_passage(measure, case, tolerance_deg=tolerance_deg, phases=phases)
+    return of_inclines(
+        case, method=method, tolerance_deg=tolerance_deg, phases=phases, engine=engine,
+        run=run_columns,
+    )  # fmt: skip

@@ -1,8 +1,7 @@
-"""A contact case: a scene, its quantities and their closed forms; impacts and rests alike.
+"""The base classes of contact cases: what impacts and resting spheres have in common.
 
-A contact case: a scene, its quantities and their closed forms; what is alike in all of them.
-
-A sphere that rests on the floor or on a frozen sphere, pressed in by its weight.
+A contact case is a scene, the quantities of its motion and their closed forms. Its submodels,
+systems and presets are tables; refinement, judgement and pages are those of all contact cases.
 """
 
 from __future__ import annotations
@@ -154,10 +153,10 @@ class ContactCase(Case[P]):
     def read(self, parameters: P, output: Output, traits: Traits) -> Mapping[str, float]:
         """Return the quantities of a run; raise EngineOutputError for one that is cut."""
         motion = motion_of(output, self.scene(parameters))
-        found = self.observed(parameters, motion)
+        quantities = self.observed(parameters, motion)
         if motion.tells_forces:
-            return found
-        return {name: value for name, value in found.items() if not math.isnan(value)}
+            return quantities
+        return {name: value for name, value in quantities.items() if not math.isnan(value)}
 
     def references(self, parameters: P, traits: Traits) -> Mapping[str, Reference]:
         """Return closed forms, and what the integration of the law gives for the rest."""
@@ -263,16 +262,16 @@ class ContactCase(Case[P]):
         ran = stated if done else ()
         submodels = [one for one in (*self.submodels, *self.beside) if one not in ran]
         if not done and study.level == "full":
-            found = self._with_invariances(engine, study, submodels)
+            findings = self._with_invariances(engine, study, submodels)
         else:
             trials = self.wanted(self.trials(study.level, submodels), study)
-            found = verify_trials(self, engine, study, trials)
+            findings = verify_trials(self, engine, study, trials)
         first: Evidence = done.evidence if done and done.evidence else Evidence(engine.title, ())
-        climbed = (*first.climbed, *found.evidence.climbed)
-        failed = (*first.failed, *found.evidence.failed)
+        climbed = (*first.climbed, *findings.evidence.climbed)
+        failed = (*first.failed, *findings.evidence.failed)
         scans = measured_scan(self, engine)
-        found.evidence = Evidence(engine.title, climbed, scans, failed=failed)
-        return found
+        findings.evidence = Evidence(engine.title, climbed, scans, failed=failed)
+        return findings
 
     def _with_invariances(
         self, engine: Engine, study: Study, submodels: Sequence[Submodel]
@@ -281,9 +280,9 @@ class ContactCase(Case[P]):
         from harness.cases.contact.verification import verify_trials
 
         trials = self.wanted(self.trials(study.level, submodels), study)
-        found = verify_trials(self, engine, study, trials)
-        found.checks += invariances(self, engine, study, contact_cases(study))
-        return found
+        findings = verify_trials(self, engine, study, trials)
+        findings.checks += invariances(self, engine, study, contact_cases(study))
+        return findings
 
     def drawings(self, evidence: Evidence) -> Sequence[Drawing]:
         """Return the figures of a case: the error of a quantity over the step."""
@@ -416,5 +415,5 @@ def speed_ratios(
 ) -> dict[str, float]:
     """Return the speed halfway, by a name, speed and spin at the end, over a speed [m/s]."""
     u, spin = rolling(parameters, motion)
-    found = {halfway: u[len(u) // 2], "speed_ratio": u[-1], "rim_speed_ratio": spin[-1]}
-    return {name: float(value) / speed for name, value in found.items()}
+    speeds = {halfway: u[len(u) // 2], "speed_ratio": u[-1], "rim_speed_ratio": spin[-1]}
+    return {name: float(value) / speed for name, value in speeds.items()}

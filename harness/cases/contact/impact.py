@@ -1,10 +1,7 @@
-"""Impacts: a sphere flies at what it meets, touches, and leaves; closed forms and literature.
+"""Impacts: the first sphere flies at its partner, touches it, and leaves.
 
-What is known exactly of the normal motion of an impact, by the names of quantities.
-
-The literature's curve of an impact with friction: the velocity at the contact that is left.
-
-Impacts: the first sphere flies at what it meets, touches, and leaves.
+Closed forms of the normal motion by the names of quantities, and the literature's curve of an
+impact with friction: the velocity that is left at the contact.
 """
 
 from __future__ import annotations

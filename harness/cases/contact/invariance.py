@@ -1,8 +1,7 @@
-"""Runs of contacts that no transformation may change, and how far round-off may move them.
+"""Hold a run of a contact against the same run transformed, within what round-off can do.
 
-What differences of two runs of a contact are measured in, and how large rounding makes them.
-
-How far round-off may move a run: that of coordinates, and that of mdr's force.
+Each is held against a run of the same engine, with the same law, step and scheme: no reference is
+needed, and what is left is round-off, or nothing.
 
 Each step rounds positions and velocities. mdr's force of a flat at the depth d, in an ellipse of
 axes A and B, E' A B / 4 (theta - sin theta cos theta), cos theta = 1 - 2 d / A, is a difference in
@@ -16,11 +15,6 @@ push of that error, carried on by the law made linear about them, their absolute
 Friction takes mu of it along the surface, 5/2 of that over the radius in a spin. Two runs differ
 by twice the sum. Where it yields, a sphere that is pressed in has no such difference, one that
 springs back that of its own ellipse; of the bulk, the ellipse keeps the depth of its first step.
-
-Runs of contacts that nothing may change: turned, moved, mirrored, restarted, over ranks, ...
-
-Each is held against a run of the same engine, with the same law, step and scheme: no reference is
-needed, and what is left is round-off, or nothing.
 """
 
 from __future__ import annotations
@@ -246,7 +240,11 @@ def invariances(
     found = [first_ways(case, trial, level) for trial in case.wanted(chosen(case, level), study)]
     _run(found, engine)
     for one in found:
-        one.ways |= {way.name: way for way in later_ways(one, engine, level) if way.ranks == 1}
+        one.ways |= {
+            later_way.name: later_way
+            for later_way in later_ways(one, engine, level)
+            if later_way.ranks == 1
+        }
     _run(found, engine)
     rows = [row for one in found for row in _rows(one, engine)]
     if level == "quick":
@@ -395,5 +393,5 @@ def difference(
     }
 
 
-def _furthest(one: Motion, other: Motion, part: str, first: int) -> float:
-    return float(np.max(np.abs(getattr(one, part)[first:] - getattr(other, part)[first:])))
+def _furthest(motion: Motion, other: Motion, part: str, first: int) -> float:
+    return float(np.max(np.abs(getattr(motion, part)[first:] - getattr(other, part)[first:])))

@@ -1,16 +1,10 @@
-"""The limit of a small step: tolerances, refinement, what trials leave, scans of a parameter.
+"""The limit of a small step: refine a trial, extrapolate its quantities, state the tolerance.
 
-How far limits may be from what is expected, and runs from their baseline, and why.
+A tolerance is a part of the quantity's size in the run: that of its value in SI units; of a ratio
+1, or its limit, or the largest that it has (:meth:`ContactCase.sizes`). Small values of large
+quantities are known no better than these; small quantities are.
 
-A width is a part of the quantity's size in the run: that of its value in SI units; of a ratio 1, or
-its limit, or the largest that it has (:meth:`ContactCase.sizes`). Small values of large quantities
-are known no better than these; small quantities are.
-
-The limit of a small step: quantities of the same contact at several steps, extrapolated.
-
-Codes side by side: a quantity of a case over one of its parameters, by every code that can.
-
-What trials of a contact case leave: limits of their quantities, or why there are none.
+A scan sets codes side by side: a quantity over one parameter, by every code that can state it.
 """
 
 from __future__ import annotations
@@ -235,17 +229,17 @@ def unresolved(
     motion = integrated.motion
     plain = case.observed(parameters, motion)
     found = {name: np.zeros_like(steps) for name in plain}
-    for one in integrated.intervals:
-        if one.duration >= RESOLVED * steps.max():
+    for interval in integrated.intervals:
+        if interval.duration >= RESOLVED * steps.max():
             continue
-        kick = one.change * one.duration
-        later = (motion.time >= one.begin)[:, None, None]
+        kick = interval.change * interval.duration
+        later = (motion.time >= interval.begin)[:, None, None]
         kicked = replace(
             motion,
             velocity=motion.velocity + later * kick[:, :3],
             omega=motion.omega + later * kick[:, 3:],
         )
-        hidden = np.minimum(1.0, steps / one.duration) * (one.duration < RESOLVED * steps)
+        hidden = np.minimum(1.0, steps / interval.duration) * (interval.duration < RESOLVED * steps)
         for name, value in case.observed(parameters, kicked).items():
             if math.isfinite(value - plain.get(name, math.nan)):
                 found[name] += abs(value - plain[name]) * hidden

@@ -1,10 +1,7 @@
-"""The motion of a contact scene, in a code or integrated, and what scripts are told of it.
+"""The motion of a contact scene: from an engine's output, or from the integration of the law.
 
-The motion of the bodies of a contact scene, whoever computed it, and what is read off it.
-
-The same scenes by the independent integration of the law: what limits are held against.
-
-What engines are told of a contact scene: the names of all values, whatever the case.
+A scene becomes a job, whose values have the same names in every case; the output becomes a
+:class:`Motion`, and so does the independent integration that limits are held against.
 """
 
 from __future__ import annotations

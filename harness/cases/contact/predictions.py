@@ -11,7 +11,7 @@ import operator
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 
@@ -99,9 +99,9 @@ class PredictedValue:
         """Return the limit that the scheme leaves on the same ladder: nothing else differs."""
         left = [
             self.case.observed(
-                one, _stepped(self.case.scene(one), self.rules, prediction, Departures)
+                level, _stepped(self.case.scene(level), self.rules, prediction, Departures)
             )
-            for one in self.levels
+            for level in self.levels
         ]
         reached = self.limits(left).get(self.quantity)
         return (reached.value if reached else math.nan), 0.0
@@ -130,9 +130,9 @@ class PredictedValue:
     def _cut_short(self, prediction: Prediction) -> float:
         """Return the limit where a run ends before the contact, at another time on each level."""
         left = []
-        for one in self.levels:
-            scene, rules = as_the_defect_makes_it(self.case.scene(one), self.rules, prediction)
-            left.append(self.case.observed(one, followed(scene, rules).motion))
+        for level in self.levels:
+            scene, rules = as_the_defect_makes_it(self.case.scene(level), self.rules, prediction)
+            left.append(self.case.observed(level, followed(scene, rules).motion))
         reached = self.limits(left).get(self.quantity)
         return reached.value if reached else math.nan
 
@@ -258,7 +258,11 @@ def as_the_defect_makes_it(
     """Return a scene and rules with what a defect changes; raise RequestError for a bad formula."""
     names = _names(scene)
     law = {name: _value(told, names) for name, told in prediction.law.items()}
-    more = {name: _value(told, names) for name, told in prediction.rules.items()}
+    # the words of a rule are no formulas, though one may be spelled as a coefficient or a fraction
+    more = {
+        name: told if told in get_args(Rules.model_fields[name].annotation) else _value(told, names)
+        for name, told in prediction.rules.items()
+    }
     return (
         replace(scene, law=scene.law.replace(**law)) if law else scene,
         rules.replace(**more) if more else rules,

@@ -98,20 +98,20 @@ INVARIANCES = {
     "in other units": "lengths and times 4096 times smaller, at the same density and speed",
     "axes exchanged": "x, y and z take one another's places, walls with them",
     "renumbered": "the bodies in the opposite order",
-    "reversed in time": "begun where the run ends, all velocities reversed; elastic contacts only",
+    "reversed in time": "from the end of the run, all velocities reversed; elastic contacts only",
     "newton on": "each pair of particles is computed once, its force given to both",
     "thin neighbour skin": "a list of neighbours that ends closer to the spheres",
     "neighbours at every step": "the list of neighbours is made anew at every step",
     "neighbours from bins": "the list of neighbours is made from bins in place of all pairs",
-    "told its stiffnesses": "the input has Hertz's stiffness 4/3 E* in place of modulus and ratio",
+    "stiffnesses as input": "the input has Hertz's stiffness 4/3 E* in place of modulus and ratio",
     "over a periodic boundary": "the contact lies across a boundary that is periodic",
     "2 ranks": "the contact lies across two ranks of MPI",
     "4 ranks": "the contact lies across ranks of MPI, four in all",
     "with LAMMPS's defaults": "newton on, bins, particles sorted: a script that sets nothing",
-    "particles sorted": "particles change their order in memory on the way",
-    "run on": "stopped between two samples and gone on with, without a new setup of forces",
-    "run again": "stopped between two samples and run again: forces are set up anew",
-    "restarted": "written to a restart file between two samples, read back and run on",
+    "particles sorted": "particles change their order in memory during the run",
+    "continued without setup": "stopped between two samples and continued without setup of forces",
+    "continued with a setup": "stopped between two samples and continued with forces set up anew",
+    "restarted": "written to a restart file between two samples, read back and continued",
 }
 """What was changed of a run, by invariance; what may differ is the reason of its tolerance."""
 
@@ -203,7 +203,7 @@ def codes_over_parameter(
     x, scan = np.array(case.scan.values), case.scan
     fields = type(case.default).model_fields
     unit = unit_in(fields[scan.parameter].description or "")
-    units = {one.name: one.unit for one in case.quantities}
+    units = {quantity.name: quantity.unit for quantity in case.quantities}
     for axes, family in zip(figure.axes, shown, strict=True):
         here = [(who, one) for who, found in codes for one in found if one.family == family]
         for number, name in enumerate(dict.fromkeys(one.submodel for _, one in here)):
@@ -362,16 +362,16 @@ def ratio_plot(case: ContactCase[Any], one: Tried, who: str, over: OverAngle) ->
     )
 
 
-def _restitution(case: ContactCase[Any], one: Tried) -> float:
+def _restitution(case: ContactCase[Any], trial: Tried) -> float:
     """Return the restitution at the normal velocity of a trial, without friction to act.
 
     Of an oblique impact the normal turns, and what comes back along the first is not all of it.
     """
-    base = case.scene(one.finest)
+    base = case.scene(trial.finest)
     before = base.bodies[0].velocity[2]
     bodies = tuple(replace(body, omega=ZERO) for body in base.bodies)
     bodies = (replace(bodies[0], velocity=(0.0, 0.0, before)), *bodies[1:])
-    motion = followed(replace(base, bodies=bodies, every=base.steps), one.rules, DRAWN).motion
+    motion = followed(replace(base, bodies=bodies, every=base.steps), trial.rules, DRAWN).motion
     return float(relative_velocity(motion)[-1, 2]) / -before
 
 
@@ -415,13 +415,13 @@ def sections_of(
         drawings = (codes_drawn(case, scans), *drawings)
     # the main engine may stand beside itself, with more submodels
     engines = {one.engine: one for one in (main, *beside) if one.evidence}
-    cells = tuple(cell for one in engines.values() for cell in _cells(case, one))
+    cells = tuple(cell for engine in engines.values() for cell in _cells(case, engine))
     return (Section(title, (case.summary, case.formula), (), (), drawings, cells),)
 
 
-def _cells(case: ContactCase[Any], found: Findings) -> Iterator[CellText]:
+def _cells(case: ContactCase[Any], findings: Findings) -> Iterator[CellText]:
     """Yield what is told of each submodel, in all its systems in the order of the case."""
-    evidence: Evidence = found.evidence
+    evidence: Evidence = findings.evidence
     systems = [*case.systems]
     by_submodel: dict[str, list[Tried]] = {}
     for one in evidence.tried:
@@ -439,7 +439,7 @@ def _cells(case: ContactCase[Any], found: Findings) -> Iterator[CellText]:
         yield CellText(
             case.name,
             name,
-            found.engine,
+            findings.engine,
             evidence.who,
             (
                 case.summary,
@@ -447,29 +447,29 @@ def _cells(case: ContactCase[Any], found: Findings) -> Iterator[CellText]:
                 *(f"{one.trial.system}: {evidence.who} {one.why}." for one in failed),
             ),
             (*_asked_of(case, failed), formula, _parameters(cell)),
-            tuple(pair for one in cell for pair in _commands(case, one, found.engine)),
+            tuple(pair for one in cell for pair in _commands(case, one, findings.engine)),
             partial(_plots, case, cell, evidence),
             frozenset(name for one in cell for name in _inputs(case, one)),
             INVARIANCES,
         )
 
 
-def _commands(case: ContactCase[Any], one: Tried, engine: str) -> Iterator[tuple[str, str]]:
+def _commands(case: ContactCase[Any], trial: Tried, engine: str) -> Iterator[tuple[str, str]]:
     """Yield what repeats a trial: by the harness, and by hand."""
-    system = one.trial.system
-    place = places(case.name, one.trial.submodel, system)[-1]
+    system = trial.trial.system
+    place = places(case.name, trial.trial.submodel, system)[-1]
     engines = "" if engine == DEFAULT else f" --engine {engine}"
     verify = f"dem-harness verify --only {shlex.quote(place)}{engines}"
     yield f"{system}: its rows, on the whole ladder of steps", verify
-    yield f"{system}: the case at its coarsest step", _again(case, one, engine)
-    if one.command:
-        which = "that failed" if isinstance(one, Failed) else "with the finest step"
-        yield f"{system}: the run {which}", one.command
+    yield f"{system}: the case at its coarsest step", _again(case, trial, engine)
+    if trial.command:
+        which = "that failed" if isinstance(trial, Failed) else "with the finest step"
+        yield f"{system}: the run {which}", trial.command
 
 
-def _inputs(case: ContactCase[Any], one: Tried) -> tuple[str, str]:
+def _inputs(case: ContactCase[Any], trial: Tried) -> tuple[str, str]:
     """Return the names of the scripts that state a trial: of all variants, or of its own."""
-    job = case.job(one.trial.parameters)
+    job = case.job(trial.trial.parameters)
     return job.template.name, f"{job.template.name}-{job.variant}"
 
 
@@ -500,11 +500,11 @@ def _asked_of(case: ContactCase[Any], failed: Sequence[Failed]) -> Iterator[Tabl
 
 def _plots(case: ContactCase[Any], cell: Sequence[Tried], evidence: Evidence) -> Sequence[Plot]:
     """Return the plots of a submodel; without the curves of the law at level quick."""
-    found = []
+    plots = []
     for one in cell:
-        found += [case.plot(one, evidence.who)] if evidence.drawn else []
-        found += [errors_plot(case, one)] if isinstance(one, Climbed) else []
-    return found
+        plots += [case.plot(one, evidence.who)] if evidence.drawn else []
+        plots += [errors_plot(case, one)] if isinstance(one, Climbed) else []
+    return plots
 
 
 def _rules(case: ContactCase[Any], cell: Sequence[Tried]) -> Iterator[tuple[str, str]]:
@@ -574,14 +574,14 @@ def codes_drawn(case: ContactCase[Any], codes: Sequence[tuple[str, Sequence[Scan
     )
 
 
-def _again(case: ContactCase[Any], one: Tried, engine: str) -> str:
-    settings = " ".join(f"--set {name}={value}" for name, value in _changes(case, one))
+def _again(case: ContactCase[Any], trial: Tried, engine: str) -> str:
+    settings = " ".join(f"--set {name}={value}" for name, value in _changes(case, trial))
     return f"dem-harness run {case.name} --engine {engine} {settings}"
 
 
-def _changes(case: ContactCase[Any], one: Tried) -> Iterator[tuple[str, Any]]:
+def _changes(case: ContactCase[Any], trial: Tried) -> Iterator[tuple[str, Any]]:
     """Yield what a trial changes of the default parameters."""
     base = dict(case.default)
-    for name, value in one.trial.parameters:
+    for name, value in trial.trial.parameters:
         if value is not None and base[name] != value:
             yield name, str(value).lower() if isinstance(value, bool) else value

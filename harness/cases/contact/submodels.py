@@ -1,22 +1,16 @@
-"""The submodels that contact cases go through, their systems, and presets of the literature.
+"""Tables of the contact cases: submodels, systems of bodies, and presets of the literature.
 
-Sets of parameters that the literature of verification knows, as those of the cases.
+A submodel is the law of a row of the matrix, a system the bodies of its column. The shortest level
+leaves out submodels in which several parts act together.
 
-``CO``: Chung and Ooi, Granular Matter 13, 643 (2011), tests 1 to 8, with the values of two public
-restatements: Kratos (KratosMultiphysics/Kratos, applications/DEMApplication/tests,
-DEM3D_chung_ooi_tests, and its DEM_benchmarks) and PySPH (examples of its discontinuous DEM). A
-rigid wall is stated by twice the modulus of the sphere, in both bodies: that makes E* and G* those
-of a sphere on a rigid plane. ``MFiX``: MFiX 21.3.2, tests/dem/DEM01 to DEM05, files mfix.dat and
-particle_input.dat. Kharaz, Gorham and Salman, Powder Technology 120, 281
-(2001): aluminium oxide on glass, two materials.
-
-The submodels that the cases go through, and the systems of bodies: rows of the matrix.
-
-What LAMMPS's mdr has beside its plain elastic branch, as submodels of the contact cases.
-
-Submodels that the shortest level leaves out: parts that act together, old styles clipped.
-
-Springs of rolling and twisting without any dashpot, on elastic linear springs.
+Sources of the presets. ``CO``: Chung and Ooi, Granular Matter 13, 643 (2011), tests 1 to 8, each
+with two materials, with the values of three public restatements: Kratos (KratosMultiphysics/Kratos,
+applications/DEMApplication/tests, DEM3D_chung_ooi_tests, and its DEM_benchmarks), Yade (its
+benchmarks Test1.py to Test4.py of Angelidakis, Chareyre and Caulk) and PySPH (examples of its
+discontinuous DEM). A rigid wall is stated by twice the modulus of the sphere, in both bodies: that
+makes E* and G* those of a sphere on a rigid plane. ``MFiX``: MFiX 21.3.2,
+tests/dem/DEM01 to DEM05, files mfix.dat and particle_input.dat. Kharaz, Gorham and Salman, Powder
+Technology 120, 281 (2001): aluminium oxide on glass, two materials.
 """
 
 from __future__ import annotations
@@ -55,6 +49,10 @@ def _restitution(e: float) -> dict[str, Any]:
     return {"damping": "coeff_restitution", "restitution": e}
 
 
+def _made_of(modulus: float, poisson: float, density: float) -> dict[str, Any]:
+    return {"youngs_modulus": modulus, "poisson_ratio": poisson, "density": density}
+
+
 _SPHERE = {"partner": "sphere"}
 _OXIDE = _solid(2 * 380e9, 0.23, 4000.0, 2.5e-3)  # CO 3, 4: Kratos, Materials4.json
 _ALLOY = _solid(70e9, 0.33, 2700.0, 0.1)  # CO 6 to 8: PySPH, tests 6 and 8
@@ -75,6 +73,13 @@ HEAD_ON: Told = {
     "chung-ooi-2": {**_solid(2 * 70e9, 0.3, 2699.0, 0.1), "speed": 0.2},
     # CO 3: restitution 0 to 1, one of them
     "chung-ooi-3": {**_OXIDE, **_restitution(0.5), "speed": 3.9},
+}
+HEAD_ON = {
+    **HEAD_ON,
+    # the second materials: Yade, Test1.py to Test3.py
+    "chung-ooi-1-limestone": {**HEAD_ON["chung-ooi-1"], **_made_of(20e9, 0.25, 2500.0)},
+    "chung-ooi-2-magnesium": {**HEAD_ON["chung-ooi-2"], **_made_of(2 * 40e9, 0.35, 1800.0)},
+    "chung-ooi-3-iron": {**HEAD_ON["chung-ooi-3"], **_made_of(2 * 100e9, 0.25, 7000.0)},
 }
 
 OBLIQUE: Told = {
@@ -100,8 +105,7 @@ OBLIQUE: Told = {
         "angle": 30.0,
     },
     # CO 5: PySPH, test 5, steel: E 208 GPa, nu 0.3, 7850 kg/m3, 10 um, elastic, mu 0.3; 5 m/s along
-    # the normal (Kratos, class Benchmark5, too) at any angle, here 45 degrees. Polyethylene: 1 GPa,
-    # 0.4, 1400 kg/m3
+    # the normal (Kratos, class Benchmark5, too) at any angle, here 45 degrees
     "chung-ooi-5": {
         **_solid(2 * 208e9, 0.3, 7850.0, 1e-5),
         **_SLIDES,
@@ -121,19 +125,32 @@ OBLIQUE: Told = {
         "angle": 30.0,
     },
 }
+OBLIQUE = {
+    **OBLIQUE,
+    # the second materials: Yade, Test4.py (an aluminium alloy), and PySPH, test 5
+    "chung-ooi-4-alloy": {**OBLIQUE["chung-ooi-4"], **_made_of(2 * 70e9, 0.33, 2700.0)},
+    "chung-ooi-5-polyethylene": {**OBLIQUE["chung-ooi-5"], **_made_of(2 * 1e9, 0.4, 1400.0)},
+}
 
 # CO 6 to 8: mu 0.4, e 0.5, 0.2 m/s (Kratos, classes Benchmark6 to 8; PySPH), spins of 0.175 to
 # 22 rad/s (PySPH), one of them
 _ROLLS = {**_SLIDES, **_restitution(0.5), "friction": 0.4, "speed": 0.2, "spin": 10.0}
 
 SPIN: Told = {
-    # CO 6: a rigid plane. Nylon: 2.5 GPa, 0.4, 1000 kg/m3
+    # CO 6: a rigid plane
     "chung-ooi-6": {**_ALLOY, "youngs_modulus": 2 * 70e9, **_ROLLS},
     # CO 7: both spheres at 0.2 m/s, their spins opposite: nothing slips (PySPH prints 7e11 Pa here
     # and 7e10 in its tests 6 and 8)
     "chung-ooi-7": {**_ALLOY, **_ROLLS, **_SPHERE, "speed": 0.4, "partner_spin": -10.0},
     # CO 8: PySPH: the second is 5 times as large and 1000 times as dense: as good as fixed
     "chung-ooi-8": {**_ALLOY, **_ROLLS, "partner": "frozen", "partner_radius": 0.5},
+}
+SPIN = {
+    **SPIN,
+    # the second materials: PySPH, tests 6 to 8
+    "chung-ooi-6-nylon": {**SPIN["chung-ooi-6"], **_made_of(2 * 2.5e9, 0.4, 1000.0)},
+    "chung-ooi-7-copper": {**SPIN["chung-ooi-7"], **_made_of(120e9, 0.35, 8900.0)},
+    "chung-ooi-8-nylon": {**SPIN["chung-ooi-8"], **_made_of(2.5e9, 0.4, 1000.0)},
 }
 
 BOUNCE: Told = {

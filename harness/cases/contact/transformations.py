@@ -1,13 +1,9 @@
-"""One contact scene turned, mirrored, moved, restarted, in other units: what may differ.
+"""Transformations of a run that may change nothing: turned, mirrored, restarted, over ranks ...
 
-Whether the round-off of a run is known: that of mdr's force is, of one impact.
-
-One contact scene seen in other ways: turned, mirrored, from a moving frame, in other units.
-
-Each view makes a scene of a scene, and gives a motion of the second back as one of the first: by
-the symmetries of mechanics, and of every contact law, both are the same.
-
-The ways to run a trial of a contact that nothing may change, each with what may differ.
+A transformation makes a scene of a scene, and gives a motion of the second back as one of the
+first: by the symmetries of mechanics, and of every contact law, both are the same. Each says what
+may differ: nothing, round-off, or round-off whose size is known (that of mdr's force, of one
+impact).
 
 Frames, numbers and units are changed in the scene, whatever the engine; what an engine does with
 ranks, lists and restarts it declares itself. Walls of earlier interfaces are turned like the
@@ -175,8 +171,8 @@ class Units:
             segments=tuple(
                 Segment(
                     piece.steps,
-                    tuple(scaled(one, v) for one in piece.velocities),
-                    tuple(scaled(one, w) for one in piece.omegas),
+                    tuple(scaled(velocity, v) for velocity in piece.velocities),
+                    tuple(scaled(omega, w) for omega in piece.omegas),
                 )
                 for piece in scene.segments
             ),
@@ -289,7 +285,7 @@ through all of both."""
 
 EQUAL = "two spheres"
 
-QUICK = ("turned", "run again", "restarted")
+QUICK = ("turned", "continued with a setup", "restarted")
 """Invariances of the shortest level, beside the run as it stands; of few pairs that are carried all
 that an engine declares for these."""
 
@@ -394,7 +390,7 @@ def _systems(submodel: Submodel, level: LevelName) -> Sequence[str]:
 def first_ways(case: ContactCase[Any], trial: Trial, level: LevelName) -> Ways:
     """Return the scene as it stands, and other views of it."""
     scene = _sampled(case.scene(trial.parameters))
-    seen = [way for way in _views(scene, trial) if level != "quick" or way.name in QUICK]
+    seen = [view for view in _views(scene, trial) if level != "quick" or view.name in QUICK]
     if scene.law.normal == "mdr" and has_width(scene):
         seen.append(_way(STEPPED, replace(scene, every=1), trial, judged=False))
     if _is_carried(case, trial, level):
@@ -442,10 +438,12 @@ def later_ways(one: Ways, engine: Engine, level: LevelName) -> Iterator[Way]:
         if carrier is None or there is None or (carried and level == "quick" and not alone):
             continue
         ends = there.position[[0, -1]].mean(axis=1)
-        for told in engine.variations(carrier.job, ends.tolist()):
-            if told.carried is carried and (carried or level != "quick" or told.name in QUICK):
+        for variation in engine.variations(carrier.job, ends.tolist()):
+            if variation.carried is carried and (
+                carried or level != "quick" or variation.name in QUICK
+            ):
                 few = level == "full" or one.trial.submodel in one.case.over_ranks
-                yield replace(_varied(carrier, told), judged=told.everywhere or few)
+                yield replace(_varied(carrier, variation), judged=variation.everywhere or few)
 
 
 def _reversible(law: ContactSystem, scene: ContactScene) -> bool:

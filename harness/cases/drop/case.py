@@ -1,22 +1,9 @@
-"""A grain that meets one fixed sphere, as a case; engines qualify with it.
+"""The case ``drop``: a grain meets one fixed sphere; every engine qualifies by it.
 
-A grain that meets one fixed sphere: what an engine is qualified with before it is believed.
-
-What engines are asked to simulate: the values of a drop, its script, its scene.
-
-Run drops in an engine, and read what comes back.
-
-What one drop is expected to do: closed forms, and Hertz's impact, which is integrated.
-
-The drops that an engine qualifies with, and what is expected of each.
-
-Each trap that an engine is known to have shows here: a dashpot that is
-silently missing or takes another effective mass (restitution), a contact that is found late
-(onset), a force along the tangent (oblique), a wrong spring (static), a wrong clock (fall).
-
-The figure of the head-on collisions.
-
-What a report says of the drops: collisions and what is expected of them.
+Each error of an engine that is known to occur shows here: a dashpot that is silently missing or
+takes another effective mass (restitution), a contact that is found late (onset), a force along the
+tangent (oblique), a wrong spring (static), a wrong clock (fall). Expected are closed forms, and
+Hertz's impact, which is integrated.
 """
 
 from __future__ import annotations
@@ -644,17 +631,17 @@ class DropCase(Case[Drop]):
         """
         path = read(parameters, output).path
         overlap = parameters.diameter - (path.x_m**2 + path.y_m**2) ** 0.5
-        found = {
+        quantities = {
             "largest_sampled_overlap_m": float(overlap.max()),
             "end_overlap_m": float(overlap[-1]),
             "end_speed_m_per_s": float(path.speed_m_per_s[-1]),
         }
         head_on = parameters.speed > 0.0 and parameters.gravity == 0.0
         if parameters.sideways != 0.0:
-            found["angular_momentum_ratio"] = angular_momentum_ratio(path)
+            quantities["angular_momentum_ratio"] = angular_momentum_ratio(path)
         elif head_on and bool(overlap.max() > 0.0 >= overlap[-1]):  # met, and over
-            found["restitution"] = float(path.vy_m_per_s[-1]) / parameters.speed
-        return found
+            quantities["restitution"] = float(path.vy_m_per_s[-1]) / parameters.speed
+        return quantities
 
     def references(self, parameters: Drop, traits: Traits) -> Mapping[str, Reference]:
         """Return what is expected under an engine's spring."""
@@ -687,7 +674,7 @@ class DropCase(Case[Drop]):
     def verify(self, engine: Engine, study: Study) -> Findings:
         """Run the drops that an engine can state and judge each against what its rules ask for."""
         tests = list(drop_tests(engine.traits))
-        found = Findings(self.name, engine.name)
+        findings = Findings(self.name, engine.name)
         try:
             runs = run_drops(engine, [test.case for test in tests])
         except EngineError as error:
@@ -695,24 +682,24 @@ class DropCase(Case[Drop]):
         made = []
         for test, run in zip(tests, runs, strict=True):
             check = _judged(f"{engine.name}: {test.name}", test, run)
-            found.checks.append(check)
+            findings.checks.append(check)
             name = _key(engine.name, test)
             if isinstance(run, EngineError):
-                found.errors[name] = run
+                findings.errors[name] = run
             elif math.isfinite(check.value):
-                found.records.append(_record(name, test, run, check.value))
+                findings.records.append(_record(name, test, run, check.value))
                 made.append((test, run))
         for name, reason in _refused(engine).items():
-            found.checks.append(not_tested(name, Kind.ANALYTIC, reason))
-        found.evidence = DropEvidence(engine.title, tuple(made))
-        return found
+            findings.checks.append(not_tested(name, Kind.ANALYTIC, reason))
+        findings.evidence = DropEvidence(engine.title, tuple(made))
+        return findings
 
     def sections(
         self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]
     ) -> Sequence[Section]:
         """Return the collisions of the engines, with a figure of the main one's."""
-        found = [*([main] if main is not None else []), *beside.values()]
-        return sections_of([one.evidence for one in found if one.evidence is not None])
+        all_findings = [*([main] if main is not None else []), *beside.values()]
+        return sections_of([one.evidence for one in all_findings if one.evidence is not None])
 
 
 def _refused(engine: Engine) -> dict[str, str]:

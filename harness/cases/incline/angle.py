@@ -1,21 +1,15 @@
-"""The critical angle in an engine: by passage, by steady motion, in the limit of its step.
+"""The critical angle of the incline in an engine: by passage, by steady motion, extrapolated.
 
-The critical angle as an observable: one result type for theory, solver and engine.
-
-Critical angle by *passage*: the root of the energy margin over one well.
-
-A grain that came over the last crest at rest has, past the next shock, the
-margin M(theta) over the next crest. The map of the energy from crest to crest
-is increasing, so motion persists iff M >= 0: the root of M is the critical
+*Passage* takes the root of the energy margin over one well. A grain that came over the last crest
+at rest has, past the next shock, the margin M(theta) over the next crest. The map of the energy
+from crest to crest is increasing, so motion persists iff M >= 0: the root of M is the critical
 angle. M is smooth and almost linear, so a secant needs few runs.
 
-Critical angle by *steady* motion, the source's definition: the smallest angle that keeps moving.
-
-The grain starts with more energy than it needs and the excess shrinks by the
-shock, about 1/4, from well to well: passing W wells resolves the energy to
-4^-W of the excess. The outcome need not be monotone in the angle, so the
-angles are scanned before they are bisected, and every interval between two
-neighbours of different fate is refined.
+*Steady* is the source's definition: the smallest angle that keeps moving. The grain starts with
+more energy than it needs and the excess shrinks by the shock, about 1/4, from well to well: passing
+W wells resolves the energy to 4^-W of the excess. The outcome need not be monotone in the angle, so
+the angles are scanned before they are bisected, and every interval between two neighbours of
+different fate is refined.
 
 Where in a step a contact begins decides on its shock. At coarse steps fates so mix over an interval
 of angles, and where in it a run falls is a matter of its start: at 4.8 steps per contact (MFiX's
@@ -26,14 +20,10 @@ lies 0.02 deg below that with 100. So at coarse steps more wells are passed, the
 change of fate are probed, and the uncertainty reaches over all that these found mixed; at
 1e5 N/m another start, or another step by 1e-4, may still move the value by 0.003 deg.
 
-Critical angle with the step to zero first, then the stiffness to infinity.
-
-LAMMPS's damping feels the velocity of half a step ago, so the angle is first
-order in the step. In the plastic contact the grain is pressed in and comes
-back while it moves on: what the spring moves cancels at order k^(-1/2), and
-the bias falls as 1/k with a next term k^(-3/2).
-
-The critical angle of the incline in an engine.
+*Extrapolated*: the step to zero first, then the stiffness to infinity. LAMMPS's damping feels the
+velocity of half a step ago, so the angle is first order in the step. In the plastic contact the
+grain is pressed in and comes back while it moves on: what the spring moves cancels at order
+k^(-1/2), and the bias falls as 1/k with a next term k^(-3/2).
 """
 
 from __future__ import annotations
@@ -61,7 +51,7 @@ from harness.cases.incline.closed_forms import (
     theory_in_words,
 )
 from harness.cases.incline.levels import COARSE, COARSE_WELLS, RUNS_BY_PASSAGE, STEADY_RUNS, Ladder
-from harness.cases.incline.runs import measured
+from harness.cases.incline.runs import run_inclines
 from harness.cases.incline.system import (
     SPEED_AFTER_SHOCK,
     Incline,
@@ -118,6 +108,8 @@ class CriticalAngle(Shown):
     monotone: bool = True
     note: str = ""
     steps: int = 0
+    seconds: float = 0.0
+    ranks: int | None = None
 
     @classmethod
     def of(
@@ -132,6 +124,8 @@ class CriticalAngle(Shown):
                 Sample(run.case.angle, run.case.phase, run.motion.value, run.margin) for run in runs
             ),
             steps=sum(run.steps for run in runs),
+            seconds=sum(run.seconds for run in runs),
+            ranks=runs[-1].ranks,
             **more,
         )
 
@@ -574,6 +568,9 @@ Angle = TypeVar("Angle")
 
 Method = Literal["passage", "steady"]
 
+Runner = Callable[[Engine, Sequence[Any], Route], Sequence[InclineRun | EngineError]]
+"""Runs cases by a route and returns their results in order, errors in place."""
+
 TOLERANCES_DEG = {"passage": 1e-3, "steady": 5e-3}
 
 TIME_PER_WELL = 40.0
@@ -589,6 +586,7 @@ def critical_angle(
     wells: int | None = None,
     engine: Engine | None = None,
     progress: Progress = silent,
+    run: Runner = run_inclines,
 ) -> CriticalAngle:
     """Return the critical angle [deg] of a case (the source's contact unless told otherwise).
 
@@ -598,8 +596,8 @@ def critical_angle(
     ``phases`` is how many starts within a step the passage is averaged over; ``wells`` are to be
     passed in steady motion: those of the case unless given, 100 or more at coarse steps.
     Without an engine, LAMMPS in-process is opened and closed again. ``progress`` is called with
-    the runs done and those expected. Raise EngineError when the engine fails, RequestError for a
-    contact that rebounds too much for a passage.
+    the runs done and those expected. ``run`` runs cases of another kind. Raise EngineError when
+    the engine fails, RequestError for a contact that rebounds too much for a passage.
     """
     case = case or Incline()
     if method == "passage":
@@ -607,10 +605,10 @@ def critical_angle(
     tolerance = TOLERANCES_DEG[method] if tolerance_deg is None else tolerance_deg
     with nullcontext(engine) if engine is not None else open_engine() as opened:
         if method == "steady":
-            measure = _counted(opened, method, STEADY_RUNS, progress)
+            measure = _counted(run, opened, method, STEADY_RUNS, progress)
             asked = passing(case, wells)
             return critical_angle_by_steady_motion(measure, asked, tolerance_deg=tolerance)
-        measure = _counted(opened, method, RUNS_BY_PASSAGE, progress)
+        measure = _counted(run, opened, method, RUNS_BY_PASSAGE, progress)
         return critical_angle_by_passage(measure, case, tolerance_deg=tolerance, phases=phases)
 
 
@@ -628,7 +626,9 @@ def critical_angle_or_error(case: Incline, **options: Any) -> CriticalAngle | En
         return EngineOutputError(str(error))
 
 
-def _counted(engine: Engine, route: Route, expected: int, progress: Progress) -> Measure:
+def _counted(
+    run: Runner, engine: Engine, route: Route, expected: int, progress: Progress
+) -> Measure:
     """Return what runs inclines in an engine and tells of it; the last runs of a search are told.
 
     How many there will be is known only then.
@@ -638,7 +638,7 @@ def _counted(engine: Engine, route: Route, expected: int, progress: Progress) ->
     def measure(cases: Sequence[Incline]) -> list[InclineRun]:
         nonlocal done
         progress(f"runs, {route}", done, max(expected, done + len(cases)))
-        found = measured(engine, cases, route)
+        found = complete(run(engine, cases, route))
         done += len(found)
         progress(f"runs, {route}", done, max(expected, done))
         return found

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from harness.cases.contract import Case, LevelName, Measured, Part, Reference, Study, rows_of_parts
 from harness.cases.incline.levels import REGRESSION, run_seconds
 from harness.cases.incline.runs import read
+from harness.cases.incline.searched import InclineSearch, SearchedAngle
 from harness.cases.incline.system import NAME, TEMPLATE, Incline, job_of
 from harness.comparison.plan import Planned
 from harness.comparison.verdicts import Check
@@ -19,7 +20,9 @@ from harness.parameters.law import CONTACTS
 from harness.report.sections import Section
 
 if TYPE_CHECKING:
+    from harness.cases.incline.angle import CriticalAngle
     from harness.cases.incline.engine_checks import EngineAngle
+    from harness.report.film import Film
 
 STEPS = {"plastic": 100.0}
 """Steps per contact time of a preset, where they are not the default."""
@@ -30,7 +33,6 @@ class InclineCase(Case[Incline]):
 
     name = NAME
     group = "incline"
-    by_default = True
     template = TEMPLATE
     solvers = ("hard-sphere",)
     regression = REGRESSION
@@ -42,6 +44,10 @@ class InclineCase(Case[Incline]):
             name: Incline(contact=contact, steps_per_contact=STEPS.get(name, 50.0))
             for name, contact in CONTACTS.items()
         }
+
+    def derived(self) -> Sequence[Case[InclineSearch]]:
+        """Return the critical angle."""
+        return (_ANGLE,)
 
     def job(self, parameters: Incline) -> Job:
         """Return the job of one passage."""
@@ -92,17 +98,17 @@ class InclineCase(Case[Incline]):
         from harness.theory.incline import critical_angle
 
         evidence = InclineEvidence(engine.title, critical_angle())
-        found = Findings(self.name, engine.name, evidence=evidence)
-        found.checks += incline_checks(Verifying(engine, study, found, evidence))
-        found.records[:] = {record.name: record for record in found.records}.values()
+        findings = Findings(self.name, engine.name, evidence=evidence)
+        findings.checks += incline_checks(Verifying(engine, study, findings, evidence))
+        findings.records[:] = {record.name: record for record in findings.records}.values()
         every = [angle for angles in evidence.by_contact.values() for angle in angles]
         extrapolated = evidence.extrapolated
-        found.published = {
+        findings.published = {
             "closed_form_deg": evidence.closed_form_deg,
             "extrapolated": extrapolated.record() if extrapolated else None,
             "critical_angles": [angle.record() for angle in (*every, *evidence.routes)],
         }
-        return found
+        return findings
 
     def verify_own(self, study: Study) -> Findings:
         """Hold the closed forms against second routes, and the adaptive reference DEM.
@@ -157,6 +163,16 @@ class InclineCase(Case[Incline]):
         angles = [angle for one in beside.values() for angle in one.evidence]
         return *found, *engine_sections(angles)
 
+    def film(
+        self, engine: Engine, parameters: Incline | None = None, frames: int = 120
+    ) -> Film | None:
+        """Return the film of the grain in steady motion, by default either side of the angle."""
+        from harness.cases.incline.film import angles_beside, incline_film
+        from harness.theory.incline import critical_angle
+
+        beside = [Incline(angle=one) for one in angles_beside(critical_angle(), 0.0)]
+        return incline_film(engine, beside if parameters is None else [parameters], frames)
+
 
 def _beside(engine: str, run: Callable[[], Sequence[Check]], angles: list[EngineAngle]) -> Findings:
     """Return the rows of an engine's angles, which ``run`` adds to ``angles``."""
@@ -165,4 +181,11 @@ def _beside(engine: str, run: Callable[[], Sequence[Check]], angles: list[Engine
     return Findings(NAME, engine, checks, evidence=angles, published={"critical_angles": rows})
 
 
+def _search(case: Incline, **options: Any) -> CriticalAngle:
+    from harness.cases.incline.angle import critical_angle
+
+    return critical_angle(case, **options)
+
+
 CASE = InclineCase()
+_ANGLE = SearchedAngle(CASE, InclineSearch, job_of, _search, CASE.solvers)

@@ -1,10 +1,8 @@
-"""An engine that is verified on the incline: its evidence for tables and figures, its records.
+"""Checks of the incline at single angles, of the closed forms, and of restitution.
 
-Restitution on the incline: rigid spheres by events beside the reference DEM as it stiffens.
-
-Hold the closed forms against second routes, and the adaptive reference DEM against one.
-
-Runs of an engine at single angles, held against the theory, and against themselves.
+Closed forms are held against second routes, the adaptive reference DEM against one of them, an
+engine's runs against theory and against themselves, and rigid spheres by events against the
+reference DEM as it stiffens.
 """
 
 from __future__ import annotations
@@ -187,10 +185,10 @@ def angle_name(case: Incline, engine: str, method: str, resolution: str) -> str:
 
 def angle_case(angle: CriticalAngle, resolution: str) -> BaselineRecord:
     """Return a critical angle as a record."""
-    who = angle.provenance
+    provenance = angle.provenance
     own = angle.case.model_dump(mode="json", exclude=NOT_OF_AN_ANGLE)
     return BaselineRecord(
-        name=angle_name(angle.case, who.engine, angle.method, resolution),
+        name=angle_name(angle.case, provenance.engine, angle.method, resolution),
         parameters={**own, "method": angle.method, "resolution": resolution},
         quantities=by_name(
             Row("critical_angle_deg", angle.value_deg, angle.uncertainty_deg, "deg")
@@ -201,7 +199,7 @@ def angle_case(angle: CriticalAngle, resolution: str) -> BaselineRecord:
             f"{angle.case.steps_per_contact:g} steps, {resolution.replace('-', ' ')}"
         ),
         family=(angle.case.contact.name,),
-        **made_by(who),
+        **made_by(provenance),
     )
 
 

@@ -1,7 +1,5 @@
 """The critical angles of one engine, against the closed form and the reference DEM.
 
-The contacts that an engine can state, and its critical angles beside the reference DEM's.
-
 Engines within a class agree, across classes they need not: how far two classes are apart is known
 beforehand, from the reference DEM under both rules.
 """

@@ -1,10 +1,6 @@
-"""How much of the incline a verification runs, what it costs, how close results must be.
+"""What a level runs of the incline, what it costs an engine, and the tolerances of its checks.
 
-How close results of the incline must be, of checks and of the baseline: as of ``case.toml``.
-
-How much of the incline a verification runs: quick, default or full.
-
-What inclines and their critical angles are expected to take an engine.
+Tolerances and their reasons are in ``case.toml``.
 """
 
 from __future__ import annotations
@@ -180,7 +176,7 @@ def run_seconds(case: Incline, route: Route, rules: Traits) -> float:
     """Return what one run is expected to take [s]."""
     longest = PASSAGE if route == "passage" else min(WELL * case.wells, case.time_limit)
     steps = longest * math.sqrt(case.diameter / case.gravity) / case.step
-    return engine_seconds(steps, case.spheres + 1, rules)
+    return engine_seconds(steps, case.particles, rules)
 
 
 def angle_seconds(case: Incline, route: Route, rules: Traits) -> float:

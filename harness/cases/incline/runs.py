@@ -57,9 +57,11 @@ def run_inclines(
     )
 
 
-def measured(engine: Engine, cases: Sequence[Incline], route: Route) -> list[InclineRun]:
+def measured(
+    engine: Engine, cases: Sequence[Incline], route: Route, *, every: int | None = None
+) -> list[InclineRun]:
     """Run the cases and raise the first EngineError, for callers that need them all."""
-    return complete(run_inclines(engine, cases, route))
+    return complete(run_inclines(engine, cases, route, every=every))
 
 
 def read(
@@ -117,6 +119,7 @@ def read_by(
         seconds=output.seconds,
         provenance=output.provenance,
         trajectory=path,
+        ranks=output.ranks,
     )
 
 
@@ -153,6 +156,7 @@ def _told(
         seconds=output.seconds,
         provenance=output.provenance,
         trajectory=path,
+        ranks=output.ranks,
     )
     if path is not None and every is not None:
         _complete(path, steps // every + 1, output.who)

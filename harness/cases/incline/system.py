@@ -1,19 +1,9 @@
-"""The incline: parameters, routes of the grain, values for scripts, scene, how a path is judged.
+"""The frictionless incline: one grain on a row of fixed, touching spheres.
 
-The frictionless incline: one grain on a row of fixed, touching spheres.
-
-The spring of a contact as the routes of the incline need it: overlap and energy of a load.
-
-The two routes of the incline: where a grain starts, where it ends, by what energy it is judged.
-
-What the LAMMPS script says in its own language, for the engines that are driven from
-Python. Nothing here is a force: it is how a motion is measured.
-
-What a run of the incline yields, whichever engine made it.
-
-Judge a grain by its path: for engines whose scripts write only where it was.
-
-What engines are asked to simulate: the values of an incline, its scripts, its scene.
+Parameters; the two routes of a grain (where it starts, where it ends, by what energy it is judged);
+the values that scripts take, and the same system as a scene. The LAMMPS script judges a run in its
+own language; for the other engines it is judged here, by the path of the grain. Nothing here is a
+force: it is how a motion is measured.
 """
 
 from __future__ import annotations
@@ -82,6 +72,11 @@ class Incline(Grain):
                 f"{self.contact.zeta:.4g}: must be greater than {self.fewest_steps_per_contact:.3f}"
             )
         return self
+
+    @property
+    def particles(self) -> int:
+        """Return how many particles a run has, the grain among them."""
+        return self.spheres + 1
 
     @property
     def weight_energy(self) -> float:
@@ -390,6 +385,7 @@ class InclineRun:
     seconds: float
     provenance: Provenance
     trajectory: Trajectory | None = field(default=None, repr=False)
+    ranks: int | None = None
 
     @property
     def path(self) -> Trajectory:

@@ -1,17 +1,9 @@
-"""An engine on the incline, held against closed form, reference DEM and recorded runs.
+"""An engine on the incline, held against the closed form, the reference DEM and recorded runs.
 
-Paths and crests of an engine, held against those of the reference DEM sample by sample.
-
-Hold an engine against the reference DEM, on the runs that were made for other checks.
-
-Same stiffness, step, contact and integration: only round-off may tell them apart. What the
-integration itself is worth, the adaptive integrator says.
-
-What was recorded of the incline with MFiX-DEM 21.3.2, and its check against the reference DEM.
-
-The tables lie in the engine's folder ``recorded``, which says where they come from.
-
-An engine on the incline, held against the closed form and against itself.
+Beside the reference DEM paths are compared sample by sample: same stiffness, step, contact and
+integration, so that only round-off may tell them apart. What the integration itself is worth, the
+adaptive integrator says. The runs recorded with MFiX-DEM 21.3.2 lie in that engine's folder
+``recorded``, which says where they come from.
 """
 
 from __future__ import annotations
@@ -484,10 +476,10 @@ def angle_in_scheme(stiffness: float, factor: int, engine: Reference) -> Critica
 
 
 def _recorded_angle(
-    stiffness: float, factor: int, found: Row, engine: Reference, angles: list[EngineAngle]
+    stiffness: float, factor: int, row: Row, engine: Reference, angles: list[EngineAngle]
 ) -> Check:
     """Hold a recorded angle against the reference DEM, by the same route from the same start."""
-    case = case_at(found.value, stiffness, factor)
+    case = case_at(row.value, stiffness, factor)
     name = (
         f"{RECORDED_NAME}: critical angle against the reference DEM, k = {stiffness:g} N/m, "
         f"{case.steps_per_contact:.3g} steps"
@@ -500,7 +492,7 @@ def _recorded_angle(
         return not_tested(name, Kind.CROSS_CODE, "the step is unstable in the scheme", "deg")
     angles.append(
         EngineAngle(
-            **{**vars(found), "expected": closed_form()},
+            **{**vars(row), "expected": closed_form()},
             role=SOURCE_ROLE,
             contact="source, m_eff m/2",
             rules=Rules(case.contact.tail, case.contact.effective_mass, "linear"),
@@ -513,14 +505,14 @@ def _recorded_angle(
     )
     if factor == COARSE:
         note = "4.8 steps per contact: how long one waits decides on what lasts"
-        return finding(name, found.value, own.value_deg, "deg", note)
+        return finding(name, row.value, own.value_deg, "deg", note)
     return judge(
         name,
         Kind.CROSS_CODE,
-        found.value,
+        row.value,
         own.value_deg,
         RECORDED,
-        uncertainty=found.uncertainty,
+        uncertainty=row.uncertainty,
         note=f"MFiX 21.3.2; reference DEM: {EULER}",
     )
 

@@ -135,7 +135,7 @@ class Limit:
     @property
     def kept(self) -> tuple[Model, ...]:
         """Return the models that are not rejected; all where every one is."""
-        return tuple(one for one in self.models if one.chance >= REJECTED) or self.models
+        return tuple(model for model in self.models if model.chance >= REJECTED) or self.models
 
     @property
     def mean(self) -> Mean:
@@ -145,8 +145,8 @@ class Limit:
 
 def covering(means: Sequence[Mean]) -> Mean:
     """Return the interval that holds those of all means: the distance between them is in it."""
-    low, high = min(one.low for one in means), max(one.high for one in means)
-    return Mean(0.5 * (low + high), 0.5 * (high - low), min(one.count for one in means))
+    low, high = min(mean.low for mean in means), max(mean.high for mean in means)
+    return Mean(0.5 * (low + high), 0.5 * (high - low), min(mean.count for mean in means))
 
 
 def limit_of(means: Mapping[float, Mean], powers: Sequence[float]) -> Limit:

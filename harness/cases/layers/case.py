@@ -1,12 +1,10 @@
-"""Layers of frictionless spheres on a tilted rough base, as a case.
-
-What a report says of a flow of layers: its profile.
-"""
+"""The case ``layers``: frictionless spheres in layers on a tilted rough base."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from harness.cases.contract import Case, CaseStudy, LevelName, Plan, Reference, Study
@@ -29,12 +27,13 @@ from harness.engines.contract import Engine, Job, Output
 from harness.engines.traits import Traits
 from harness.errors import EngineError
 from harness.parameters.law import PLASTIC
-from harness.report.sections import Drawing, Film, Section
+from harness.report.sections import Drawing, Section
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from harness.cases.layers.system import Profile
+    from harness.report.film import Film
 
 
 TITLE = "Frictionless layers"
@@ -117,6 +116,7 @@ class LayersCase(Case[Layers]):
     group = "layers"
     quantities = QUANTITIES
     template = TEMPLATE
+    cost = MappingProxyType({"quick": 3.0, "default": 8.0})
 
     @property
     def presets(self) -> Mapping[str, Layers]:

@@ -174,10 +174,10 @@ def _of_softness(found: Found) -> list[str]:
     listed = "; ".join(
         f"{layers_label(h)}: {signed(one)} deg, {one.word}" for h, one in differences.items()
     )
-    largest = max(abs(one.value) for one in differences.values())
+    largest = max(abs(difference.value) for difference in differences.values())
     first, last = min(differences), max(differences)
     falls = {k: welch(found.mean(k, first), found.mean(k, last)) for k in (soft, stiff)}
-    overall = _overall({one.word for one in differences.values()})
+    overall = _overall({difference.word for difference in differences.values()})
     return [
         f"Softness, {soft:g} against {stiff:g} weights ({stiff / soft:.0f} times): {listed}.",
         f"{overall} The largest difference is {largest:.2f} deg.",
@@ -230,17 +230,17 @@ def _counted(some: Sequence[Change]) -> str:
 
 def _of_own_runs(found: Found) -> list[str]:
     sentences = []
-    definitions = [one for place in found.places for one in place.definitions]
+    definitions = [definition for place in found.places for definition in place.definitions]
     if definitions:
-        same = sum(one.difference.word == "the same" for one in definitions)
-        largest = max(abs(one.difference.value) for one in definitions)
+        same = sum(definition.difference.word == "the same" for definition in definitions)
+        largest = max(abs(definition.difference.value) for definition in definitions)
         sentences.append(
             f"Other definitions of the arrest are read from the same runs and are no changes of "
             f"their own: {same} of {len(definitions)} the same, by {largest:.2f} deg at most."
         )
-    starts = [f"{place.place}, {one.name}: {signed(one.difference)} deg ({one.difference.count} "
-              f"seeds, {one.difference.word})"
-              for place in found.places for one in place.starts]  # fmt: skip
+    starts = [f"{place.place}, {start.name}: {signed(start.difference)} deg "
+              f"({start.difference.count} seeds, {start.difference.word})"
+              for place in found.places for start in place.starts]  # fmt: skip
     if starts:
         sentences.append(f"Hysteresis, start minus stop of the same runs: {'; '.join(starts)}.")
     return sentences

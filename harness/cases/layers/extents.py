@@ -1,10 +1,6 @@
-"""How much of the study of layers a level runs, its arms, and what that costs.
+"""What a level of the study of layers runs, its arms, and what that costs.
 
-How much of the study of layers a level runs: boxes, seeds, and what is changed one at a time.
-
-What the study of layers costs: of a grain and a step, as measured, and of a level on a cluster.
-
-The model. A run costs steps times grains times the cost of a grain and step in a run of that size
+The cost. A run costs steps times grains times the cost of a grain and step in a run of that size
 on one rank. On r ranks it takes the part s + (1 - s)/r of that (Amdahl), with s from the measured
 efficiency of two ranks, e = 1/(1 + s). Runs are independent: cores take the longest one that is
 left, r cores to a run, r being the power of two that ends first. It knows no network, no queue and
@@ -285,8 +281,8 @@ def wall_seconds(durations: Sequence[float], cores: int, share: float, ranks: in
 def best_ranks(durations: Sequence[float], cores: int, share: float) -> tuple[int, float]:
     """Return the ranks of a run, a power of two, by which all ends first, and when [s]."""
     powers = (2**i for i in range(cores.bit_length()))
-    found = [(wall_seconds(durations, cores, share, r), r) for r in powers if r <= cores]
-    wall, ranks = min(found)
+    times = [(wall_seconds(durations, cores, share, r), r) for r in powers if r <= cores]
+    wall, ranks = min(times)
     return ranks, wall
 
 
@@ -395,19 +391,19 @@ def arms_of(level: Level) -> list[Arm]:
     """Return thickness and stiffness over seeds, one change at a time, the single grain."""
     extent = EXTENTS[level]
     softest = min(extent.stiffnesses)
-    found = [Arm(THICKNESS, tuple(_over_thickness(extent)))]
+    arms = [Arm(THICKNESS, tuple(_over_thickness(extent)))]
     compared = tuple(_seeds(extent.compared, COMPARED, softest))
-    found.append(Arm(REFERENCE, compared))
+    arms.append(Arm(REFERENCE, compared))
     for name, change in extent.changes:
-        found.append(Arm(name, tuple(one.replace(**change) for one in compared)))
+        arms.append(Arm(name, tuple(one.replace(**change) for one in compared)))
     for value in extent.restitutions:
         contact = {"name": f"e = {value:g}, clipped", "restitution": value}
         changed = tuple(one.replace(contact=contact) for one in compared)
-        found.append(Arm(f"restitution {value:g}", changed))
+        arms.append(Arm(f"restitution {value:g}", changed))
     if level != "quick":
-        found.append(Arm(SPLIT, compared, RANKS))
-    found += [_at_more_layers(some, extent) for some in extent.thicker]
-    return [*found, Arm(LIMIT, (SINGLE, SINGLE.replace(rate=SINGLE.rate / 4)))]
+        arms.append(Arm(SPLIT, compared, RANKS))
+    arms += [_at_more_layers(some, extent) for some in extent.thicker]
+    return [*arms, Arm(LIMIT, (SINGLE, SINGLE.replace(rate=SINGLE.rate / 4)))]
 
 
 def _over_thickness(extent: Extent) -> Iterable[Layers]:
@@ -431,7 +427,7 @@ def _at_more_layers(some: Changed, extent: Extent) -> Arm:
     runs = _seeds(box, some.layers, stiffness, some.seeds)
     return Arm(
         some.name + place_of(some.layers, stiffness),
-        tuple(one.replace(**change) for one in runs),
+        tuple(run.replace(**change) for run in runs),
         RANKS if some.what == SPLIT else 1,
     )
 

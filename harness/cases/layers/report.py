@@ -1,22 +1,14 @@
-"""The report of the study of layers: figures, tables, a film.
-
-The figure of the study: angle of stop against thickness, with what others expect.
-
-The report of the study: the figure over the thickness, tables of softness and of changes.
-
-A film of a small flow of layers, from all its particles: seen from the side, until it stops.
-"""
+"""The report of the study of layers: angles over thickness, softness, changes, and a film."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import cached_property
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.artist import Artist
 from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -47,8 +39,9 @@ from harness.cases.source_angles import READINGS, source_angles
 from harness.engines.contract import Job
 from harness.engines.output import SERIES, Output
 from harness.observables.reference import PEYNEAU_ROUX, ReferencePoints
-from harness.report.sections import Drawing, Film, Section, Table
-from harness.report.style import BLACK, COLOURS, MARKERS, ORANGE, SKY, house_style, legend_below
+from harness.report.film import Film, Scene
+from harness.report.sections import Drawing, Section, Table
+from harness.report.style import BLACK, COLOURS, MARKERS, ORANGE, RED, SKY, legend_below
 from harness.report.style import Figure as ShownFigure
 from harness.theory.incline import critical_angle
 
@@ -72,8 +65,8 @@ def angle_over_thickness(found: Found, points: ReferencePoints | None) -> ShownF
         beside = 1.0 + ASIDE * (number - (len(found.stiffnesses) - 1) / 2)
         axes.errorbar(
             [h * beside for h in layers],
-            [one.value for one in means],
-            [one.half_width for one in means],
+            [mean.value for mean in means],
+            [mean.half_width for mean in means],
             marker=MARKERS[number % 6],
             ls="none",
             capsize=3,
@@ -118,8 +111,8 @@ def angle_over_box(places: Sequence[Compared]) -> ShownFigure:
         values = {1.0 / length: mean for length, mean in some.boxes.items()}
         look: dict[str, Any] = {"color": COLOURS[number % len(COLOURS)]}
         axes.errorbar(
-            [*values], [one.value for one in values.values()],
-            [one.half_width for one in values.values()],
+            [*values], [value.value for value in values.values()],
+            [value.half_width for value in values.values()],
             marker=MARKERS[number % len(MARKERS)], ls="none", capsize=3, label=some.place, **look,
         )  # fmt: skip
         limit = some.box_limit()
@@ -366,9 +359,10 @@ def _boxes(places: Sequence[Compared]) -> Section:
 def _of_limit(words: str, values: str, limit: Limit) -> list[tuple[str, ...]]:
     what = "1/length" if "endless" in words else "rate"
     lines = [
-        (words, values, f"{what}^{one.power:g}", f"{one.limit.value:.2f}",
-         f"{one.limit.half_width:.2f}", f"{one.chance:.3f}", "yes" if one in limit.kept else "no")
-        for one in limit.models
+        (words, values, f"{what}^{model.power:g}", f"{model.limit.value:.2f}",
+         f"{model.limit.half_width:.2f}", f"{model.chance:.3f}",
+         "yes" if model in limit.kept else "no")
+        for model in limit.models
     ]  # fmt: skip
     mean = limit.mean
     return [*lines, (words, values, "all that count", f"{mean.value:.2f}",
@@ -379,8 +373,8 @@ def _own_runs(places: Sequence[Compared]) -> Section:
     head = ("place", "quantity", "seeds", "angle (deg)", "difference (deg)",
             "95 % interval (± deg)", "by the test")  # fmt: skip
     numbers = frozenset({2, 3, 4, 5})
-    starts = [(place, one) for place in places for one in place.starts]
-    definitions = [(place, one) for place in places for one in place.definitions]
+    starts = [(place, start) for place in places for start in place.starts]
+    definitions = [(place, definition) for place in places for definition in place.definitions]
     tables = [
         Table(label, caption, head,
               tuple(_of_own(place.place, one.name, one.mean, one.difference)
@@ -476,7 +470,6 @@ PREPARED = 20.0
 """[sqrt(d/g)] before which the grains come to rest on the base."""
 
 MOST_FRAMES = 100
-SIZE, DPI = (8.2, 5.6), 90
 
 FASTEST, LAYER_COLOURS = 1.6, 8
 """[sqrt(g d)] of the scale, and its colours, each for 0.2: a GIF has few."""
@@ -487,14 +480,16 @@ def film_job() -> Job:
     return job_of(FILMED, round(FRAME / FILMED.step))
 
 
-class Flow:
+class Flow(Scene):
     """Places and speeds of all particles, frame by frame, and how a frame looks.
 
     ``time`` (M,) in sqrt(d/g) from the end of the preparation; x, y, z, vx (M, N) in d and
     sqrt(g d); ``width`` (N,) in d.
     """
 
-    def __init__(self, output: Output) -> None:
+    height = 560
+
+    def __init__(self, output: Output, who: str) -> None:
         table = output.table(("step", "x_m", "z_m"), name=SERIES)
         time = np.asarray(table["step"]) * FILMED.step - PREPARED
         kept = np.flatnonzero(time >= 0.0)[:MOST_FRAMES]
@@ -503,71 +498,75 @@ class Flow:
         self.x, self.y, self.z, self.vx = (np.asarray(table[name])[kept] for name in names)
         self.width: Floats = 2.0 * np.asarray(table["radius_m"])[0]
         self.fixed = np.ptp(np.asarray(table["x_m"]), axis=0) == 0.0
+        self.title, self.frames = f"{FILMED.layers} layers until they stop", self.time.size
+        self._who = who
+        super().__init__()
 
     @property
     def speed(self) -> Floats:
         """Return the mean speed of the grains in each frame, (M,)."""
         return np.asarray(self.vx[:, ~self.fixed].mean(axis=1))
 
-    @cached_property
-    def _drawing(self) -> tuple[Any, Any, tuple[Any, Any]]:
-        """Return what is drawn once, and what changes with the frame."""
-        with house_style():
-            figure = Figure(figsize=SIZE, dpi=DPI)
-            canvas: Any = FigureCanvasAgg(figure)  # Any: matplotlib does not type it
-            axes, below = figure.subplots(2, 1, height_ratios=(4.2, 1.0))
-            axes.grid(False)
-            axes.set(xlim=(0.0, FILMED.length), ylim=(-1.0, FILMED.layers + 1.4), aspect="equal")
-            axes.set(xlabel="along the base (d)", ylabel="height (d)")
-            discs = EllipseCollection(
-                self.width, self.width, np.zeros_like(self.width), units="xy",
-                offsets=np.zeros((self.width.size, 2)), transOffset=axes.transData,
-                edgecolors="#333333", linewidths=0.4, antialiaseds=False,
-                cmap=mpl.colormaps["viridis"].resampled(LAYER_COLOURS),
-            )  # fmt: skip
-            discs.set_clim(0.0, FASTEST)
-            axes.add_collection(discs)
-            scale = figure.colorbar(discs, ax=axes, orientation="horizontal", aspect=60)
-            scale.set_label("speed of a grain along the base (sqrt(g d))")
-            below.plot(self.time, self.speed, color="0.6", lw=1.0)
-            (cursor,) = below.plot([], [], "o", color="#D55E00")
-            below.set(xlabel="time (sqrt(d/g))", ylabel="mean speed\n(sqrt(g d))")
-            below.set(xlim=(0.0, float(self.time[-1])), ylim=(0.0, None))
-            title = axes.set_title("time")
-            figure.set_layout_engine("constrained")
-            canvas.draw()
-            figure.set_layout_engine("none")
-        return canvas, discs, (cursor, title)
+    @property
+    def poster_frame(self) -> int:
+        """Return a frame of the full flow."""
+        return int(np.argmax(self.speed))
 
-    def picture(self, frame: int) -> NDArray[np.uint8]:
-        """Return a frame (height, width, 3): the grains behind first, the base in grey."""
-        canvas, discs, (cursor, title) = self._drawing
+    def subtitle(self) -> str:
+        """Return engine, parameters and view."""
+        return (
+            f"{self._who}, k = {FILMED.stiffness_over_weight:g} m g/d, {FILMED.contact.name}, at "
+            f"{FILMED.first_angle:g} deg, then lowered; seen from the side, base in grey"
+        )
+
+    def clock(self, frame: int) -> str:
+        """Return the time."""
+        return f"t = {self.time[frame]:.1f} sqrt(d/g)"
+
+    def build(self, figure: Figure) -> list[Artist]:
+        """Draw the scale and the mean speed; the grains and where the film is move."""
+        axes, below = self.axes(figure, 90, 235, 770, 250), self.axes(figure, 90, 50, 770, 80)
+        axes.grid(False)
+        axes.set(xlim=(0.0, FILMED.length), ylim=(-1.0, FILMED.layers + 1.4), aspect="equal")
+        axes.set(xlabel="along the base (d)", ylabel="height (d)")
+        self._discs = EllipseCollection(
+            self.width, self.width, np.zeros_like(self.width), units="xy",
+            offsets=np.zeros((self.width.size, 2)), transOffset=axes.transData,
+            edgecolors="#333333", linewidths=0.4, antialiaseds=False,
+            cmap=mpl.colormaps["viridis"].resampled(LAYER_COLOURS),
+        )  # fmt: skip
+        self._discs.set_clim(0.0, FASTEST)
+        axes.add_collection(self._discs)
+        scale = figure.colorbar(
+            self._discs, cax=self.axes(figure, 90, 180, 770, 10), orientation="horizontal"
+        )
+        scale.set_label("speed of a grain along the base (sqrt(g d))")
+        below.plot(self.time, self.speed, color="0.6", lw=1.0)
+        (self._cursor,) = below.plot([], [], "o", color=RED)
+        below.set(xlabel="time (sqrt(d/g))", ylabel="mean speed\n(sqrt(g d))")
+        below.yaxis.label.set_fontsize(9)
+        below.set(xlim=(0.0, float(self.time[-1])), ylim=(0.0, None))
+        return [self._discs, self._cursor]
+
+    def show(self, frame: int) -> None:
+        """Put the grains where they are, those behind first."""
         order = np.argsort(-self.y[frame])
-        discs.set_offsets(np.column_stack([self.x[frame], self.z[frame]])[order])
-        discs.set_widths(self.width[order])
-        discs.set_heights(self.width[order])
-        colours = discs.cmap(discs.norm(self.vx[frame][order]))
+        self._discs.set_offsets(np.column_stack([self.x[frame], self.z[frame]])[order])
+        self._discs.set_widths(self.width[order])
+        self._discs.set_heights(self.width[order])
+        colours: Any = self._discs.cmap(self._discs.norm(self.vx[frame][order]))
         colours[self.fixed[order]] = (0.7, 0.7, 0.7, 1.0)
-        discs.set_array(None)
-        discs.set_facecolor(colours)
-        cursor.set_data([self.time[frame]], [self.speed[frame]])
-        title.set_text(f"{FILMED.layers} layers, {self.time[frame]:.1f} sqrt(d/g)")
-        canvas.draw()
-        return np.asarray(canvas.buffer_rgba())[..., :3].copy()
+        self._discs.set_array(None)
+        self._discs.set_facecolor(colours)
+        self._cursor.set_data([self.time[frame]], [self.speed[frame]])
 
 
 def film_of(output: Output, who: str) -> Film:
     """Return the film of a run of :func:`film_job`; its still is a frame of the full flow."""
-    flow = Flow(output)
     angle, rate = FILMED.first_angle, FILMED.rate
-    fastest = int(np.argmax(flow.speed))
-    return Film(
+    return Flow(output, who).film(
         "layers-flow",
-        "A flow of layers until it stops",
         f"{FILMED.layers} layers in a box of {FILMED.length} d by {FILMED.width} d, seen from the "
         f"side, by {who}: at {angle:g} deg for {FILMED.flow_time:g} sqrt(d/g), then lowered by "
         f"{rate:g} deg for each diameter that the grains move. Grey: the base.",
-        flow.time.size,
-        fastest,
-        flow.picture,
     )

@@ -1,13 +1,8 @@
-"""Layers on a tilted rough base: parameters, values for scripts, what a descent left.
-
-Layers of frictionless spheres on a rough base that is tilted, in the scales of a grain.
+"""Layers of frictionless spheres on a rough base that is tilted, in the scales of a grain.
 
 Lengths are in diameters d, masses in m, times in sqrt(d/g): the stiffness is in weights over
-diameters, k d / (m g).
-
-Read what a descent left: angles, the flow before them, and the rest after.
-
-What engines are asked to simulate: the values of a descent.
+diameters, k d / (m g). Parameters, the values that a script takes, and what is read of a descent:
+angles, the flow before them, and the rest after.
 """
 
 from __future__ import annotations
@@ -15,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
@@ -43,8 +38,8 @@ def _with_tail(value: object) -> object:
     return {"tail": "clipped", **value} if isinstance(value, dict) else value
 
 
-class Layers(Parameters):
-    """One descent of the angle until the layers stop, and a rise until they start again."""
+class Packing(Parameters):
+    """Layers of grains on a base in a periodic box, and how they are simulated."""
 
     contact: Annotated[NamedContact, BeforeValidator(_with_tail)] = Field(
         CLIPPED_CONTACT, description="[-] dissipation of the contact; its tail is clipped"
@@ -75,29 +70,9 @@ class Layers(Parameters):
     steps_per_contact: float = Field(
         15.0, gt=0.0, le=1e4, description="[-] steps per contact time pi sqrt(m/k)"
     )
-    first_angle: float = Field(20.0, gt=0.0, le=45.0, description="[deg] of the first flow")
-    lowest_angle: float = Field(1.0, ge=0.0, le=45.0, description="[deg] at which lowering ends")
-    flow_time: float = Field(
-        40.0, gt=1.0, le=1e5, description="[-] at the first angle, in sqrt(d/g)"
-    )
-    rate: float = Field(
-        0.1, gt=0.0, le=10.0, description="[deg] lower for each diameter of mean displacement"
-    )
-    rise: float = Field(
-        0.0, ge=0.0, le=1.0, description="[deg] of raising in each sqrt(d/g); 0: no angle of start"
-    )
-    arrest_speed: float = Field(
-        0.01, gt=0.0, le=0.1, description="[-] mean speed of an arrest at most, in sqrt(g d)"
-    )
-    arrest_ratio: float = Field(
-        1e-5, gt=0.0, le=1e-2, description="[-] kinetic over elastic energy of an arrest at most"
-    )
-    time_limit: float = Field(
-        5000.0, gt=0.0, le=1e6, description="[-] of lowering and of raising, in sqrt(d/g)"
-    )
 
     @model_validator(mode="after")
-    def _holds(self) -> Layers:
+    def _is_sound(self) -> Self:
         least = SOFTEST * self.layers
         if self.stiffness_over_weight < least:
             raise ValueError(
@@ -116,11 +91,6 @@ class Layers(Parameters):
             )
         if self.filled > self.length:
             raise ValueError(f"filled = {self.filled} d: must be at most length = {self.length} d")
-        if self.lowest_angle >= self.first_angle:
-            raise ValueError(
-                f"lowest_angle = {self.lowest_angle:g} deg: must be less than first_angle = "
-                f"{self.first_angle:g} deg"
-            )
         self._check_contact()
         return self
 
@@ -176,6 +146,40 @@ class Layers(Parameters):
         return math.pi / math.sqrt(self.stiffness_over_weight) / self.steps_per_contact
 
 
+class Layers(Packing):
+    """One descent of the angle until the layers stop, and a rise until they start again."""
+
+    first_angle: float = Field(20.0, gt=0.0, le=45.0, description="[deg] of the first flow")
+    lowest_angle: float = Field(1.0, ge=0.0, le=45.0, description="[deg] at which lowering ends")
+    flow_time: float = Field(
+        40.0, gt=1.0, le=1e5, description="[-] at the first angle, in sqrt(d/g)"
+    )
+    rate: float = Field(
+        0.1, gt=0.0, le=10.0, description="[deg] lower for each diameter of mean displacement"
+    )
+    rise: float = Field(
+        0.0, ge=0.0, le=1.0, description="[deg] of raising in each sqrt(d/g); 0: no angle of start"
+    )
+    arrest_speed: float = Field(
+        0.01, gt=0.0, le=0.1, description="[-] mean speed of an arrest at most, in sqrt(g d)"
+    )
+    arrest_ratio: float = Field(
+        1e-5, gt=0.0, le=1e-2, description="[-] kinetic over elastic energy of an arrest at most"
+    )
+    time_limit: float = Field(
+        5000.0, gt=0.0, le=1e6, description="[-] of lowering and of raising, in sqrt(d/g)"
+    )
+
+    @model_validator(mode="after")
+    def _holds(self) -> Layers:
+        if self.lowest_angle >= self.first_angle:
+            raise ValueError(
+                f"lowest_angle = {self.lowest_angle:g} deg: must be less than first_angle = "
+                f"{self.first_angle:g} deg"
+            )
+        return self
+
+
 SINGLE = Layers(
     contact=PLASTIC,
     layers=1,
@@ -203,11 +207,11 @@ QUANTITIES = numbers(
     start_angle_deg="[deg] at which the rest began to flow as it was raised",
     stop_angle_at_100_times_the_ratio_deg="[deg] by 100 times the ratio of energies",
     stop_angle_by_speed_deg="[deg] by the mean speed alone",
-    mean_speed="[-] at the first angle, in sqrt(g d)",
+    mean_speed="[-] of the grains in the flow (descent: first angle), in sqrt(g d)",
     kinetic_over_elastic="[-] energies at the first angle",
-    coordination="[-] contacts of a grain at the first angle",
-    solid_fraction="[-] of the middle half of the grains at the first angle",
-    mean_height="[-] of the grains at the first angle, in d above the base",
+    coordination="[-] contacts of a grain in the flow (descent: first angle)",
+    solid_fraction="[-] of the middle half of the grains in the flow (descent: first angle)",
+    mean_height="[-] of the grains in the flow (descent: first angle), in d above the base",
     rest_coordination="[-] contacts of a grain at rest",
     rest_mean_height="[-] of the grains at rest, in d above the base",
     lowering_time="[-] from the first angle to the rest, in sqrt(d/g)",
@@ -303,19 +307,19 @@ def restart_steps(case: Layers) -> int:
     return math.ceil(RESTART_WORK / (case.grains + case.base_spheres))
 
 
-def values_of(case: Layers) -> dict[str, Value]:
-    """Return what a script is told of a descent."""
+def values_of(case: Packing) -> dict[str, Value]:
+    """Return what a script is told of a descent, or of a flow at one angle."""
     told = contact_values(case.contact)
-    own = {name: getattr(case, name) for name in Layers.model_fields if name != "contact"}
+    own = {name: getattr(case, name) for name in type(case).model_fields if name != "contact"}
     return {**own, **{name: told[name] for name in DISSIPATION}}
 
 
-_CONTACT = {name: one for name, one in contact_allowed().items() if name in DISSIPATION}
+CONTACT_ALLOWED = {name: one for name, one in contact_allowed().items() if name in DISSIPATION}
 
 TEMPLATE = Template(
     name=NAME,
     variants={"": {**values_of(Layers()), "restart_every": 0}},
-    allowed={**allowed_in(Layers), **_CONTACT},
+    allowed={**allowed_in(Layers), **CONTACT_ALLOWED},
 )
 
 

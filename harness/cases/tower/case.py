@@ -1,12 +1,10 @@
-"""What a run of a tower is expected to take.
-
-The tower as a case: one run of it, its verification, its parts of the report.
-"""
+"""The case ``tower``: one run of it, its cost, its verification, its parts of the report."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import lru_cache, partial
+from typing import TYPE_CHECKING
 
 from harness.cases.contract import Case, LevelName, Measured, Part, Reference, Study, rows_of_parts
 from harness.cases.tower import engine_checks
@@ -47,6 +45,9 @@ from harness.parameters.tower import Tower
 from harness.report.sections import Section
 from harness.theory import chain
 
+if TYPE_CHECKING:
+    from harness.report.film import Film
+
 SAMPLES_PER_T0 = 1000
 
 
@@ -82,7 +83,6 @@ class TowerCase(Case[TowerRunParameters]):
 
     name = NAME
     group = "chains"
-    by_default = True
     template = TEMPLATE
     solvers = ("exact", "rk4")
     regression = REGRESSION
@@ -166,10 +166,10 @@ class TowerCase(Case[TowerRunParameters]):
         part = Part("towers", partial(engine_checks.recorded_checks, evidence.towers))
         checks = rows_of_parts(engine_checks.RECORDED_NAME, [part])
         rows = {"towers": [one.record() for one in evidence.towers]}
-        found = Findings(
+        findings = Findings(
             self.name, engine_checks.RECORDED_NAME, checks, evidence=evidence, published=rows
         )
-        return {engine_checks.RECORDED_NAME: found}
+        return {engine_checks.RECORDED_NAME: findings}
 
     def sections(
         self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]
@@ -182,6 +182,22 @@ class TowerCase(Case[TowerRunParameters]):
             own.evidence,
             [found.evidence for found in beside.values()],
         )
+
+    def film(
+        self, engine: Engine, parameters: TowerRunParameters | None = None, frames: int = 120
+    ) -> Film | None:
+        """Return the film of a run, by default of an impulse through ten particles."""
+        from harness.cases.tower.film import tower_film
+
+        shown = parameters or TowerRunParameters(height=9, duration=6.0)
+        run = tower(
+            shown.tower,
+            duration=shown.duration,
+            steps_per_contact=shown.steps_per_contact,
+            profiles=True,
+            engine=engine,
+        )
+        return tower_film(run, frames)
 
 
 @lru_cache(maxsize=64)

@@ -1,19 +1,13 @@
-"""Two runs of the same tower held against each other; how fast the error falls with the step.
+"""Two runs of a tower held against each other: force, velocity, contacts, order in the step.
 
-Onsets and breaks of the contacts of the grain's chain, matched one by one.
-
-A contact is in the grain's chain while it and all contacts before it are
-closed. Its onset is when it joins, its break when it leaves, be it by its own
-opening or by one before it. So a change of several contacts within one sample
-and the same change spread over more samples in another run match.
+Onsets and breaks of the contacts of the grain's chain are matched one by one. A contact is in the
+grain's chain while it and all contacts before it are closed. Its onset is when it joins, its break
+when it leaves, be it by its own opening or by one before it. So a change of several contacts within
+one sample and the same change spread over more samples in another run match.
 
 Under the overlap law a whole row of just touching particles closes at once, the
 far contacts with forces too small for any number: there the solvers' idea of 0
-decides on the onset. A least force, asked for with profiles, leaves that out.
-
-Two runs of the same tower held against each other: force, velocity, contacts.
-
-How fast a code's error falls with its step: the observed order, with its interval.
+decides on the onset. A least force, given with profiles, leaves that out.
 """
 
 from __future__ import annotations
@@ -102,15 +96,15 @@ def contact_events(run: TowerRun, least_force: float = 0.0) -> list[ContactEvent
     whose first sample sees them all closed agrees with one that sees them in turn.
     """
     lengths = _chain_lengths(run, least_force)
-    found: list[ContactEvent] = []
+    events: list[ContactEvent] = []
     for row in np.flatnonzero(np.diff(lengths)) + 1:
         before, after = int(lengths[row - 1]), int(lengths[row])
         kind: Kind = "onset" if after > before else "break"
         first, last = min(before, after) + 1, max(before, after)
         moment = _moment(run, int(row), kind, first, least_force)
         resolution = float(run.time[row] - run.time[row - 1])
-        found += [ContactEvent(c, kind, moment, resolution) for c in range(first, last + 1)]
-    return found
+        events += [ContactEvent(c, kind, moment, resolution) for c in range(first, last + 1)]
+    return events
 
 
 def _moment(run: TowerRun, row: int, kind: Kind, cause: int, least_force: float) -> float:
@@ -431,20 +425,20 @@ def step_convergence(
     asked = sorted(set(steps_per_contact))
     if len(asked) < LEAST:
         raise RequestError(f"steps_per_contact = {asked}: must be at least {LEAST} different ones")
-    found = [compare(run(steps), reference) for steps in asked]
-    taken = [comparison.run.step for comparison in found]
+    comparisons = [compare(run(steps), reference) for steps in asked]
+    taken = [comparison.run.step for comparison in comparisons]
     steps = np.array([step for step in taken if step is not None])
     if steps.size < len(asked):
-        raise RequestError(f"solver = {found[0].run.solver!r}: has no step to converge in")
-    peak = np.array([c.force.peak for c in found])
-    l2 = np.array([c.force.l2 for c in found])
-    velocity = np.array([c.velocity.peak for c in found])
+        raise RequestError(f"solver = {comparisons[0].run.solver!r}: has no step to converge in")
+    peak = np.array([c.force.peak for c in comparisons])
+    l2 = np.array([c.force.l2 for c in comparisons])
+    velocity = np.array([c.velocity.peak for c in comparisons])
     # the bound is at twice the spacing of a fourth-order interpolant
-    floor = np.array([max(FLOOR, c.force.interpolation_error / 16) for c in found])
+    floor = np.array([max(FLOOR, c.force.interpolation_error / 16) for c in comparisons])
     told = peak > floor
     return StepConvergence(
         reference=reference,
-        solver=found[0].run.solver,
+        solver=comparisons[0].run.solver,
         steps_per_contact=np.array(asked),
         step=steps,
         peak_error=peak,
@@ -466,8 +460,8 @@ def _order(steps: Floats, errors: Floats, told: NDArray[np.bool_]) -> Order:
 
 def _order_record(name: str, order: Order) -> dict[str, Any]:
     """Return an order for JSON: None where it cannot be told."""
-    known = bool(np.isfinite(order.value))
+    finite = bool(np.isfinite(order.value))
     return {
-        f"{name}_order": order.value if known else None,
-        f"{name}_order_interval": list(order.interval) if known else None,
+        f"{name}_order": order.value if finite else None,
+        f"{name}_order_interval": list(order.interval) if finite else None,
     }

@@ -1,10 +1,8 @@
 """The towers of an engine beside the main one, live or recorded, against the exact propagator.
 
-Towers recorded with MFiX-DEM 21.3.2, for where that is not: against the exact propagator.
-
-The tables lie in the engine's folder ``recorded``, which says where they come from.
-
-The towers of an engine beside the main one: finest steps against exact, order of the error.
+The finest steps against the exact force, and the order of the error in the step. The towers
+recorded with MFiX-DEM 21.3.2 lie in that engine's folder ``recorded``, which says where they come
+from.
 """
 
 from __future__ import annotations
@@ -123,21 +121,21 @@ def beside_findings(engine: Engine, study: Study) -> Findings:
     A part that goes wrong becomes a failed row; the other parts go on.
     """
     evidence = CodeEvidence(engine.title)
-    found = Findings(NAME, engine.name, evidence=evidence)
+    findings = Findings(NAME, engine.name, evidence=evidence)
     reason = refusal(engine, CASE)
     if reason:
-        found.checks.append(not_tested(f"{engine.name}: towers", Kind.CROSS_CODE, reason))
-        return found
+        findings.checks.append(not_tested(f"{engine.name}: towers", Kind.CROSS_CODE, reason))
+        return findings
     named = f"tower, n = {ORDER_HEIGHT}: order of the force error in the step"
-    order = rows_of_parts(engine.name, [asked(Part(named, lambda: [_order(engine, found)]))])
+    order = rows_of_parts(engine.name, [asked(Part(named, lambda: [_order(engine, findings)]))])
     first_order = order[0].expected == 1.0
     finest = partial(_finest, engine, study, evidence, first_order=first_order)
-    found.checks += [*rows_of_parts(engine.name, [asked(Part("towers", finest))]), *order]
-    found.published = {
+    findings.checks += [*rows_of_parts(engine.name, [asked(Part("towers", finest))]), *order]
+    findings.published = {
         "towers": [one.record() for one in evidence.towers],
         "orders": [one.record() for one in evidence.convergence],
     }
-    return found
+    return findings
 
 
 def _finest(
@@ -197,14 +195,14 @@ def _impulse_tolerance(exact: TowerRun, *, first_order: bool) -> Tolerance:
     return replace(known, absolute=late, reason=f"{known.reason}; {why}")
 
 
-def _order(engine: Engine, found: Findings) -> Check:
+def _order(engine: Engine, findings: Findings) -> Check:
     """Measure how the force error falls with the step."""
     case = CASE.replace(height=ORDER_HEIGHT)
     exact = tower(case, solver="exact", samples=12_000)
     convergence = replace(
         step_convergence(lambda steps: _one(engine, case, steps), exact, LADDER), solver=engine.name
     )
-    found.evidence.convergence.append(convergence)
+    findings.evidence.convergence.append(convergence)
     name = f"{engine.name}: tower, n = {case.height}: order of the force error in the step"
     order, (low, high) = convergence.l2_order.value, convergence.l2_order.interval
     half = (high - low) / 2

@@ -163,7 +163,7 @@ def same_law(comparisons: Sequence[SeriesComparison]) -> Figure:
             np.where(difference > _LOWEST, difference, np.nan),
             linewidth=1.1, **look,
         )  # fmt: skip
-    bound = max(found.force.interpolation_error for found in comparisons)
+    bound = max(comparison.force.interpolation_error for comparison in comparisons)
     if bound > 0:
         name = f"bound of what interpolation adds, {bound:.0e}"
         below.axhline(bound, color="0.4", linestyle=(0, (1, 2)), linewidth=1.2, label=name)
@@ -212,7 +212,9 @@ def error_against_step(convergences: Sequence[StepConvergence]) -> Figure:
         _errors(l2, found, found.l2_error, found.l2_order, i)
     style.label(peak, "steps per contact", "largest force error over the peak")
     style.label(l2, "steps per contact", "L2 force error over the peak")
-    steps = sorted({float(n) for found in convergences for n in found.steps_per_contact})
+    steps = sorted(
+        {float(n) for convergence in convergences for n in convergence.steps_per_contact}
+    )
     for axes in (peak, l2):
         style.few_ticks(axes, steps)
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.17))
@@ -225,22 +227,22 @@ def _force(axes: Axes, run: TowerRun, scale: float, told: str = "", **look: Any)
     axes.plot(run.time_over_t0, run.grain_force / scale, label=name, **look)
 
 
-def _errors(axes: Axes, found: StepConvergence, errors: Floats, order: Order, i: int) -> None:
+def _errors(axes: Axes, convergence: StepConvergence, errors: Floats, order: Order, i: int) -> None:
     """Draw one code's errors and the line of its order."""
-    tower, told = found.reference.tower, found.peak_error > found.floor
-    name = f"{style.named(tower.law, found.solver)}, {tower.particles} particles"
+    tower, told = convergence.reference.tower, convergence.peak_error > convergence.floor
+    name = f"{style.named(tower.law, convergence.solver)}, {tower.particles} particles"
     look: dict[str, Any] = {
         "color": style.COLOURS[i % 7],
         "marker": style.MARKERS[i % 6],
         "linestyle": "none",
     }
     axes.loglog(
-        found.steps_per_contact[told], errors[told], label=f"{name}: {_order(order)}", **look
+        convergence.steps_per_contact[told], errors[told], label=f"{name}: {_order(order)}", **look
     )
     hidden = errors[~told].clip(_LOWEST)
-    axes.loglog(found.steps_per_contact[~told], hidden, fillstyle="none", **look)
+    axes.loglog(convergence.steps_per_contact[~told], hidden, fillstyle="none", **look)
     if np.isfinite(order.value):
-        steps, logs = found.steps_per_contact[told], np.log(errors[told])
+        steps, logs = convergence.steps_per_contact[told], np.log(errors[told])
         line = np.exp(logs.mean() - order.value * (np.log(steps) - np.log(steps).mean()))
         axes.loglog(
             steps, line, color=style.COLOURS[i % 7], linestyle=style.STYLES[i % 6], linewidth=1
@@ -262,13 +264,13 @@ def _code(run: TowerRun) -> str:
     return f"{run.solver}, {run.tower.contact_period / run.step:.0f} steps per contact"
 
 
-def _parted(found: SeriesComparison) -> str:
+def _parted(comparison: SeriesComparison) -> str:
     """Return when two forces part, and how far they are apart on the mean."""
-    particles = f"{found.run.tower.particles} particles"
-    if found.divergence_time is None:
+    particles = f"{comparison.run.tower.particles} particles"
+    if comparison.divergence_time is None:
         return f"{particles}: both laws give the same force"
-    at = found.divergence_time / found.reference.tower.contact_time
-    return f"{particles}: forces part at {at:.2g} t0, by {found.force.l2:.2g} of the peak (L2)"
+    at = comparison.divergence_time / comparison.reference.tower.contact_time
+    return f"{particles}: forces part at {at:.2g} t0, by {comparison.force.l2:.2g} of the peak (L2)"
 
 
 def tower_error_against_step(convergences: Sequence[StepConvergence]) -> Figure:
@@ -289,7 +291,9 @@ def tower_error_against_step(convergences: Sequence[StepConvergence]) -> Figure:
             mfc="none" if i % 2 else None,
             label=f"{found.solver}{told}",
         )
-    steps = np.unique(np.concatenate([found.steps_per_contact for found in convergences]))
+    steps = np.unique(
+        np.concatenate([convergence.steps_per_contact for convergence in convergences])
+    )
     for slope in (1, 2):
         _guide(axes, steps, slope, convergences)
     style.label(axes, "steps per contact", "L2 error of the grain's force over its peak")
@@ -303,7 +307,7 @@ def _guide(
     axes: Axes, steps: np.ndarray, slope: int, convergences: Sequence[StepConvergence]
 ) -> None:
     """Draw a line of a slope, above all errors at the coarsest step."""
-    top = 1.6 * max(float(found.l2_error[0]) for found in convergences)
+    top = 1.6 * max(float(convergence.l2_error[0]) for convergence in convergences)
     line = top * (steps / steps[0]) ** -slope
     axes.loglog(steps, line, color="0.45", ls=(0, (1, 2)), lw=1.2)
     axes.annotate(
@@ -317,8 +321,8 @@ def _guide(
     )
 
 
-def _of_tower(found: StepConvergence) -> str:
-    tower = found.reference.tower
+def _of_tower(convergence: StepConvergence) -> str:
+    tower = convergence.reference.tower
     return f"tower, n = {tower.height}, {tower.law} law, k = {style.power(tower.stiffness)} N/m"
 
 

@@ -1,9 +1,4 @@
-"""The impulse on the grain against the height of the tower, and the critical angle from it.
-
-The impulse on the grain against the height of the tower.
-
-From the impulse ratio to the critical angle, in tables.
-"""
+"""The impulse on the grain against the height of the tower, and the critical angle from it."""
 
 from __future__ import annotations
 

@@ -34,12 +34,12 @@ def _comparisons(main: CodeEvidence | None, own: OwnEvidence) -> Iterator[Drawin
     """Yield codes against the exact propagator, and law against law."""
     codes = [one for one in (main, own) if one is not None]
     for law in own.same_law:
-        by_law: list[SeriesComparison] = [c for one in codes for c in one.same_law.get(law, [])]
-        names = " and ".join(one.who for one in codes if law in one.same_law)
+        by_law: list[SeriesComparison] = [c for code in codes for c in code.same_law.get(law, [])]
+        names = " and ".join(code.who for code in codes if law in code.same_law)
         yield WORDS.drawing(
             "same-law-{law}", partial(figures.same_law, by_law), law=law, names=names
         )
-    convergence = [found for one in codes for found in one.convergence]
+    convergence = [found for code in codes for found in code.convergence]
     if convergence:
         yield WORDS.drawing(
             "error-against-step",

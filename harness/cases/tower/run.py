@@ -1,11 +1,4 @@
-"""Run towers by solvers of this package or in an engine, and keep their records.
-
-Run towers in an engine, and read what comes back.
-
-Run towers by solvers of this package or in an engine.
-
-Runs of the tower, and impulse ratios, as records of the baseline.
-"""
+"""Run towers by solvers of this package or in an engine; their records for the baseline."""
 
 from __future__ import annotations
 
@@ -231,7 +224,7 @@ def _tower_run(
     displacement: Floats,
     velocity: Floats,
     force: Floats,
-    who: Provenance,
+    provenance: Provenance,
     *,
     profiles: bool = False,
 ) -> TowerRun:
@@ -247,7 +240,7 @@ def _tower_run(
         weight[-1] = 0.0
     return TowerRun(
         tower=case,
-        solver=who.engine,
+        solver=provenance.engine,
         step=step,
         time=time,
         grain_displacement=displacement[:, 0],
@@ -265,7 +258,7 @@ def _tower_run(
         final_displacement=displacement[-1],
         final_velocity=velocity[-1],
         profiles=Profiles(displacement, velocity, force) if profiles else None,
-        provenance=who,
+        provenance=provenance,
     )
 
 

@@ -1,11 +1,4 @@
-"""The tower: parameters, steps and samples, values for scripts, scene.
-
-The parameters of one run of the tower.
-
-Steps and samples of a tower run: whole numbers of each, ending with the duration.
-
-What engines are asked to simulate: the values of a tower, its script, its scene.
-"""
+"""A tower that a grain hits: parameters, whole numbers of steps and samples, values, scene."""
 
 from __future__ import annotations
 

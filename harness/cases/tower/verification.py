@@ -1,18 +1,8 @@
 """The tower in the main engine and in the solvers, against the exact propagator.
 
-How close results of the tower must be, of checks and of the baseline: as of ``case.toml``.
-
-How much of the tower a verification runs: quick, default or full.
-
-What the runs of a verification of the tower left, for its tables and figures.
-
-Runs of the chain solvers for the report's figures.
-
-One code against the exact propagator under the same law: force, impulse, contacts, order.
-
-What the tower shows without an engine: chain solvers, the laws apart, impulse tables.
-
-The tower in the main engine: against the exact propagator law by law, and alpha(n).
+Law by law: force, impulse, contacts, order of the error, alpha(n). Without an engine: the chain
+solvers, how far the laws lie apart, tables of impulses. Tolerances and their reasons are in
+``case.toml``.
 """
 
 from __future__ import annotations
@@ -357,12 +347,12 @@ def against_exact(
     They are of a ``code``, the run's own unless given.
     A force that left its tolerance is added to ``divergences``.
     """
-    found = compare(run, exact, least_force=LEAST_FORCE)
+    comparison = compare(run, exact, least_force=LEAST_FORCE)
     if run.tower.height == SHOWN:
-        evidence.same_law.setdefault(run.tower.law, []).append(found)
+        evidence.same_law.setdefault(run.tower.law, []).append(comparison)
     name = _name(code or run.solver, run.tower.law, run.tower.height)
     width = FORCE[run.tower.law]
-    series = force_comparison(name, found, width.width(0.0))
+    series = force_comparison(name, comparison, width.width(0.0))
     triage = ""
     if series.divergence is not None:
         divergences.append(series)
@@ -371,7 +361,7 @@ def against_exact(
         judge(
             f"{name}: {HELD[0]}",
             Kind.CROSS_CODE,
-            found.force.peak,
+            comparison.force.peak,
             0.0,
             width,
             triage=triage,
@@ -384,21 +374,21 @@ def against_exact(
             IMPULSE,
             triage=triage,
         ),
-        _events(name, found, triage),
+        _events(name, comparison, triage),
     ]
 
 
-def _events(name: str, found: SeriesComparison, triage: str) -> Check:
+def _events(name: str, comparison: SeriesComparison, triage: str) -> Check:
     """Hold the onsets and breaks of contacts against those of the exact run, one by one."""
-    t0 = found.run.tower.contact_time
-    alone = len(found.unmatched)
+    t0 = comparison.run.tower.contact_time
+    alone = len(comparison.unmatched)
     return judge(
         f"{name}: {HELD[2]}",
         Kind.CROSS_CODE,
-        math.inf if alone else found.largest_event_difference / t0,
+        math.inf if alone else comparison.largest_event_difference / t0,
         0.0,
         CONTACT_CHANGES,
-        note=f"{alone} of {len(found.events)} have no counterpart" if alone else "",
+        note=f"{alone} of {len(comparison.events)} have no counterpart" if alone else "",
         triage=triage,
     )
 
@@ -423,13 +413,13 @@ def order(
     """
     case = Tower(height=SHOWN + 1, law=law)
     exact = exact_run(case, 12_000, study, profiles=False)
-    found = step_convergence(lambda steps: run(case, steps), exact, ladder)
-    evidence.convergence.append(found)
-    low, high = found.l2_order.interval
+    convergence = step_convergence(lambda steps: run(case, steps), exact, ladder)
+    evidence.convergence.append(convergence)
+    low, high = convergence.l2_order.interval
     return judge(
         _order_name(code, law),
         Kind.CROSS_CODE,
-        found.l2_order.value,
+        convergence.l2_order.value,
         2.0,
         ORDER,
         uncertainty=(high - low) / 2,
@@ -472,7 +462,7 @@ def own_findings(study: Study) -> Findings:
     return found
 
 
-def _same_law(law: Law, study: Study, found: Findings) -> list[Check]:
+def _same_law(law: Law, study: Study, findings: Findings) -> list[Check]:
     """Hold RK4 against the exact propagator, and keep the records of both."""
     rows: list[Check] = []
     for height in LEVELS[study.level].heights:
@@ -481,13 +471,13 @@ def _same_law(law: Law, study: Study, found: Findings) -> list[Check]:
         # samples where an engine has them by default
         exact = exact_run(case, timing.steps // timing.every, study)
         rk4 = tower(case, solver="rk4", profiles=True)
-        found.records += [tower_record(exact), tower_record(rk4)]
-        rows += against_exact(rk4, exact, found.evidence, found.divergences)
+        findings.records += [tower_record(exact), tower_record(rk4)]
+        rows += against_exact(rk4, exact, findings.evidence, findings.divergences)
 
     def stepped(case: Tower, steps: float) -> TowerRun:
         return tower(case, solver="rk4", steps_per_contact=steps)
 
-    return [*rows, order(law, "rk4", stepped, OWN_LADDER, found.evidence, study)]
+    return [*rows, order(law, "rk4", stepped, OWN_LADDER, findings.evidence, study)]
 
 
 def _laws_apart(evidence: OwnEvidence) -> list[Check]:
@@ -498,12 +488,12 @@ def _laws_apart(evidence: OwnEvidence) -> list[Check]:
             tower(Tower(height=height, law=law), solver="exact", profiles=True)
             for law in ("deformable", "overlap")
         )
-        found = compare(deformable, overlap, across_laws=True)
-        evidence.different_law.append(found)
+        comparison = compare(deformable, overlap, across_laws=True)
+        evidence.different_law.append(comparison)
         rows.append(
             finding(
                 f"laws: largest difference of the force over the peak, n = {height}",
-                found.force.peak,
+                comparison.force.peak,
                 0.0,
                 "",
                 "deformable against overlap law, exact; equal for one contact by construction",
@@ -512,9 +502,9 @@ def _laws_apart(evidence: OwnEvidence) -> list[Check]:
     return rows
 
 
-def _impulses(level: Level, found: Findings) -> list[Check]:
+def _impulses(level: Level, findings: Findings) -> list[Check]:
     """Make the tables of alpha(n), and report what the law does to the critical angle."""
-    evidence: OwnEvidence = found.evidence
+    evidence: OwnEvidence = findings.evidence
     evidence.impulses = impulse_angles(solver="exact")
     evidence.scaling = energy_scaling_angles()
     if level.gammas:
@@ -522,7 +512,7 @@ def _impulses(level: Level, found: Findings) -> list[Check]:
         evidence.ways = impulse_by_gamma(
             level.gammas[::2], heights=COLLAPSED, ways=WAYS, solver="exact"
         )
-    found.records += ratio_records(evidence.impulses, None, level.heights)
+    findings.records += ratio_records(evidence.impulses, None, level.heights)
     return [_law_and_angle(evidence.impulses, height) for height in ANGLES]
 
 
@@ -604,10 +594,10 @@ def engine_findings(engine: Engine, study: Study) -> Findings:
     A part that goes wrong becomes a failed row; the other parts go on. A law that the engine
     refuses is not tested, with its reason.
     """
-    found = Findings(NAME, engine.name, evidence=CodeEvidence(engine.title))
-    for part in _parts(engine, study, found):
-        found.checks += rows_of_parts(NAME, [asked(part)])
-    return found
+    findings = Findings(NAME, engine.name, evidence=CodeEvidence(engine.title))
+    for part in _parts(engine, study, findings):
+        findings.checks += rows_of_parts(NAME, [asked(part)])
+    return findings
 
 
 def planned(level: LevelName, engine: Engine) -> list[Planned]:
@@ -615,7 +605,7 @@ def planned(level: LevelName, engine: Engine) -> list[Planned]:
     return planned_in(_parts(engine, Study(level), Findings(NAME)))
 
 
-def _parts(engine: Engine, study: Study, found: Findings) -> Iterator[Part]:
+def _parts(engine: Engine, study: Study, findings: Findings) -> Iterator[Part]:
     """Yield three rows for each height and an order for a law; one where it is refused.
 
     The overlap law has an impulse ratio for each height too, and the tall tower.
@@ -624,19 +614,19 @@ def _parts(engine: Engine, study: Study, found: Findings) -> Iterator[Part]:
     reasons = {law: refusal(engine, Tower(height=2, law=law)) for law in LAWS}
     for law in sorted(LAWS, key=lambda law: not reasons[law]):
         reason = reasons[law]
-        run = partial(_refused if reason else _engine_under_same_law, law, engine, study, found)
+        run = partial(_refused if reason else _engine_under_same_law, law, engine, study, findings)
         rows = [f"{_name(code, law, n)}: {held}" for n in heights for held in HELD]
         names = (_law_name(code, law),) if reason else (*rows, _order_name(code, law))
         yield Part(f"{law} law", run, names)
     if not reasons["overlap"]:
-        tall = partial(_engine_impulses, engine, study, found)
+        tall = partial(_engine_impulses, engine, study, findings)
         yield Part("tall tower", lambda: [bessel(TALL_TOWER, engine)], (_tall_name(code),))
         yield Part("impulse table", tall, tuple(_ratio_name(code, n) for n in heights))
 
 
-def _refused(law: Law, engine: Engine, _: Study, found: Findings) -> list[Check]:
+def _refused(law: Law, engine: Engine, _: Study, findings: Findings) -> list[Check]:
     reason, name = refusal(engine, Tower(height=2, law=law)), _law_name(engine.name, law)
-    found.untested[f"{engine.name}/*-{law}-*"] = reason
+    findings.untested[f"{engine.name}/*-{law}-*"] = reason
     return [not_tested(name, Kind.CROSS_CODE, reason)]
 
 
@@ -645,7 +635,9 @@ def refusal(engine: Engine, case: Tower) -> str:
     return engine.refuses(job_of(case, timing_of(case, DURATION, None, None)))
 
 
-def _engine_under_same_law(law: Law, engine: Engine, study: Study, found: Findings) -> list[Check]:
+def _engine_under_same_law(
+    law: Law, engine: Engine, study: Study, findings: Findings
+) -> list[Check]:
     """Hold force series and impulse against the exact ones, and measure the order of the error."""
     stage, heights = f"tower, {law} law", LEVELS[study.level].heights
     cases = [Tower(height=height, law=law) for height in heights]
@@ -653,36 +645,36 @@ def _engine_under_same_law(law: Law, engine: Engine, study: Study, found: Findin
     runs = run_towers(engine, cases, DURATION, profiles=True)
     for number, (case, run) in enumerate(zip(cases, runs, strict=True), 1):
         name = f"{engine.name}, {law} law, n = {case.height}"
-        rows += rows_of_parts(NAME, [asked(Part(name, partial(_one, case, run, study, found)))])
+        rows += rows_of_parts(NAME, [asked(Part(name, partial(_one, case, run, study, findings)))])
         if isinstance(run, EngineError):
-            found.errors[record_name(case, engine.name)] = run
+            findings.errors[record_name(case, engine.name)] = run
         study.progress(stage, number, len(heights) + 1)
 
     def stepped(case: Tower, steps: float) -> TowerRun:
         return tower(case, steps_per_contact=steps, engine=engine)
 
-    rows.append(order(law, engine.name, stepped, LADDER, found.evidence, study))
+    rows.append(order(law, engine.name, stepped, LADDER, findings.evidence, study))
     study.progress(stage, len(heights) + 1, len(heights) + 1)
     return rows
 
 
-def _one(case: Tower, run: TowerRun | EngineError, study: Study, found: Findings) -> list[Check]:
+def _one(case: Tower, run: TowerRun | EngineError, study: Study, findings: Findings) -> list[Check]:
     """Keep the record of a run and return its rows."""
     run = whole(run)
     # samples at the same times: nothing needs to be interpolated
     exact = exact_run(case, run.time.size - 1, study)
-    found.records.append(tower_record(run))
-    return against_exact(run, exact, found.evidence, found.divergences, found.engine)
+    findings.records.append(tower_record(run))
+    return against_exact(run, exact, findings.evidence, findings.divergences, findings.engine)
 
 
-def _engine_impulses(engine: Engine, study: Study, found: Findings) -> list[Check]:
+def _engine_impulses(engine: Engine, study: Study, findings: Findings) -> list[Check]:
     """Compare alpha(n) of the overlap law with that of the exact propagator."""
     heights = LEVELS[study.level].heights
     table = partial(
         impulse_angles, heights=heights, stiffnesses=(1e6,), speeds=(2.0,), laws=("overlap",)
     )
     ours, exact = table(engine=engine), table(solver="exact")
-    found.records += ratio_records(ours, engine.identify(), heights)
+    findings.records += ratio_records(ours, engine.identify(), heights)
     return [
         judge(
             _ratio_name(engine.name, height),

@@ -1,44 +1,41 @@
-"""ESyS-Particle as an engine of the harness, and the contacts with friction that it states.
-
-Open MPI, under which ESyS-Particle runs: its launcher, its environment, its words.
-
-Contacts with friction in ESyS-Particle: interactions and rules, read off the source of 2.3.
-
-``RotFricInteraction.cpp``: a linear spring without a dashpot; the force of the tangential one is
-summed up in space, and does not turn with the contact; it acts where the distance of the centres
-is parted as the radii are. Its walls have no friction.
-
-ESyS-Particle as an engine of the harness: a process for each model, under an MPI launcher.
+"""ESyS-Particle as an engine of the harness: a process for each model, under an MPI launcher.
 
 One rank, the master, reads the script; the other one computes. A second model in the same process
-waits for ever.
+waits for ever. It runs under Open MPI, whose launcher, environment and words stand here.
+
+Contacts with friction, read off the source of 2.3 (``RotFricInteraction.cpp``): a linear spring
+without a dashpot; the force of the tangential one is summed up in space, and does not turn with
+the contact; it acts where the distance of the centres is parted as the radii are. Its walls have
+no friction.
 """
 
 from __future__ import annotations
 
+import json
+import math
 import os
 import re
 import shlex
 import shutil
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar
 
-from harness.engines.contract import Job, Value, Values, finished
-from harness.engines.output import SERIES, Output
-from harness.engines.process import FAULTS, Ended, Limits, last_words, signal_of, text_of
+from harness.engines.contract import Job, finished
+from harness.engines.output import Output
+from harness.engines.process import FAULTS, Ended, Limits, last_words, signal_of
 from harness.engines.programs import (
     OF_PYTHON,
+    RUNS,
     ScriptedEngine,
     digest,
     find_program,
     program_files,
     tree_files,
 )
-from harness.engines.scripts import Task
+from harness.engines.scripts import Datum, Task
 from harness.engines.traits import (
     PLANES,
     RESISTANCES,
@@ -58,6 +55,7 @@ from harness.errors import (
 )
 from harness.observables.provenance import Provenance
 from harness.parameters.law import PLASTIC, contact_of, contact_values, fewest_steps_per_contact
+from harness.parameters.plane_scene import Scene
 
 LAUNCHERS = ("mpirun.openmpi", "mpirun")
 """Debian's ESyS-Particle belongs to Open MPI, whose launcher has this name there."""
@@ -133,16 +131,16 @@ sim.exit()
 DAMPED = frozenset({"steps_per_contact", *contact_values(PLASTIC)})
 """Values of a job whose contacts have a dashpot, which bounds the step."""
 
-SHARED = "phases"
-"""The variable of a script that takes several values of ``phase`` and runs them in one model."""
+START = ("x", "y", "vx", "vy")
+"""Of the spheres of a scene; runs that differ in those of the first one share a model."""
 
 
 class Esys(ScriptedEngine):
     """ESyS-Particle with Hertz's contact where it is damped, linear springs where it is not.
 
     ``launcher`` is the command that starts ``program`` on two ranks (Open MPI's
-    ``mpirun.openmpi``, or ``mpirun``, unless told otherwise). Jobs that differ by ``phase`` only
-    share a model where their script can.
+    ``mpirun.openmpi``, or ``mpirun``, unless told otherwise). Runs over a row that differ by the
+    grain's start only share a model.
     """
 
     name = "esys"
@@ -172,12 +170,10 @@ class Esys(ScriptedEngine):
     programs = ("esysparticle",)
     deciding_variables = OF_PYTHON
     unused_values = frozenset(
-        {"spheres", "phase", "interface", "surface_energy", "restitution", "tangential_damping"}
-        | RESISTANCES
+        {"interface", "surface_energy", "restitution", "tangential_damping"} | RESISTANCES
     )
-    """A row without an end has no number of spheres; phases are told together; of contacts what
-    no interaction takes."""
-    jinja: ClassVar[Mapping[str, bool]] = {"lstrip_blocks": True}
+    """Of contacts: what no interaction takes."""
+    jinja: ClassVar[Mapping[str, bool]] = {"trim_blocks": False, "keep_trailing_newline": False}
 
     def __init__(
         self,
@@ -196,7 +192,7 @@ class Esys(ScriptedEngine):
         prefix = program.resolve().parent.parent
         modules = [*prefix.glob("lib/python3*/*-packages/esys")]
         loaded = program_files(program)
-        return [*loaded, *(f for one in modules for f in tree_files(one))] if modules else []
+        return [*loaded, *(f for module in modules for f in tree_files(module))] if modules else []
 
     @classmethod
     def deciding(cls, **options: Any) -> Mapping[str, str]:
@@ -240,40 +236,49 @@ class Esys(ScriptedEngine):
             f"{contact.zeta:.4g}: must be greater than {fewest:.3f}"
         )
 
-    def settings(self, job: Job) -> Values:
-        """Return the one phase of a job, for a script that takes several."""
-        script = self.script(job.template, job.variant)
-        if "phase" not in job.values or "phase" in script.variables:
-            return {}
-        return {SHARED: str(job.values["phase"])}
+    @classmethod
+    def scene_values(cls, scene: Scene) -> dict[str, Datum]:
+        """Return the data of a scene, with K and A of Hertz's contact in the place of a dashpot.
+
+        An undamped impact at the scene's speed reaches the overlap that it reaches with the
+        stiffness k, and there the dashpot's coefficient is 2 zeta sqrt(k m_eff). Without a speed
+        there is no such overlap: raise RequestError. Where forces are sampled the spring is linear.
+        """
+        k, mass = scene.stiffness, float(scene.mass[0])
+        effective = 0.5 * mass if scene.effective_mass == "half" else mass
+        overlap = scene.hertz_speed * math.sqrt(mass / k)
+        if not scene.forces and overlap == 0.0:
+            raise RequestError("speed = 0.0 m/s: a Hertz contact needs a speed or gravity above 0")
+        coefficient = 0.0 if scene.forces else 1.25 * k / math.sqrt(overlap)
+        relaxation = 1.6 * scene.damping_ratio * math.sqrt(effective / k)
+        own = {"coefficient": coefficient, "relaxation": relaxation}
+        return {**super().scene_values(scene), **own}
 
     def shares(self, tasks: Sequence[Task]) -> list[list[int]]:
-        """Return the indices of the tasks of each model: those that share all but their phase."""
-        models: dict[tuple[object, ...], list[int]] = {}
+        """Return the indices of the tasks of each model."""
+        models: dict[str, list[int]] = {}
         for index, task in enumerate(tasks):
-            alone = () if SHARED in task.values else (index,)
-            rest = tuple((name, value) for name, value in task.values.items() if name != SHARED)
-            models.setdefault((task.script.sha256, rest, *alone), []).append(index)
+            rest: dict[str, Any] = {**task.values, "script": task.script.sha256}
+            if task.values.get("period") and not task.values["forces"]:
+                rest |= {name: task.values[name][1:] for name in START}
+            else:
+                rest["alone"] = index
+            models.setdefault(json.dumps(rest), []).append(index)
         return list(models.values())
 
     def run_batch(self, tasks: Sequence[Task]) -> list[Output | EngineError]:
         """Run tasks in one model; where that dies, each runs in a model of its own."""
-        (found,) = super().run_batch([_together(tasks)])
-        if isinstance(found, Output):
-            try:
-                return apart(found, len(tasks))
-            except EngineError as error:
-                found = error
-        if len(tasks) == 1 or isinstance(found, EngineTimeoutError):
-            return [copy(found) for _ in tasks]
+        outcomes = super().run_batch(tasks)
+        whole = len(outcomes) == len(tasks) and all(isinstance(one, Output) for one in outcomes)
+        if len(tasks) == 1 or whole:
+            return outcomes
+        if isinstance(outcomes[-1], EngineTimeoutError):
+            return [copy(outcomes[-1]) for _ in tasks]
         return [one for task in tasks for one in self.run_batch([task])]
 
     def command(self, folder: Path, tasks: Sequence[Task]) -> list[str]:  # noqa: ARG002
         """Return the words that run one model."""
-        (task,) = tasks
-        words = (f"{name}={value}" for name, value in task.values.items())
-        run = (*RANKS, self.program, task.script.name)
-        return [*self._launcher, *run, *words, "series=0.csv"]
+        return [*self._launcher, *RANKS, self.program, tasks[0].script.name, RUNS]
 
     def command_line(self, task: Task) -> str:
         """Return the command that runs a task again by hand."""
@@ -282,10 +287,6 @@ class Esys(ScriptedEngine):
     def environment(self, folder: Path) -> Mapping[str, str]:
         """Return the environment of an Open MPI that keeps its files in the folder."""
         return environment(folder)
-
-    def log_of(self, folder: Path, index: int) -> str:  # noqa: ARG002
-        """Return what the one model of a process said."""
-        return without_frame(text_of(folder / "said"))
 
     def error_of(self, ended: Ended, log: str) -> EngineError | None:  # noqa: ARG002
         """Return the error that the end of a process speaks of, or None where it ended well."""
@@ -298,50 +299,3 @@ class Esys(ScriptedEngine):
         if died is None and not finished(ended.said):
             return EngineOutputError(f"{self.title} ended without a result{last_words(ended.said)}")
         return died
-
-
-def _together(tasks: Sequence[Task]) -> Task:
-    """Return one task with the phases of all, which share the rest."""
-    first = tasks[0]
-    if len(tasks) == 1:
-        return first
-    phases: Value = ",".join(str(task.values[SHARED]) for task in tasks)
-    return replace(first, values={**first.values, SHARED: phases})
-
-
-def apart(output: Output, count: int) -> list[Output | EngineError]:
-    """Return the output of each of the systems that ran side by side in one model.
-
-    A result that is there once for each is theirs in order, and so are the columns of a table.
-    Raise EngineOutputError for a table with another number of columns.
-    """
-    if count == 1:
-        return [output]
-    table = output.tables.get(SERIES, {})
-    for systems in {column.shape[1] for column in table.values() if column.ndim == 2} - {count}:
-        raise EngineOutputError(
-            f"{output.who} left columns of {systems} systems in one model of {count}"
-        )
-    return [
-        replace(
-            output,
-            results=_results_apart(output.results, index, count),
-            tables={SERIES: {n: c if c.ndim == 1 else c[:, index] for n, c in table.items()}},
-            seconds=output.seconds / count,
-        )
-        for index in range(count)
-    ]
-
-
-def _results_apart(
-    results: Sequence[tuple[str, str]], index: int, count: int
-) -> tuple[tuple[str, str], ...]:
-    """Return the results without those of other systems than the one of this index."""
-    times = Counter(name for name, _ in results)
-    seen: Counter[str] = Counter()
-    kept = []
-    for name, value in results:
-        if times[name] != count or seen[name] == index:
-            kept.append((name, value))
-        seen[name] += 1
-    return tuple(kept)

@@ -1,8 +1,7 @@
 """LAMMPS as an engine of the harness: its command, its launcher, its library in-process.
 
-Submodels of granular contacts that not every release of LAMMPS has.
-
-Variations of a LAMMPS run, such as a restart, that must not change its result.
+Also which submodels of contacts a release lacks, and the variations of a run, such as a restart,
+that must not change its result.
 """
 
 from __future__ import annotations
@@ -107,7 +106,7 @@ def variations(job: Job, ends: Sequence[Vector]) -> Iterator[Variation]:
     yield Variation("neighbours from bins", {"neighbours": "bin"}, SAME_LIST)
     of_one = values["interface"] == "current" and "partner_youngs_modulus" not in values
     if values["normal"] == "hertz" and of_one:
-        yield Variation("told its stiffnesses", {"told_by": "stiffness"}, STIFFNESSES, exact=False)
+        yield Variation("stiffnesses as input", {"told_by": "stiffness"}, STIFFNESSES, exact=False)
     yield from _in_another_order(values, ends)
     yield from _stopped(values)
     if values.get("walls_as") == "region":
@@ -159,12 +158,14 @@ def _stopped(values: Mapping[str, Value]) -> Iterator[Variation]:
         return
     every = int(values["series_every"])
     stop = {"stop_after": int(values["steps"]) // every // 2 * every + every // 2}
-    yield Variation("run on", {**stop, "go_on": "continue"}, NO_SETUP)
+    yield Variation("continued without setup", {**stop, "go_on": "continue"}, NO_SETUP)
     # of the other laws a dashpot shows there, a known defect
     cut = values["normal"] == "mdr" and values["tangential"] not in ("none", "linear_nohistory")
     why = CUT_BACK if cut else SET_UP
-    yield Variation("run again", stop, why, exact=not cut, everywhere=False)
-    yield Variation("restarted", {**stop, "go_on": "restart"}, IN_FULL, against="run again")
+    yield Variation("continued with a setup", stop, why, exact=not cut, everywhere=False)
+    yield Variation(
+        "restarted", {**stop, "go_on": "restart"}, IN_FULL, against="continued with a setup"
+    )
 
 
 class Lammps(LammpsLanguage):

@@ -1,15 +1,10 @@
-"""The input language of LAMMPS, in which LIGGGHTS is scripted as well, and what LAMMPS says.
-
-Read what LAMMPS says: its release, its errors.
-
-The input language of LAMMPS, in which LIGGGHTS is scripted as well.
-"""
+"""The input language of LAMMPS, in which LIGGGHTS is scripted as well, and what LAMMPS says."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any, ClassVar
@@ -55,20 +50,20 @@ def version_in(text: str) -> str:
 
     Raise EngineMissingError when the text is not LAMMPS's.
     """
-    found = re.search(
+    match = re.search(
         r"^(?:LAMMPS \(|Large-scale Atomic/Molecular Massively Parallel Simulator - )([^)\n]+)",
         text,
         re.MULTILINE,
     )
-    if found is None:
+    if match is None:
         raise EngineMissingError("this is not LAMMPS: its greeting names no release")
-    return found.group(1).strip()
+    return match.group(1).strip()
 
 
 def packages_in(text: str) -> tuple[str, ...]:
     """Return the packages that a help text names."""
-    found = re.search(r"^Installed packages:\s*\n\s*\n((?:[A-Z0-9][A-Z0-9 \-]*\n)+)", text, re.M)
-    return tuple(found.group(1).split()) if found else ()
+    match = re.search(r"^Installed packages:\s*\n\s*\n((?:[A-Z0-9][A-Z0-9 \-]*\n)+)", text, re.M)
+    return tuple(match.group(1).split()) if match else ()
 
 
 def error_from_text(text: str, returncode: int | None = None, who: str = "LAMMPS") -> EngineError:
@@ -97,9 +92,9 @@ def error_from_text(text: str, returncode: int | None = None, who: str = "LAMMPS
 
 def closing_error(text: str) -> str:
     """Return the error with which LAMMPS ended a text; empty where it went on, or there is none."""
-    found = list(_ERROR.finditer(text))
-    ended = found and _AFTER_ERROR.fullmatch(text, found[-1].end())
-    return found[-1][0].strip() if ended else ""
+    errors = list(_ERROR.finditer(text))
+    ended = errors and _AFTER_ERROR.fullmatch(text, errors[-1].end())
+    return errors[-1][0].strip() if ended else ""
 
 
 def has_error(log: str) -> bool:
@@ -109,11 +104,11 @@ def has_error(log: str) -> bool:
 
 def check_log(log: str, who: str = "LAMMPS") -> None:
     """Raise EngineError for a log that holds an error beside the results of a finished run."""
-    found = _ERROR.search(log)
-    if found is not None:
-        lost = re.search(r"lost atoms", found[0], re.IGNORECASE)
+    match = _ERROR.search(log)
+    if match is not None:
+        lost = re.search(r"lost atoms", match[0], re.IGNORECASE)
         kind = EngineLostAtomsError if lost else EngineOutputError
-        raise kind(f"{who} gave a result in spite of an error: {found[0].strip()[:160]}")
+        raise kind(f"{who} gave a result in spite of an error: {match[0].strip()[:160]}")
 
 
 class LammpsLanguage(ScriptedEngine):
@@ -165,9 +160,9 @@ class LammpsLanguage(ScriptedEngine):
             name = file_of(task.script)
             if not (folder / name).exists():
                 (folder / name).write_text(task.script.text, encoding="utf-8")
-            variables = {**self.variables(task), "series": f"{index}.csv"}
+            variables = {**_words(task, self.literal), "series": f"{index}.csv"}
             lines += [f"log {index}.log", "clear", *forget]
-            lines += [f"variable {key} index {_word(text)}" for key, text in variables.items()]
+            lines += [f"variable {key} index {words}" for key, words in variables.items()]
             lines.append(f"include {name}")
         (folder / "batch.in").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
@@ -182,12 +177,12 @@ class LammpsLanguage(ScriptedEngine):
         ``clear`` keeps variables: they would shadow defaults, or refuse another style.
         """
         scripts = {task.script for task in tasks} | set(self.rendered())
-        found = _own_names(type(self)).union(*(names_in(script.text) for script in scripts))
-        return sorted(found)
+        names = _own_names(type(self)).union(*(names_in(script.text) for script in scripts))
+        return sorted(names)
 
     def command_line(self, task: Task) -> str:
         """Return the command that runs a task again by hand."""
-        words = " ".join(f"-var {n} {_word(text)}" for n, text in self.variables(task).items())
+        words = " ".join(f"-var {n} {text}" for n, text in _words(task, self.literal).items())
         return f"{self.command_name} -in {task.script.name} {words}"
 
     def log_of(self, folder: Path, index: int) -> str:
@@ -224,9 +219,11 @@ class LammpsLanguage(ScriptedEngine):
         return super().read_job(folder, index, task, seconds)
 
 
-def _word(text: str) -> str:
-    """Return a text as one word of the language."""
-    return f'"{text}"' if " " in text else text
+def _words(task: Task, literal: Callable[[Datum], str]) -> dict[str, str]:
+    """Return the values of a task as words: a list as many, a text with blanks in quotes."""
+    texts = {name: (literal(value), value) for name, value in task.values.items()}
+    quoted = {n for n, (text, value) in texts.items() if " " in text and isinstance(value, str)}
+    return {n: f'"{text}"' if n in quoted else text for n, (text, _) in texts.items()}
 
 
 def file_of(script: Script) -> str:
@@ -243,8 +240,8 @@ def names_in(text: str) -> frozenset[str]:
 @cache
 def _own_names(kind: type[LammpsLanguage]) -> frozenset[str]:
     """Return every variable of the templates in an engine's folders."""
-    found: frozenset[str] = frozenset()
+    names: frozenset[str] = frozenset()
     for folder in kind.own_folders():
         for path in folder.glob(f"*.{kind.extension}.j2"):
-            found |= names_in(path.read_text(encoding="utf-8"))
-    return found
+            names |= names_in(path.read_text(encoding="utf-8"))
+    return names

@@ -1,11 +1,8 @@
 """LIGGGHTS as an engine of the harness, and the contacts with friction that it states.
 
-Contacts with friction in LIGGGHTS: models and rules, read off the source of 3.8.0.
-
-LIGGGHTS as an engine of the harness: its command and its quirks.
-
-LIGGGHTS's language is that of LAMMPS of about 2011: no words in conditions, no formats, no
-``fix halt``. It is silent about an error where it has no log: every run writes its own.
+Models and rules of these contacts are read off the source of 3.8.0. LIGGGHTS's language is that of
+LAMMPS of about 2011: no words in conditions, no formats, no ``fix halt``. It is
+silent about an error where it has no log: every run writes its own.
 """
 
 from __future__ import annotations
@@ -19,10 +16,11 @@ from pathlib import Path
 
 from harness.engines.lammps.language import LammpsLanguage
 from harness.engines.process import first_words
-from harness.engines.scripts import Task
+from harness.engines.scripts import Datum, Task
 from harness.engines.traits import DASHPOTS, ContactModel, ContactValues, Traits, takes
 from harness.errors import EngineMissingError
 from harness.observables.provenance import Provenance
+from harness.parameters.plane_scene import Scene
 
 SAME = 1e-9
 """Relative difference of coefficients that are tied to one another."""
@@ -206,6 +204,19 @@ class Liggghts(LammpsLanguage):
             "Words cannot be compared in its scripts, and errors are silent without a log.",
         ),
     )
+
+    @classmethod
+    def scene_values(cls, scene: Scene) -> dict[str, Datum]:
+        """Return the data of a scene, with the number of its stages: no list may be empty.
+
+        Places over a row have 15 digits, as those of LAMMPS's script, whose variables write so
+        many: their rounding decides whether a grain that just touches is in contact at the start.
+        """
+        values = {**super().scene_values(scene), "stages": len(scene.stages)}
+        if scene.period is not None:
+            for name, column in zip(("x", "y"), scene.position.T.tolist(), strict=True):
+                values[name] = [float(f"{place:.15g}") for place in column]
+        return values if scene.stages else {**values, "places": [0], "floors": [0]}
 
     def ask_version(self) -> Provenance:
         """Return the version that ``liggghts -help`` names.

@@ -299,7 +299,9 @@ class ContactInput:
         )
         return {
             **young,
-            "phases": [dict(zip(("diameter", "density"), one, strict=True)) for one in self.phases],
+            "phases": [
+                dict(zip(("diameter", "density"), phase, strict=True)) for phase in self.phases
+            ],
             "pairs": [self.restitutions(couple) for couple in self.pairs],
             "walls": [self.restitutions(couple) for couple in self.walls],
             "model": "LSD" if self.linear else "HERTZIAN",

@@ -1,13 +1,8 @@
-"""MFiX-DEM as an engine of the harness: its inputs, its solver, its runs.
+"""MFiX-DEM as an engine of the harness: the batch solver that a user builds, its inputs, its runs.
 
-MFiX's inputs: the keyword file from its template, and the particles.
-
-Run ``mfixsolver``: ask for its version, and run an input in a fresh folder.
-
-MFiX-DEM as an engine of the harness: the batch solver that a user builds.
-
-A run is stated from its scene (``system.py``, ``scripts.py``) and read from the frames that MFiX
-writes (``vtp.py``, ``read.py``). The folder ``recorded`` holds output of 21.3.2.
+A run is stated from its scene (``system.py``) as a keyword file and a list of particles, runs in a
+fresh folder, and is read from the frames that MFiX writes (``output.py``). The folder ``recorded``
+holds output of 21.3.2.
 """
 
 from __future__ import annotations
@@ -161,9 +156,9 @@ def input_files(templates: Iterable[Template]) -> dict[str, str]:
             files |= _contact_examples(template)
         example = _templates().joinpath(f"{template.name}.toml")
         if template.scene is not None and example.is_file():
-            known = tomllib.loads(example.read_text(encoding="utf-8"))
-            system = _example(template, known)
-            written = system_files(system, known["title"])
+            table = tomllib.loads(example.read_text(encoding="utf-8"))
+            system = _example(template, table)
+            written = system_files(system, table["title"])
             files |= {f"mfix/{template.name}/{name}": text for name, text in written.items()}
     return files
 
@@ -282,19 +277,19 @@ def version_of(program: str) -> str:
             f"{IN_HELP[0]}{first_words(help_text)}"
         )
     text, answer = _answer(program, "--version")
-    found = re.fullmatch(r"v?(\d+)\.(\d+)[\w.+-]*", text.strip())
+    match = re.fullmatch(r"v?(\d+)\.(\d+)[\w.+-]*", text.strip())
     if answer.code != 0:
         raise EngineMissingError(
             f"--program mfix={program} is not an MFiX solver: --version gave no version"
             f"{first_words(text)}"
         )
-    if found is None or found[1] == found[2] == "0":
+    if match is None or match[1] == match[2] == "0":
         return UNVERSIONED
-    if (int(found[1]), int(found[2])) < OLDEST:
+    if (int(match[1]), int(match[2])) < OLDEST:
         raise EngineMissingError(
-            f"--program mfix={program} is version {found[0]}: must be 21.3 or later (tried: 21.3.2)"
+            f"--program mfix={program} is version {match[0]}: must be 21.3 or later (tried: 21.3.2)"
         )
-    return found[0]
+    return match[0]
 
 
 def _answer(program: str, option: str) -> tuple[str, Ended]:

@@ -70,7 +70,7 @@ def restatement_statements(printed: Printed, rows: Ledger) -> Iterator[Statement
     yield compare(
         "erratum-13",
         printed=series_stiffness(contacts, 1.0, deformable=True),
-        found=1 / (2 * row_energy(contacts, 1.0, 1.0)),
+        found=1 / (2 * row_energy(contacts)),
         contacts=contacts,
         springs=1 / contacts,
     )
@@ -119,14 +119,14 @@ def rebound_clipped(nominal: float) -> float:
 
 def _clipping() -> Statement:
     named = {e: rebound_clipped(e) for e in (1e-9, 1e-20, 0.0)}
-    own = brentq(lambda x: rebound_clipped(10.0**x) - _FLOOR, -19.0, -6.0)
+    root = brentq(lambda x: rebound_clipped(10.0**x) - _FLOOR, -19.0, -6.0)
     return compare(
         "beyond-1",
         printed=_FLOOR,
         found=named[0.0],
         named=[f"{value:.4f} at nominal {e:g}" for e, value in named.items()],
         closed=restitution_clipped(1.0),
-        own=10**own,
+        own=10**root,
     )
 
 
@@ -179,12 +179,12 @@ def impulse_ratio_at(gamma: float, height: int, law: Law, stiffness: float = 1e6
     return tall / one
 
 
-def _jump(height: int, law: Law, low: float, high: float) -> tuple[float, float, float]:
-    """Return where alpha jumps between two gammas, and its values on both sides."""
-    below, above = impulse_ratio_at(low, height, law), impulse_ratio_at(high, height, law)
+def _jump(law: Law, low: float, high: float) -> tuple[float, float, float]:
+    """Return where alpha(6) jumps between two gammas, and its values on both sides."""
+    below, above = impulse_ratio_at(low, 6, law), impulse_ratio_at(high, 6, law)
     while high - low > 1e-5:
         middle = 0.5 * (low + high)
-        value = impulse_ratio_at(middle, height, law)
+        value = impulse_ratio_at(middle, 6, law)
         if value - below < 0.5 * (above - below):
             low, below = middle, value
         else:
@@ -197,8 +197,8 @@ def _one_curve() -> Statement:
     same = [impulse_ratio_at(gamma, 6, "deformable", k) for k in (1e4, 1e6, 1e8)]
     spread = max(same) - min(same)
     jumps: dict[Law, tuple[float, float, float]] = {
-        "deformable": _jump(6, "deformable", 0.009, 0.014),
-        "overlap": _jump(6, "overlap", 0.018, 0.026),
+        "deformable": _jump("deformable", 0.009, 0.014),
+        "overlap": _jump("overlap", 0.018, 0.026),
     }
     return claim(
         "beyond-5-curve",

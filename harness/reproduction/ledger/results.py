@@ -180,13 +180,13 @@ def spring_energy(springs: int, stiffness: Any, force: Any) -> Any:
     return 0.5 * force**2 / (stiffness * stiffness_of_springs(springs))
 
 
-def row_energy(contacts: int, stiffness: float, force: float) -> float:
-    """Return what a row of the source's particles stores when ``force`` [N] runs through it [J].
+def row_energy(contacts: int) -> float:
+    """Return what a row of the source's particles stores [J] at k = 1 N/m under a force of 1 N.
 
     Half the force times the overlaps that its law asks for.
     """
-    forces = np.full(contacts, force)
-    return float(0.5 * forces @ compliance(contacts, deformable=True) @ forces / stiffness)
+    forces = np.ones(contacts)
+    return float(0.5 * forces @ compliance(contacts, deformable=True) @ forces)
 
 
 def _two_springs() -> Iterator[Statement]:
@@ -199,7 +199,7 @@ def _two_springs() -> Iterator[Statement]:
 
 def _many_springs(printed: Printed) -> Iterator[Statement]:
     springs = [spring_energy(n, 1.0, 1.0) for n in _HEIGHTS]
-    particles = [row_energy(n, 1.0, 1.0) for n in _HEIGHTS]
+    particles = [row_energy(n) for n in _HEIGHTS]
     n = np.array(_HEIGHTS)
     yield compare("text-u-n", found=[u / springs[0] for u in springs], n=n)
     yield compare("text-u-n-particles", found=[u / particles[0] for u in particles], n=n)

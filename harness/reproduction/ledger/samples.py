@@ -209,12 +209,12 @@ def ratios(law: Law = "deformable") -> Ratios:
 
 
 @cache
-def heights_with_structure_window(law: Law, tallest: int = 8) -> tuple[int, ...]:
-    """Return the heights from 1 to ``tallest`` that have a structure window, median run."""
+def heights_with_structure_window(law: Law) -> tuple[int, ...]:
+    """Return the heights from 1 to 8 that have a structure window, median run."""
     rows = impulse_table(
         laws=(law,),
         windows=("structure",),
-        heights=range(1, tallest + 1),
+        heights=range(1, 9),
         stiffnesses=MEDIAN[:1],
         speeds=MEDIAN[1:],
     )

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from harness.reproduction.movies.motions import InclineMotion, Motions, RowMotion
-    from harness.reproduction.movies.scenes import Scene
+    from harness.cases.incline.film import InclineMotion
+    from harness.cases.tower.film import RowMotion
+    from harness.report.film import Scene
+    from harness.reproduction.movies.motions import Motions
 
 
 @dataclass(frozen=True)
-class Film:
+class Movie:
     """A movie with its title and caption.
 
     ``gif`` is the looping movie, ``still`` a PNG of its most telling frame;
@@ -26,24 +28,26 @@ class Film:
     dump: bytes
 
 
-def films(motions: Motions) -> list[Film]:
-    """Return a film of each motion that there is."""
+def films(motions: Motions) -> list[Movie]:
+    """Return a movie of each motion that there is."""
+    from harness.cases.incline.film import InclineGrain
+    from harness.cases.tower.film import TowerShock
     from harness.reproduction.movies.motions import incline_dump, row_dump
-    from harness.reproduction.movies.scenes import InclineGrain, RowCollision, TowerShock
+    from harness.reproduction.movies.scenes import RowCollision
 
-    rows = [_film(RowCollision(one), row_dump(one)) for one in (motions.pair, motions.triple)]
-    incline = motions.incline
-    inclines = [_film(InclineGrain(incline), incline_dump(incline))] if incline else []
-    return [*rows, *inclines, _film(TowerShock(motions.tower), row_dump(motions.tower))]
+    made = [_movie(RowCollision(one), one, row_dump(one)) for one in (motions.pair, motions.triple)]
+    if motions.incline:
+        scene = InclineGrain(motions.incline)
+        made.append(_movie(scene, motions.incline, incline_dump(motions.incline)))
+    return [*made, _movie(TowerShock(motions.tower), motions.tower, row_dump(motions.tower))]
 
 
-def _film(scene: Scene[Any], dump: bytes) -> Film:
-    from harness.report.gallery import FRAME_MS, gif, png
+def _movie(scene: Scene, motion: RowMotion | InclineMotion, dump: bytes) -> Movie:
+    from harness.report.film import FRAME_MS, gif, png
 
-    motion: RowMotion | InclineMotion = scene.motion
     speed = 1e3 * float(motion.time[1] - motion.time[0]) / FRAME_MS
     pace = f"{speed:.2g} times as fast" if speed > 1 else f"{1 / speed:.0f} times slowed down"
-    return Film(
+    return Movie(
         name=motion.name,
         title=motion.title,
         caption=f"{motion.sentence} Shown {pace}.",

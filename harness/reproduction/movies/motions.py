@@ -9,9 +9,6 @@ OVITO takes ``radius``, ``shapex shapey shapez`` (diameters, it draws ellipsoids
 velocities and forces for what they are; columns with ``v_`` come in by their name.
 
 The motions of the source's supplement, and two more: rows that collide, grains on the incline.
-
-Particles of the rows are drawn by their boundaries. These follow from the centres alone,
-by the source's sweeps, and not from the forces that the propagator has at hand.
 """
 
 from __future__ import annotations
@@ -24,112 +21,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from harness.cases.incline.system import Incline, InclineRun
+from harness.cases.incline.film import InclineMotion, incline_sentence
+from harness.cases.incline.system import Incline
+from harness.cases.tower.film import RowMotion
+from harness.cases.tower.film import row_motion as frames_of
 from harness.cases.tower.run import tower
 from harness.cases.tower.verification import PAIR
 from harness.engines.contract import Engine
 from harness.errors import EngineError
-from harness.observables.reference import Trajectory
 from harness.observables.tower import TowerRun
 from harness.observables.windows import SIGNIFICANT_FORCE
 from harness.parameters.tower import Tower
 from harness.reproduction.figure_data import ANGLES_DEG, sampled
-from harness.solvers.chain.forces import compressions
-from harness.theory.incline import critical_angle
 from harness.workflows.progress import Progress, silent
 
 Floats = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class RowMotion:
-    """F frames of a row of N particles; frames before time 0 show the grain's approach.
-
-    Displacements and deformations are thousandths of a diameter. ``exaggeration``
-    is how many times as large they are drawn: all of them, so that the
-    drawn boundaries touch where the particles do. Raise ValueError if a
-    particle would be drawn without width. ``sentence`` says what is to be seen,
-    with the numbers of ``run``, which is sampled finely and has profiles.
-    """
-
-    name: str
-    title: str
-    sentence: str
-    run: TowerRun
-    exaggeration: float
-    time: Floats  # (F,) [s]
-    displacement: Floats  # (F, N) [m] from where all particles just touch
-    velocity: Floats  # (F, N) [m/s]
-    compression: Floats  # (F, N - 1) [m] partial compression of each contact, 0 where open
-
-    def __post_init__(self) -> None:
-        if not (self.exaggeration > 0 and self.drawn_widths.min() > 0):
-            raise ValueError(
-                f"exaggeration = {self.exaggeration}: must be greater than 0 and leave every "
-                "particle a width"
-            )
-
-    @property
-    def deformation(self) -> Floats:
-        """Return how much each diameter is shortened (F, N) [m]."""
-        both_sides = np.pad(self.compression, ((0, 0), (1, 1)))
-        return np.asarray(both_sides[:, 1:] + both_sides[:, :-1])
-
-    @property
-    def force(self) -> Floats:
-        """Return the force of every contact (F, N - 1) [N], of equal particles."""
-        return np.asarray(self.run.tower.each("stiffness")[0] * self.compression)
-
-    @property
-    def gap(self) -> Floats:
-        """Return the distance of neighbouring boundaries (F, N - 1) [m]."""
-        deformation = self.deformation
-        shortened = (deformation[:, 1:] + deformation[:, :-1]) / 2
-        return np.asarray(np.diff(self.displacement, axis=1) + shortened)
-
-    @property
-    def drawn_centres(self) -> Floats:
-        """Return the centres as drawn (F, N) [m], the grain just touching at 0."""
-        diameter = np.array(self.run.tower.each("diameter"))
-        touching = np.cumsum(diameter) - (diameter + diameter[0]) / 2
-        return np.asarray(touching + self.exaggeration * self.displacement)
-
-    @property
-    def drawn_widths(self) -> Floats:
-        """Return the widths along the row as drawn (F, N) [m]."""
-        diameter = np.array(self.run.tower.each("diameter"))
-        return np.asarray(diameter - self.exaggeration * self.deformation)
-
-    @property
-    def time_over_t0(self) -> Floats:
-        """Return the time in contact times of grain and one fixed particle (F,) [1]."""
-        return self.time / self.run.tower.contact_time
-
-
-@dataclass(frozen=True)
-class InclineMotion:
-    """F frames of the grain over the bumps in two runs, ``below`` and ``above`` the critical angle.
-
-    The runs have trajectories. After its end a run stays where it ended.
-    """
-
-    name: str
-    title: str
-    sentence: str
-    below: InclineRun
-    above: InclineRun
-    time: Floats  # (F,) [s]
-
-    @property
-    def runs(self) -> tuple[InclineRun, InclineRun]:
-        """Return both runs."""
-        return self.below, self.above
-
-    def path(self, run: InclineRun) -> Trajectory:
-        """Return the run's trajectory at the frames: the last recorded row by each."""
-        rows = np.searchsorted(run.path.time_s, self.time + 1e-9 * self.time[-1], side="right") - 1
-        rows = rows.clip(0)
-        return Trajectory(**{name: column[rows] for name, column in vars(run.path).items()})
 
 
 @dataclass(frozen=True)
@@ -192,7 +98,7 @@ def incline_dump(motion: InclineMotion) -> bytes:
     Molecule 1 is the row below the critical angle, 2 the one above it, 3 diameters
     aside; type 1 are fixed spheres, 2 is the grain. Gravity is tilted.
     """
-    d = motion.below.case.diameter
+    d = motion.runs[0].case.diameter
     paths = [motion.path(run) for run in motion.runs]
     spheres = int(max(float(path.x_m.max()) for path in paths) / d) + 2
     lane = np.repeat([0, 1], spheres + 1)  # the grain is the last of each
@@ -252,8 +158,6 @@ def _without_round_off(values: Floats) -> Floats:
 
 
 _SAMPLES_PER_FRAME = 40
-_WIDEST = 0.32
-"""The largest deformation is drawn as about this part of a diameter."""
 _INCLINE_FRAMES = 150
 
 
@@ -286,11 +190,8 @@ def motions(engine: Engine | None, progress: Progress = silent) -> Motions:
 def row_motion(
     name: str, title: str, case: Tower, *, lead: float, duration: float, frames_per_t0: int
 ) -> RowMotion:
-    """Run ``case`` exactly from ``-lead`` to ``duration`` [t0] and return its frames.
-
-    Before 0 the grain flies freely and the others are at rest.
-    """
-    after, before = round(duration * frames_per_t0), round(lead * frames_per_t0)
+    """Run ``case`` exactly from ``-lead`` to ``duration`` [t0] and return its frames."""
+    after = round(duration * frames_per_t0)
     run = tower(
         case,
         solver="exact",
@@ -298,33 +199,8 @@ def row_motion(
         samples=after * _SAMPLES_PER_FRAME,
         profiles=True,
     )
-    kept, step = run.known_profiles, case.contact_time / frames_per_t0
-    rows = np.abs(run.time[:, None] - step * np.arange(after + 1)).argmin(axis=0)
-    approach = step * np.arange(-before, 0)
-    still = np.zeros((before, case.height))
-    flight = case.speed * approach + case.gravity * approach**2 / 2
-    falling = case.speed + case.gravity * approach
-    displacement = np.vstack([np.column_stack([flight, still]), kept.displacements[rows]])
-    diameter = case.each("diameter")[0]
-    touching = diameter * np.arange(case.particles)
-    return RowMotion(
-        name=name,
-        title=title,
-        sentence=SENTENCES[name](run),
-        run=run,
-        exaggeration=_exaggeration(run),
-        time=np.concatenate([approach, run.time[rows]]),
-        displacement=displacement,
-        velocity=np.vstack([np.column_stack([falling, still]), kept.velocities[rows]]),
-        compression=np.array([compressions(touching + row, diameter) for row in displacement]),
-    )
-
-
-def _exaggeration(run: TowerRun) -> float:
-    """Return the factor with one digit that draws the largest deformation large enough."""
-    factor = _WIDEST * run.tower.each("diameter")[0] / float(run.deformations.max())
-    digit = 10.0 ** math.floor(math.log10(factor))
-    return digit * math.floor(factor / digit)
+    sentence = SENTENCES[name](run)
+    return frames_of(run, name, title, sentence, lead=lead, frames_per_t0=frames_per_t0)
 
 
 def _incline(engine: Engine | None) -> tuple[InclineMotion | None, str]:
@@ -341,8 +217,7 @@ def _incline(engine: Engine | None) -> tuple[InclineMotion | None, str]:
             name="below-and-above-the-critical-angle",
             title="The grain over the bumps, just below and just above the critical angle",
             sentence=incline_sentence(below, above),
-            below=below,
-            above=above,
+            runs=(below, above),
             time=np.linspace(0.0, max(below.time_s, above.time_s), _INCLINE_FRAMES),
         ),
         "",
@@ -400,23 +275,6 @@ def tower_sentence(run: TowerRun) -> str:
         f"grain, {middle / 1e3:.2f} kN in the middle and {forces[:, -1].max() / 1e3:.2f} kN "
         "on the base."
     )
-
-
-def incline_sentence(below: InclineRun, above: InclineRun) -> str:
-    """Say how far the grain comes at either angle."""
-    gone = below.path.x_m[-1] / below.case.diameter
-    return (
-        f"The closed form has the critical angle at {critical_angle():.4f} deg. {_fate(below)}; "
-        f"its path ends where it turns back, at {gone:.2f} diameters. {_fate(above)}."
-    )
-
-
-def _fate(run: InclineRun) -> str:
-    """Say what became of a grain: ``At 10.20 deg it is trapped after 6 crests (14.8 s)``."""
-    words = {"moves_on": "moves on over", "trapped": "is trapped after"}
-    fate = words.get(run.motion.value, "is undecided after")
-    crests = len(run.crests.time_s)
-    return f"At {run.case.angle:.2f} deg it {fate} {crests} crests ({run.time_s:.1f} s)"
 
 
 def _velocities(run: TowerRun) -> str:

@@ -173,11 +173,6 @@ BLOCK = 512  # particles: its stages fit the cache, and the work about a block i
 # for near every multiple of BLOCK particles; where there is none, two blocks are one.
 
 
-def no_cuts(particles: int) -> Cuts:
-    """Return the cuts of an undivided row, see :func:`end_of_block`."""
-    return np.zeros(max(1, particles // BLOCK), np.int64)
-
-
 @compiled
 def end_of_block(
     u: Floats, v: Floats, closed: Flags, cuts: Cuts, window: int, step: float
@@ -369,9 +364,10 @@ def begin(chain: Chain, plan: Plan) -> Advance:
         np.empty((2, contacts)),
         np.empty((2, contacts)),
     )
+    no_cuts = np.zeros(max(1, particles // BLOCK), np.int64)
     row = _Row(
         chain.displacement, chain.velocity, state[0], state[1],
-        ContactSet(np.zeros(contacts, np.bool_), factors[0], factors[1]), no_cuts(particles),
+        ContactSet(np.zeros(contacts, np.bool_), factors[0], factors[1]), no_cuts,
         sample[0], sample[1],
     )  # fmt: skip
     stages, edges = np.empty((4, particles)), np.zeros((3, STAGES))

@@ -120,7 +120,7 @@ class Adaptive(TrajectoryIntegrator):
         events = [*decisions, *spheres]
         until = min(self._longest, self._time + STEPS_AT_ONCE * self._longest_step)
         pushing = [touch is Touch.PUSHES for touch in self._touch]
-        found = solve_ivp(
+        solution = solve_ivp(
             lambda _, state: rate_of_change(state, self._row, *pushing),
             (self._time, until),
             self._state,
@@ -131,17 +131,17 @@ class Adaptive(TrajectoryIntegrator):
             events=[_terminal(event) for event in events],
             dense_output=self._sampling is not None,
         )
-        if not found.success or not np.isfinite(found.y[:, -1]).all():
+        if not solution.success or not np.isfinite(solution.y[:, -1]).all():
             raise EngineNaNError(
-                f"reference: the grain's state overflowed (NaN) at {found.t[-1]:g} s "
-                f"({found.message})"
+                f"reference: the grain's state overflowed (NaN) at {solution.t[-1]:g} s "
+                f"({solution.message})"
             )
-        self.steps += found.t.size - 1
-        self._state = found.y[:, -1].copy()
-        if found.sol is not None:
-            self._sample(found.sol, float(found.t[-1]))
-        self._time = float(found.t[-1])
-        fired = [e for e, times in zip(events, found.t_events or [], strict=True) if times.size]
+        self.steps += solution.t.size - 1
+        self._state = solution.y[:, -1].copy()
+        if solution.sol is not None:
+            self._sample(solution.sol, float(solution.t[-1]))
+        self._time = float(solution.t[-1])
+        fired = [e for e, times in zip(events, solution.t_events or [], strict=True) if times.size]
         decided = max([event.act() for event in fired], default=False)  # every one is to act
         x, y, vx, vy = self._state
         self.grain = Grain(x + self._behind * self._row.diameter, y, vx, vy)
@@ -170,7 +170,7 @@ class Adaptive(TrajectoryIntegrator):
         """Return what decides on a grain that moves back: it is too low, or turns again."""
         low = floor - self._energy_rounding
         return [
-            Event(lambda s: self._energy(s) - low, -1, lambda: True),
+            Event(lambda s: energy(s, self._behind, self._row) - low, -1, lambda: True),
             Event(lambda s: s[2], 1, lambda: self._turn(1)),
         ]
 
@@ -233,9 +233,6 @@ class Adaptive(TrajectoryIntegrator):
         if self._row.clipped and unclipped_force(self._state, self._row, sphere) < 0.0:
             return Touch.SLACK
         return Touch.PUSHES
-
-    def _energy(self, state: State) -> float:
-        return energy(state, self._behind, self._row)
 
 
 def _terminal(event: Event) -> Callable[[float, State], float]:

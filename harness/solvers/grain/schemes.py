@@ -157,15 +157,6 @@ def _velocity_verlet(grain: Grain, row: Row, step: float) -> Grain:
     return Grain(x, y, vx + half * ax, vy + half * ay, ax, ay)
 
 
-def _velocity_verlet_growth(step: float, zeta: float) -> float:
-    """Return the growth, that of MFiX's Euler.
-
-    In the velocities of the half steps, v+ = v + h a(x, v) and x+ = x + h v+: the
-    same recurrence.
-    """
-    return _mfix_euler_growth(step, zeta)
-
-
 @compiled
 def _mfix_euler(grain: Grain, row: Row, step: float) -> Grain:
     """Return the grain one step [s] later by MFiX-DEM's default, ``EULER``. First order.
@@ -251,7 +242,8 @@ class Method(NamedTuple):
 
 
 FIXED_STEP = {
-    "velocity-verlet": Method(VELOCITY_VERLET, _velocity_verlet_growth),
+    # in the velocities of the half steps, v+ = v + h a(x, v) and x+ = x + h v+: as MFiX's Euler
+    "velocity-verlet": Method(VELOCITY_VERLET, _mfix_euler_growth),
     "mfix-euler": Method(MFIX_EULER, _mfix_euler_growth),
     "mfix-adams-bashforth": Method(MFIX_ADAMS_BASHFORTH, _mfix_adams_bashforth_growth),
     "rk4": Method(RK4, _rk4_growth),

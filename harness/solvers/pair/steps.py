@@ -15,8 +15,9 @@ from functools import cache
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
-from harness.solvers.pair.rates import KINDS, endings, rates, state_scales
-from harness.solvers.pair.records import Floats, Integers, System, compiled
+from harness.solvers.pair.friction import STICK
+from harness.solvers.pair.rates import KINDS, SLIDERS, endings, rates, slider_spring, state_scales
+from harness.solvers.pair.records import Floats, Integers, System, compiled, length
 
 COLUMNS = 6
 ORDER = 2 * COLUMNS
@@ -131,6 +132,10 @@ Ending = tuple[int, int]
 ROUND_OFF_OF_EVENT = 1e-10
 """[size of an ending in a step] up to which it is not positive between the ends of the step."""
 
+AT_LIMIT = 1e-14
+"""[spring of a slider that sticks] at which it stands at Coulomb's limit: it begins to stick there,
+give or take the round-off of a difference, and in a short step leaves it by less than that."""
+
 
 def first_ending(
     states: tuple[Floats, Floats], h: float, system: System, modes: Integers, least: float
@@ -155,15 +160,21 @@ def first_ending(
     def of(where: Ending) -> Callable[[float], float]:
         return lambda part: float(after(part)[where])
 
+    def zero(where: Ending) -> float:
+        return AT_LIMIT * _held(start, where, system, modes)
+
+    def located(where: Ending, h: float) -> tuple[float, Ending]:
+        return _located(of(where), h, least, zero(where)), where
+
     last, near = look(start, end, h, system, modes)
-    endings_in_step = [(_located(of(where), h, least), where) for where in _positive(last)]
+    endings_in_step = [located(where, h) for where in _positive(last)]
     if endings_in_step:
         h = min(endings_in_step)[0]
         _, near = look(start, taken(h), h, system, modes)
     for where in _positive(near):
-        highest = _highest(of(where), h, float(near[where]))
+        highest = _highest(of(where), h, float(near[where]), zero(where))
         if highest > 0.0:
-            endings_in_step.append((_located(of(where), highest, least), where))
+            endings_in_step.append(located(where, highest))
     return min(endings_in_step, default=None)
 
 
@@ -171,22 +182,30 @@ def _positive(values: Floats) -> list[Ending]:
     return [(int(c), int(kind)) for c, kind in np.argwhere(values > 0.0)]
 
 
-def _highest(ending: Callable[[float], float], h: float, near: float) -> float:
-    """Return when an ending is highest about a time within a step, 0 if not positive there."""
+def _held(y: Floats, where: Ending, system: System, modes: Integers) -> float:
+    """Return the spring [N] of a slider that sticks and may end so; 0 for what else may end."""
+    c, column = where
+    if not SLIDERS <= column < SLIDERS + 3 or modes[c, column] != STICK:
+        return 0.0
+    return float(length(slider_spring(y, system, modes, c, column - SLIDERS)))
+
+
+def _highest(ending: Callable[[float], float], h: float, near: float, zero: float) -> float:
+    """Return when an ending is highest about a time in a step, 0 if not above ``zero`` there."""
     minimum = minimize_scalar(
         lambda part: -ending(part),
         bounds=(max(0.0, near - h / PLACES), min(h, near + h / PLACES)),
         options={"xatol": 1e-5 * h},
     )
-    least = ROUND_OFF_OF_EVENT * max(abs(ending(0.0)), abs(ending(h)))
+    least = max(zero, ROUND_OFF_OF_EVENT * max(abs(ending(0.0)), abs(ending(h))))
     return float(minimum.x) if -minimum.fun > least else 0.0
 
 
-def _located(ending: Callable[[float], float], h: float, least: float) -> float:
-    """Return the time until an ending turns positive, at most h."""
+def _located(ending: Callable[[float], float], h: float, least: float, zero: float) -> float:
+    """Return the time until an ending turns positive, at most h; up to ``-zero`` it stands at 0."""
     # an ending that has just been passed stands at 0, give or take round-off
     for early in (0.0, 1e-6 * h, 1e-3 * h, 0.1 * h):
-        if ending(early) < 0.0:
+        if ending(early) < -zero:
             return float(brentq(ending, early, h, xtol=least, rtol=1e-15))
     return 0.0
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from harness.cases.contact.contact_case import ContactCase
@@ -146,9 +146,45 @@ def test_heights_of_the_first_bounce_are_those_of_the_archive_of_mfix(
     assert parameters.radius + rise == pytest.approx(reached, rel=0.0, abs=width)
 
 
-def test_opposite_spins_do_not_slip():
+@pytest.mark.parametrize(
+    ("name", "first", "second", "ratios"),
+    [
+        # E / (1 - nu^2) of the restatements, the second over the first, and the densities
+        ("head-on", "chung-ooi-1", "limestone", (20 / 0.9375 / (48 / 0.96), 2500 / 2800)),
+        ("head-on", "chung-ooi-2", "magnesium", (40 / 0.8775 / (70 / 0.91), 1800 / 2699)),
+        ("head-on", "chung-ooi-3", "iron", (100 / 0.9375 / (380 / 0.9471), 7000 / 4000)),
+        ("oblique", "chung-ooi-4", "alloy", (70 / 0.8911 / (380 / 0.9471), 2700 / 4000)),
+        ("oblique", "chung-ooi-5", "polyethylene", (1 / 0.84 / (208 / 0.91), 1400 / 7850)),
+        ("spin", "chung-ooi-6", "nylon", (2.5 / 0.84 / (70 / 0.8911), 1000 / 2700)),
+        ("spin", "chung-ooi-7", "copper", (120 / 0.8775 / (70 / 0.8911), 8900 / 2700)),
+        ("spin", "chung-ooi-8", "nylon", (2.5 / 0.84 / (70 / 0.8911), 1000 / 2700)),
+    ],
+)
+def test_the_second_material_of_a_test_alone_differs(name, first, second, ratios):
+    case = get_case(name)
+    one, other = case.presets[first], case.presets[f"{first}-{second}"]
+    material = ("youngs_modulus", "poisson_ratio", "density")
+    assert other.replace(**{key: getattr(one, key) for key in material}) == one
+    modulus, density = ratios
+    # Hertz: contact times as (m^2 / E*^2)^(1/5), at the same speed and radius, met to a step
+    times = [case.scene(each).step * each.steps_per_contact for each in (one, other)]
+    assert times[1] / times[0] == pytest.approx((density / modulus) ** 0.4, rel=1e-3)
+
+
+def test_a_rigid_wall_is_the_modulus_of_the_sphere_alone():
+    case = get_case("head-on")
+    parameters = case.presets["chung-ooi-2-magnesium"]
+    force = case.closed_forms(parameters)["largest_force_N"]
+    modulus, mass = 40e9 / (1.0 - 0.35**2), 1800.0 * 4.0 / 3.0 * math.pi * 1e-3
+    # Hertz: 4/3 E* sqrt(R) d^(3/2), where the energy of the impact is its integral
+    overlap = (15.0 * mass * 0.2**2 / (16.0 * modulus * math.sqrt(0.1))) ** 0.4
+    assert force == pytest.approx(4 / 3 * modulus * math.sqrt(0.1) * overlap**1.5, rel=1e-12)
+
+
+@pytest.mark.parametrize("preset", ["chung-ooi-7", "chung-ooi-7-copper"])
+def test_opposite_spins_do_not_slip(preset):
     case = get_case("spin")
-    found = case.expected(case.presets["chung-ooi-7"], Rules())
+    found = case.expected(case.presets[preset], Rules())
     assert found["spin_ratio"].value == pytest.approx(1.0, abs=1e-12)
     assert found["gained_speed_ratio"].value == pytest.approx(0.0, abs=1e-12)
 
@@ -200,6 +236,8 @@ LAWS = {
     law=st.sampled_from(sorted(LAWS)),
     normal=st.sampled_from([{"normal": "hooke", "normal_stiffness": 1e5}, HERTZ]),
 )
+# it begins to stick at the limit, which round-off passes
+@example(friction=1 / 3, angle=56.919921875, law="elastic", normal=HERTZ)
 @settings(max_examples=15, deadline=None)
 def test_the_tangential_impulse_is_at_most_mu_times_that_of_the_force_in_modulus(
     friction, angle, law, normal

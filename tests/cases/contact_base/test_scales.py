@@ -1,6 +1,7 @@
 """What contact cases refuse: values without a meaning, in a line that names what is allowed."""
 
 import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -9,8 +10,10 @@ from hypothesis import strategies as st
 from harness.cases.contact.contact_case import LONGER
 from harness.cases.contact.parameters import ContactSystem
 from harness.cases.registry import get_case
+from harness.comparison.verdicts import Cell, Kind, Tolerance, judge
 from harness.engines.registry import open_engine
 from harness.errors import RequestError
+from harness.store.known_defects import known_defects
 from harness.workflows.case_runs import parameters_of
 
 STRONG = {"damping": "velocity", "damping_coefficient": "1e5"}
@@ -75,9 +78,6 @@ def test_what_has_no_meaning_is_one_line_that_names_value_and_limits(case, told,
     assert "\n" not in str(error.value)
 
 
-NOT_SO = ("classic", "tsuji", "marshall, mindlin", "mdr damping", "mdr, adhesion")
-"""In the names of submodels of which LAMMPS has known defects."""
-
 NAMES = (
     "head-on", "oblique", "spin", "bounce", "stacked", "slip-to-roll", "incline-roll",
     "rolling-resistance", "twist", "pull-off", "prescribed-motion",
@@ -87,15 +87,21 @@ TRIALS = [
     (name, trial)
     for name in NAMES
     for trial in get_case(name).trials("default")
-    if trial.system not in LONGER
-    and trial.parameters.interface == "current"
-    and not any(word in trial.submodel for word in NOT_SO)
+    if trial.system not in LONGER and trial.parameters.interface == "current"
 ]
 
 STEPS = 200
 APART = 0.1
 """A step is at most half of each of the law's times: by then second-order schemes are 1 % off in
 the phase and those of a dashpot, of first order, some more; ten times that is another motion."""
+
+
+def known_to_fail(name, trial, engine):
+    """Return whether this version of LAMMPS has a known defect in the cell of a trial."""
+    row = judge("", Kind.CROSS_CODE, 0.0, 0.0, Tolerance("", 1.0, 0.0, "any"))
+    cell = Cell(name, trial.submodel, trial.system, engine.name)
+    versions = {engine.name: engine.identify().engine_version}
+    return any(one.concerns(replace(row, cell=cell), versions) for one in known_defects())
 
 
 def changes(trial):
@@ -122,6 +128,8 @@ def lammps():
 def test_what_is_accepted_is_finite_and_agrees_with_its_reference(lammps, told):
     (name, trial), changed = told
     case = get_case(name)
+    if known_to_fail(name, trial, lammps):
+        return
     try:
         parameters = trial.parameters.replace(**changed, steps_per_contact=STEPS)
         if case.scene(parameters).steps > 20 * STEPS * 10:

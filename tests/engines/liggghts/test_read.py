@@ -13,6 +13,7 @@ from harness.cases.tower.system import Timing
 from harness.engines.lammps.language import error_from_text
 from harness.engines.liggghts.engine import Liggghts
 from harness.engines.output import Output, read_csv, read_dump, results_in
+from harness.engines.programs import with_stages
 from harness.errors import (
     EngineInputError,
     EngineLostAtomsError,
@@ -27,7 +28,7 @@ from harness.parameters.tower import Tower
 def read_run(case, log, series=None, route="passage"):
     """Return the run of an incline."""
     tables = {} if series is None else {"series": read_csv(series, "LIGGGHTS", rising=True)}
-    output = Output(results_in(log), WHO, tables, log, 0.5, "LIGGGHTS")
+    output = with_stages(Output(results_in(log), WHO, tables, log, 0.5, "LIGGGHTS"))
     return read_incline(case, route, output, "linear", None if series is None else 100)
 
 
@@ -55,7 +56,8 @@ def test_passage_with_its_path(recorded):
 
 
 def test_undecided_run(recorded):
-    run = read_run(CASE, recorded("steady-undecided.log"), route="steady")
+    case = CASE.replace(time_limit=1.0)
+    run = read_run(case, recorded("steady-undecided.log"), route="steady")
     assert (run.motion, run.steps, run.crests.time_s.size) == (Motion.UNDECIDED, 360, 1)
     assert run.steps == math.ceil(math.sqrt(CASE.diameter / CASE.gravity) / CASE.step)
 

@@ -16,14 +16,15 @@ pytestmark = pytest.mark.live
 
 HALF = Contact(restitution=0.5, damping_ratio=None)
 POISSON = 0.25
-BETWEEN = ("fix normal_stiffness", "pair_coeff * *")
+BETWEEN = ("fix kn all", "pair_coeff * *")
 HOOKE = """
 fix young   all property/global youngsModulus peratomtype {young} {young}
 fix poisson all property/global poissonsRatio peratomtype {poisson} {poisson}
 fix speed   all property/global characteristicVelocity scalar 1
-variable e equal ${{restitution}}
+variable zeta2 equal v_damping/2/sqrt(v_stiffness*v_mass)
+variable e equal exp(-PI*v_zeta2/sqrt(1-v_zeta2^2+1e-30))*(v_zeta2<1)
 fix rest    all property/global coefficientRestitution peratomtypepair 2 $(v_e) $(v_e) $(v_e) $(v_e)
-pair_style gran model hooke tangential off limitForce ${{limit}}
+pair_style gran model hooke tangential off limitForce off
 """
 
 

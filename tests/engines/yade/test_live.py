@@ -1,20 +1,14 @@
 import math
-import subprocess
 import time
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
-from numpy.testing import assert_allclose
 
 from harness.cases.drop.case import Drop, DropRun, run_drops
-from harness.cases.incline.angle import critical_angle
-from harness.cases.incline.runs import run_inclines
-from harness.cases.incline.system import Incline, Motion, job_of
+from harness.cases.incline.system import Incline, job_of
 from harness.cases.qualification import qualify
 from harness.engines.process import Limits
-from harness.engines.reference import Reference
 from harness.engines.yade.engine import Yade
 from harness.errors import EngineCrashError, EngineError, EngineInputError
 from harness.parameters.law import PLASTIC, SOURCE
@@ -23,21 +17,11 @@ from harness.theory.contact import restitution_clipped
 pytestmark = pytest.mark.live
 
 CLIPPED_SOURCE = SOURCE.replace(name="source, clipped", tail="clipped")
-SHIFTED = {"phase": 0.3, "diameter": 0.37, "density": 2500.0, "gravity": 3.7}
 HEAD_ON = PLASTIC.replace(name="e = 0.5", damping_ratio=None, restitution=0.5)
-
-
-def columns(path):
-    return np.array([path.time_s, path.x_m, path.y_m, path.vx_m_per_s, path.vy_m_per_s])
 
 
 def leftovers():
     return set(Path("/tmp").glob("yade-??????"))
-
-
-def test_yade_qualifies(yade):
-    found = qualify(yade)
-    assert found.holds, found.failures
 
 
 STATED = "kn=2 * p.stiffness, cn=2 * p.damping, ks=0.0, cs=0.0"
@@ -100,64 +84,6 @@ def test_what_users_fall_into_does_not_qualify(yade, told, failures, values):  #
     assert {name: measured[name] for name in values} == pytest.approx(values, abs=3e-3)
 
 
-def test_drops_are_the_references_step_by_step(yade):
-    told = {"speed": 1.0, "sideways": 0.3, "gap": 1.5e-3, "gravity": 9.81, "duration": 5.0}
-    cases = [Drop(contact=contact, **told) for contact in (HEAD_ON, CLIPPED_SOURCE, PLASTIC)]
-    runs = zip(run_drops(yade, cases), run_drops(Reference("mfix-euler"), cases), strict=True)
-    for ours, reference in runs:
-        assert_allclose(columns(ours.path), columns(reference.path), rtol=1e-11, atol=1e-13)
-
-
-PASSAGES = [
-    Incline(contact=PLASTIC, angle=10.2),
-    Incline(contact=CLIPPED_SOURCE, angle=10.2, stiffness=1e5),
-    Incline(contact=PLASTIC, angle=10.5, steps_per_contact=200.0, **SHIFTED),
-    Incline(contact=PLASTIC, angle=12.0, time_limit=0.1),
-]
-STEADY = [
-    Incline(contact=PLASTIC, angle=15.0, stiffness=1e5, spheres=4, wells=7),
-    Incline(contact=PLASTIC, angle=10.0, stiffness=1e5),
-    Incline(contact=PLASTIC, angle=12.0, stiffness=1e5, time_limit=1.01),
-]
-
-
-@pytest.mark.parametrize(
-    ("route", "cases", "ends"),
-    [
-        ("passage", PASSAGES, {Motion.TRAPPED, Motion.MOVES_ON, Motion.UNDECIDED}),
-        ("steady", STEADY, {Motion.TRAPPED, Motion.MOVES_ON, Motion.UNDECIDED}),
-    ],
-)
-def test_inclines_are_the_references_step_by_step(yade, route, cases, ends):
-    ours = run_inclines(yade, cases, route, every=7)
-    references = run_inclines(Reference("mfix-euler"), cases, route, every=7)
-    assert {run.motion for run in references} == ends
-    for case, run, reference in zip(cases, ours, references, strict=True):
-        assert run.motion is reference.motion
-        assert (run.steps, run.touching) == (reference.steps, reference.touching)
-        # round-off, which the shocks of a plastic contact do not blow up
-        ours_path, path = columns(run.trajectory), columns(reference.trajectory)
-        assert_allclose(ours_path, path, rtol=1e-10, atol=1e-10 * case.diameter)
-        assert run.margin_J == pytest.approx(reference.margin_J, abs=1e-10 * case.weight_energy)
-        assert run.crests.time_s == pytest.approx(reference.crests.time_s, rel=1e-14)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("contact", [PLASTIC, CLIPPED_SOURCE], ids=lambda c: c.name)
-@pytest.mark.parametrize("stiffness", [1e5, 1e6, 1e7])
-def test_critical_angle_is_the_references(yade, contact, stiffness):
-    case = Incline(contact=contact, stiffness=stiffness)
-    ours = critical_angle(case, engine=yade)
-    reference = critical_angle(case, engine=Reference("mfix-euler"))
-    assert ours.value_deg == pytest.approx(reference.value_deg, abs=1e-9)
-
-
-@pytest.mark.slow
-def test_critical_angle_of_the_plastic_contact(yade):
-    case = Incline(contact=PLASTIC, stiffness=1e6, steps_per_contact=200.0)
-    assert critical_angle(case, engine=yade).value_deg == pytest.approx(10.2078, abs=0.003)
-
-
 @pytest.mark.slow
 def test_a_run_that_yade_refuses_costs_only_itself(yade):  # noqa: ARG001
     class Refused(Yade):
@@ -199,19 +125,3 @@ def test_too_little_memory_is_an_engine_error(yade):  # noqa: ARG001
         (error,) = run_drops(engine, [Drop(contact=HEAD_ON)])
     assert isinstance(error, EngineError)
     assert error.log
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("script", ["drop.py", "tower.py", "incline.py"])
-def test_committed_script_runs_alone(yade, inputs, tmp_path, script):
-    ended = subprocess.run(
-        [yade.identify().executable, "-n", "-x", str(inputs / "yade" / script)],
-        cwd=tmp_path,
-        env={"PATH": "/usr/bin:/bin", "HOME": str(tmp_path)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert ended.returncode == 0
-    assert ended.stdout.endswith("RESULT verdict = finished\n")
-    assert (tmp_path / script).with_suffix(".csv").is_file()

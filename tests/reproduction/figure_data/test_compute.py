@@ -2,7 +2,7 @@ import pytest
 
 from harness.observables.reference import ReferencePoints
 from harness.reproduction.claims import FIGURES, ClaimStatus, Ledger
-from harness.reproduction.reproduced_figures import source_figures
+from harness.reproduction.run import source_figures
 
 
 @pytest.fixture(scope="module")

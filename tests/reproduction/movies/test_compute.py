@@ -9,6 +9,7 @@ from harness.cases.incline.system import Motion
 from harness.errors import EngineCrashError
 from harness.parameters.tower import Tower
 from harness.reproduction.movies.motions import PAIR, contact_changes, motions, row_motion
+from harness.solvers.chain.forces import compressions
 from tests.reproduction.doubles import FateEngine
 
 
@@ -25,7 +26,7 @@ def motion(request, found):
 def test_boundaries_of_neighbours_coincide_in_contact_and_never_overlap(motion):
     rounding = 50 * np.finfo(float).eps * motion.run.tower.particles
     assert motion.gap.min() > -rounding
-    pressed = motion.compression > 0
+    pressed = motion.force > 0
     assert pressed.any()
     assert np.abs(motion.gap[pressed]).max() < rounding
 
@@ -36,7 +37,7 @@ def test_boundaries_coincide_as_drawn(motion):
     # the rounding of positions in the row, exaggerated
     rounding = motion.exaggeration * 50 * np.finfo(float).eps * motion.run.tower.particles
     assert (left - right).min() > -rounding
-    assert np.abs(left - right)[motion.compression > 0].max() < rounding
+    assert np.abs(left - right)[motion.force > 0].max() < rounding
 
 
 def test_compressions_from_the_centres_are_those_of_the_forces(motion):
@@ -46,7 +47,11 @@ def test_compressions_from_the_centres_are_those_of_the_forces(motion):
     # positions of up to 20 m carry compressions; T has a smallest eigenvalue of about 5 / n^2
     n = run.tower.particles
     width = 1e6 * 20 * np.finfo(float).eps * n**2
-    assert motion.force[after] == pytest.approx(run.profiles.forces[rows], abs=width)
+    touching = np.arange(n)
+    for frame, row in zip(np.flatnonzero(after), rows, strict=True):
+        swept = 1e6 * compressions(touching + motion.displacement[frame], 1.0)
+        assert motion.force[frame] == pytest.approx(swept, abs=width)
+        assert motion.force[frame] == pytest.approx(run.profiles.forces[row], abs=width)
 
 
 def test_frames_are_equally_far_apart_and_show_the_approach(motion):
@@ -54,7 +59,7 @@ def test_frames_are_equally_far_apart_and_show_the_approach(motion):
     assert steps == pytest.approx(np.full(steps.size, steps[0]), rel=1e-6)
     before = motion.time < 0
     assert before.sum() > 3
-    assert (motion.compression[before] == 0).all()
+    assert (motion.force[before] == 0).all()
     assert (motion.displacement[before, 1:] == 0).all()
     # positions are those that the velocities sum to
     moved = np.trapezoid(motion.velocity[before, 0], motion.time[before])
@@ -68,7 +73,7 @@ def test_free_rows_keep_momentum_and_energy(found, name):
     v, tower = motion.velocity, motion.run.tower
     assert v.sum(axis=1) == pytest.approx(np.full(len(v), tower.speed), rel=1e-12)
     # U = k/2 c . T c, with T = tridiag(1/2, 1, 1/2)
-    c = motion.compression
+    c = motion.force / 1e6
     beside = (c[:, 1:] * c[:, :-1]).sum(axis=1)
     energy = 0.5 * (v**2).sum(axis=1) + 0.5 * 1e6 * ((c**2).sum(axis=1) + beside)
     assert energy == pytest.approx(np.full(len(v), 2.0), rel=1e-9)
@@ -142,10 +147,11 @@ def test_the_grain_is_trapped_below_and_moves_on_above(lammps_here, monkeypatch)
     monkeypatch.setattr("harness.reproduction.movies.motions.row_motion", lambda *_, **__: None)
     with open_engine() as engine:
         incline = motions(engine).incline
-    assert incline.below.motion is Motion.TRAPPED
-    assert incline.above.motion is Motion.MOVES_ON
+    below, above = incline.runs
+    assert below.motion is Motion.TRAPPED
+    assert above.motion is Motion.MOVES_ON
     assert "10.20 deg it is trapped after 6 crests" in incline.sentence
-    path = incline.path(incline.above)
+    path = incline.path(above)
     # a row of the path is 50 steps of 63 us
     assert np.abs(path.time_s - incline.time).max() < 0.0032
-    assert path.x_m[-1] == pytest.approx(incline.above.trajectory.x_m[-1])
+    assert path.x_m[-1] == pytest.approx(above.trajectory.x_m[-1])

@@ -11,7 +11,7 @@ from harness.cases.incline.system import Crests, Incline, InclineRun, Motion
 from harness.observables.provenance import Provenance
 from harness.observables.reference import Trajectory
 from harness.parameters.tower import Tower
-from harness.report.gallery import FRAME_MS, gif
+from harness.report.film import FRAME_MS, gif
 from harness.reproduction.movies import films
 from harness.reproduction.movies.motions import (
     INCLINE_COLUMNS,
@@ -29,7 +29,7 @@ ENGINE = Provenance("lammps", "1 Jan 2030")
 
 
 def thin(motion, every):
-    arrays = ("time", "displacement", "velocity", "compression")
+    arrays = ("time", "displacement", "velocity", "force")
     return replace(motion, **{name: getattr(motion, name)[::every] for name in arrays})
 
 
@@ -50,7 +50,7 @@ def motions():
         row_motion("two-particles", "Two", PAIR, **plan),
         row_motion("three-particles", "Three", PAIR.replace(height=2), **plan),
         thin(row_motion("shock-down-the-tower", "Tower", Tower(height=5), **plan), 2),
-        InclineMotion("incline", "Incline", "words", below, above, np.linspace(0, 8, 12)),
+        InclineMotion("incline", "Incline", "words", (below, above), np.linspace(0, 8, 12)),
     )
 
 
@@ -111,7 +111,7 @@ def test_the_largest_movie_is_below_a_megabyte():
 
 
 def test_what_is_not_there_is_left_out(motions, monkeypatch):
-    monkeypatch.setattr("harness.report.gallery.gif", lambda *_: b"")
+    monkeypatch.setattr("harness.report.film.gif", lambda *_: b"")
     names = [film.name for film in films(replace(motions, incline=None))]
     assert names == [name for name in NAMES if name != "incline"]
 
@@ -199,7 +199,7 @@ def test_round_off_changes_no_dump(motions, made):
         def off(values):
             return values + 1e-15 * np.abs(values).max() * random.uniform(-1, 1, values.shape)
 
-        arrays = ("displacement", "velocity", "compression")
+        arrays = ("displacement", "velocity", "force")
         return replace(motion, **{name: off(getattr(motion, name)) for name in arrays})
 
     for motion in (motions.pair, motions.triple, motions.tower):

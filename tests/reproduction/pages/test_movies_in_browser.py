@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from harness.report.gallery import base64_uri, gif, png
-from harness.reproduction.movies import Film
+from harness.report.film import base64_uri, gif, png
+from harness.reproduction.movies import Movie
 from harness.reproduction.page import html_page
 
-FILM = Film("two-particles", "Two particles", "They exchange.", b"", b"", b"")
+FILM = Movie("two-particles", "Two particles", "They exchange.", b"", b"", b"")
 
 
 BAR = """c => c.getContext("2d").getImageData(0, 20, 60, 1).data

@@ -5,7 +5,7 @@ from harness.report.gallery import picture
 from harness.report.style import house_style
 from harness.reproduction.claims import FIGURES
 from harness.reproduction.page import source_pictures
-from harness.reproduction.reproduced_figures import source_figures
+from harness.reproduction.run import source_figures
 
 MOST_BYTES = 5_000_000
 

@@ -1,5 +1,8 @@
 """No ending that is positive within a step, and no longer at its end, is passed over."""
 
+import math
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import Phase, assume, example, given, settings
@@ -101,3 +104,32 @@ def test_a_slide_that_begins_and_ends_within_a_step_is_seen_whatever_the_steps(t
         *("slides", "sticks", "slides", "attracts", "ends"),
     ]
     assert path.velocities[-1, 0, 0] == pytest.approx(integrate(scene).velocities[-1, 0, 0], 1e-10)
+
+
+def kinds(path):
+    """Return the kinds of what happens in a motion, in its order."""
+    return [(event.kind, event.slider) for event in path.events]
+
+
+@given(st.sampled_from(sorted(LAWS)), st.floats(0.05, 0.8), st.floats(5.0, 85.0))
+@settings(max_examples=10, deadline=None)
+def test_samples_change_no_event(law, friction, angle):
+    turned = math.radians(angle)
+    velocity = (math.sin(turned), 0.0, -math.cos(turned))
+    scene = impact(LAWS[law].replace(friction=friction), velocity)
+    dense = replace(scene, step=scene.step / 4.0, steps=4 * scene.steps, every=1)
+    assert kinds(integrate(dense)) == kinds(integrate(scene))
+
+
+def test_a_slider_that_begins_to_stick_just_before_a_sample_goes_on_sticking():
+    """It stands at Coulomb's limit by round-off, and leaves it by less in what is left."""
+    law = {"normal": "hertz", "youngs_modulus": 1e8, "poisson_ratio": 0.3}
+    springs = {"tangential": "linear_history", "tangential_stiffness": 3e4}
+    parameters = CASE.default.replace(
+        **{"normal_stiffness": None, **law, **springs},
+        friction=1.0 / 3.0,
+        angle=56.919921875,
+        steps_per_contact=400,
+    )
+    scene = CASE.scene(parameters)
+    assert kinds(integrate(replace(scene, every=1))) == kinds(integrate(scene))

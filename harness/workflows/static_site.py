@@ -1,0 +1,251 @@
+"""Build a static site of the committed reports and of runs: one style, one navigation."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from harness.comparison.verdicts import Verdict
+from harness.errors import RequestError
+from harness.files import check_writable, whole_folder
+from harness.report.plain import json_text, safe_path
+from harness.report.site import START, STYLE, Site
+from harness.report.text import headline
+from harness.shown import Shown
+from harness.store.baseline import checkout_baseline
+from harness.store.known_defects import known_defects
+from harness.workflows import site_board as board
+from harness.workflows.baseline import FILE, read_results
+from harness.workflows.site_board import Board, DefectPage, Run, text_state
+from harness.workflows.site_history import release_parts, run_parts
+
+if TYPE_CHECKING:
+    from harness.shown.figure import Figure
+
+LIST = "site.json"
+"""File of a site with the addresses of all that it holds."""
+
+RUNS, HISTORY = "runs", "history/index.html"
+DEFECTS = f"{board.DEFECTS}/index.html"
+
+COMMITTED = (
+    ("Verification", f"reports/{board.MAIN}/report.md"),
+    ("Contacts", f"reports/{board.CONTACTS}/report.md"),
+    ("Defects", "reports/defects/README.md"),
+    ("Releases", f"reports/{board.RELEASES}/report.md"),
+    ("Layers", "reports/layers/report.md"),
+    ("Reproduction", "reports/reproduction/report.md"),
+    ("Upstream", f"reports/{board.UPSTREAM}/report.md"),
+    ("How to read", "reports/README.md"),
+)
+"""Title and file of each committed report."""
+
+
+@dataclass(frozen=True, repr=False)
+class BuiltSite(Shown):
+    """A site: its folder, its pages with their sizes [bytes], and how many other files it has.
+
+    ``unlinked`` are page and link where a link leads to nothing that the site could hold.
+    """
+
+    folder: Path
+    pages: dict[str, int]
+    files: int
+    unlinked: tuple[tuple[str, str], ...]
+
+    def told(self) -> dict[str, str]:
+        """Return where it starts, and how much it holds."""
+        counts = {"pages": len(self.pages), "other files": self.files}
+        counts |= {"links to what is not committed": len(self.unlinked)}
+        words = {name: str(number) for name, number in counts.items()}
+        return {"site": str(self.folder / START), **words}
+
+    def record(self) -> dict[str, Any]:
+        """Return it as a JSON-ready mapping."""
+        return {
+            "output": str(self.folder),
+            "start": str(self.folder / START),
+            "pages": [{"page": page, "bytes": size} for page, size in self.pages.items()],
+            "files": self.files,
+            "unlinked": [{"page": page, "link": link} for page, link in self.unlinked],
+        }
+
+    def drawn(self) -> Figure:
+        """Draw how many pages are at most so large."""
+        from harness.report.style import label, panels
+
+        figure = panels(1, 1)
+        axes = figure.axes[0]
+        axes.step(sorted(self.pages.values()), range(1, len(self.pages) + 1), where="post")
+        axes.set_xscale("log")
+        label(axes, "size [bytes]", "pages of at most this size")
+        return figure
+
+
+def site(
+    output: Path, runs: Sequence[Path] = (), *, history: bool = False, project: Path | None = None
+) -> BuiltSite:
+    """Build a site into a folder: the committed reports, and folders that ``verify`` wrote.
+
+    With ``history`` what this machine has recorded is looked through for what moved. ``project`` is
+    the folder that holds ``reports``, that of this checkout unless given. A site that the output
+    folder holds is replaced. Raise RequestError for a folder with other files, for what is no run,
+    and where there is nothing to show.
+    """
+    output = Path(output)
+    check_folder(output)
+    checkout = checkout_baseline()
+    project = project or (checkout.parent.parent if checkout else None)
+    reports = project / "reports" if project and (project / "reports").is_dir() else None
+    folders = _run_folders(runs)
+    if reports is None and not folders and not history:
+        raise RequestError("RUN: no reports are committed here; name folders of `verify --output`")
+    shown = [
+        Run(name, read_results(folder), f"{RUNS}/{name}/report.html")
+        for name, folder in folders.items()
+    ]
+    if reports and (reports / board.MAIN / FILE).is_file():
+        main = read_results(reports / board.MAIN)
+        shown.insert(0, Run("Main job", main, f"reports/{board.MAIN}/report.html"))
+    built = _filled(project or output, reports, shown, history=history)
+    for name, folder in folders.items():
+        built.add_folder(folder, f"{RUNS}/{name}")
+    _write(built, output)
+    sizes = {page: len(html.encode()) for page, html in sorted(built.pages.items())}
+    return BuiltSite(output, sizes, len(built.files) + len(built.texts), tuple(built.unlinked))
+
+
+def check_folder(folder: Path) -> None:
+    """Raise RequestError for a folder that cannot take a site: it holds what no site wrote."""
+    if folder.exists() and not folder.is_dir():
+        raise RequestError(f"--output {folder}: is a file; name a folder")
+    try:
+        text = (folder / LIST).read_text("utf-8")
+        own = {LIST, *json.loads(text)["files"]}
+    except (OSError, ValueError, KeyError, TypeError):
+        own = set()
+    held = (path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
+    foreign = next((name for name in held if name not in own), None)
+    if foreign is not None:
+        raise RequestError(
+            f"--output {folder}: holds {foreign}, which no site wrote; name a new folder"
+        )
+    check_writable(folder)
+
+
+def _run_folders(runs: Sequence[Path]) -> dict[str, Path]:
+    """Return the folders of runs by names that make addresses; raise RequestError for no run."""
+    folders: dict[str, Path] = {}
+    for run in map(Path, runs):
+        folder = run.parent if run.name == FILE else run
+        if not (folder / "report.html").is_file():
+            raise RequestError(f"RUN {run}: is not a run of verify: it holds no report.html")
+        base = name = safe_path(folder.resolve().name)
+        while name in folders:
+            name = f"{base}-{len(folders) + 1}"
+        folders[name] = folder
+    return folders
+
+
+def _filled(root: Path, reports: Path | None, shown: Sequence[Run], *, history: bool) -> Site:
+    """Return the site with its own pages and the committed ones."""
+    defects = board.defect_pages(known_defects(), reports)
+    committed = {title: file for title, file in COMMITTED if reports and (root / file).is_file()}
+    pages = {title: _address(file) for title, file in committed.items()}
+    pages = {"Start": START, **pages, "Defects": DEFECTS, "History": HISTORY}
+    parts = [*release_parts(reports), *run_parts(shown, history=history)]
+    texts = {
+        f"history/{picture.name}.svg": picture.svg for part in parts for picture in part.pictures
+    }
+    for page in defects:
+        folder = page.address.rpartition("/")[0]
+        texts |= {f"{folder}/{page.file}": page.script} if page.script else {}
+        texts |= {f"{folder}/test.yaml": page.test} if page.test else {}
+    planned = {
+        *pages.values(),
+        *texts,
+        *(defect.address for defect in defects),
+        *(one.address for one in shown),
+    }
+    scripts = {
+        f"{defect.address.rpartition('/')[0]}/{defect.file}": defect.address for defect in defects
+    }
+    named = {entry.name: page.address for page in defects for entry in page.entries}
+    built = Site(root, tuple(pages.items()), planned, scripts, texts, named)
+    built.add_template(START, "board.html.j2", **_start(shown, reports, defects))
+    built.add_template(HISTORY, "history.html.j2", parts_of_history=parts)
+    for page in defects:
+        built.add_template(page.address, "defect.html.j2", defect=page, index=DEFECTS)
+    for file in committed.values():
+        built.add_file(file)
+    if "Defects" not in committed:
+        listed = _defects(defects)
+        built.add_template(DEFECTS, "board.html.j2", title=listed.label, runs=(), boards=[listed])
+    return built
+
+
+def _address(file: str) -> str:
+    """Return the page of a Markdown file of the project."""
+    stem = file.removesuffix(".md")
+    return f"{stem.removesuffix('README')}{START}" if stem.endswith("README") else f"{stem}.html"
+
+
+def _start(
+    shown: Sequence[Run], reports: Path | None, defects: Sequence[DefectPage]
+) -> dict[str, Any]:
+    """Return what the start page shows."""
+    verdicts = {check.verdict for run in shown for check in run.results.checks}
+    fails = Verdict.FAIL in verdicts or any(run.results.status for run in shown)
+    apart = verdicts & {Verdict.KNOWN_DEFECT, Verdict.NOT_TESTED}
+    sentences = []
+    for run in shown:
+        results = run.results
+        engine = results.engine.told if results.engine else "no engine"
+        words = headline(results.checks, results.untested_cases)
+        sentences.append((f"{run.name}: {words}", f"{engine}, {results.started[:10]}"))
+    boards = [
+        board.codes(shown) if shown else None,
+        board.cases(reports) if reports else None,
+        board.releases(reports) if reports else None,
+        _defects(defects),
+    ]
+    return {
+        "title": "DEM codes against theory: what holds",
+        "outcome": "fail" if fails else "apart" if apart else "",
+        "runs": [(run.address, *words) for run, words in zip(shown, sentences, strict=True)],
+        "boards": [one for one in boards if one is not None],
+    }
+
+
+def _defects(defects: Sequence[DefectPage]) -> Board:
+    """Return the list of the known defects, each leading to its page."""
+    rows = []
+    for page in defects:
+        names = "; ".join(entry.name for entry in page.entries)
+        facts = dict(page.entries[0].facts)
+        releases = f"{facts['first release']} to {facts['last release']}"
+        releases = releases.replace(f"{board.ALWAYS} to today", "all").replace(
+            f"{board.ALWAYS} ", ""
+        )
+        rows.append(
+            (
+                text_state(page.title, page.address),
+                text_state(facts["what"].rpartition(" of ")[2]),
+                text_state(releases),
+                text_state(page.paragraphs[0] if page.paragraphs else names),
+            )
+        )
+    sentence = "Each has a page with its cause, the size that it predicts, and a script to run."
+    head = ("defect", "code", "releases", "what")
+    return Board("defects", "Known defects", sentence, head, tuple(rows))
+
+
+def _write(built: Site, output: Path) -> None:
+    files = sorted({*built.pages, *built.files, *built.texts, STYLE})
+    with whole_folder(output, replace=True) as aside:
+        aside.mkdir()
+        built.write(aside)
+        (aside / LIST).write_text(json_text({"files": files}), encoding="utf-8")

@@ -1,0 +1,264 @@
+"""Layers in steady flow: sums to profiles, balances, faults that turn them, flows without means."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from harness.cases.contract import Study
+from harness.cases.layers_flow import (
+    CASE,
+    GRAIN_DENSITY,
+    PLANNED,
+    SLICE,
+    STEADY,
+    SUMS,
+    TOLERANCES,
+    Flow,
+    Measurement,
+    Slices,
+    flow_law_figure,
+)
+from harness.comparison.verdicts import Verdict
+from harness.engines.lammps.engine import Lammps
+from harness.engines.output import Output
+from harness.errors import (
+    EngineError,
+    EngineLostAtomsError,
+    EngineOutputError,
+    EngineUndecidedError,
+    RequestError,
+)
+from harness.observables.provenance import Provenance
+from harness.workflows import run
+
+SHEAR, FRACTION, TEMPERATURE = 0.2, 0.6, 0.03
+
+
+FLOW = Flow(blocks=6, angle=20.0)
+
+
+def uniform(case=FLOW, growth=0.0):
+    """A flow of uniform density and shear from z = 0 to H, in balance: every sum in closed form."""
+    area, tilt = case.length * case.width, math.radians(case.angle)
+    density = GRAIN_DENSITY * FRACTION
+    height = case.layers / density  # a grain of mass 1 on each d^2 and layer
+    z = SLICE * (np.arange(math.ceil(height / SLICE) - 1) + 0.5)
+    mass = density * area * SLICE * np.ones_like(z)
+    lost = case.layers * area - mass.sum()  # of the last slice, which is not full
+    z, mass = np.append(z, z[-1] + SLICE), np.append(mass, lost)
+    speed = SHEAR * z
+    above = (np.cumsum(mass[::-1])[::-1] - 0.5 * mass) / area
+    normal, shear = above * math.cos(tilt), above * math.sin(tilt)
+    kinetic = mass * TEMPERATURE
+    volume = area * SLICE
+    weight = mass.sum()
+    texts = [("mass", weight), ("block_time", 20.0), ("verdict", "flowed"), ("steps", 1)]
+    for block in range(case.blocks):
+        more = 1.0 + growth * block
+        columns = {
+            "count": mass, "volume": mass / GRAIN_DENSITY, "mass": mass, "momentum": mass * speed,
+            "mxx": kinetic + mass * speed**2, "myy": kinetic, "mzz": kinetic, "mxz": 0 * mass,
+            "virial_xx": 0 * mass, "virial_yy": 0 * mass,
+            "virial_zz": kinetic - normal * volume, "virial_xz": shear * volume,
+        }  # fmt: skip
+        for row in zip(z, *(columns[name] for name in SUMS), strict=True):
+            texts.append(("slice", " ".join(map(repr, map(float, (block + 1, *row))))))
+        along, out = weight * math.sin(tilt), -weight * math.cos(tilt)
+        mean = float(mass @ z / weight)
+        texts.append(
+            ("block", " ".join(map(repr, map(float, (
+                block + 1, mass @ speed / weight, 5.0 * more, 4.0, mean, along, out, 1.0, 1.0,
+                0.0, 0.0,
+            )))))
+        )  # fmt: skip
+    return Output(tuple((name, str(value)) for name, value in texts), Provenance("fake", "1"))
+
+
+def test_a_uniform_flow_is_measured_as_it_is():
+    case = Flow(blocks=6, angle=20.0)
+    found = CASE.read(case, uniform(), Lammps.traits)
+    tilt = math.radians(20.0)
+    assert found["mu"] == pytest.approx(math.tan(tilt))
+    assert found["mu_of_contacts"] == pytest.approx(math.tan(tilt))
+    assert found["shear_rate"] == pytest.approx(SHEAR)
+    assert found["solid_fraction"] == pytest.approx(FRACTION)
+    assert found["granular_temperature"] == pytest.approx(TEMPERATURE)
+    for name in TOLERANCES:
+        assert found[name] == pytest.approx(1.0, abs=2e-3), name  # a slice is a quarter of d
+    # at half the height half the weight is above
+    pressure = 0.5 * case.layers * math.cos(tilt)
+    assert found["pressure"] == pytest.approx(pressure, rel=0.03)
+    inertial = SHEAR / math.sqrt(pressure / GRAIN_DENSITY)
+    assert found["inertial_number"] == pytest.approx(inertial, rel=0.02)
+    assert found["mean_speed_uncertainty"] == pytest.approx(0.0, abs=1e-12)
+    assert set(found) == {quantity.name for quantity in CASE.quantities}
+
+
+def test_the_profile_holds_the_balance_at_every_height():
+    case = Flow(blocks=6, angle=20.0)
+    profile = {name: np.array(v) for name, v in CASE.profile(case, uniform()).items()}
+    inside = (profile["height"] > 0.9) & (profile["height"] < 2.6)  # below the last slice
+    tangent = math.tan(math.radians(20.0))
+    assert profile["mu"][inside] == pytest.approx(np.full(inside.sum(), tangent))
+    assert profile["normal_stress"][inside] == pytest.approx(
+        profile["weight_above"][inside], rel=1e-9
+    )
+    assert profile["velocity"][inside] == pytest.approx(SHEAR * profile["height"][inside])
+    inertial = SHEAR / np.sqrt(profile["normal_stress"][inside] / GRAIN_DENSITY)
+    assert profile["inertial_number"][inside] == pytest.approx(inertial)
+
+
+@pytest.mark.parametrize(
+    ("fault", "turned"),
+    [
+        (lambda m: replace(m, case=m.case.replace(angle=22.0)),
+         {"momentum_balance", "weight_on_base", "shear_stress_balance"}),
+        (lambda m: replace(m, slices=replace(m.slices, area=1.2 * m.slices.area)),
+         {"shear_stress_balance", "normal_stress_balance"}),
+        (lambda m: replace(m, mass=1.05 * m.mass),
+         {"momentum_balance", "weight_on_base", "shear_stress_balance", "normal_stress_balance"}),
+        (lambda m: replace(m, slices=replace(m.slices, sums={
+            **m.slices.sums, "virial_zz": 0.5 * m.slices.sums["virial_zz"]})),
+         {"normal_stress_balance"}),
+        (lambda m: replace(m, slices=replace(m.slices, sums={
+            **m.slices.sums, "virial_xz": -m.slices.sums["virial_xz"]})),
+         {"shear_stress_balance"}),
+    ],
+    ids=["gravity at another angle", "wrong area", "wrong mass", "half a virial", "wrong sign"],
+)  # fmt: skip
+def test_a_fault_turns_the_balances(fault, turned):
+    measured = Measurement.of(Flow(blocks=6, angle=20.0), uniform())
+    found = fault(measured).quantities()
+    off = {
+        name for name, tolerance in TOLERANCES.items() if abs(found[name] - 1) > tolerance.relative
+    }
+    assert off == turned
+
+
+def test_a_flow_that_becomes_faster_has_no_means_but_says_them():
+    case = Flow(blocks=6)
+    with pytest.raises(EngineUndecidedError, match=r"becomes faster: .* changes by \+") as told:
+        CASE.read(case, uniform(case, growth=0.1), Lammps.traits)
+    assert told.value.values["mean_speed"] > 0.0
+    with pytest.raises(EngineUndecidedError, match="becomes slower"):
+        CASE.read(case, uniform(case, growth=-0.1), Lammps.traits)
+    small = 0.5 * STEADY / case.blocks
+    assert CASE.read(case, uniform(case, growth=small), Lammps.traits)["mean_speed"] > 0.0
+
+
+def test_a_steady_flow_that_fluctuates_is_seldom_called_unsteady():
+    case, wrong = Flow(blocks=10), 0
+    one = Measurement.of(case, uniform(case))
+    rng = np.random.default_rng(11)
+    for _ in range(400):
+        blocks = one.blocks.copy()
+        blocks[:, 2] = 5.0 * (1.0 + 0.3 * rng.standard_normal(case.blocks))
+        drift = replace(one, blocks=blocks).drift
+        wrong += abs(drift.value) > drift.half_width
+    assert wrong <= 12  # 1 % of 400 is 4; more than 12 once in 3000
+
+
+@pytest.mark.parametrize(
+    ("results", "error", "words"),
+    [
+        ({"verdict": "stopped"}, EngineUndecidedError, "the flow stopped at angle = 14 deg"),
+        ({"verdict": "fell_through"}, EngineLostAtomsError, "fell through the base"),
+        ({"verdict": "flowed"}, EngineOutputError, "block"),
+        ({"verdict": "else", "block": " ".join("1" * 11)}, EngineOutputError, "verdict 'else'"),
+    ],
+)
+def test_what_is_no_flow_is_said(results, error, words):
+    output = Output(tuple(results.items()), Provenance("fake", "1"))
+    with pytest.raises(error, match=words):
+        CASE.read(Flow(), output, Lammps.traits)
+
+
+def test_a_packing_is_held_to_the_same_bounds_as_a_descent():
+    with pytest.raises(RequestError, match="is too small for 8 layers"):
+        Flow(layers=8, length=7)
+    with pytest.raises(RequestError, match="angle"):
+        Flow(angle=0.0)
+
+
+def test_the_figure_has_a_colour_for_each_thickness():
+    import pandas as pd
+
+    found = dict(CASE.read(Flow(blocks=6, angle=20.0), uniform(), Lammps.traits))
+    rows = pd.DataFrame([{**found, "layers": n} for n in (2, 4)])
+    figure = flow_law_figure(rows)
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ["2 layers", "4 layers"]
+    assert set(CASE.figures(rows)) == {"flow-law"}
+    assert CASE.figures(rows.head(0)) == {}
+
+
+@pytest.fixture(scope="module")
+def engine(lammps_here):  # noqa: ARG001
+    with Lammps(workers=1) as opened:
+        yield opened
+
+
+@pytest.mark.live
+def test_the_balances_hold_in_lammps_and_a_wrong_angle_or_area_is_seen(engine, monkeypatch):
+    findings = CASE.verify(engine, Study("quick"))
+    assert {row.name.rpartition(": ")[2] for row in findings.checks} == set(TOLERANCES)
+    assert {row.verdict for row in findings.checks} == {Verdict.PASS}, findings.checks
+    (output,) = engine.run([CASE.job(PLANNED)])
+    assert not isinstance(output, EngineError)
+    other = CASE.read(PLANNED.replace(angle=17.0), output, engine.traits)
+    assert abs(other["momentum_balance"] - 1.0) > 10 * TOLERANCES["momentum_balance"].relative
+    right = Slices.of
+    monkeypatch.setattr(
+        Slices, "of", lambda *given: replace(right(*given), area=PLANNED.length * 5.0)
+    )
+    wrong = CASE.read(PLANNED, output, engine.traits)
+    assert abs(wrong["normal_stress_balance"] - 1.0) > 3 * TOLERANCES[
+        "normal_stress_balance"
+    ].relative  # fmt: skip
+
+
+@pytest.mark.live
+def test_the_mean_speed_is_that_of_the_particles(engine):
+    """Sums of slices beside the centre of mass, which LAMMPS computes by itself."""
+    (output,) = engine.run([CASE.job(PLANNED)])
+    measured = Measurement.of(PLANNED, output)
+    momentum, mass = measured.slices.total("momentum"), measured.slices.total("mass")
+    assert momentum / mass == pytest.approx(measured.blocks[:, 1], rel=1e-6)
+    assert mass == pytest.approx(np.full(PLANNED.blocks, measured.mass), rel=1e-6)
+    assert measured.slices.total("count") == pytest.approx(
+        np.full(PLANNED.blocks, PLANNED.grains), rel=1e-6
+    )
+
+
+@pytest.mark.live
+def test_a_gentle_slope_stops_and_a_steep_one_never_gets_steady(engine):
+    quick = PLANNED.replace(layers=2, settle_time=30.0, flow_time=40.0, blocks=6)
+    outputs = engine.run([CASE.job(quick.replace(angle=angle)) for angle in (2.0, 42.0)])
+    for output, words in zip(outputs, ("stopped at angle = 2", "becomes faster"), strict=True):
+        with pytest.raises(EngineUndecidedError, match=words):
+            CASE.measured(quick.replace(angle=2.0), output, engine.traits)
+
+
+def test_a_parameter_that_another_case_of_the_group_has_is_said_where():
+    with pytest.raises(
+        RequestError, match=r"no such parameter of Layers .*; case layers-flow has angle"
+    ):
+        run("layers", {"angle": "16"})
+
+
+def test_the_committed_rows_are_those_of_this_case_and_hold():
+    import pandas as pd
+
+    rows = pd.read_csv(Path(__file__).parents[2] / "reports/layers-flow/rows.csv")
+    done = rows[rows["status"] == "done"]
+    assert len(rows) == 28
+    assert {quantity.name for quantity in CASE.quantities} <= set(rows)
+    for name, tolerance in TOLERANCES.items():
+        assert (done[name] - 1.0).abs().max() < tolerance.relative
+    assert (done["mu"] - np.tan(np.radians(done["angle_deg"]))).abs().max() < 0.002
+    eight = done[done["layers"] == 8].groupby("angle_deg")["inertial_number"].mean()
+    assert eight.is_monotonic_increasing
+    assert flow_law_figure(done).axes

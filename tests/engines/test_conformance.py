@@ -1,0 +1,40 @@
+"""Every engine of this package goes through the suite that other packages' engines go through."""
+
+import os
+from functools import partial
+
+import pytest
+
+from harness.engines.registry import ENGINES, engine_class
+from harness.errors import EngineMissingError, RequestError
+from harness.testing import engine_checks
+
+QUICK = ("reference", "lammps", "liggghts")
+"""Those whose suite takes seconds; the others start a program for each run."""
+
+
+def _opened(name):
+    program = os.environ.get("DEM_HARNESS_MFIX") if name == "mfix" else None
+    return partial(engine_class(name), **({"program": program} if program else {}))
+
+
+def _marks(name):
+    live = [] if name == "reference" else [pytest.mark.live]
+    return live if name in QUICK else [*live, pytest.mark.slow]
+
+
+CHECKS = [
+    pytest.param(name, check, marks=_marks(name), id=f"{name}-{check.__name__}")
+    for name in ENGINES
+    for check in engine_checks(_opened(name))
+]
+
+
+@pytest.mark.parametrize(("name", "check"), CHECKS)
+def test_engine(name, check):
+    try:
+        with _opened(name)() as engine:
+            engine.identify()
+    except (EngineMissingError, RequestError) as error:
+        pytest.skip(f"{name}: {error}")
+    check()

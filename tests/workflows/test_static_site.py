@@ -1,0 +1,268 @@
+"""The site of the committed reports: whole, linked, offline, readable; and of runs."""
+
+import json
+import posixpath
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from urllib.parse import unquote
+
+import pytest
+
+from harness.comparison.verdicts import Kind, Tolerance, judge
+from harness.errors import RequestError
+from harness.store.history import End, History, Start
+from harness.store.known_defects import known_defects
+from harness.workflows import site
+from tests.published_run import RUN
+
+LARGEST = 2_000_000
+"""Bytes of a page of the main job."""
+
+SIZES = pytest.mark.parametrize("width", [390, 1400])
+MAIN_PAGES = (
+    "index.html",
+    "history/index.html",
+    "reports/index.html",
+    "reports/defects/index.html",
+    "reports/defects/tsuji-restitution/index.html",
+    "reports/releases/report.html",
+    "reports/upstream/report.html",
+    "reports/layers/report.html",
+    "reports/reproduction/report.html",
+    "reports/example/report.html",
+)
+FIRST = ("index.html", "history/index.html", "reports/defects/tsuji-restitution/index.html")
+PAGES = pytest.mark.parametrize(
+    "page",
+    [pytest.param(page, marks=[] if page in FIRST else pytest.mark.slow) for page in MAIN_PAGES],
+)
+
+
+class Links(HTMLParser):
+    """What a page links to and loads, and the places in it."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.links, self.loaded, self.places, self.navigations = [], [], set(), []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        values = dict(attrs)
+        self.places |= {values.get("id")}
+        if tag == "a":
+            self.links.append(values.get("href") or "")
+        elif tag == "nav":
+            self.navigations.append(values.get("aria-label"))
+        self.loaded += [values[n] for n in ("src", "data-gif") if n in values]
+        if tag == "link":
+            self.loaded.append(values["href"])
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    return site(tmp_path_factory.mktemp("site") / "below" / "an-address")
+
+
+@pytest.fixture(scope="module")
+def links(built):
+    return {page: Links((built.folder / page).read_text("utf-8")) for page in built.pages}
+
+
+def test_every_link_leads_to_a_file_of_the_site_and_every_place_is_there(built, links):
+    for page, found in links.items():
+        for link in [*found.links, *found.loaded]:
+            if re.match(r"[a-z]+:", link):
+                continue
+            target, _, place = link.partition("#")
+            path = posixpath.normpath(posixpath.join(posixpath.dirname(page), unquote(target)))
+            path = path if target else page
+            assert not path.startswith(".."), f"{page}: {link} leads out of the site"
+            assert (built.folder / path).is_file(), f"{page}: {link} leads nowhere"
+            if place:
+                assert place in links[path].places, f"{page}: {link}: no such place"
+
+
+def test_only_what_is_not_committed_is_left_without_a_link(built):
+    scripts = {link for page, link in built.unlinked if page == "reports/example/report.html"}
+    assert all(link.startswith("scripts/") for link in scripts)  # the text stands in the page
+    rest = [one for one in built.unlinked if one[0] != "reports/example/report.html"]
+    assert rest == [("reports/index.html", "baseline")]
+
+
+def test_every_page_has_the_navigation_and_loads_nothing_from_a_network(built, links):
+    style = (built.folder / "style.css").read_text()
+    assert "url(" not in style
+    assert "@import" not in style
+    for page, found in links.items():
+        assert found.navigations[0] == "Site", page
+        for one in found.loaded:
+            assert not re.match(r"[a-z]+:|//", one) or one.startswith("data:"), f"{page}: {one}"
+
+
+def test_the_pages_of_the_main_job_are_small_enough(built):
+    assert built.pages["reports/example/report.html"] < LARGEST
+    assert built.pages["index.html"] < LARGEST / 10
+
+
+def test_the_board_has_every_code_release_and_case(built):
+    board = (built.folder / "index.html").read_text()
+    for word in ("lammps", "liggghts", "yade", "kratos", "esys", "mfix", "incline", "tower"):
+        assert f">{word}<" in board
+    for word in ("2022.6.23.4.0", "2025.7.22.4.0", "slip-to-roll", "prescribed-motion"):
+        assert word in board
+    assert "10 not tested" in board
+
+
+def test_every_known_defect_has_a_page_with_cause_size_script_and_how_to_run_it(built):
+    for defect in known_defects():
+        folder = posixpath.dirname(defect.script)
+        page = (built.folder / folder / "index.html").read_text()
+        text = re.sub(r"<[^>]+>", "", page)
+        assert f'<h2 id="{defect.name}">' in page
+        for word in ("size predicted", "last release", "upstream", "Run it", "Expected", "ound"):
+            assert word in text, f"{defect.name}: {word}"
+        assert (built.folder / defect.script).is_file()
+        test = built.folder / folder / "test.yaml"
+        assert test.is_file() == ("As a test of LAMMPS" in text)
+        assert ("lmp -in in.lmp" in text) == (defect.engine == "lammps")
+    assert len([*(built.folder / "reports" / "defects").glob("*/test.yaml")]) == 11
+
+
+def test_known_defects_of_releases_lead_to_their_pages(links):
+    found = links["reports/releases/contacts/report.html"].links
+    assert "../../defects/wall-youngs-modulus/index.html" in found
+
+
+def run_folder(folder, value, day):
+    """Return a run as verify leaves it, of one check with a value."""
+    width = Tolerance("deg", 0.1, 0.0, "why")
+    check = replace(judge("angle", Kind.ANALYTIC, value, 10.2, width), note="")
+    record = RUN | {"checks": [check.record()], "started": f"2030-01-0{day}T00:00:00+00:00"}
+    folder.mkdir()
+    (folder / "results.json").write_text(json.dumps(record))
+    (folder / "report.html").write_text("<html><head></head><body><p>run</p></body></html>")
+    (folder / "scripts").mkdir()
+    (folder / "scripts" / "a.in").write_text("units si\n")
+    return folder
+
+
+@pytest.fixture
+def nothing_committed(tmp_path):
+    """A project without reports."""
+    (tmp_path / "project").mkdir()
+    return tmp_path / "project"
+
+
+def test_runs_join_the_site_and_the_step_at_which_a_value_moved_is_named(
+    nothing_committed, tmp_path
+):
+    runs = [run_folder(tmp_path / f"run{n}", v, n) for n, v in enumerate((10.2, 10.2, 10.5), 1)]
+    built = site(tmp_path / "site", runs, project=nothing_committed)
+    assert "Site" in (built.folder / "runs" / "run1" / "report.html").read_text()
+    assert (built.folder / "runs" / "run1" / "scripts" / "a.in").is_file()
+    assert "run3: Failed: 1 analytic" in (built.folder / "index.html").read_text()
+    history = (built.folder / "history" / "index.html").read_text()
+    assert "run2, 2030-01-02 00:00 → run3, 2030-01-03 00:00: 1 moved" in history
+    assert "run1, 2030-01-01 00:00 → run2" not in history
+    assert (built.folder / "history" / "moved-1.svg").is_file()
+    found = {page: Links((built.folder / page).read_text()) for page in built.pages}
+    assert "runs/run1/report.html" in found["index.html"].links
+
+
+def test_what_this_machine_has_recorded_is_looked_through(nothing_committed, tmp_path, monkeypatch):
+    monkeypatch.setenv("DEM_HARNESS_HOME", str(tmp_path / "home"))
+    # of one millisecond: in the order of their numbers
+    monkeypatch.setattr("harness.store.history._now", lambda: "2026-11-24T00:00:00.000+00:00")
+    width = Tolerance("deg", 0.1, 0.0, "why")
+    with History(tmp_path / "home" / "history.sqlite") as history:
+        for number, value in enumerate((10.2, 10.2, 10.5), 1):
+            run = history.begin(Start("verify", ["--quick"], str(number), "commit", "here"))
+            rows = [judge("angle", Kind.ANALYTIC, value, 10.2, width)]
+            history.finish(run, End(0, 1.0, engine="toy"), rows)
+    built = site(tmp_path / "site", history=True, project=nothing_committed)
+    page = (built.folder / "history" / "index.html").read_text()
+    assert "1 move." in page
+    assert "harness: 2 → 3." in page
+
+
+def test_runs_of_one_name_stand_beside_one_another(nothing_committed, tmp_path):
+    (tmp_path / "other").mkdir()
+    runs = [run_folder(tmp_path / "run", 10.2, 1), run_folder(tmp_path / "other" / "run", 10.2, 2)]
+    built = site(tmp_path / "site", runs, project=nothing_committed)
+    assert {"runs/run/report.html", "runs/run-2/report.html"} <= {*built.pages}
+
+
+def test_a_site_is_replaced_and_nothing_else_is(nothing_committed, tmp_path):
+    runs = [run_folder(tmp_path / "run", 10.2, 1)]
+    built = site(tmp_path / "site", runs, project=nothing_committed)
+    (built.folder / "index.html").write_text("old")
+    site(tmp_path / "site", runs, project=nothing_committed)
+    assert (built.folder / "index.html").read_text() != "old"
+    (built.folder / "CNAME").write_text("mine")
+    with pytest.raises(RequestError, match="CNAME, which no site wrote"):
+        site(tmp_path / "site", runs, project=nothing_committed)
+    assert (built.folder / "CNAME").read_text() == "mine"
+
+
+@pytest.mark.parametrize("held", ["{", '{"files": 3}', "[]"])
+def test_a_list_that_is_damaged_protects_what_is_there(nothing_committed, tmp_path, held):
+    (tmp_path / "site").mkdir()
+    (tmp_path / "site" / "site.json").write_text(held)
+    with pytest.raises(RequestError, match="which no site wrote"):
+        site(tmp_path / "site", [run_folder(tmp_path / "run", 10.2, 1)], project=nothing_committed)
+
+
+def test_what_cannot_be_shown_is_refused_before_anything_is_written(nothing_committed, tmp_path):
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "file").write_text("")
+    run = run_folder(tmp_path / "run", 10.2, 1)
+    (run / "results.json").write_text("{")
+    for output, runs, said in (
+        (tmp_path / "site", [], "no reports are committed here"),
+        (tmp_path / "site", [tmp_path / "empty"], "empty: is not a run"),
+        (tmp_path / "site", [tmp_path / "absent"], "absent: is not a run"),
+        (tmp_path / "site", [run], "is damaged, no JSON"),
+        (tmp_path / "file", [run], "is a file"),
+    ):
+        with pytest.raises(RequestError, match=said):
+            site(output, runs, project=nothing_committed)
+    assert not (tmp_path / "site").exists()
+
+
+@pytest.fixture
+def look(built, browser):
+    """Return a function that opens a page of the site at a width."""
+    opened = []
+
+    def open_page(page, width):
+        opened.append(browser.new_page(viewport={"width": width, "height": 900}))
+        opened[-1].goto((built.folder / page).as_uri())
+        return opened[-1]
+
+    yield open_page
+    for page in opened:
+        page.close()
+
+
+@SIZES
+def test_no_page_is_wider_than_the_screen(look, width):
+    for page in MAIN_PAGES:
+        assert look(page, width).evaluate("document.documentElement.scrollWidth") <= width, page
+
+
+@PAGES
+@SIZES
+def test_axe_finds_nothing(look, barriers, page, width):
+    assert barriers(look(page, width)) == []
+
+
+def test_the_whole_is_read_without_scripts(built, browser):
+    context = browser.new_context(java_script_enabled=False)
+    try:
+        page = context.new_page()
+        page.goto((built.folder / "index.html").as_uri())
+        page.get_by_role("navigation", name="Site").get_by_text("Upstream").click()
+        assert page.get_by_role("heading", level=1).inner_text() == "LAMMPS's own granular tests"
+    finally:
+        context.close()
