@@ -16,6 +16,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from harness.cases.bulk.equivalence import FEWEST, Sample, equivalence, interval
+from harness.cases.bulk.places import PUBLISHED, PUBLISHED_BOX, Box, data_file, read_places
 from harness.cases.contract import Case, LevelName, Study, Words
 from harness.comparison.plan import Planned
 from harness.comparison.verdicts import Check, Kind, Tolerance, failed_run, judge, not_tested
@@ -23,7 +24,7 @@ from harness.comparison.verification import Findings
 from harness.engines.border import engine_seconds
 from harness.engines.contract import Engine, Job, Output, Template, Value
 from harness.engines.traits import Traits
-from harness.errors import EngineError, EngineLostAtomsError, EngineOutputError
+from harness.errors import EngineError, EngineLostAtomsError, EngineOutputError, RequestError
 from harness.parameters.allowed import allowed_in
 from harness.parameters.base import Parameters
 from harness.report.sections import Section
@@ -57,6 +58,15 @@ PACKED = 4.0
 class Penetration(Parameters):
     """A bed that settles, and a steel sphere that falls on it. Walls are of steel."""
 
+    places: str = Field(
+        "",
+        description="[-] file of the grains' places, lines of radius x y z [m] from the middle of "
+        "the floor; published: that of Dosta and others; empty: a lattice that settles",
+    )
+    length: float = Field(
+        0.0, ge=0.0, le=10.0, description="[m] of the box along x; 0: that of the lattice"
+    )
+    width: float = Field(0.0, ge=0.0, le=10.0, description="[m] along y, likewise")
     along: int = Field(12, ge=2, le=1000, description="[-] grains of the first lattice along x")
     across: int = Field(10, ge=2, le=1000, description="[-] the same along y")
     layers: int = Field(9, ge=1, le=1000, description="[-] the same along z")
@@ -79,30 +89,42 @@ class Penetration(Parameters):
     steel_restitution: float = Field(0.4, gt=0.05, le=1.0, description="[-] on steel")
     steel_friction: float = Field(0.2, ge=0.0, le=2.0, description="[-] on steel")
     start_height: float = Field(0.026, gt=0.0, description="[m] of the sphere above the floor")
+    offset: float = Field(0.0, description="[m] of the sphere from the middle of the box along x")
     speed: float = Field(0.3, gt=0.0, le=100.0, description="[m/s] of the sphere, downward")
     gravity: float = Field(9.81, gt=0.0, description="[m/s2] downward")
-    settle_time: float = Field(0.12, gt=0.0, description="[s] before the release")
+    settle_time: float = Field(0.12, ge=0.0, description="[s] before the release")
     duration: float = Field(0.1, gt=0.0, description="[s] after the release")
     step_size: float = Field(5e-6, gt=0.0, description="[s] time step")
 
     @model_validator(mode="after")
     def _holds(self) -> Penetration:
+        if self.places and not (self.length and self.width):
+            raise ValueError(
+                f"length = {self.length:g} m, width = {self.width:g} m: must be those of the box "
+                "of places"
+            )
+        if not self.places and (self.length or self.width):
+            raise ValueError(
+                f"length = {self.length:g} m, width = {self.width:g} m: must be 0 without places, "
+                "the box is as wide as the lattice"
+            )
         if self.scatter > self.spacing - 1.0:
             raise ValueError(
                 f"scatter = {self.scatter:g}: grains overlap at the start; must be at most "
                 f"spacing - 1 = {self.spacing - 1.0:.4g}"
             )
-        lowest = self.bed_top + self.steel_radius
-        if self.start_height < lowest:
-            raise ValueError(
-                f"start_height = {self.start_height:g} m: the sphere overlaps the grains at the "
-                f"start; must be at least {lowest:.4g}"
-            )
-        narrow = min(self.along, self.across) * self.pitch
+        if not self.places:
+            check_start(self)
+        narrow = min(self.box.length, self.box.width)
         if self.steel_radius > 0.5 * narrow:
             raise ValueError(
                 f"steel_radius = {self.steel_radius:g} m: must be at most {0.5 * narrow:.4g}, half "
                 "the width of the box"
+            )
+        if abs(self.offset) > 0.5 * self.box.length - self.steel_radius:
+            raise ValueError(
+                f"offset = {self.offset:g} m: the sphere is in a wall; must be within "
+                f"{0.5 * self.box.length - self.steel_radius:.4g}"
             )
         if self.step_size > self.longest_step:
             raise ValueError(
@@ -117,14 +139,31 @@ class Penetration(Parameters):
         return 2.0 * self.radius * self.spacing
 
     @property
+    def box(self) -> Box:
+        """Return floor and walls."""
+        if self.places == PUBLISHED:
+            return Box(self.length, self.width, PUBLISHED_BOX.middle, PUBLISHED_BOX.floor)
+        if self.places:
+            return Box(self.length, self.width, (0.0, 0.0), 0.0)
+        size = self.along * self.pitch, self.across * self.pitch
+        return Box(*size, (0.5 * size[0], 0.5 * size[1]), 0.0)
+
+    @property
+    def bed(self) -> NDArray[np.float64]:
+        """Return the places of a file (N, 3) [m]; raise RequestError for a bad one."""
+        return read_places(self.places, self.radius, self.box)
+
+    @property
     def bed_top(self) -> float:
-        """Return the height of the lattice [m]."""
+        """Return the height of the bed at the start [m]."""
+        if self.places:
+            return float(self.bed[:, 2].max()) + self.radius
         return self.layers * self.pitch
 
     @property
     def grains(self) -> int:
         """Return how many grains there are."""
-        return self.along * self.across * self.layers
+        return len(self.bed) if self.places else self.along * self.across * self.layers
 
     @property
     def longest_step(self) -> float:
@@ -186,15 +225,34 @@ class Penetration(Parameters):
     @property
     def floor_area(self) -> float:
         """Return the area of the floor [m2]."""
-        return self.along * self.across * self.pitch**2
+        return self.box.length * self.box.width
+
+
+def check_start(p: Penetration) -> None:
+    """Raise ValueError where the sphere starts within the bed; reads the file of places."""
+    lowest = p.bed_top + p.steel_radius
+    if p.start_height < lowest:
+        raise ValueError(
+            f"start_height = {p.start_height:g} m: the sphere overlaps the grains at the "
+            f"start; must be at least {lowest:.4g}"
+        )
 
 
 def values_of(p: Penetration) -> dict[str, Value]:
-    """Return what scripts are told."""
+    """Return the values of a script; places are in a file that is named by its content."""
     derived = {"settle_time", "duration"}
-    told: dict[str, Value] = {n: v for n, v in dict(p).items() if n not in derived}
+    values: dict[str, Value] = {n: v for n, v in dict(p).items() if n not in derived}
     more = {"settle_steps": p.settle_steps, "steps": p.steps, "series_every": p.every}
-    return {**told, **more, "damping": "coeff_restitution"}
+    box = {"bed": "lattice", "places": "none", "length": p.box.length, "width": p.box.width}
+    if p.places:
+        try:
+            check_start(p)
+        except ValueError as error:
+            raise RequestError(str(error)) from None
+        top = p.bed_top + 2.0 * (p.start_height + p.steel_radius)
+        path = data_file(p.bed, p.radius, p.density, p.box, top)
+        box |= {"bed": "file", "places": str(path)}
+    return {**values, **more, **box, "damping": "coeff_restitution"}
 
 
 TEMPLATE = Template(NAME, {"": values_of(Penetration())}, allowed=allowed_in(Penetration))
@@ -203,11 +261,12 @@ TEMPLATE = Template(NAME, {"": values_of(Penetration())}, allowed=allowed_in(Pen
 def largest_elastic_energy(p: Penetration) -> float:
     """Return a bound of the elastic energy of the bed at rest [J].
 
-    Each of six contacts of a grain, counted half, bears the weight of a whole column of the
-    lattice, as only the lowest do. F = 4/3 E* sqrt(R*) overlap^(3/2), E* = E/(2 (1 -
+    Each of six contacts of a grain, counted half, bears the weight of a whole column, as only the
+    lowest do. F = 4/3 E* sqrt(R*) overlap^(3/2), E* = E/(2 (1 -
     nu^2)), R* = r/2; a contact holds 2/5 F overlap.
     """
-    weight = p.layers * p.mass * p.gravity
+    column = p.grains * (2.0 * p.radius) ** 2 / p.floor_area if p.places else p.layers
+    weight = column * p.mass * p.gravity
     stiffness = 2.0 / 3.0 * p.youngs_modulus / (1.0 - p.poisson_ratio**2) * math.sqrt(p.radius / 2)
     overlap = (weight / stiffness) ** (2.0 / 3.0)
     return float(3.0 * p.grains * 0.4 * weight * overlap)
@@ -291,12 +350,26 @@ class PenetrationCase(Case[Penetration]):
 
     def source_of(self, preset: str) -> str:
         """Return where the materials were published."""
+        if preset == PUBLISHED:
+            return "Dosta and others 2024, the bed of 25,000"
         return "Dosta and others 2024 (moduli a hundred times smaller, smaller box and sphere)"
 
     @property
     def presets(self) -> Mapping[str, Penetration]:
-        """Return a thousand soft grains."""
-        return {"small": Penetration()}
+        """Return a thousand soft grains, and the bed of 25,000 as published."""
+        published = Penetration(
+            places=PUBLISHED,
+            length=PUBLISHED_BOX.length,
+            width=PUBLISHED_BOX.width,
+            youngs_modulus=1e9,
+            steel_radius=0.01,
+            steel_youngs_modulus=2.1e11,
+            start_height=0.06 - PUBLISHED_BOX.floor,
+            speed=5.0,
+            settle_time=0.0,
+            step_size=5e-7,
+        )
+        return {"small": Penetration(), PUBLISHED: published}
 
     def job(self, parameters: Penetration) -> Job:
         """Return the job of one impact."""
